@@ -1,30 +1,47 @@
-!> The equations of a team of processes, put together and solved on the first of them. Each process has the rows of its
-!> own nodes whole (qsmpm_own_part) and sends them; the first one numbers, factorises and solves as a process alone
-!> would, and all get the solution. Exact, but as slow and as large as on one process: it serves small systems, and as
-!> the measure of what solves on all processes. Alone nothing is sent.
+!> The equations of a team of processes. Each process has the rows of its own nodes whole (qsmpm_own_part). With PETSc
+!> all of them solve together (qsmpm_shared_rows). For any other solver, and where PETSc fails, they send their rows to
+!> the first one, which numbers, factorises and solves as a process alone would, and all get the solution: exact, but as
+!> slow and as large as on one process. Alone nothing is sent.
 !>
 !> A list of nodes that couple is sent by the process whose own its first node is, an entry of one triangle by the
 !> process whose own the row of it is in the joint numbering: it has every part of it.
 module qsmpm_joint_system
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree
-  use qsmpm_analysis, only: solver_choice_type
+  use qsmpm_analysis, only: solver_choice_type, solver_petsc
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_error, only: error_type, fail, error_other
   use qsmpm_exchange, only: collect, spread_from
+  use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_linear_system, only: linear_system_type, start_system, factorise_system, solve_system
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_petsc_solver, only: make_petsc_solver, with_petsc
+  use qsmpm_shared_rows, only: shared_rows_type, start_shared_rows, factorise_shared_rows, solve_shared_rows, &
+    end_shared_rows
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_team, only: team_type
   implicit none
   private
 
-  public :: joint_system_type, start_joint_system, factorise_jointly, solve_jointly
+  public :: joint_system_type, start_joint_system, begin_joint_system, end_joint_system, factorise_jointly, &
+    solve_jointly
 
   character(len=*), parameter :: torn = 'the parts of the equations do not fit together'
 
+  !> Sweeps of all processes together for one correction; then the first one solves.
+  integer, parameter :: most_sweeps = 200
+
   type :: joint_system_type
+    !> All processes solve together; they have failed to and do not try again.
+    logical :: together = .false., failed = .false.
+    type(shared_rows_type) :: rows
+    !> A program with PETSc has started it, which all processes do at once.
+    logical :: started = .false.
+    !> What the deck asks for, and names, owners and places of the nodes of this process, for when it fails.
+    type(solver_choice_type) :: choice
+    integer, allocatable :: labels(:), owner(:)
+    real(wp), allocatable :: own_places(:, :)
     !> Equations of all and their matrix; on the first process.
     type(equations_type) :: equations
     type(sparse_matrix_type) :: matrix
@@ -41,8 +58,8 @@ module qsmpm_joint_system
 
 contains
 
-  !> Number the equations of all, and make a solver for them; alone the solver only.
-  subroutine start_joint_system(joint, team, system, choice, equations, matrix, labels, own, places, error)
+  !> Number the equations of all, and make a solver for them.
+  subroutine start_joint_system(joint, team, system, choice, equations, matrix, labels, owner, places, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
@@ -51,26 +68,106 @@ contains
     !> Equations of this process, numbered, and the pattern of its matrix.
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Names of the nodes and whether they are own (nodes), and where they are (dimension, nodes).
-    integer, intent(in) :: labels(:)
-    logical, intent(in) :: own(:)
-    real(wp), intent(in) :: places(:, :)
+    !> Names of the nodes and the ranks that own them (nodes), and where they are (dimension, nodes).
+    integer, intent(in) :: labels(:), owner(:)
+    real(wp), allocatable, intent(in) :: places(:, :)
     type(error_type), allocatable, intent(out) :: error
-    integer, allocatable :: joint_labels(:)
+    type(error_type), allocatable :: failure
 
-    call collect_graph(joint, team, equations, labels, own, places, joint_labels, error)
+    call start_petsc(joint, error)
     call agree(team, error)
     if (allocated(error)) return
-    call find_numbers(joint, team, equations, labels, joint_labels, error)
+    joint%choice = choice
+    joint%labels = labels
+    joint%owner = owner
+    joint%own_places = places
+    joint%together = equations%solver_kind == solver_petsc .and. with_petsc() .and. .not. joint%failed
+    if (joint%together) then
+      call start_shared_rows(joint%rows, team, equations, matrix, labels, owner, places, failure)
+      if (.not. allocated(failure)) then
+        system%symmetric = equations%symmetric
+        return
+      end if
+    end if
+    joint%together = .false.
+    call put_together(joint, team, system, equations, matrix, error)
+  end subroutine start_joint_system
+
+  !> Start the library on all processes at once, as it wants: later the first one may call it alone.
+  subroutine start_petsc(joint, error)
+    type(joint_system_type), intent(inout) :: joint
+    type(error_type), allocatable, intent(out) :: error
+    class(linear_solver_type), allocatable :: solver
+    type(sparse_matrix_type) :: one
+
+    if (joint%started .or. .not. with_petsc()) return
+    one%n = 1
+    one%row_first = [1, 2]
+    one%column = [1]
+    one%values = [1.0_wp]
+    call make_petsc_solver(.true., solver)
+    call solver%analyse(one, error)
+    call solver%destroy()
+    joint%started = .true.
+  end subroutine start_petsc
+
+  !> Begin a solve as a run that is continued here does: nothing is kept of an older matrix.
+  subroutine begin_joint_system(joint)
+    type(joint_system_type), intent(inout) :: joint
+
+    if (joint%together) joint%rows%solver%afresh = .true.
+  end subroutine begin_joint_system
+
+  !> Give everything back.
+  subroutine end_joint_system(joint)
+    type(joint_system_type), intent(inout) :: joint
+
+    call end_shared_rows(joint%rows)
+    joint%together = .false.
+  end subroutine end_joint_system
+
+  !> Number the equations of all on the first process, and make a solver for them there.
+  subroutine put_together(joint, team, system, equations, matrix, error)
+    type(joint_system_type), intent(inout) :: joint
+    type(team_type), intent(in) :: team
+    type(linear_system_type), intent(inout) :: system
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(in) :: matrix
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: joint_labels(:)
+    logical :: own(size(joint%owner))
+
+    own = joint%owner == team%rank
+    call collect_graph(joint, team, equations, joint%labels, own, joint%own_places, joint_labels, error)
+    call agree(team, error)
+    if (allocated(error)) return
+    call find_numbers(joint, team, equations, joint%labels, joint_labels, error)
     call agree(team, error)
     if (allocated(error)) return
     call find_places(joint, team, equations, matrix, own, error)
     call agree(team, error)
     if (allocated(error)) return
-    if (team%rank == 0) call start_system(system, choice, joint%matrix, joint%equations%bandwidth, &
-      equations%symmetric, size(places, 1), error, joint%equations%number, joint%places)
+    if (team%rank == 0) call start_system(system, joint%choice, joint%matrix, joint%equations%bandwidth, &
+      equations%symmetric, size(joint%own_places, 1), error, joint%equations%number, joint%places)
     call agree(team, error)
-  end subroutine start_joint_system
+  end subroutine put_together
+
+  !> All processes together have failed: the first one solves, from here on.
+  recursive subroutine give_way(joint, team, system, equations, matrix, error)
+    type(joint_system_type), intent(inout) :: joint
+    type(team_type), intent(in) :: team
+    type(linear_system_type), intent(inout) :: system
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(in) :: matrix
+    type(error_type), allocatable, intent(out) :: error
+
+    call end_joint_system(joint)
+    joint%failed = .true.
+    system%note = 'PETSc GAMG does not precondition the equations on all processes together: the first one solves '// &
+      'them from here on'
+    call put_together(joint, team, system, equations, matrix, error)
+    if (.not. allocated(error)) call factorise_jointly(joint, team, system, equations, matrix, error)
+  end subroutine give_way
 
   !> Bring nodes and node lists of all to the first process, and number the equations there.
   subroutine collect_graph(joint, team, equations, labels, own, places, joint_labels, error)
@@ -267,18 +364,24 @@ contains
   end subroutine find_places
 
   !> Take new values of the matrix.
-  subroutine factorise_jointly(joint, team, system, matrix, error)
+  recursive subroutine factorise_jointly(joint, team, system, equations, matrix, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
     !> Of this process.
+    type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
     type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: failure
     real(wp), allocatable :: values(:)
     integer, allocatable :: first(:)
 
     if (team%ranks == 1) then
       call factorise_system(system, matrix, error)
+      return
+    else if (joint%together) then
+      call factorise_shared_rows(joint%rows, team, matrix, failure)
+      if (allocated(failure)) call give_way(joint, team, system, equations, matrix, error)
       return
     end if
     call collect(team, matrix%values(joint%sent), values, first)
@@ -290,11 +393,12 @@ contains
   end subroutine factorise_jointly
 
   !> Solve for the matrix taken last.
-  subroutine solve_jointly(joint, team, system, matrix, rhs, tolerance, x, error)
-    type(joint_system_type), intent(in) :: joint
+  subroutine solve_jointly(joint, team, system, equations, matrix, rhs, tolerance, x, error)
+    type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(linear_system_type), intent(inout) :: system
     !> Of this process.
+    type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
     !> Right-hand side, good at own equations (equations).
     real(wp), intent(in) :: rhs(:)
@@ -303,14 +407,21 @@ contains
     !> Solution, good at all equations of this process.
     real(wp), intent(out) :: x(:)
     type(error_type), allocatable, intent(out) :: error
-    real(wp), allocatable :: values(:)
-    real(wp) :: all_rhs(merge(joint%count, 0, team%ranks > 1)), all_x(merge(joint%count, 0, team%ranks > 1))
+    type(error_type), allocatable :: failure
+    real(wp), allocatable :: values(:), all_rhs(:), all_x(:)
     integer, allocatable :: first(:)
 
     if (team%ranks == 1) then
       call solve_system(system, matrix, rhs, tolerance, x, error)
       return
+    else if (joint%together) then
+      call solve_shared_rows(joint%rows, team, rhs, tolerance, most_sweeps, x, failure)
+      system%sweeps = system%sweeps + joint%rows%solver%sweeps
+      if (.not. allocated(failure)) return
+      call give_way(joint, team, system, equations, matrix, error)
+      if (allocated(error)) return
     end if
+    allocate (all_rhs(joint%count), all_x(joint%count))
     call collect(team, rhs(joint%own), values, first)
     all_x = 0.0_wp
     if (team%rank == 0) then

@@ -266,8 +266,8 @@ contains
       call linear_force(step, correction, reaction)
       rhs = rhs - reaction
     end if
-    if (.not. allocated(error)) call solve_jointly(step%joint, step%team, step%system, step%matrix, rhs, &
-      digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
+    if (.not. allocated(error)) call solve_jointly(step%joint, step%team, step%system, step%equations, step%matrix, &
+      rhs, digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
     call switch_timer(step%profile%watch, part_control)
     call count_sweeps(step%profile, step%system%sweeps - swept)
     if (step%system%factorisations > factorised) &
@@ -293,7 +293,7 @@ contains
     call switch_timer(step%profile%watch, part_assembly)
     call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
     call switch_timer(step%profile%watch, part_factorisation)
-    call factorise_jointly(step%joint, step%team, step%system, step%matrix, error)
+    call factorise_jointly(step%joint, step%team, step%system, step%equations, step%matrix, error)
   end subroutine factorise
 
   !> Residual relative to the right-hand side that an iterated correction may leave: a tenth of what the step

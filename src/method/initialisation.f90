@@ -11,10 +11,11 @@ module qsmpm_initialisation
   use qsmpm_error, only: error_type
   use qsmpm_exchange, only: spread_from
   use qsmpm_grid_window, only: window_type, operator(==)
-  use qsmpm_joint_system, only: joint_system_type, start_joint_system
+  use qsmpm_joint_system, only: joint_system_type, start_joint_system, begin_joint_system
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_own_marks, only: node_owners
   use qsmpm_own_part, only: is_divided, own_nodes
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
@@ -175,21 +176,23 @@ contains
     !> Of the nodes (dimension, nodes).
     real(wp), allocatable, intent(in) :: places(:, :)
     type(error_type), allocatable, intent(out) :: error
-    integer, allocatable :: labels(:)
+    integer, allocatable :: labels(:), owners(:)
     logical :: anew
     integer :: a
 
     anew = changed
     if (step%team%rank == 0) anew = anew .or. (step%system%symmetric .neqv. step%equations%symmetric) .or. &
-      .not. allocated(step%system%solver)
+      .not. (allocated(step%system%solver) .or. step%joint%together)
+    call begin_joint_system(step%joint)
     if (.not. any_of(step%team, anew)) return
     if (step%team%ranks == 1) then
       call start_system(step%system, model%analysis%solver, step%matrix, step%equations%bandwidth, &
         step%equations%symmetric, model%mesh%dimension, error, step%equations%number, places)
     else
       labels = [(node_label(model%space, model%mesh, a), a=1, model%space%node_count)]
+      owners = node_owners(model)
       call start_joint_system(step%joint, step%team, step%system, model%analysis%solver, step%equations, step%matrix, &
-        labels, step%own, places, error)
+        labels, owners, places, error)
     end if
   end subroutine start_solver
 
@@ -224,7 +227,9 @@ contains
     type(step_type), intent(in) :: step
 
     associate (force => step%forces%internal(:, :size(step%lumped)))
-      norm_of_forces = joint_norm(step%team, norm2(pack(force, spread(step%own(:size(force, 2)), 1, size(force, 1)))))
+      norm_of_forces = norm2(force)
+      if (step%team%ranks > 1) norm_of_forces = joint_norm(step%team, norm2(pack(force, &
+        spread(step%own(:size(force, 2)), 1, size(force, 1)))))
     end associate
   end function norm_of_forces
 
@@ -232,7 +237,9 @@ contains
   real(wp) function norm_of_volumes(step)
     type(step_type), intent(in) :: step
 
-    norm_of_volumes = joint_norm(step%team, norm2(pack(step%lumped, step%own(:size(step%lumped)))))
+    norm_of_volumes = norm2(step%lumped)
+    if (step%team%ranks > 1) norm_of_volumes = joint_norm(step%team, norm2(pack(step%lumped, &
+      step%own(:size(step%lumped)))))
   end function norm_of_volumes
 
   !> Remember the largest sizes for the profile of the run.

@@ -18,6 +18,7 @@ module qsmpm_phases
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided, own_points
   use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_joint_system, only: end_joint_system
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
   use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, failure_text, report_phase, &
     report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
@@ -95,6 +96,7 @@ contains
     type(run_profile_type), intent(inout) :: profile
 
     call end_system(loop%step%system)
+    call end_joint_system(loop%step%joint)
     call switch_timer(loop%step%profile%watch, part_control)
     profile = loop%step%profile
   end subroutine end_step_loop
@@ -459,7 +461,8 @@ contains
     associate (team => model%part%team, points => model%state%points, part => model%part)
       record%inaccurate_points = int(total(team, int(inaccurate_points(step%terms), long)))
       record%plastic_points = int(total(team, int(sum(points%plastic, mask=own_points(part, points%count)), long)))
-      record%equations = int(total(team, count(step%field_of > 0, kind=long)))
+      record%equations = step%equations%count
+      if (team%ranks > 1) record%equations = int(total(team, count(step%field_of > 0, kind=long)))
     end associate
     record%penetration = step%penetration
     associate (found => record%penetration)

@@ -3,7 +3,7 @@
 !> the box of the cell it is in, the upper one where it lies between two. Alone all are own and nothing is marked.
 module qsmpm_own_marks
   use qsmpm_kinds, only: wp, long
-  use qsmpm_cell_boxes, only: is_inside
+  use qsmpm_cell_boxes, only: box_of, is_inside
   use qsmpm_grid, only: grid_type
   use qsmpm_grid_window, only: cell_place, cells_over
   use qsmpm_model, only: model_type
@@ -14,7 +14,7 @@ module qsmpm_own_marks
   implicit none
   private
 
-  public :: mark_own, link_histories
+  public :: mark_own, node_owners, link_histories
 
 contains
 
@@ -38,6 +38,18 @@ contains
     end associate
     call link_histories(model, model%part%history_number, model%part%points)
   end subroutine mark_own
+
+  !> Ranks that own the nodes of the space.
+  pure function node_owners(model) result(owner)
+    type(model_type), intent(in) :: model
+    integer :: owner(model%space%node_count)
+    type(grid_type) :: grid
+    integer :: a
+
+    grid = grid_of(model%analysis)
+    owner = [(box_of(model%part%boxes, place_in(grid, node_position(model%space, model%mesh, a))) - 1, &
+      a=1, model%space%node_count)]
+  end function node_owners
 
   !> Own places of a set that all processes have.
   pure function own_places(model, grid, carried) result(own)

@@ -1,0 +1,262 @@
+!> Equations whose rows are spread over the processes of a team, each with those of its own nodes, solved by all of them
+!> together (PETSc). Columns of rows that belong to others stand behind the own ones, as `node_blocks` says. A process
+!> asks the owners of the nodes around its own for the numbers of their rows once, when the pattern is new, and gets
+!> their values in each solution: no message is longer than the boundary of its part.
+module qsmpm_shared_rows
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: agree, any_of
+  use qsmpm_equations, only: equations_type
+  use qsmpm_error, only: error_type, fail, error_other, error_singular
+  use qsmpm_exchange, only: hand_over
+  use qsmpm_linear_solver, only: linear_solver_type
+  use qsmpm_node_blocks, only: find_node_blocks
+  use qsmpm_petsc_solver, only: make_petsc_solver
+  use qsmpm_sorting, only: order_columns, place_in_order
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_team, only: team_type, total
+  implicit none
+  private
+
+  public :: shared_rows_type, start_shared_rows, factorise_shared_rows, solve_shared_rows, end_shared_rows
+
+  type :: shared_rows_type
+    class(linear_solver_type), allocatable :: solver
+    !> Rows of this process, and where their values stand in its matrix of all its nodes.
+    type(sparse_matrix_type) :: matrix
+    integer, allocatable :: entry(:)
+    !> Equations of this process that are own, in their order, and the others by owners.
+    integer, allocatable :: own(:), foreign(:)
+    !> Own equations whose solution goes to each rank (first: ranks + 1).
+    integer, allocatable :: given(:), first_given(:)
+  end type shared_rows_type
+
+  character(len=*), parameter :: torn = 'the rows of the processes do not fit together'
+
+contains
+
+  !> Number the rows through all processes and make the solver for their pattern.
+  subroutine start_shared_rows(rows, team, equations, matrix, labels, owner, places, error)
+    type(shared_rows_type), intent(inout) :: rows
+    type(team_type), intent(in) :: team
+    !> Equations of all nodes of this process, and their matrix: both triangles.
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> Names of the nodes and the ranks that own them (nodes), and where they are (dimension, nodes).
+    integer, intent(in) :: labels(:), owner(:)
+    real(wp), allocatable, intent(in) :: places(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: own_number(size(equations%number, 1), size(labels)), a, c, n
+
+    call end_shared_rows(rows)
+    own_number = 0
+    n = 0
+    rows%own = [(a, a=1, equations%count)]
+    do a = 1, size(labels)
+      if (owner(a) /= team%rank) cycle
+      do c = 1, size(own_number, 1)
+        if (equations%number(c, a) > 0) own_number(c, a) = equations%number(c, a)
+      end do
+    end do
+    call keep_own(equations%count, own_number, rows%own)
+    n = size(rows%own)
+    if (any_of(team, n == 0)) then
+      call fail(error, error_other, 'a process has no equation')
+      return
+    end if
+    call make_petsc_solver(equations%symmetric, rows%solver)
+    call find_node_blocks(own_number, n, places, rows%solver%blocks)
+    call number_foreign(rows, team, equations, labels, owner, own_number, error)
+    call agree(team, error)
+    if (allocated(error)) return
+    call lay_out(rows, equations%count, matrix)
+    call rows%solver%analyse(rows%matrix, error)
+    call agree(team, error)
+  end subroutine start_shared_rows
+
+  !> Number own equations one after the other, in the order they have.
+  pure subroutine keep_own(count, own_number, own)
+    !> Equations of all nodes of this process.
+    integer, intent(in) :: count
+    !> Equations of own nodes, 0 elsewhere; then their numbers among the own (components, nodes).
+    integer, intent(inout) :: own_number(:, :)
+    integer, allocatable, intent(out) :: own(:)
+    integer :: rank_of(count), a, c, i, n
+
+    rank_of = 0
+    do a = 1, size(own_number, 2)
+      do c = 1, size(own_number, 1)
+        if (own_number(c, a) > 0) rank_of(own_number(c, a)) = 1
+      end do
+    end do
+    own = pack([(i, i=1, count)], rank_of > 0)
+    n = 0
+    do i = 1, count
+      if (rank_of(i) == 0) cycle
+      n = n + 1
+      rank_of(i) = n
+    end do
+    do a = 1, size(own_number, 2)
+      do c = 1, size(own_number, 1)
+        if (own_number(c, a) > 0) own_number(c, a) = rank_of(own_number(c, a))
+      end do
+    end do
+  end subroutine keep_own
+
+  !> Ask the owners of the other nodes for their rows.
+  subroutine number_foreign(rows, team, equations, labels, owner, own_number, error)
+    type(shared_rows_type), intent(inout) :: rows
+    type(team_type), intent(in) :: team
+    type(equations_type), intent(in) :: equations
+    integer, intent(in) :: labels(:), owner(:), own_number(:, :)
+    !> A row is no one's.
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: asked(:), first(:), first_asked(:), first_answers(:), order(:), mine(:)
+    integer(long), allocatable :: questions(:), answers(:), got(:)
+    real(wp) :: sizes(team%ranks)
+    integer :: a, c, d, k, n, r, before
+
+    d = size(own_number, 1)
+    sizes = 0.0_wp
+    sizes(team%rank + 1) = real(d*rows%solver%blocks%count, wp)
+    sizes = total(team, sizes)
+    before = nint(sum(sizes(:team%rank)))
+    allocate (first(team%ranks + 1), source=1)
+    allocate (asked(0))
+    do r = 1, team%ranks
+      asked = [asked, pack([(a, a=1, size(labels))], owner == r - 1 .and. owner /= team%rank .and. &
+        any(equations%number > 0, dim=1))]
+      first(r + 1) = size(asked) + 1
+    end do
+    call hand_over(team, int(labels(asked), long), first, questions, first_asked)
+    mine = pack([(a, a=1, size(labels))], any(own_number > 0, dim=1))
+    allocate (order(size(mine)))
+    call order_columns(reshape(labels(mine), [1, size(mine)]), order)
+    mine = mine(order)
+    allocate (answers(d*size(questions)), source=-1_long)
+    allocate (rows%given(d*size(questions)), source=0)
+    do k = 1, size(questions)
+      a = place_in_order(labels(mine), int(questions(k)))
+      if (a == 0) cycle
+      do c = 1, d
+        if (own_number(c, mine(a)) == 0) cycle
+        rows%given(d*(k - 1) + c) = own_number(c, mine(a))
+        answers(d*(k - 1) + c) = before + rows%solver%blocks%row(own_number(c, mine(a))) - 1
+      end do
+    end do
+    rows%first_given = d*(first_asked - 1) + 1
+    call hand_over(team, answers, rows%first_given, got, first_answers)
+    n = count(equations%number(:, asked) > 0)
+    allocate (rows%foreign(d*size(asked)), source=0)
+    allocate (rows%solver%blocks%outside(n))
+    rows%solver%blocks%communicator = team%handle
+    n = 0
+    do k = 1, size(asked)
+      do c = 1, d
+        if (equations%number(c, asked(k)) == 0) cycle
+        if (got(d*(k - 1) + c) < 0) call fail(error, error_other, torn)
+        if (allocated(error)) return
+        n = n + 1
+        rows%foreign(d*(k - 1) + c) = equations%number(c, asked(k))
+        rows%solver%blocks%outside(n) = int(got(d*(k - 1) + c))
+      end do
+    end do
+  end subroutine number_foreign
+
+  !> The own rows, their own columns first.
+  subroutine lay_out(rows, count, matrix)
+    type(shared_rows_type), intent(inout) :: rows
+    !> Equations of all nodes of this process, and their matrix.
+    integer, intent(in) :: count
+    type(sparse_matrix_type), intent(in) :: matrix
+    integer :: column_of(count), i, k, n
+
+    column_of(rows%own) = [(i, i=1, size(rows%own))]
+    n = size(rows%own)
+    do i = 1, size(rows%foreign)
+      if (rows%foreign(i) == 0) cycle
+      n = n + 1
+      column_of(rows%foreign(i)) = n
+    end do
+    rows%matrix%n = size(rows%own)
+    rows%matrix%symmetric = .false.
+    allocate (rows%matrix%row_first(rows%matrix%n + 1), source=1)
+    do i = 1, rows%matrix%n
+      rows%matrix%row_first(i + 1) = rows%matrix%row_first(i) &
+        + matrix%row_first(rows%own(i) + 1) - matrix%row_first(rows%own(i))
+    end do
+    n = rows%matrix%row_first(rows%matrix%n + 1) - 1
+    allocate (rows%entry(n), rows%matrix%column(n))
+    allocate (rows%matrix%values(n), source=0.0_wp)
+    n = 0
+    do i = 1, rows%matrix%n
+      do k = matrix%row_first(rows%own(i)), matrix%row_first(rows%own(i) + 1) - 1
+        n = n + 1
+        rows%entry(n) = k
+        rows%matrix%column(n) = column_of(matrix%column(k))
+      end do
+    end do
+  end subroutine lay_out
+
+  !> Take new values.
+  subroutine factorise_shared_rows(rows, team, matrix, error)
+    type(shared_rows_type), intent(inout) :: rows
+    type(team_type), intent(in) :: team
+    !> Of all nodes of this process.
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> error_singular: a value is no number, or the method fails.
+    type(error_type), allocatable, intent(out) :: error
+
+    rows%matrix%values = matrix%values(rows%entry)
+    if (any_of(team, .not. all(ieee_is_finite(rows%matrix%values)))) then
+      call fail(error, error_singular, 'the matrix has a value that is not finite')
+      return
+    end if
+    ! What a solver alone checks of its rows is checked by all of them here.
+    call rows%solver%factorise_values(rows%matrix, error)
+    rows%solver%factorised = .not. allocated(error)
+    call agree(team, error)
+  end subroutine factorise_shared_rows
+
+  !> Solve for the values taken last.
+  subroutine solve_shared_rows(rows, team, rhs, tolerance, most_sweeps, x, error)
+    type(shared_rows_type), intent(inout) :: rows
+    type(team_type), intent(in) :: team
+    !> Right-hand side, good at own equations (equations).
+    real(wp), intent(in) :: rhs(:)
+    !> Residual allowed relative to it, and sweeps.
+    real(wp), intent(in) :: tolerance
+    integer, intent(in) :: most_sweeps
+    !> Solution, good at all equations of this process.
+    real(wp), intent(out) :: x(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: own_x(size(rows%own))
+    real(wp), allocatable :: given(:), got(:)
+    integer, allocatable :: first(:)
+    integer :: i
+
+    x = 0.0_wp
+    rows%solver%tolerance = tolerance
+    rows%solver%most_sweeps = most_sweeps
+    call rows%solver%solve_factorised(rhs(rows%own), own_x, error)
+    if (.not. allocated(error) .and. .not. all(ieee_is_finite(own_x))) &
+      call fail(error, error_singular, 'the equations have a solution that is no number')
+    call agree(team, error)
+    if (allocated(error)) return
+    x(rows%own) = own_x
+    given = [(merge(own_x(max(1, rows%given(i))), 0.0_wp, rows%given(i) > 0), i=1, size(rows%given))]
+    call hand_over(team, given, rows%first_given, got, first)
+    do i = 1, size(got)
+      if (rows%foreign(i) > 0) x(rows%foreign(i)) = got(i)
+    end do
+  end subroutine solve_shared_rows
+
+  !> Give everything back.
+  subroutine end_shared_rows(rows)
+    type(shared_rows_type), intent(inout) :: rows
+    type(shared_rows_type) :: none
+
+    if (allocated(rows%solver)) call rows%solver%destroy()
+    rows = none
+  end subroutine end_shared_rows
+end module qsmpm_shared_rows
