@@ -13,11 +13,12 @@ import pathlib
 import sys
 import tempfile
 
+import many_ranks
 import one_rank
 from support import TOP, Place
 
-CHECKS = [*one_rank.CHECKS]
-LONG_CHECKS = [*one_rank.LONG_CHECKS]
+CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS]
+LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS]
 
 
 def main() -> int:

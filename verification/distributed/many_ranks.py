@@ -1,0 +1,195 @@
+"""Checks of several ranks: the same deck by one process and by many, for what they can share."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+
+from one_rank import cut, shortened
+from support import ENVIRONMENT, TOP, Check, Place, Run, distance, expect
+
+# Curves of another number of ranks: where nothing yields, and where soil yields (ten times the TOLERANCE of the decks).
+ELASTIC, PLASTIC = 1.0e-6, 1.0e-3
+STANDARD = "BASIS=STANDARD, INTEGRATION=POINTS, KINEMATICS=LOGARITHMIC"
+WEIGHT = "*FIX\nbase, ALL\nleft, X\n*GRAVITY\n0, -1"
+# A block of four by six cells that its base carries to the right, through the boxes of the ranks.
+CARRIED = "*FIX\nbase, Y\n*PRESCRIBE\nbase, X, {way}\n*GRAVITY\n0, -1"
+
+
+def plane(body: str, method: str = STANDARD, phase: str = WEIGHT, model: str = "PLANE STRAIN", more: str = "",
+          steps: int = 5) -> str:  # fmt: skip
+    """An elastic body on a grid of 12 by 8 cells of a quarter, with histories of a tracer, a point, a reaction, a volume."""
+    return f"""*HEADING
+A body that ranks share.
+*UNITS, LENGTH=m, FORCE=kN
+*MODEL, TYPE={model}
+*GRID, ELEMENT=QUAD4
+X, 0, 3, 12
+Y, 0, 2, 8
+*NSET, NSET=base, PLANE=Y
+0
+*NSET, NSET=left, PLANE=X
+0
+*MATERIAL, NAME=soil
+*ELASTIC
+200, 0.3
+*UNIT WEIGHT
+10
+*BODY, NAME=body, MATERIAL=soil, SHAPE=BOX
+{body}
+*POINTS, BODY=body, PER ELEMENT=4
+*METHOD, {method}
+*HISTORY, NAME=top, QUANTITY=DISPLACEMENT, COMPONENT=Y
+0.9, 1.3
+*HISTORY, NAME=stress, QUANTITY=STRESS, COMPONENT=YY
+0.6, 0.3
+*HISTORY, NAME=base, QUANTITY=REACTION, COMPONENT=Y, NSET=base
+*HISTORY, NAME=volume, QUANTITY=VOLUME
+*HISTORY, NAME=front, QUANTITY=RUNOUT, COMPONENT=X
+{more}*PHASE, NAME=weight
+{phase}
+*CONTROLS, STEPS={steps}, TOLERANCE=1E-8
+*END PHASE
+"""
+
+
+def agrees(place: Place, name: str, deck: str, ranks: tuple[int, ...], bound: float) -> None:
+    """The curves of some numbers of ranks are those of one process."""
+    alone = place.run("qsmpm", deck, f"{name}-alone")
+    for n in ranks:
+        shared = place.run("qsmpm-mpi", deck, f"{name}-{n}", ranks=n)
+        apart = distance(alone, shared)
+        expect(apart <= bound, f"{name}: {n} ranks {apart:.1e} from one process, bound {bound:.0e}")
+
+
+def elastic_bodies(place: Place) -> None:
+    """2, 3, 4 and 7 ranks give the curves of one process where nothing yields: points, GIMP, splines, cells, rings, space."""
+    agrees(place, "points", plane("0, 2, 0, 1.5"), (2, 3, 4, 7), ELASTIC)
+    for basis in ("GIMP", "SPLINE2", "SPLINE3"):
+        method = f"BASIS={basis}, INTEGRATION=POINTS, KINEMATICS=LOGARITHMIC"
+        agrees(place, basis.lower(), plane("0, 2, 0, 1.5", method), (3,), ELASTIC)
+    agrees(place, "ghost", plane("0, 2, 0, 1.4", STANDARD + ", STABILISATION=GHOST"), (4,), ELASTIC)
+    agrees(place, "ring", plane("0.5, 2, 0, 1.5", model="AXISYMMETRIC"), (3,), ELASTIC)
+    agrees(place, "column", (TOP / "input/column_logarithmic.inp").read_text(), (2, 7), ELASTIC)
+    agrees(place, "space", cut(6, 0.3, 2.0, 2, strength=""), (4,), ELASTIC)
+
+
+def failing_bodies(place: Place) -> None:
+    """Slopes and cuts that yield, with cells and ghost faces, keep within ten times their tolerance."""
+    agrees(place, "slope", slope(15), (2, 4), PLASTIC)
+    agrees(place, "cut", cut(6, 0.3, 7.0, 3), (3,), PLASTIC)
+
+
+def solved_together(place: Place) -> None:
+    """PETSC solves on all ranks together, takes few sweeps, repeats to the byte, and gives way to the first rank."""
+    deck = cut(8, 0.3, 7.0, 3, solver="{solver}")
+    alone = place.run("qsmpm", deck.replace("{solver}", "MUMPS"), "mumps")
+    for n in (2, 3, 4):
+        shared = place.run("qsmpm-mpi", deck.replace("{solver}", "PETSC"), f"petsc-{n}", ranks=n)
+        expect(distance(alone, shared) <= PLASTIC, f"{n} ranks: {distance(alone, shared):.1e} from one process")
+        expect(0 < shared.profile["most_sweeps"] <= 60, f"{n} ranks: {shared.profile['most_sweeps']} sweeps")
+        expect("the first one solves" not in shared.log, shared.log)
+    again = place.run("qsmpm-mpi", deck.replace("{solver}", "PETSC"), "again", ranks=4)
+    expect(again.curves == shared.curves, "other curves from the same ranks")
+    agrees(place, "plane", slope(10).replace("*METHOD", "*SOLVER, TYPE=PETSC\n*METHOD"), (3,), PLASTIC)
+    stiff = cut(6, 0.49999, 3.0, 2, strength="", solver="{solver}")
+    alone = place.run("qsmpm", stiff.replace("{solver}", "MUMPS"), "stiff")
+    shared = place.run("qsmpm-mpi", stiff.replace("{solver}", "PETSC"), "stiff-2", ranks=2)
+    expect("the first one solves them" in shared.log, shared.log)
+    expect(distance(alone, shared) <= PLASTIC, f"{distance(alone, shared):.1e} from one process")
+
+
+def slope(factor: int) -> str:
+    """The first steps of the slope on a grid."""
+    return shortened("slope_grid.inp", factor).replace("*SOLVER, TYPE={solver}\n", "")
+
+
+def carried_block(place: Place) -> None:
+    """A block that rides through the boxes of four ranks: no point is lost, nor is one where a rank has none of its own."""
+    deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "1.6"), steps=16)
+    agrees(place, "block", deck, (4,), ELASTIC)
+    deck = plane("0, 1, 0, 1.5", STANDARD, CARRIED.replace("{way}", "1.6"), steps=16, more="*FIELD, EVERY=4\n")
+    agrees(place, "pictures", deck, (3,), ELASTIC)
+
+
+def repeats(place: Place) -> None:
+    """The same ranks give the same bytes of curves, results and restart file."""
+    deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "0.8"), steps=8, more="*RESTART, EVERY=4\n")
+    first, other = (place.run("qsmpm-mpi", deck, name, ranks=3) for name in ("first", "other"))
+    files = sorted(p.relative_to(first.folder) for p in first.folder.rglob("*") if p.suffix in (".h5", ".csv", ".vtu"))
+    expect(len(files) > 5, f"few files: {files}")
+    for file in files:
+        expect((first.folder / file).read_bytes() == (other.folder / file).read_bytes(), f"{file} has other bytes")
+
+
+def interrupted(place: Place, deck: str, ranks: int, rows: int, restart: bool = False) -> Run:
+    """Run a deck into the folder `long`, and send a signal to one process when the curves have some rows."""
+    path, folder = place.work / "long.inp", place.work / "long"
+    path.write_text(deck)
+    program = place.build / ("qsmpm-mpi" if ranks else "qsmpm")
+    words = [*(["mpirun", "-n", str(ranks)] if ranks else []), program, "run", path, "--out", folder, "--quiet"]
+    words += ["--restart", folder / "restart.h5"] if restart else []
+    job = subprocess.Popen(words, env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        while not (folder / "curves.csv").is_file() or (folder / "curves.csv").read_text().count("\n") < rows:
+            expect(job.poll() is None, f"the run has ended with {job.returncode}")
+            time.sleep(0.02)
+        found = subprocess.run(["pgrep", "-P", str(job.pid), "qsmpm-mpi"], capture_output=True, text=True, check=False)
+        os.kill(max([int(p) for p in found.stdout.split()] or [job.pid]), signal.SIGTERM)
+        code = job.wait(timeout=10)
+    finally:
+        if job.poll() is None:
+            job.kill()
+    expect(code == 128 + signal.SIGTERM, f"exit code {code}")
+    expect((folder / "restart.h5").is_file() and "stopped on request" in (folder / "job.log").read_text(), "no state")
+    return Run(folder, code, "", 0.0)
+
+
+def stopped_and_continued(place: Place) -> None:
+    """A signal to one of four ranks ends all in ten seconds; two ranks, then one process go on as if nothing had been."""
+    deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "1.2"), steps=300)
+    through = place.run("qsmpm", deck, "through")
+    part = interrupted(place, deck, 4, 20)
+    done = len(part.rows())
+    expect(done < 300, "it was not stopped")
+    interrupted(place, deck, 2, done + 20, restart=True)
+    last = place.run("qsmpm", deck, "long", restart=part.folder / "restart.h5")
+    apart = distance(through, last)
+    expect(apart < 1.0e-9, f"{apart:.1e} from a run that went through")
+
+
+def refused(place: Place) -> None:
+    """What ranks cannot share is named before anything is computed or written, once."""
+    deck = (TOP / "input/footing.inp").read_text()
+    run = place.run("qsmpm-mpi", deck, "footing", ranks=2, code=2)
+    expect("2 processes cannot share this deck yet" in run.said and "TRI6" in run.said and "*MOVING MESH" in run.said, run.said)
+    expect(run.said.count("cannot share") == 1 and not run.folder.exists(), run.said)
+    small = plane("0, 0.25, 0, 0.25").replace("0.9, 1.3", "0.1, 0.1").replace("0.6, 0.3", "0.1, 0.1")
+    few = place.run("qsmpm-mpi", small, "few", ranks=3, code=2)
+    expect("too few cells" in few.said, few.said)
+
+
+def moved(deck: str) -> str:
+    """The histories of a body at the end of the grid."""
+    return deck.replace("0.9, 1.3", "2.9, 1.3").replace("0.6, 0.3", "2.6, 0.3")
+
+
+def failures(place: Place) -> None:
+    """A lost equilibrium, and points that leave the grid on one rank, end all with the code of one process, in order."""
+    for name, deck, ranks in (("lost", cut(4, 0.3, 500.0, 1), 3),
+                              ("away", moved(plane("2, 3, 0, 1.5", phase=CARRIED.replace("{way}", "9"), steps=20)), 3)):  # fmt: skip
+        alone = place.run("qsmpm", deck, f"{name}-alone", code=None)
+        shared = place.run("qsmpm-mpi", deck, name, ranks=ranks, code=alone.code)
+        expect(alone.code not in (0, None), f"{name}: {alone.code}")
+        expect("without calling" not in shared.said, shared.said)
+        kept = [(run.folder / "restart.h5").is_file() for run in (alone, shared)]
+        expect(kept[0] == kept[1], f"{name}: a state was kept by {kept}")
+        last = [run.log.splitlines()[-1] for run in (alone, shared)]
+        expect(last[0].split(":")[:3] == last[1].split(":")[:3], "\n".join(last))
+
+
+CHECKS: list[Check] = [elastic_bodies, failing_bodies, solved_together, carried_block, repeats, stopped_and_continued, refused,
+                       failures]  # fmt: skip
+LONG_CHECKS: list[Check] = []
