@@ -62,6 +62,8 @@ contains
     farthest = 0.0_wp
     associate (low => model%mesh%bounds(:, 1), high => model%mesh%bounds(:, 2))
       do i = 1, carried%count
+        ! A place that another process of the team looks after.
+        if (carried%cell(i) == 0) cycle
         if (all(carried%position(:, i) >= low .and. carried%position(:, i) <= high)) cycle
         foot = min(max(carried%position(:, i), low), high)
         do a = 1, size(foot)

@@ -21,6 +21,7 @@ module qsmpm_phase_report
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
+  use qsmpm_team, only: largest
   use qsmpm_text, only: integer_text
   use qsmpm_user_material, only: interface_umat, model_tangent_auto, model_tangent_numerical
   implicit none
@@ -62,15 +63,17 @@ contains
     type(penetration_type), intent(in) :: penetration
     type(phase_report_type), intent(inout) :: report
     class(observer_type), intent(inout) :: observer
+    real(wp) :: crossing
 
     if (allocated(step%system%note)) then
       call observer%note(step%system%note)
       deallocate (step%system%note)
     end if
+    crossing = largest(model%part%team, step%crossing)
+    call warn_of_crossing(model%cell_size, crossing, report%sides, observer)
     if (is_divided(model%part)) return
     if (step%window == model%state%window) call check_moving_mesh(model, step%activation, report%rows, observer)
     call warn_of_penetration(model, penetration, report%penetration, observer)
-    call warn_of_crossing(model%cell_size, step%crossing, report%sides, observer)
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     call report_window(model, report, observer)
   end subroutine report_step
