@@ -149,7 +149,7 @@ contains
     integer, intent(out) :: code
     character(len=:), allocatable :: text, report
 
-    call plan_deck(command%subject, command%plugins, command%json, text, report, code)
+    call plan_deck(command%subject, command%plugins, command%json, command%ranks, text, report, code)
     write (error_unit, '(a)', advance='no') report
     write (output_unit, '(a)', advance='no') text
   end subroutine plan

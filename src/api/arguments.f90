@@ -23,6 +23,8 @@ module qsmpm_arguments
     !> Directory of the results and restart file, empty when not given.
     character(len=:), allocatable :: directory, restart
     integer :: threads = 1
+    !> Processes that a plan is made for.
+    integer :: ranks = 1
     logical :: quiet = .false.
     !> The plan is wanted as JSON.
     logical :: json = .false.
@@ -57,8 +59,9 @@ contains
       '    decks go to DIR/<job>'//newline// &
       'qsmpm check DECK [--plugins]'//newline// &
       '    reads, meshes and seeds a deck and prints its totals; nothing is written'//newline// &
-      'qsmpm plan DECK [--json] [--plugins]'//newline// &
-      '    tells what will be modelled, why not less, and what it will cost; nothing is written'//newline// &
+      'qsmpm plan DECK [--json] [--plugins] [--ranks N]'//newline// &
+      '    tells what will be modelled, why not less, and what it will cost; nothing is written;'//newline// &
+      '    --ranks tells points, equations and memory of N processes (docs/distributed.md)'//newline// &
       '    check and plan load the libraries of *USER MATERIAL, which runs their code, with'//newline// &
       '    --plugins only'//newline// &
       'qsmpm help [KEYWORD]'//newline// &
@@ -111,7 +114,7 @@ contains
     end select
   end subroutine parse_arguments
 
-  !> The words behind `check` or `plan`: the deck, and --plugins and --json (`plan`) before or behind it.
+  !> The words behind `check` or `plan`: the deck, and --plugins, and --json and --ranks (`plan`), before or behind it.
   pure subroutine parse_look(words, name, command, error)
     type(string_type), intent(in) :: words(:)
     !> The command.
@@ -125,9 +128,15 @@ contains
 
     allocate (others(size(words)))
     n = 0
-    do i = 1, size(words)
+    i = 0
+    do while (i < size(words))
+      i = i + 1
       if (words(i)%text == '--json' .and. name == 'plan') then
         command%json = .true.
+      else if (words(i)%text == '--ranks' .and. name == 'plan') then
+        call parse_option(words(i:), name, command, error)
+        if (allocated(error)) return
+        i = i + 1
       else if (words(i)%text == '--plugins') then
         command%plugins = .true.
       else
@@ -251,7 +260,6 @@ contains
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
-    integer :: status
 
     if (size(words) < 2) then
       call fail(error, error_other, name//': '//words(1)%text//' wants a value')
@@ -264,17 +272,31 @@ contains
       case ('--restart')
         command%restart = value
       case ('--threads')
-        status = 1
-        if (len(value) > 0 .and. verify(value, '0123456789') == 0) then
-          read (value, *, iostat=status) command%threads
-        end if
-        if (status /= 0 .or. command%threads < 1) then
-          call fail(error, error_other, name//": --threads wants a number from 1, not '"//value//"'")
-        end if
+        call parse_count(words(:2), name, command%threads, error)
+      case ('--ranks')
+        call parse_count(words(:2), name, command%ranks, error)
       end select
       if (len(value) == 0) call fail(error, error_other, name//': '//words(1)%text//' is empty')
     end associate
   end subroutine parse_option
+
+  !> How many of something: an option and its number.
+  pure subroutine parse_count(words, name, count, error)
+    type(string_type), intent(in) :: words(2)
+    !> The command.
+    character(len=*), intent(in) :: name
+    integer, intent(inout) :: count
+    !> Set when it is no number from 1.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: status
+
+    status = 1
+    associate (value => words(2)%text)
+      if (len(value) > 0 .and. verify(value, '0123456789') == 0) read (value, *, iostat=status) count
+      if (status /= 0 .or. count < 1) call fail(error, error_other, name//': '//words(1)%text// &
+        " wants a number from 1, not '"//value//"'")
+    end associate
+  end subroutine parse_count
 
   !> The nearest known word as a question, nothing when none is near.
   pure function suggestion(word, known) result(text)

@@ -20,6 +20,7 @@ module qsmpm_run
   use qsmpm_model_builder, only: build_model, model_summary
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_plan, only: make_plan
+  use qsmpm_plan_ranks, only: plan_ranks
   use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
   use qsmpm_point, only: point_law, point_summary, refuse_point
   use qsmpm_phases, only: error_stopped
@@ -142,13 +143,15 @@ contains
   end subroutine check_deck
 
   !> Tell what of a deck will be modelled, and what it will cost.
-  subroutine plan_deck(path, plugins, json, text, report, exit_code)
+  subroutine plan_deck(path, plugins, json, ranks, text, report, exit_code)
     !> Path of the deck.
     character(len=*), intent(in) :: path
     !> Load the libraries of user materials.
     logical, intent(in) :: plugins
     !> Write JSON.
     logical, intent(in) :: json
+    !> Processes that are to share the deck.
+    integer, intent(in) :: ranks
     !> The plan, empty when the deck is not good.
     character(len=:), allocatable, intent(out) :: text
     !> Warnings and errors, one a line.
@@ -176,6 +179,7 @@ contains
       return
     end if
     call make_plan(scene, whole, checks, model, items)
+    if (ranks > 1) call plan_ranks(model, ranks, items)
     if (json) then
       text = plan_json(items)
     else

@@ -7,7 +7,7 @@ module qsmpm_equation_count
   implicit none
   private
 
-  public :: count_equations
+  public :: count_equations, count_node_equations
 
 contains
 
@@ -17,6 +17,18 @@ contains
     type(model_type), intent(inout) :: model
     !> Number of equations.
     integer, intent(out) :: count
+    integer :: equations(model%space%node_count)
+
+    call count_node_equations(model, equations)
+    count = sum(equations)
+  end subroutine count_equations
+
+  !> Those of each node.
+  subroutine count_node_equations(model, equations)
+    !> As above.
+    type(model_type), intent(inout) :: model
+    !> (nodes of the space)
+    integer, intent(out) :: equations(:)
     logical :: held(model%mesh%cell_count), active(model%space%node_count)
     integer :: nodes(most_functions), c, n, a
 
@@ -29,9 +41,9 @@ contains
       call cell_nodes_of_space(model%space, model%mesh, c, nodes, n)
       active(nodes(:n)) = .true.
     end do
-    count = 0
+    equations = 0
     do a = 1, model%space%node_count
-      if (active(a)) count = count + model%mesh%dimension - sum(merge(1, 0, model%loading%constrained(:, a)))
+      if (active(a)) equations(a) = model%mesh%dimension - count(model%loading%constrained(:, a))
     end do
-  end subroutine count_equations
+  end subroutine count_node_equations
 end module qsmpm_equation_count

@@ -31,7 +31,7 @@ module qsmpm_division
   implicit none
   private
 
-  public :: divide_model, division_text, join_model, migrate_points, unevenness
+  public :: divide_model, division_text, join_model, migrate_points, unevenness, ring_of, whole_of, find_places
 
 contains
 

@@ -34,7 +34,10 @@ contains
     call parse('plan a.inp --json', command, error)
     call tests%check('plan takes a deck and an option', command%command == command_plan .and. &
       command%subject == 'a.inp' .and. command%json .and. .not. allocated(error))
+    call parse('plan --ranks 8 a.inp', command, error)
+    call tests%check('and for how many processes', command%ranks == 8 .and. command%subject == 'a.inp')
     call parse('plan a.inp', command, error)
+    call tests%check('for one unless it says so', command%ranks == 1)
     call tests%check('a plan is text unless JSON is asked for', .not. command%json)
     call tests%check('and loads no library', .not. command%plugins)
     call parse('plan --plugins a.inp', command, error)
@@ -77,6 +80,9 @@ contains
     call expect(tests, 'check a b', "check: unexpected 'b'")
     call expect(tests, 'check --quiet', "check: unknown option '--quiet'")
     call expect(tests, 'plan --json', 'plan: a deck is wanted')
+    call expect(tests, 'plan a --ranks 0', "plan: --ranks wants a number from 1, not '0'")
+    call expect(tests, 'plan a --ranks', 'plan: --ranks wants a value')
+    call expect(tests, 'check a --ranks 2', "check: unexpected '--ranks'")
     call expect(tests, 'plan a --xml', "plan: unexpected '--xml'")
     call expect(tests, 'help --mark', "help: unknown option '--mark'")
   end subroutine test_errors
