@@ -51,6 +51,7 @@ contains
     call add_item(items, 'points of a process', integer_text(minval(own))//' to '//integer_text(maxval(own)))
     call add_item(items, 'imbalance', short_text(maxval(own)*real(ranks, wp)/sum(own), 3), is_figure=.true.)
     call add_item(items, 'copies in its ring', integer_text(minval(copies))//' to '//integer_text(maxval(copies)))
+    call add_item(items, 'copies of a point', short_text(sum(copies)/real(sum(own), wp), 3), is_figure=.true.)
     call add_item(items, 'equations of a process', integer_text(minval(equations))//' to '// &
       integer_text(maxval(equations)))
     call add_item(items, 'memory of a process', memory_text(model, maxval(own + copies), maxval(equations)))

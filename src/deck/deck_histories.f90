@@ -27,7 +27,7 @@ contains
       'is that of a body; RUNOUT how far the front of a body has moved along an axis; CONTACT FORCE and CONTACT '// &
       'MOMENT (about z) what the soil does to a rigid body, BODY MOVE and BODY ROTATION how far this has moved '// &
       'and turned about z (degrees); CONTACT SLIP how far soil has slid along it since they touched; CONTACT '// &
-      'PRESSURE is that on the soil around a place as drawn, the mean over the length of a patch. *STOP ends a '// &
+      'PRESSURE is that on the soil around a place as drawn, a mean over the length of a patch. *STOP ends a '// &
       'phase by one.', &
       history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
       '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate|'// &

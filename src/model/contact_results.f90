@@ -13,6 +13,9 @@ module qsmpm_contact_results
 
   public :: penetration_type, deepest_point, contact_pressure_at, contact_slip_on
 
+  !> Half of the width of the hat of a mean pressure over the length of a patch.
+  real(wp), parameter :: hat = 0.7_wp
+
   !> Soil that a step brings inside of rigid bodies, and soil that presses from afar (qsmpm_contact_gaps).
   type :: penetration_type
     !> Body, depth and place of the deepest material point; 0 where none is inside.
@@ -92,11 +95,12 @@ contains
     end subroutine add
   end function contact_slip_on
 
-  !> Contact pressure around a place of the configuration as drawn: the mean over the length of a patch, half to either
-  !> side, of what the surface or body carries whose point is nearest; 0 where there is none. A patch has one pressure;
-  !> a mean over its length is what a line between the middles of neighbouring patches says. Places of a body that no
-  !> soil touches are left out: some are beyond a plane of symmetry. With a condition at every point it is the pressure
-  !> of the nearest.
+  !> Contact pressure around a place of the configuration as drawn: a mean of what the surface or body carries whose point
+  !> is nearest, 0 where there is none. A patch has one pressure; points weigh by what they stand for and by a hat over
+  !> seven tenths of a patch to either side, so that the mean goes from patch to patch as a line between their middles does.
+  !> The hat is one in the plane of x and y times one along z, so that a scene in space that does not depend on z reads what
+  !> its plane does. Places of a body that no soil touches are left out: some are beyond a plane of symmetry. With a
+  !> condition at every point it is the pressure of the nearest.
   real(wp) function contact_pressure_at(model, place) result(pressure)
     type(model_type), intent(in) :: model
     real(wp), intent(in) :: place(:)
@@ -120,12 +124,12 @@ contains
       if (owner == 0) return
       weights = 0.0_wp
       sum_of_pressures = 0.0_wp
-      reach = 0.5_wp*merge(1.0_wp, body_patch_cells, pairs(owner)%surface > 0)*model%cell_size
+      reach = hat*merge(1.0_wp, body_patch_cells, pairs(owner)%surface > 0)*model%cell_size
       if (pairs(owner)%pointwise) reach = 0.0_wp
       if (pairs(owner)%surface > 0) then
         do i = 1, surface%count
           if (surface%surface(i) /= pairs(owner)%surface) cycle
-          call add(surface%initial_position(:, i), drawn_length(model, i), surface%contact_pressure(i))
+          call add(surface%initial_position(:, i), surface%area(i)/drawn_radius(model, i), surface%contact_pressure(i))
         end do
       else
         allocate (lengths, source=[(model%body_outlines(k)%length, k=1, size(pairs))])
@@ -149,26 +153,28 @@ contains
       owner = pair
     end subroutine take_nearer
 
-    !> Add the pressure of a point by what of its length is within reach, and the nearest one anyhow.
-    subroutine add(at, length, value)
-      real(wp), intent(in) :: at(:), length, value
-      real(wp) :: weight, distance
+    !> Add the pressure of a point, and that of the nearest one anyhow.
+    subroutine add(at, extent, value)
+      real(wp), intent(in) :: at(:)
+      !> Length as drawn, in space area.
+      real(wp), intent(in) :: extent, value
+      real(wp) :: weight
 
-      distance = norm2(at - place)
-      weight = max(0.0_wp, min(length, reach + 0.5_wp*length - distance))
-      if (distance <= nearest) weight = max(weight, tiny(1.0_wp))
+      weight = 0.0_wp
+      if (reach > 0.0_wp) weight = extent*max(0.0_wp, 1.0_wp - norm2(at(:2) - place(:2))/reach) &
+        *max(0.0_wp, 1.0_wp - norm2(at(3:) - place(3:))/reach)
+      if (norm2(at - place) <= nearest) weight = max(weight, tiny(1.0_wp))
       weights = weights + weight
       sum_of_pressures = sum_of_pressures + weight*value
     end subroutine add
   end function contact_pressure_at
 
-  !> Length of a surface point as drawn: in space the side of the square that it stands for.
-  pure real(wp) function drawn_length(model, i) result(length)
+  !> By what the undeformed area of a surface point is larger than the length it stands for.
+  pure real(wp) function drawn_radius(model, i) result(radius)
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
 
-    length = model%state%surface%area(i)
-    if (model%analysis%model == axisymmetric) length = length/model%state%surface%initial_position(1, i)
-    if (model%mesh%dimension == 3) length = sqrt(length)
-  end function drawn_length
+    radius = 1.0_wp
+    if (model%analysis%model == axisymmetric) radius = model%state%surface%initial_position(1, i)
+  end function drawn_radius
 end module qsmpm_contact_results

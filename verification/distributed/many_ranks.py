@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import signal
 import subprocess
 import time
@@ -163,6 +165,21 @@ def stopped_and_continued(place: Place) -> None:
     expect(apart < 1.0e-9, f"{apart:.1e} from a run that went through")
 
 
+def planned(place: Place) -> None:
+    """`qsmpm plan --ranks` tells how a run shares its points, and what cannot be shared."""
+    run = place.run("qsmpm-mpi", slope(1), "planned", ranks=3)
+    words = [place.build / "qsmpm", "plan", place.work / "planned.inp", "--json", "--ranks", "3"]
+    plan = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)["3 processes"]
+    told = re.search(r"shared by 3 processes: imbalance (\S+) of their points, (\S+) copies of a point", run.log)
+    expect(told is not None, "the log does not tell how points are shared")
+    assert told is not None
+    for name, figure in (("imbalance", told[1]), ("copies of a point", told[2])):
+        expect(abs(float(plan[name]) - float(figure)) < 0.006, f"{name}: planned {plan[name]}, {figure} in the run")
+    words[2] = TOP / "input" / "strip_body.inp"
+    plan = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)["3 processes"]
+    expect("*RIGID BODY" in plan["not shared"], f"a plan that should name *RIGID BODY: {plan}")
+
+
 def refused(place: Place) -> None:
     """What ranks cannot share is named before anything is computed or written, once."""
     deck = (TOP / "input/footing.inp").read_text()
@@ -193,6 +210,6 @@ def failures(place: Place) -> None:
         expect(last[0].split(":")[:3] == last[1].split(":")[:3], "\n".join(last))
 
 
-CHECKS: list[Check] = [elastic_bodies, failing_bodies, solved_together, carried_block, repeats, stopped_and_continued, refused,
+CHECKS: list[Check] = [elastic_bodies, failing_bodies, solved_together, carried_block, repeats, stopped_and_continued, planned, refused,
                        failures]  # fmt: skip
 LONG_CHECKS: list[Check] = []

@@ -34,9 +34,9 @@ def main() -> int:
     failed = 0
     checks = CHECKS + (LONG_CHECKS if words.long else [])
     with tempfile.TemporaryDirectory(prefix="qsmpm-ranks-") as folder:
-        for check in checks:
+        for number, check in enumerate(checks):
             name = (check.__doc__ or check.__name__).splitlines()[0]
-            place = Place(build, pathlib.Path(folder) / check.__name__)
+            place = Place(build, pathlib.Path(folder) / f"{number}-{check.__name__}")
             place.work.mkdir()
             try:
                 check(place)
