@@ -1,6 +1,6 @@
-!> What a deck would be on several processes, for `qsmpm plan --ranks`: the points and equations of each, the copies in the
-!> rings around them, and memory. Boxes, rings and owners are those of a run (qsmpm_division), on the points as they lie
-!> before the first step; memory is an estimate, by what was measured of a point and of PETSc's matrices.
+!> What a deck would be on several processes, for `qsmpm plan --ranks`: the points and equations of each, the copies in
+!> the rings around them, and memory. Boxes, rings and owners are those of a run (qsmpm_division), on the points as they
+!> lie before the first step; memory is an estimate, by what was measured of a point and of PETSc's matrices.
 module qsmpm_plan_ranks
   use qsmpm_kinds, only: wp
   use qsmpm_basis_traits, only: basis_list
