@@ -98,9 +98,9 @@ contains
   !> Contact pressure around a place of the configuration as drawn: a mean of what the surface or body carries whose
   !> point is nearest, 0 where there is none. A patch has one pressure; points weigh by what they stand for and by a hat
   !> over seven tenths of a patch to either side, so that the mean goes from patch to patch as a line between their
-  !> middles does. The hat is one in the plane of x and y times one along z, so that a scene in space that does not depend
-  !> on z reads what its plane does. Places of a body that no soil touches are left out: some are beyond a plane of
-  !> symmetry. With a condition at every point it is the pressure of the nearest.
+  !> middles does. The hat is one in the plane of x and y times one along z, so that a scene in space that does not
+  !> depend on z reads what its plane does. Places of a body that no soil touches are left out: some are beyond a plane
+  !> of symmetry. With a condition at every point it is the pressure of the nearest.
   real(wp) function contact_pressure_at(model, place) result(pressure)
     type(model_type), intent(in) :: model
     real(wp), intent(in) :: place(:)
