@@ -32,7 +32,7 @@ contains
       if (size(analysis%rigid_bodies) > 0) call add(list, '*RIGID BODY')
       if (has_stages(analysis)) call add(list, '*ACTIVATE, *DEACTIVATE and *CHANGE MATERIAL')
       if (has_pore_pressure(model)) call add(list, 'pore water')
-      if (analysis%confinement > 0.0_wp) call add(list, '*CONFINEMENT')
+      if (analysis%confinement > 0.0_wp) call add(list, '*CONFINING PRESSURE')
       if (any(model%outlines%integrates)) call add(list, &
         'bodies that are integrated inside of their outlines (*METHOD, INTEGRATION=CELL of bodies that cut cells)')
       do p = 1, size(analysis%phases)

@@ -140,6 +140,10 @@ contains
     integer :: d, i, n, next
 
     ends = .false.
+    ! The grid of a deck with errors may have none.
+    do d = 1, merge(3, 2, analysis%model == three_dimensional)
+      if (.not. allocated(analysis%mesh%axes(d)%lines)) return
+    end do
     associate (body => analysis%bodies(b), axes => analysis%mesh%axes)
       if (body%kind == body_box) then
         ends = .true.
