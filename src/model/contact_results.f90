@@ -109,21 +109,13 @@ contains
     real(wp) :: nearest, reach, weights, sum_of_pressures
     integer :: i, k, owner
 
-    owner = 0
-    nearest = huge(1.0_wp)
     pressure = 0.0_wp
+    call present_body_points(model, placed_bodies(model), on_bodies)
+    call find_nearest(model, on_bodies, place, owner, nearest)
+    if (owner == 0) return
+    weights = 0.0_wp
+    sum_of_pressures = 0.0_wp
     associate (surface => model%state%surface, pairs => model%contact_pairs)
-      do i = 1, surface%count
-        if (any(pairs%surface == surface%surface(i))) call take_nearer(surface%initial_position(:, i), &
-          findloc(pairs%surface, surface%surface(i), dim=1))
-      end do
-      call present_body_points(model, placed_bodies(model), on_bodies)
-      do i = 1, on_bodies%count
-        call take_nearer(on_bodies%initial_position(:, i), on_bodies%pair(i))
-      end do
-      if (owner == 0) return
-      weights = 0.0_wp
-      sum_of_pressures = 0.0_wp
       reach = hat*merge(1.0_wp, body_patch_cells, pairs(owner)%surface > 0)*model%cell_size
       if (pairs(owner)%pointwise) reach = 0.0_wp
       if (pairs(owner)%surface > 0) then
@@ -143,16 +135,6 @@ contains
 
   contains
 
-    !> Remember whose point is nearer than all before.
-    subroutine take_nearer(at, pair)
-      real(wp), intent(in) :: at(:)
-      integer, intent(in) :: pair
-
-      if (norm2(at - place) >= nearest) return
-      nearest = norm2(at - place)
-      owner = pair
-    end subroutine take_nearer
-
     !> Add the pressure of a point, and that of the nearest one anyhow.
     subroutine add(at, extent, value)
       real(wp), intent(in) :: at(:)
@@ -168,6 +150,34 @@ contains
       sum_of_pressures = sum_of_pressures + weight*value
     end subroutine add
   end function contact_pressure_at
+
+  !> The contact whose point, as drawn, is nearest to a place.
+  pure subroutine find_nearest(model, on_bodies, place, pair, distance)
+    type(model_type), intent(in) :: model
+    !> Contact points on the bodies.
+    type(body_points_type), intent(in) :: on_bodies
+    real(wp), intent(in) :: place(:)
+    !> 0 for none.
+    integer, intent(out) :: pair
+    real(wp), intent(out) :: distance
+    integer :: i
+
+    pair = 0
+    distance = huge(1.0_wp)
+    associate (surface => model%state%surface, pairs => model%contact_pairs)
+      do i = 1, surface%count
+        if (.not. any(pairs%surface == surface%surface(i))) cycle
+        if (norm2(surface%initial_position(:, i) - place) >= distance) cycle
+        distance = norm2(surface%initial_position(:, i) - place)
+        pair = findloc(pairs%surface, surface%surface(i), dim=1)
+      end do
+    end associate
+    do i = 1, on_bodies%count
+      if (norm2(on_bodies%initial_position(:, i) - place) >= distance) cycle
+      distance = norm2(on_bodies%initial_position(:, i) - place)
+      pair = on_bodies%pair(i)
+    end do
+  end subroutine find_nearest
 
   !> By what the undeformed area of a surface point is larger than the length it stands for.
   pure real(wp) function drawn_radius(model, i) result(radius)
