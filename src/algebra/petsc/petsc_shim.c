@@ -37,8 +37,8 @@ static const char *settings[][2] = {
     {"-qsmpm_mg_levels_pc_type", "jacobi"},
     {"-qsmpm_mg_coarse_sub_pc_factor_shift_type", "nonzero"},
 };
-/* On many ranks: the product of the coarse levels that adds in one order. The library knows it by no prefix. */
-static const char *product[] = {"-matptap_via", "allatonce"};
+/* On many ranks: the product of the coarse levels that adds in one order and is fast. The library knows it by no prefix. */
+static const char *product[] = {"-matptap_via", "backend"};
 
 /* Called by MPI_Finalize, which deletes what hangs on the communicator of the process alone before it ends anything. */
 static int finish(MPI_Comm comm, int key, void *value, void *extra)
