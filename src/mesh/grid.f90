@@ -68,6 +68,7 @@ contains
     end if
     call make_part(grid, window_type(), corner)
     mesh%first_size = cell_size(corner, 1)
+    mesh%is_box = .true.
     allocate (mesh%bounds(mesh%dimension, 2))
     do a = 1, mesh%dimension
       mesh%bounds(a, :) = [grid%axes(a)%lines(1), grid%axes(a)%lines(size(grid%axes(a)%lines))]

@@ -36,6 +36,8 @@ module qsmpm_mesh
     real(wp), allocatable :: bounds(:, :)
     !> Size of the first cell, of the whole grid when the mesh is a part of one, as it was built.
     real(wp) :: first_size = 0.0_wp
+    !> Whether the mesh fills a box, now and for good: a way that meets its outside has left it.
+    logical :: is_box = .false.
     !> Labels the input file gave to nodes and cells.
     integer, allocatable :: node_label(:), cell_label(:)
     !> Element kind of each cell, one of the parameters of `qsmpm_element`.

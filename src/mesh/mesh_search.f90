@@ -4,8 +4,8 @@
 !> after a nudge along a fixed direction that is parallel to nothing in particular, as long as 1e-9
 !> of the size of the first cell; should the nudged place lie on a face, the cell it lies deepest in
 !> has it. So every place has one owner, whatever cell the search starts from; on the outside of the
-!> mesh the touching cell takes it. The search walks over the most violated face and falls back to
-!> looking at all cells where a walk meets the outside of a non-convex mesh.
+!> mesh the touching cell takes it. The search walks over the most violated face. Where it meets the outside a place
+!> has left a mesh that fills a box; in others all cells are looked at.
 module qsmpm_mesh_search
   use qsmpm_affine_cell, only: affine_map
   use qsmpm_tensor, only: cross
@@ -108,15 +108,19 @@ contains
     logical, intent(out) :: found
     real(wp) :: nudged(size(x))
     integer :: owner
-    logical :: ok
+    logical :: ok, outside
 
     owner = max(1, cell)
     ! The size of one cell for all places: the size of the starting cell would make the owner of a
     ! place very near a face depend on the start.
     nudged = x + nudge*mesh%first_size*direction(:size(x))
-    call walk(mesh, nudged, owner, inside_tolerance, found)
-    if (.not. found) call look_everywhere(mesh, nudged, inside_tolerance, owner, found)
-    if (.not. found) call look_everywhere(mesh, x, touching_tolerance, owner, found)
+    call walk(mesh, nudged, owner, inside_tolerance, found, outside)
+    if (outside .and. mesh%is_box) then
+      call walk(mesh, x, owner, touching_tolerance, found, outside)
+    else
+      if (.not. found) call look_everywhere(mesh, nudged, inside_tolerance, owner, found)
+      if (.not. found) call look_everywhere(mesh, x, touching_tolerance, owner, found)
+    end if
     if (.not. found) return
     cell = owner
     call inverse_map(mesh, cell, x, local, ok)
@@ -124,7 +128,7 @@ contains
   end subroutine locate
 
   !> Walk over the most violated faces.
-  pure subroutine walk(mesh, x, cell, tolerance, found)
+  pure subroutine walk(mesh, x, cell, tolerance, found, outside)
     type(mesh_type), intent(in) :: mesh
     !> Place (dimension).
     real(wp), intent(in) :: x(:)
@@ -132,20 +136,22 @@ contains
     integer, intent(inout) :: cell
     !> Inside means distances above minus this.
     real(wp), intent(in) :: tolerance
-    !> False when the walk meets the outside.
-    logical, intent(out) :: found
+    !> Whether the owner is found, or the walk has met the outside; neither where a cell is too distorted to tell.
+    logical, intent(out) :: found, outside
     real(wp) :: distance
     logical :: ok
     integer :: moves, worst
 
     found = .false.
+    outside = .false.
     do moves = 1, 4*mesh%cell_count
       call find_worst_face(mesh, cell, x, worst, distance, ok)
       if (.not. ok) return
       found = distance >= -tolerance
       if (found .and. distance <= tolerance) call settle_tie(mesh, x, distance, cell)
       if (found) return
-      if (mesh%face_neighbour(worst, cell) == 0) return
+      outside = mesh%face_neighbour(worst, cell) == 0
+      if (outside) return
       cell = mesh%face_neighbour(worst, cell)
     end do
   end subroutine walk

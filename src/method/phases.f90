@@ -31,7 +31,7 @@ module qsmpm_phases
   use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, share_note, &
     show_mechanism, tell_factor
   use qsmpm_soil_points, only: inaccurate_points
-  use qsmpm_step_control, only: outcome_type
+  use qsmpm_step_control, only: cause_of_end, outcome_type
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
@@ -369,7 +369,7 @@ contains
       if (allocated(error)) return
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
       if (is_given_up(phase%controls, model%state%progress, outcome)) then
-        call fail(error, outcome%cause, failure_text(model, loop%step, phase, outcome))
+        call fail(error, cause_of_end(outcome), failure_text(model, loop%step, phase, outcome))
         call note_repeats(observer, repeats)
         return
       end if

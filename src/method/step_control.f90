@@ -44,7 +44,7 @@ module qsmpm_step_control
   public :: largest_move, static_attempt, substep_attempt, reequilibration_attempt, reequilibration_controls
   public :: has_length_error, is_too_long, retries_line_search
   public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
-  public :: must_equilibrate, lacks_support, reject, reject_solve
+  public :: must_equilibrate, lacks_support, reject, reject_solve, cause_of_end
   public :: is_balanced, judge_stabilisation, reject_compliant, exceeds
 
   !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
@@ -186,6 +186,15 @@ contains
 
     lacks_support = cause == error_singular .and. steps_taken == 0
   end function lacks_support
+
+  !> Why a run ends whose increment is given up. Equations that could be solved, and are singular once friction slips or
+  !> soil yields, have lost their equilibrium; singular in the first iteration they lack supports or stiffness.
+  pure integer function cause_of_end(outcome)
+    type(outcome_type), intent(in) :: outcome
+
+    cause_of_end = outcome%cause
+    if (outcome%cause == error_singular .and. outcome%static_iterations > 0) cause_of_end = error_not_converged
+  end function cause_of_end
 
   !> Whether sub-steps are asked for and possible: a carried mesh cannot move on in them.
   pure logical function is_dampable(model, controls)

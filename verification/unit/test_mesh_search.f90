@@ -221,6 +221,7 @@ contains
 
     call sample_grid('QUAD4', 3, 0.0_wp, mesh)
     call drop_cells(mesh, [2, 5])
+    mesh%is_box = .false.
     call build_topology(mesh, error)
     call tests%check('a mesh with a notch is sound', .not. allocated(error))
     cell = 1
