@@ -18,6 +18,7 @@ import argparse
 import json
 import pathlib
 from dataclasses import dataclass
+from typing import Any
 
 POINTS_A_CELL = 8
 BYTES_OF_POINT = 600.0
@@ -132,7 +133,7 @@ def table() -> str:
 
 
 def draw(measured: pathlib.Path, figure: pathlib.Path) -> None:
-    """Wall seconds over ranks: what was measured, and one rank's seconds by the share of work that the model gives."""
+    """Wall seconds over ranks: what was measured, and one rank's seconds by the share of work that the estimate gives."""
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
@@ -142,16 +143,28 @@ def draw(measured: pathlib.Path, figure: pathlib.Path) -> None:
     for axes, kind, title in ((left, "strong", "one scene"), (right, "weak", "as many points a rank")):
         rows = [run for run in runs if run["kind"] == kind]
         for name in sorted({run["scene"] for run in rows}):
-            mine = sorted((run for run in rows if run["scene"] == name), key=lambda run: int(run["ranks"]))
-            axes.plot([r["ranks"] for r in mine], [r["wall_seconds"] for r in mine], "o-", label=name)
+            mine = in_order(rows, name)
+            ranks = [r["ranks"] for r in mine]
+            axes.plot(ranks, [r["wall_seconds"] for r in mine], "o-", label=name)
             alone = mine[0]["wall_seconds"]
             work = [Estimate(BASES[0], r["points"], r["ranks"]) for r in mine]
-            axes.plot([r["ranks"] for r in mine], [alone * e.seconds / work[0].seconds for e in work], "k:", lw=1)
-        axes.set(xlabel="ranks", ylabel="seconds by the clock", title=title, xscale="log", yscale="log")
-        if rows:
-            axes.legend(fontsize=7)
+            axes.plot(ranks, [alone * e.seconds / work[0].seconds for e in work], "k:", lw=1, label="estimate")
+        axes.set(xlabel="ranks", ylabel="seconds by the clock", title=title)
+    beside = [run for run in runs if run["kind"] == "beside"]
+    for name in sorted({run["scene"] for run in beside}):
+        mine = in_order(beside, name)
+        right.plot([r["ranks"] for r in mine], [r["wall_seconds"] for r in mine], "x--", label="runs of one rank, side by side")
+    for axes in (left, right):
+        axes.set_xticks(sorted({run["ranks"] for run in runs}))
+        axes.set_ylim(bottom=0.0)
+        axes.legend(fontsize=7)
     picture.tight_layout()
     picture.savefig(figure, metadata={"Date": None})
+
+
+def in_order(runs: list[dict[str, Any]], scene: str) -> list[dict[str, Any]]:
+    """The runs of a scene by their ranks."""
+    return sorted((run for run in runs if run["scene"] == scene), key=lambda run: int(run["ranks"]))
 
 
 def main() -> None:

@@ -1,29 +1,37 @@
 #!/usr/bin/env python3
-"""Wall and CPU seconds, memory, sweeps and imbalance of runs on more and more ranks: one scene for all of them, and one
-that grows with them.
+"""Seconds, memory, sweeps and imbalance of runs on more and more ranks: one scene for all of them, one that grows with
+them, and what the machine itself loses when as many cores work.
 
-    scaling.py [--ranks 1 2] [--cells 26] [--load 5.6] [--limit 300] [--json build/scaling.json] [--program build/qsmpm-mpi]
+    scaling.py [--ranks 1 2] [--cells 26] [--load 5.6] [--repeat 3] [--kinds strong weak beside] [--limit 300]
+               [--json build/scaling.json] [--program build/qsmpm-mpi]
 
 The scene is a vertical cut in space, CELLS cells a metre and eight points a cell, whose weight grows until it yields
-widely, short of where it fails. `strong` runs it on all numbers of ranks, `weak` with as many metres
-of it as there are ranks. Prints a table; cost_model.py draws what the file holds. Where ranks outnumber the cores they
-wait for each other, and the seconds say nothing.
+widely, short of where it fails. `strong` runs it on all numbers of ranks, `weak` with as many metres of it as there are
+ranks, and `beside` runs the scene of one rank so many times at once, each by itself: cores share their memory, and what
+that costs is not the ranks' fault. Of repeated runs the one that took least by the clock counts.
+
+Prints a table; cost_model.py draws what the file holds. Seconds of the parts are those by the clock on the first rank:
+`begin` is reading, building and starting the model, which every rank does for all of it, `points` evaluation and
+assembly, `set-up` the matrix and its multigrid, `solves` the solutions, `sharing` points that move and migrate, `rest`
+results, control and mpirun. CPU seconds of `beside` are those of one of the runs. Where ranks outnumber the cores they wait for each other, and the seconds say nothing.
 """
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import pathlib
 import re
-import resource
 import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 
-TOP = pathlib.Path(__file__).resolve().parents[2]
+from support import ENVIRONMENT, TOP, run_limited
+
+PARTS = {"begin": ("input", "initialisation"), "points": ("evaluation", "assembly"), "set-up": ("analysis", "factorisation"),
+         "solves": ("solves",), "sharing": ("convection",)}
+"""Columns of the table, in parts of the profile."""
 DECK = """*HEADING
 A cut of 1 m, {metres} m long, under more and more weight.
 *UNITS, LENGTH=m, FORCE=kN
@@ -78,59 +86,88 @@ class Result:
     wall_seconds: float
     cpu_seconds: float
     megabytes: float
-    """Largest memory of a rank."""
+    """Largest memory of a rank, as the first one tells it."""
     iterations: int
     sweeps: int
     imbalance: float
+    """Own points of the largest part over their mean, when the model was shared."""
+    copies: float
+    """Copies of a point."""
+    parts: dict[str, float] = field(default_factory=dict)
+    """Seconds by the clock on the first rank, by the names of PARTS, and the rest."""
 
 
-def run(kind: str, program: pathlib.Path, cells: int, metres: int, ranks: int, load: float, solver: str, limit: float) -> Result:
-    """Run the scene on so many ranks."""
-    deck = DECK.format(cells=cells, across=round(1.5 * cells), metres=metres, along=cells * metres, solver=solver, load=load)
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1",
-                   "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
-        (folder / "cut.inp").write_text(deck)
-        before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        command = ["mpirun", "--oversubscribe", "-n", str(ranks), program, "run", folder / "cut.inp", "--out", folder / "run", "--quiet"]
-        try:
-            code = subprocess.run(command, capture_output=True, env=environment, timeout=limit).returncode
-        except subprocess.TimeoutExpired:
-            code = -1
-        wall, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
-        log = (folder / "run" / "job.log").read_text() if (folder / "run" / "job.log").is_file() else ""
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return Result(kind, f"{cells} cells a metre, {solver}", ranks, 8 * cells**3 * metres, code, wall, spent, after.ru_maxrss / 1024,
-                  sum(map(int, re.findall(r"(\d+) iterations", log))), int(first(r"(\d+) sweeps", log)), first(r"imbalance (\S+)", log))
+@dataclass(frozen=True)
+class Bench:
+    """What all runs have in common."""
+
+    program: pathlib.Path
+    cells: int
+    load: float
+    solver: str
+    limit: float
+
+    def deck(self, metres: int) -> str:
+        """The scene, so many metres long."""
+        return DECK.format(cells=self.cells, across=round(1.5 * self.cells), metres=metres, along=self.cells * metres, solver=self.solver,
+                           load=self.load)  # fmt: skip
+
+    def run(self, kind: str, metres: int, ranks: int, beside: int = 1) -> Result:
+        """The scene on so many ranks, once, or so many times at once; then the slowest of them."""
+        with tempfile.TemporaryDirectory(prefix="qsmpm-scaling-") as name:
+            folder = pathlib.Path(name)
+            (folder / "cut.inp").write_text(self.deck(metres))
+            words = ["mpirun", "-n", str(ranks), str(self.program), "run", str(folder / "cut.inp"), "--quiet", "--profile", "--out"]
+            others = [subprocess.Popen([*words, str(folder / f"other-{i}")], env=ENVIRONMENT, stdout=subprocess.DEVNULL,
+                                       stderr=subprocess.DEVNULL) for i in range(1, beside)]  # fmt: skip
+            began = time.perf_counter()
+            done = run_limited([*words, folder / "run"], self.limit * 2, folder, ENVIRONMENT, wall=self.limit)
+            codes = [other.wait(self.limit) for other in others]
+            wall = time.perf_counter() - began
+            bad = next((code for code in codes if code != 0), -1 if done.code is None else done.code)
+            return self.told(kind, folder / "run", metres, ranks * beside, bad, wall, done.cpu)
+
+    def told(self, kind: str, folder: pathlib.Path, metres: int, ranks: int, code: int, wall: float, cpu: float) -> Result:
+        """What log and profile of a run say."""
+        log, path = folder / "job.log", folder / "profile.json"
+        profile = json.loads(path.read_text()) if path.is_file() else {}
+        shared = re.search(r"imbalance (\S+) of their points, (\S+) copies of a point", log.read_text() if log.is_file() else "")
+        parts = {name: sum(profile["parts"][p]["wall_seconds"] for p in of) for name, of in PARTS.items()} if profile else {}
+        parts["rest"] = wall - sum(parts.values())
+        return Result(kind, f"{self.cells} cells a metre, {self.solver}", ranks, 8 * self.cells**3 * metres, code, wall, cpu,
+                      profile.get("peak_memory_bytes", 0) / 1e6, profile.get("iterations", 0), profile.get("sweeps", 0),
+                      float(shared[1]) if shared else 1.0, float(shared[2]) if shared else 0.0, parts)  # fmt: skip
 
 
-def first(pattern: str, text: str) -> float:
-    """The last number that a pattern finds, 0 for none."""
-    found = re.findall(pattern, text)
-    return float(found[-1]) if found else 0.0
+def row(result: Result) -> str:
+    """A line of the table."""
+    figures = " | ".join(f"{result.parts.get(name, 0.0):.1f}" for name in (*PARTS, "rest"))
+    return (f"| {result.kind} | {result.points} | {result.ranks} | {result.exit_code} | {result.wall_seconds:.1f} | {result.cpu_seconds:.1f} | "
+            f"{figures} | {result.megabytes:.0f} | {result.iterations} | {result.sweeps} | {result.imbalance:.2f} | {result.copies:.2f} |")
 
 
 def main() -> int:
     """All runs."""
-    words = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
     words.add_argument("--cells", type=int, default=26, help="cells a metre; 26: 140608 points, 54756 equations")
     words.add_argument("--solver", default="PETSC")
     words.add_argument("--load", type=float, default=5.6, help="weight at the end; beyond 6.5 the cut fails")
+    words.add_argument("--repeat", type=int, default=1, help="runs of each kind, of which the quickest counts")
     words.add_argument("--limit", type=float, default=300.0, help="seconds by the clock that a run may take")
-    words.add_argument("--kinds", nargs="+", choices=("strong", "weak"), default=["strong", "weak"])
+    words.add_argument("--kinds", nargs="+", choices=("strong", "weak", "beside"), default=["strong", "weak", "beside"])
     words.add_argument("--json", type=pathlib.Path, default=TOP / "build" / "scaling.json")
     words.add_argument("--program", type=pathlib.Path, default=TOP / "build" / "qsmpm-mpi")
     given = words.parse_args()
+    bench = Bench(given.program.resolve(), given.cells, given.load, given.solver, given.limit)
     results: list[Result] = []
-    print("| | points | ranks | exit | wall s | CPU s | MB a rank | iterations | sweeps | imbalance |\n" + "|---" * 10 + "|")
+    names = ["", "points", "ranks", "exit", "wall s", "CPU s", *PARTS, "rest", "MB a rank", "iterations", "sweeps", "imbalance", "copies"]
+    print(f"| {' | '.join(names)} |\n" + "|---" * len(names) + "|")
     for kind in given.kinds:
         for ranks in given.ranks:
-            result = run(kind, given.program.resolve(), given.cells, ranks if kind == "weak" else 1, ranks, given.load, given.solver, given.limit)
-            results.append(result)
-            print(f"| {kind} | {result.points} | {ranks} | {result.exit_code} | {result.wall_seconds:.1f} | {result.cpu_seconds:.1f} | "
-                  f"{result.megabytes:.0f} | {result.iterations} | {result.sweeps} | {result.imbalance:.2f} |", flush=True)
+            shape = {"strong": (1, ranks, 1), "weak": (ranks, ranks, 1), "beside": (1, 1, ranks)}[kind]
+            results.append(min((bench.run(kind, *shape) for _ in range(given.repeat)), key=lambda r: (r.exit_code != 0, r.wall_seconds)))
+            print(row(results[-1]), flush=True)
             given.json.write_text(json.dumps([asdict(r) for r in results], indent=1))
     return 0 if all(result.exit_code == 0 for result in results) else 1
 
