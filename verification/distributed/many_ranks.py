@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+import pathlib
 import re
 import signal
 import subprocess
 import time
 
 from one_rank import cut, shortened
-from support import ENVIRONMENT, TOP, Check, Place, Run, distance, expect
+from support import ENVIRONMENT, TOP, Check, Place, Run, distance, expect, expect_same_bytes
 
 # Curves of another number of ranks: where nothing yields, and where soil yields (ten times the TOLERANCE of the decks).
 ELASTIC, PLASTIC = 1.0e-6, 1.0e-3
+SECONDS = 10.0
+"""By the clock, in which all ranks end once one has to."""
 STANDARD = "BASIS=STANDARD, INTEGRATION=POINTS, KINEMATICS=LOGARITHMIC"
 WEIGHT = "*FIX\nbase, ALL\nleft, X\n*GRAVITY\n0, -1"
 # A block of four by six cells that its base carries to the right, through the boxes of the ranks.
@@ -123,33 +126,57 @@ def repeats(place: Place) -> None:
     """The same ranks give the same bytes of curves, results and restart file."""
     deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "0.8"), steps=8, more="*RESTART, EVERY=4\n")
     first, other = (place.run("qsmpm-mpi", deck, name, ranks=3) for name in ("first", "other"))
-    files = sorted(p.relative_to(first.folder) for p in first.folder.rglob("*") if p.suffix in (".h5", ".csv", ".vtu"))
-    expect(len(files) > 5, f"few files: {files}")
-    for file in files:
-        expect((first.folder / file).read_bytes() == (other.folder / file).read_bytes(), f"{file} has other bytes")
+    expect_same_bytes(first, other)
 
 
-def interrupted(place: Place, deck: str, ranks: int, rows: int, restart: bool = False) -> Run:
-    """Run a deck into the folder `long`, and send a signal to one process when the curves have some rows."""
+def is_alive(process: int) -> bool:
+    """Whether a process runs; one that has ended and was not waited for does not."""
+    try:
+        return ") Z" not in pathlib.Path(f"/proc/{process}/stat").read_text()
+    except OSError:
+        return False
+
+
+def ten_repeats(place: Place) -> None:
+    """Ten runs on four ranks give the same bytes: solved by PETSc on all of them, and on the first one."""
+    for solver in ("PETSC", "MUMPS"):
+        deck = cut(8, 0.3, 7.0, 3, solver=solver, restart="*RESTART, EVERY=2\n")
+        first = place.run("qsmpm-mpi", deck, f"{solver}-0", ranks=4)
+        for i in range(1, 10):
+            expect_same_bytes(first, place.run("qsmpm-mpi", deck, f"{solver}-{i}", ranks=4))
+
+
+def end_one(place: Place, deck: str, ranks: int, rows: int, by: signal.Signals, restart: bool = False) -> Run:
+    """Run a deck into the folder `long`, send a signal to its last process when the curves have some rows; all end in time."""
     path, folder = place.work / "long.inp", place.work / "long"
     path.write_text(deck)
-    program = place.build / ("qsmpm-mpi" if ranks else "qsmpm")
-    words = [*(["mpirun", "-n", str(ranks)] if ranks else []), program, "run", path, "--out", folder, "--quiet"]
-    words += ["--restart", folder / "restart.h5"] if restart else []
+    words = ["mpirun", "-n", str(ranks), str(place.build / "qsmpm-mpi"), "run", str(path), "--out", str(folder), "--quiet"]
+    words += ["--restart", str(folder / "restart.h5")] if restart else []
     job = subprocess.Popen(words, env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         while not (folder / "curves.csv").is_file() or (folder / "curves.csv").read_text().count("\n") < rows:
             expect(job.poll() is None, f"the run has ended with {job.returncode}")
             time.sleep(0.02)
-        found = subprocess.run(["pgrep", "-P", str(job.pid), "qsmpm-mpi"], capture_output=True, text=True, check=False)
-        os.kill(max([int(p) for p in found.stdout.split()] or [job.pid]), signal.SIGTERM)
-        code = job.wait(timeout=10)
+        found = subprocess.run(["pgrep", "-P", str(job.pid), "qsmpm-mpi"], capture_output=True, text=True, check=True)
+        processes = [int(p) for p in found.stdout.split()]
+        os.kill(max(processes), by)
+        told = time.monotonic()
+        code = job.wait(timeout=SECONDS)
+        while any(is_alive(p) for p in processes):
+            expect(time.monotonic() < told + SECONDS, "processes are left")
+            time.sleep(0.02)
     finally:
         if job.poll() is None:
             job.kill()
-    expect(code == 128 + signal.SIGTERM, f"exit code {code}")
-    expect((folder / "restart.h5").is_file() and "stopped on request" in (folder / "job.log").read_text(), "no state")
     return Run(folder, code, "", 0.0)
+
+
+def interrupted(place: Place, deck: str, ranks: int, rows: int, restart: bool = False) -> Run:
+    """Ask a run to stop by a signal to one of its processes."""
+    run = end_one(place, deck, ranks, rows, signal.SIGTERM, restart)
+    expect(run.code == 128 + signal.SIGTERM, f"exit code {run.code}")
+    expect((run.folder / "restart.h5").is_file() and "stopped on request" in run.log, "no state")
+    return run
 
 
 def stopped_and_continued(place: Place) -> None:
@@ -212,4 +239,4 @@ def failures(place: Place) -> None:
 
 CHECKS: list[Check] = [elastic_bodies, failing_bodies, solved_together, carried_block, repeats, stopped_and_continued, planned, refused,
                        failures]  # fmt: skip
-LONG_CHECKS: list[Check] = []
+LONG_CHECKS: list[Check] = [ten_repeats]

@@ -13,12 +13,13 @@ import pathlib
 import sys
 import tempfile
 
+import faults
 import many_ranks
 import one_rank
 from support import TOP, Place
 
-CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS]
-LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS]
+CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS, *faults.CHECKS]
+LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS, *faults.LONG_CHECKS]
 
 
 def main() -> int:

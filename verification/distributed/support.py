@@ -65,7 +65,7 @@ class Place:
     work: pathlib.Path
 
     def run(self, program: str, deck: str | pathlib.Path, name: str, ranks: int = 0, code: int | None = 0,
-            seconds: float = CPU_SECONDS, restart: pathlib.Path | None = None, **more: str) -> Run:  # fmt: skip
+            seconds: float = CPU_SECONDS, restart: pathlib.Path | None = None, wall: float | None = None, **more: str) -> Run:  # fmt: skip
         """Run a deck, a file or its text, by mpirun where ranks are given; a code that is not wanted is an error."""
         folder = self.work / name
         if isinstance(deck, str):
@@ -76,7 +76,7 @@ class Place:
         words: list[str | pathlib.Path] = ["mpirun", "-n", str(ranks)] if ranks else []
         words += [self.build / program, "run", path, "--out", folder, "--profile", "--quiet"]
         words += ["--restart", restart] if restart else []
-        done = run_limited(words, seconds, self.work, {**ENVIRONMENT, **more})
+        done = run_limited(words, seconds, self.work, {**ENVIRONMENT, **more}, wall=wall)
         said = done.output + done.errors
         expect(code is None or done.code == code, f"{name}: {done.how}\n{said}")
         return Run(folder, done.code, said, done.cpu)
@@ -117,6 +117,14 @@ def distance(one: Run, other: Run) -> float:
         size = max(max(abs(row[column]) for row in a), 1e-300)
         worst = max([worst, *(abs(p[column] - q[column]) / size for p, q in zip(a, b, strict=True))])
     return worst
+
+
+def expect_same_bytes(one: Run, other: Run) -> None:
+    """Curves, results, pictures and restart file of two runs are the same bytes."""
+    names = [sorted(p.relative_to(run.folder) for p in run.folder.rglob("*") if p.suffix in (".h5", ".csv", ".vtu")) for run in (one, other)]
+    expect(len(names[0]) > 2 and names[0] == names[1], f"files: {names[0]} and {names[1]}")
+    for name in names[0]:
+        expect((one.folder / name).read_bytes() == (other.folder / name).read_bytes(), f"{name} has other bytes")
 
 
 Check = Callable[[Place], None]

@@ -8,7 +8,8 @@ C                                                     it writes to unit 6
 C      11 adds to a number behind STATEV
 C      12 _exit(0)    13 overwrites NTENS   14 overwrites NSTATV
 C      15 NaN at no strain
-C     from the KINC of PROPS(4) on.
+C     from the KINC of PROPS(4) on, and where PROPS(7) is given only
+C     at an X above it.
       SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,
      1 RPL,DDSDDT,DRPLDE,DRPLDT,STRAN,DSTRAN,TIME,DTIME,TEMP,DTEMP,
      2 PREDEF,DPRED,CMNAME,NDI,NSHR,NTENS,NSTATV,PROPS,NPROPS,COORDS,
@@ -34,6 +35,9 @@ C     from the KINC of PROPS(4) on.
           STRESS(I)=STRESS(I)+DDSDDE(I,J)*DSTRAN(J)
    30 CONTINUE
       IF(KINC.LT.NINT(PROPS(4))) RETURN
+      IF(NPROPS.GE.7) THEN
+        IF(COORDS(1).LT.PROPS(7)) RETURN
+      END IF
       KIND=NINT(PROPS(3))
       IF(KIND.EQ.1) STOP 'factor out of range'
       IF(KIND.EQ.2) STRESS(1)=REAL(KINC/(KINC-NINT(PROPS(4))))

@@ -1,0 +1,68 @@
+"""Checks of what goes wrong on one rank: laws, numbers, a process that is killed, a disk that is full. All ranks end, in
+time, with one exit code, and what was written is good."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+
+from many_ranks import CARRIED, SECONDS, end_one, plane
+from support import Check, Place, Run, expect, expect_same_bytes
+
+FAULTS = {4: "not a finite number", 5: "asks for a shorter step", 6: "ends the program", 3: "SIGSEGV", 12: "ends the program"}
+"""Ways of verification/plugins/faulty_umat.f to go wrong, and words of what is said of them."""
+
+
+def faulty(place: Place, kind: int) -> str:
+    """A body of 12 by 6 cells whose law goes wrong in its third step at the right end: there two ranks have no common points."""
+    library = place.build / "verification" / "plugins" / "libfaulty.so"
+    law = f"*USER MATERIAL, INTERFACE=UMAT, LIBRARY={library}\n 200, 0.3, {kind}, 3, 0.5, 0, 2.6\n"
+    return plane("0, 3, 0, 1.5").replace("*ELASTIC\n200, 0.3\n", law)
+
+
+def laws(place: Place) -> None:
+    """A law that goes wrong on one rank (NaN, shorter steps, XIT, a bad address, _exit) ends all in ten seconds, as on one process."""
+    for kind, words in FAULTS.items():
+        deck = faulty(place, kind)
+        alone = place.run("qsmpm", deck, f"{kind}-alone", code=None)
+        shared = place.run("qsmpm-mpi", deck, f"{kind}-shared", ranks=2, code=alone.code, wall=SECONDS)
+        expect(alone.code in (3, 6), f"{kind}: exit code {alone.code}")
+        last = [run.log.splitlines()[-1] for run in (alone, shared)]
+        expect(words in last[1] and last[0].split(":")[:5] == last[1].split(":")[:5], "\n".join(last))
+        expect(len(shared.rows()) == 2 and (shared.folder / "restart.h5").is_file(), f"{kind}: the steps before are not whole")
+
+
+def killed(place: Place) -> None:
+    """One of three ranks is killed: all end in ten seconds, not with 0, and the run goes on from its file to the same bytes."""
+    deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "1.2"), steps=120, more="*RESTART, EVERY=10\n")
+    whole = place.run("qsmpm-mpi", deck, "whole", ranks=3)
+    run = end_one(place, deck, 3, 31, signal.SIGKILL)
+    expect(run.code != 0 and not run.log.rstrip().endswith("finished"), f"exit code {run.code}")
+    expect(len(run.rows()) < 120, "it had ended before")
+    rest = place.run("qsmpm-mpi", deck, "long", ranks=3, restart=run.folder / "restart.h5")
+    expect_same_bytes(whole, rest)
+
+
+def full_disk(place: Place) -> None:
+    """A disk that is full, where the first rank writes, ends all in ten seconds with exit code 1, and the last state is good."""
+    disk = place.work / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=500k", "tmpfs", str(disk)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode != 0:
+        print("left out: a full disk (needs root to mount a small tmpfs)")
+        return
+    try:
+        deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "1.2"), steps=60, more="*FIELD, EVERY=1\n*RESTART, EVERY=1\n")
+        full = place.run("qsmpm-mpi", deck, "disk/out", ranks=3, code=1, wall=SECONDS)
+        expect("No space left" in full.said and "without calling" not in full.said, full.said)
+        expect(2 < len(full.rows()) < 60, f"{len(full.rows())} steps")
+        shutil.copy(full.folder / "restart.h5", place.work / "last.h5")
+    finally:
+        subprocess.run(["umount", str(disk)], check=False)
+    place.run("qsmpm-mpi", deck, "room", ranks=2, restart=place.work / "last.h5")
+
+
+CHECKS: list[Check] = [laws, killed, full_disk]
+LONG_CHECKS: list[Check] = []
