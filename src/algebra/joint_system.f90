@@ -144,7 +144,7 @@ contains
     call find_numbers(joint, team, equations, joint%labels, joint_labels, error)
     call agree(team, error)
     if (allocated(error)) return
-    call find_places(joint, team, equations, matrix, own, error)
+    call find_sent(joint, team, equations, matrix, own, error)
     call agree(team, error)
     if (allocated(error)) return
     if (team%rank == 0) call start_system(system, joint%choice, joint%matrix, joint%equations%bandwidth, &
@@ -180,26 +180,12 @@ contains
     !> Labels of all nodes, rising; on the first process.
     integer, allocatable, intent(out) :: joint_labels(:)
     type(error_type), allocatable, intent(out) :: error
-    integer(long), allocatable :: lists(:), nodes(:), all_lists(:), all_nodes(:)
+    integer(long), allocatable :: nodes(:), all_lists(:), all_nodes(:)
     real(wp), allocatable :: all_places(:)
     integer, allocatable :: first(:), order(:), mine(:), bits(:)
-    integer :: a, q, c, d, k, n
+    integer :: a, c, d, k, n
 
     d = size(places, 1)
-    allocate (lists(0))
-    n = 0
-    allocate (order(equations%connectivity%count + size(equations%connectivity%nodes)))
-    do q = 1, equations%connectivity%count
-      associate (list => equations%connectivity%nodes(equations%connectivity%first(q): &
-          equations%connectivity%first(q + 1) - 1))
-        if (.not. own(list(1))) cycle
-        order(n + 1) = size(list)
-        order(n + 2:n + 1 + size(list)) = labels(list)
-        n = n + 1 + size(list)
-      end associate
-    end do
-    lists = int(order(:n), long)
-    deallocate (order)
     mine = pack([(a, a=1, size(own))], own .and. equations%active)
     allocate (bits(size(mine)), source=0)
     do c = 1, d
@@ -208,7 +194,7 @@ contains
     allocate (nodes(2*size(mine)))
     nodes(1::2) = labels(mine)
     nodes(2::2) = bits
-    call collect(team, lists, all_lists, first)
+    call collect(team, own_lists(equations%connectivity, labels, own), all_lists, first)
     call collect(team, nodes, all_nodes, first)
     call collect(team, reshape(places(:, mine), [d*size(mine)]), all_places, first)
     if (team%rank > 0) return
@@ -222,6 +208,28 @@ contains
     call number_all(joint, equations, joint_labels, bits, &
       reshape([(all_places(d*(order(k) - 1) + 1:d*order(k)), k=1, n)], [d, n]), all_lists, error)
   end subroutine collect_graph
+
+  !> Node lists whose first node is own, by labels, their lengths before them.
+  pure function own_lists(connectivity, labels, own) result(lists)
+    type(connectivity_type), intent(in) :: connectivity
+    !> Names of the nodes, and which are own (nodes).
+    integer, intent(in) :: labels(:)
+    logical, intent(in) :: own(:)
+    integer(long), allocatable :: lists(:)
+    integer :: n, q
+
+    allocate (lists(connectivity%count + size(connectivity%nodes)))
+    n = 0
+    do q = 1, connectivity%count
+      associate (list => connectivity%nodes(connectivity%first(q):connectivity%first(q + 1) - 1))
+        if (.not. own(list(1))) cycle
+        lists(n + 1) = size(list)
+        lists(n + 2:n + 1 + size(list)) = labels(list)
+        n = n + 1 + size(list)
+      end associate
+    end do
+    lists = lists(:n)
+  end function own_lists
 
   !> Number the equations of all.
   subroutine number_all(joint, equations, joint_labels, bits, places, lists, error)
@@ -307,17 +315,18 @@ contains
   end subroutine find_numbers
 
   !> Which entries and equations this process sends, and where they go.
-  subroutine find_places(joint, team, equations, matrix, own, error)
+  subroutine find_sent(joint, team, equations, matrix, own, error)
     type(joint_system_type), intent(inout) :: joint
     type(team_type), intent(in) :: team
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
+    !> Which nodes are own (nodes).
     logical, intent(in) :: own(:)
     type(error_type), allocatable, intent(out) :: error
     logical :: own_equation(equations%count)
     integer(long), allocatable :: entries(:), all_entries(:)
     integer, allocatable :: first(:)
-    integer :: a, c, i, j, k, n, row, column
+    integer :: a, c, i
 
     own_equation = .false.
     do a = 1, size(own)
@@ -327,41 +336,63 @@ contains
     end do
     joint%own = pack([(i, i=1, equations%count)], own_equation)
     call collect(team, int(joint%number(joint%own), long), joint%own_number, first)
-    allocate (entries(2*size(matrix%column)))
-    if (allocated(joint%sent)) deallocate (joint%sent)
-    allocate (joint%sent(size(matrix%column)))
+    call list_entries(matrix, joint%number, own_equation, joint%sent, entries)
+    call collect(team, entries, all_entries, first)
+    if (team%rank == 0) call place_entries(joint%matrix, all_entries, joint%place, error)
+  end subroutine find_sent
+
+  !> Entries of one triangle whose rows are own in the joint numbering.
+  pure subroutine list_entries(matrix, number, own, sent, entries)
+    !> Of this process.
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> Which of all equations those of this process are, and which are own (equations).
+    integer, intent(in) :: number(:)
+    logical, intent(in) :: own(:)
+    !> Where the values stand in the matrix, and their rows and columns in turn, as all count.
+    integer, allocatable, intent(out) :: sent(:)
+    integer(long), allocatable, intent(out) :: entries(:)
+    integer :: column, i, k, n, row
+
+    allocate (sent(size(matrix%column)), entries(2*size(matrix%column)))
     n = 0
-    do i = 1, equations%count
+    do i = 1, size(number)
       do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
-        j = matrix%column(k)
         row = i
-        column = j
-        if (matrix%symmetric .and. joint%number(j) < joint%number(i)) then
-          row = j
+        column = matrix%column(k)
+        if (matrix%symmetric .and. number(column) < number(row)) then
+          row = column
           column = i
         end if
-        if (.not. own_equation(row)) cycle
+        if (.not. own(row)) cycle
         n = n + 1
-        joint%sent(n) = k
-        entries(2*n - 1:2*n) = [joint%number(row), joint%number(column)]
+        sent(n) = k
+        entries(2*n - 1:2*n) = [number(row), number(column)]
       end do
     end do
-    joint%sent = joint%sent(:n)
-    call collect(team, entries(:2*n), all_entries, first)
-    if (allocated(joint%place)) deallocate (joint%place)
-    allocate (joint%place(size(all_entries)/2))
-    if (team%rank > 0) return
-    do k = 1, size(joint%place)
-      i = int(all_entries(2*k - 1))
-      associate (row_columns => joint%matrix%column(joint%matrix%row_first(i):joint%matrix%row_first(i + 1) - 1))
-        j = place_in_order(row_columns, int(all_entries(2*k)))
-      end associate
+    sent = sent(:n)
+    entries = entries(:2*n)
+  end subroutine list_entries
+
+  !> Where entries stand in a matrix.
+  pure subroutine place_entries(matrix, entries, place, error)
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> Rows and columns in turn.
+    integer(long), intent(in) :: entries(:)
+    integer(long), allocatable, intent(out) :: place(:)
+    !> The matrix has not one value for each.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, j, k
+
+    allocate (place(size(entries)/2))
+    do k = 1, size(place)
+      i = int(entries(2*k - 1))
+      j = place_in_order(matrix%column(matrix%row_first(i):matrix%row_first(i + 1) - 1), int(entries(2*k)))
       if (j == 0) call fail(error, error_other, torn//': a value has no place')
       if (allocated(error)) return
-      joint%place(k) = joint%matrix%row_first(i) - 1 + j
+      place(k) = matrix%row_first(i) - 1 + j
     end do
-    if (size(joint%place) /= size(joint%matrix%column)) call fail(error, error_other, torn//': a value is missing')
-  end subroutine find_places
+    if (size(place) /= size(matrix%column)) call fail(error, error_other, torn//': a value is missing')
+  end subroutine place_entries
 
   !> Take new values of the matrix.
   recursive subroutine factorise_jointly(joint, team, system, equations, matrix, error)

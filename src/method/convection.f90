@@ -14,7 +14,7 @@ module qsmpm_convection
   use qsmpm_integration, only: integration_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type, state_type
-  use qsmpm_own_part, only: own_part_type, is_divided, own_tracers, own_watched
+  use qsmpm_own_part, only: own_part_type, is_divided, own_of
   use qsmpm_initialisation, only: step_type
   use qsmpm_space, only: space_type, shape_values_type, functions_at, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
@@ -63,9 +63,9 @@ contains
     associate (mesh => model%mesh, space => model%space, state => model%state)
       call move_carried(mesh, space, step%activation, state%points, displacement, state%surface)
       call move_carried(mesh, space, step%activation, state%points, displacement, state%tracers, &
-        .not. (of_inactive(model) .or. of_unloading(model)) .and. own_tracers(model%part, state%tracers%count))
+        .not. (of_inactive(model) .or. of_unloading(model)) .and. own_of(model%part%tracers, state%tracers%count))
       call move_carried(mesh, space, step%activation, state%points, displacement, state%watched, &
-        own_watched(model%part, state%watched%count))
+        own_of(model%part%watched, state%watched%count))
       call move_inactive(model, step%activation, displacement)
       call move_points(step%at_points, displacement, state%points%position)
     end associate

@@ -16,7 +16,7 @@ module qsmpm_initialisation
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_marks, only: node_owners
-  use qsmpm_own_part, only: is_divided, own_nodes
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
   use qsmpm_contact_results, only: penetration_type
@@ -148,7 +148,7 @@ contains
     call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error, places)
     call agree(step%team, error)
     if (allocated(error)) return
-    step%own = own_nodes(model%part, all_nodes(step%unknowns))
+    step%own = own_of(model%part%nodes, all_nodes(step%unknowns))
     step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count, step%own)
     call start_solver(model, step, changed, places, error)
     if (allocated(error)) return

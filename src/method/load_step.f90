@@ -30,7 +30,7 @@ module qsmpm_load_step
   use qsmpm_pushed_material, only: note_push
   use qsmpm_equations, only: gather
   use qsmpm_nodal_fields, only: find_prescribed, keep_changes
-  use qsmpm_own_part, only: own_nodes
+  use qsmpm_own_part, only: own_of
   use qsmpm_team, only: largest, total
   use qsmpm_term, only: increment_type, term_slot_type, role_external
   use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces, commit_terms, discard_terms
@@ -207,7 +207,7 @@ contains
     goal%tolerance = attempt%tolerance
     ! Soil that bears an all-round pressure and nothing else has no force but for rounding.
     goal%least_load = joint_norm(model%part%team, norm2(pack(model%state%released, &
-      spread(own_nodes(model%part, model%space%node_count), 1, model%mesh%dimension)))) &
+      spread(own_of(model%part%nodes, model%space%node_count), 1, model%mesh%dimension)))) &
       + norm2(model%state%surface%released) &
       + little*model%analysis%confinement*model%cell_size**(model%mesh%dimension - 1)
     call check_nodes(model, unknowns, 'load', load, error)

@@ -16,7 +16,7 @@ module qsmpm_phases
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
-  use qsmpm_own_part, only: is_divided, own_points
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_joint_system, only: end_joint_system
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
@@ -460,7 +460,7 @@ contains
 
     associate (team => model%part%team, points => model%state%points, part => model%part)
       record%inaccurate_points = int(total(team, int(inaccurate_points(step%terms), long)))
-      record%plastic_points = int(total(team, int(sum(points%plastic, mask=own_points(part, points%count)), long)))
+      record%plastic_points = int(total(team, int(sum(points%plastic, mask=own_of(part%points, points%count)), long)))
       record%equations = step%equations%count
       if (team%ranks > 1) record%equations = int(total(team, count(step%field_of > 0, kind=long)))
     end associate

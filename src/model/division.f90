@@ -20,8 +20,8 @@ module qsmpm_division
   use qsmpm_model_mesh, only: grid_of
   use qsmpm_model_window, only: fit_window, move_window
   use qsmpm_own_marks, only: link_histories, mark_own
-  use qsmpm_own_part, only: own_part_type, is_divided
-  use qsmpm_point_delivery, only: deliver_points
+  use qsmpm_own_part, only: own_part_type, is_divided, own_of
+  use qsmpm_point_delivery, only: deliver_points, fingerprint
   use qsmpm_point_selection, only: select_points
   use qsmpm_points, only: carried_type, points_type, watched_points_type
   use qsmpm_sorting, only: order_columns, place_in_order
@@ -32,6 +32,8 @@ module qsmpm_division
   private
 
   public :: divide_model, division_text, join_model, migrate_points, unevenness, ring_of, whole_of, find_places
+
+  character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
 
 contains
 
@@ -95,7 +97,7 @@ contains
     type(points_type) :: got
     integer, allocatable :: at(:, :)
     logical, allocatable :: goes(:, :)
-    integer(long) :: before(2)
+    integer(long) :: before(4)
     integer :: p, r
 
     if (.not. is_divided(model%part)) return
@@ -116,7 +118,7 @@ contains
     call share_places(model, model%part%tracers, model%state%tracers)
     call share_places(model, model%part%watched, model%state%watched)
     call look_at(model, got, .false.)
-    if (any(census(model) /= before)) call fail(error, error_other, 'material points were lost between the processes')
+    if (any(census(model) /= before)) call fail(error, error_other, lost)
   end subroutine migrate_points
 
   !> The whole model on every process again.
@@ -127,7 +129,7 @@ contains
     type(own_part_type) :: alone
     integer, allocatable :: at(:, :), labels(:)
     real(wp), allocatable :: forces(:, :)
-    integer(long) :: before(2)
+    integer(long) :: before(4)
 
     if (.not. is_divided(model%part)) return
     before = census(model)
@@ -141,7 +143,7 @@ contains
     model%state%points = got
     call link_histories(model, model%part%history_number, spread(.true., 1, got%count))
     model%part = alone
-    if (any(census(model) /= before)) call fail(error, error_other, 'material points were lost between the processes')
+    if (any(census(model) /= before)) call fail(error, error_other, lost)
     if (allocated(error)) return
     call find_places(whole_of(model), model%state%points, at)
     call fit_window(model, around(model, at))
@@ -188,17 +190,16 @@ contains
     end associate
   end function unevenness
 
-  !> Own points of all processes: how many, and the sum of their numbers.
+  !> Own points of all processes: how many, the sum of their numbers, and what they carry.
   function census(model) result(sums)
     type(model_type), intent(in) :: model
-    integer(long) :: sums(2)
+    integer(long) :: sums(4)
+    logical :: own(model%state%points%count)
 
-    associate (part => model%part, number => model%state%points%number)
-      if (allocated(part%points)) then
-        sums = [total(part%team, count(part%points, kind=long)), total(part%team, sum(number, mask=part%points))]
-      else
-        sums = [size(number, kind=long), sum(number)]
-      end if
+    associate (team => model%part%team, points => model%state%points)
+      own = own_of(model%part%points, points%count)
+      sums = [total(team, count(own, kind=long)), total(team, sum(points%number, mask=own)), &
+        fingerprint(team, points, own)]
     end associate
   end function census
 

@@ -1,7 +1,7 @@
 !> Histories: what the deck wants in the columns of the curve.
 module qsmpm_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_own_part, only: is_divided, own_nodes, own_points
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_team, only: largest, total
   use qsmpm_analysis, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
     quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
@@ -68,7 +68,7 @@ contains
         value = reaction_of(model, history)
       case (quantity_volume)
         value = sum(model%state%points%volume, mask=is_of_body(model, history) .and. &
-          own_points(model%part, model%state%points%count))
+          own_of(model%part%points, model%state%points%count))
       case (quantity_runout)
         value = runout_of(model, history)
         if (model%part%team%rank > 0) value = 0.0_wp
@@ -148,7 +148,7 @@ contains
 
     if (len(history%surface) == 0) then
       place = find_set(model%mesh%node_sets, history%set)
-      associate (own => own_nodes(model%part, model%space%node_count), items => model%space%sets(place)%items)
+      associate (own => own_of(model%part%nodes, model%space%node_count), items => model%space%sets(place)%items)
         value = sum(model%state%reactions(history%component, items), mask=own(items))
       end associate
       return
@@ -167,7 +167,7 @@ contains
     logical :: here(model%state%points%count)
     real(wp) :: sense
 
-    here = is_of_body(model, history) .and. own_points(model%part, model%state%points%count)
+    here = is_of_body(model, history) .and. own_of(model%part%points, model%state%points%count)
     sense = merge(-1.0_wp, 1.0_wp, history%smallest)
     associate (points => model%state%points, c => history%component)
       value = largest(model%part%team, maxval(sense*points%position(c, :points%count), mask=here)) &

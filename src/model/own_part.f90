@@ -12,7 +12,7 @@ module qsmpm_own_part
   implicit none
   private
 
-  public :: own_part_type, is_divided, own_nodes, own_points, own_tracers, own_watched
+  public :: own_part_type, is_divided, own_of
 
   type :: own_part_type
     !> Who shares the model: this process alone unless the model is divided.
@@ -37,47 +37,15 @@ contains
     is_divided = part%team%ranks > 1
   end function is_divided
 
-  !> Own nodes of the space.
-  pure function own_nodes(part, count) result(own)
-    type(own_part_type), intent(in) :: part
-    !> Nodes of the space.
+  !> Which of some things are own, by their marks; alone all are.
+  pure function own_of(marks, count) result(own)
+    !> Nodes, points, tracers or watched places of a part.
+    logical, allocatable, intent(in) :: marks(:)
+    !> How many there are.
     integer, intent(in) :: count
     logical :: own(count)
 
     own = .true.
-    if (allocated(part%nodes)) own = part%nodes
-  end function own_nodes
-
-  !> Own material points.
-  pure function own_points(part, count) result(own)
-    type(own_part_type), intent(in) :: part
-    !> Material points.
-    integer, intent(in) :: count
-    logical :: own(count)
-
-    own = .true.
-    if (allocated(part%points)) own = part%points
-  end function own_points
-
-  !> Own tracers.
-  pure function own_tracers(part, count) result(own)
-    type(own_part_type), intent(in) :: part
-    !> Tracers.
-    integer, intent(in) :: count
-    logical :: own(count)
-
-    own = .true.
-    if (allocated(part%tracers)) own = part%tracers
-  end function own_tracers
-
-  !> Own watched places.
-  pure function own_watched(part, count) result(own)
-    type(own_part_type), intent(in) :: part
-    !> Watched places.
-    integer, intent(in) :: count
-    logical :: own(count)
-
-    own = .true.
-    if (allocated(part%watched)) own = part%watched
-  end function own_watched
+    if (allocated(marks)) own = marks
+  end function own_of
 end module qsmpm_own_part

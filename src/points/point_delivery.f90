@@ -8,11 +8,11 @@ module qsmpm_point_delivery
   use qsmpm_point_selection, only: select_points
   use qsmpm_points, only: points_type
   use qsmpm_sorting, only: order_columns
-  use qsmpm_team, only: team_type
+  use qsmpm_team, only: team_type, total
   implicit none
   private
 
-  public :: deliver_points, number_order
+  public :: deliver_points, number_order, fingerprint
 
 contains
 
@@ -137,6 +137,38 @@ contains
       end do
     end do
   end subroutine unpack_points
+
+  !> What points carry in reals, in two sums of their bits: the same whoever has the points and in whatever order,
+  !> another one where a bit differs. Sums of the numbers themselves would differ by rounding.
+  function fingerprint(team, points, chosen) result(sums)
+    type(team_type), intent(in) :: team
+    type(points_type), intent(in), target :: points
+    !> Which of them count (points).
+    logical, intent(in) :: chosen(:)
+    integer(long) :: sums(2)
+    !> Leaves room for the sum over many processes.
+    integer(long), parameter :: modulus = 2_long**40
+    type(field_list_type) :: list
+    integer(long) :: bits
+    integer :: i, c, p
+
+    sums = 0
+    call points%list_fields(list)
+    do i = 1, list%count
+      associate (field => list%fields(i))
+        if (.not. associated(field%reals) .or. field%point_count() == 0) cycle
+        do p = 1, points%count
+          if (.not. chosen(p)) cycle
+          do c = 1, size(field%reals, 1)
+            bits = transfer(field%reals(c, p), bits)
+            sums = sums + [ibits(bits, 0, 32), ibits(bits, 32, 32)]
+          end do
+          sums = mod(sums, modulus)
+        end do
+      end associate
+    end do
+    sums = mod([total(team, sums(1)), total(team, sums(2))], modulus)
+  end function fingerprint
 
   !> Order of numbers.
   pure function number_order(numbers) result(order)

@@ -63,18 +63,15 @@ contains
       first_theirs(2:) - first_theirs(:team%ranks), first_theirs(:team%ranks) - 1, mpi_integer8, mpi_comm(team%handle))
   end procedure hand_over_longs
 
-  !> Where the rows of the processes begin, by their lengths.
+  !> Where the rows of all processes begin, by the length of that of this one.
   subroutine find_first(team, length, first)
     type(team_type), intent(in) :: team
     integer, intent(in) :: length
     integer, allocatable, intent(out) :: first(:)
-    integer :: lengths(team%ranks), rank
+    integer :: lengths(team%ranks)
 
     call mpi_allgather(length, 1, mpi_integer, lengths, 1, mpi_integer, mpi_comm(team%handle))
-    allocate (first(team%ranks + 1), source=1)
-    do rank = 1, team%ranks
-      first(rank + 1) = first(rank) + lengths(rank)
-    end do
+    first = beginnings(lengths)
   end subroutine find_first
 
   !> Where the rows that come from the processes begin.
@@ -84,13 +81,21 @@ contains
     integer, intent(in) :: first(:)
     integer, allocatable, intent(out) :: first_theirs(:)
     integer, dimension(team%ranks) :: mine, theirs
-    integer :: rank
 
     mine = first(2:) - first(:team%ranks)
     call mpi_alltoall(mine, 1, mpi_integer, theirs, 1, mpi_integer, mpi_comm(team%handle))
-    allocate (first_theirs(team%ranks + 1), source=1)
-    do rank = 1, team%ranks
-      first_theirs(rank + 1) = first_theirs(rank) + theirs(rank)
-    end do
+    first_theirs = beginnings(theirs)
   end subroutine find_first_theirs
+
+  !> Where rows begin that stand behind one another, and where the last one has ended.
+  pure function beginnings(lengths) result(first)
+    integer, intent(in) :: lengths(:)
+    integer :: first(size(lengths) + 1)
+    integer :: i
+
+    first(1) = 1
+    do i = 1, size(lengths)
+      first(i + 1) = first(i) + lengths(i)
+    end do
+  end function beginnings
 end submodule exchange_mpi
