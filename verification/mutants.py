@@ -44,7 +44,7 @@ ROOMS = {
     "step control": ["method/stepping", "method/step_", "method/load_step", "method/constant_load_test"],
     "equilibrium": ["method/equilibrium", "method/field_balance"],
     "checkpoint": ["model/saved_places", "model/model_window", "api/snapshot"],
-    "convection": ["method/convection", "method/recovered_gradient", "method/nodal_fields", "points/point_location", "mesh/moving_rows"],
+    "convection": ["method/convection", "method/held_sides", "method/recovered_gradient", "method/nodal_fields", "points/point_location", "mesh/moving_rows"],
     "phases": ["method/phase", "model/phase_start"],
     "loads": ["method/terms/dead_loads", "method/terms/pressures", "method/terms/supports", "model/model_surfaces"],
     "contact": ["method/contact_", "method/terms/contacts", "model/body_loads", "model/body_points", "model/contact_gaps", "method/penetration",

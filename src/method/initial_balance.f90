@@ -82,7 +82,7 @@ contains
     call measure_balance(model, step, balance)
     call discard_terms(step%terms)
     if (phase%initial%kind == initial_k0) then
-      model%state%progress%own_settlement = balance%settlement
+      if (is_left_alone(phase)) model%state%progress%own_settlement = balance%settlement
       call correct_balance(model, step, balance, observer, correction, error)
       if (allocated(error)) return
     end if
@@ -94,6 +94,13 @@ contains
     call fail(error, error_not_converged, "phase '"//phase%name//"': the "//stresses_of(phase)// &
       ' are not in equilibrium, '//balance_text(balance)//trim(text)//': '//cause_of(correction))
   end subroutine check_initial_balance
+
+  !> Whether nothing but gravity acts in a phase, so that what moves in it tells of its initial stresses.
+  pure logical function is_left_alone(phase)
+    type(phase_type), intent(in) :: phase
+
+    is_left_alone = size(phase%prescriptions) == 0 .and. size(phase%tractions) == 0 .and. size(phase%moves) == 0
+  end function is_left_alone
 
   !> Correct K0 stresses for the grid where it does not hold them; what is out of balance is then what is left.
   subroutine correct_balance(model, step, balance, observer, correction, error)

@@ -17,6 +17,13 @@ def total_volume(points: Points) -> float:
     return float(points.field("volume").sum())
 
 
+def volume_within(points: Points, low: list[float], high: list[float]) -> float:
+    """Volume of the points in a box, given by the least and the largest coordinates [volume]."""
+    place = points.field("position")[:, : len(low)]
+    inside = np.all((place >= low) & (place <= high), axis=1)
+    return float(points.field("volume")[inside].sum())
+
+
 def extreme_stress(points: Points, component: int, largest: bool = True) -> float:
     """Largest (or smallest) value of a stress component over the points, 1 = 11, 2 = 22 ... [stress]."""
     values = points.field("stress")[:, component - 1]
@@ -114,6 +121,7 @@ MEASURES: dict[str, Measure] = {
     f.__name__: f
     for f in (
         total_volume,
+        volume_within,
         extreme_stress,
         mean_stress,
         column_stress_error,

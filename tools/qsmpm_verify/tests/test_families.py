@@ -156,6 +156,11 @@ class Measures(unittest.TestCase):
         points.fields["displacement"][1, 1] += 0.2
         self.assertAlmostEqual(MEASURES["column_position_error"](points, **arguments), 0.75 * 0.2 / height, 7)
 
+    def test_volume_within_counts_the_points_of_a_box(self) -> None:
+        points = self.points(position=[[0, 1, 9], [0, 4, 9], [2, 1, 9]], volume=[1, 3, 5])
+        self.assertEqual(MEASURES["volume_within"](points, low=[0, 0], high=[1, 2]), 1.0)
+        self.assertEqual(MEASURES["volume_within"](points, low=[0, 0], high=[2, 4]), 9.0)
+
     def test_uniform_state_looks_at_the_worst_point(self) -> None:
         points = self.points(stress=[[0, -9, 0], [0, -9.9, 0]], volume=[0.1, 0.4], initial_volume=[1, 2])
         self.assertAlmostEqual(MEASURES["uniform_stress_error"](points, component=2, stress=-9.0), 0.1, 12)
