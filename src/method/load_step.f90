@@ -105,7 +105,8 @@ contains
     if (solution%converged) call carry_over(model, step, goal, attempt, force_before, solution, error)
   end subroutine solve_step
 
-  !> Convective phase, section 3.3: eqs. 28, 29. Where it fails all places are those of before.
+  !> Convective phase, section 3.3: eqs. 28, 29. Where it fails all places are those of before. Points that are lost
+  !> between processes end the run: no shorter step brings them back.
   subroutine carry_over(model, step, goal, attempt, force_before, solution, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -133,19 +134,20 @@ contains
       end if
     end associate
     call agree(model%part%team, error)
-    if (.not. allocated(error)) call migrate_points(model, error)
-    call agree(model%part%team, error)
-    call switch_timer(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore_places(before, model)
       call refuse(error, solution)
-    else
-      associate (progress => model%state%progress)
-        call note_push(model%mesh, model%analysis%phases(progress%phase), attempt%fraction - progress%fraction, &
-          model%state%watched)
-        progress%fraction = attempt%fraction
-      end associate
+      call switch_timer(step%profile%watch, part_control)
+      return
     end if
+    associate (progress => model%state%progress)
+      call note_push(model%mesh, model%analysis%phases(progress%phase), attempt%fraction - progress%fraction, &
+        model%state%watched)
+      progress%fraction = attempt%fraction
+    end associate
+    call migrate_points(model, error)
+    call agree(model%part%team, error)
+    call switch_timer(step%profile%watch, part_control)
   end subroutine carry_over
 
   !> Equilibrium of the step, with the line search or without it (qsmpm_step_control). What has worked is tried first
