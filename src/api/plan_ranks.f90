@@ -5,13 +5,14 @@ module qsmpm_plan_ranks
   use qsmpm_kinds, only: wp
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_boxes, only: share_cells, box_of, is_inside
-  use qsmpm_division, only: ring_of, whole_of, find_places
+  use qsmpm_division, only: ring_of
   use qsmpm_equation_count, only: count_node_equations
   use qsmpm_error, only: error_type
   use qsmpm_grid_window, only: widen
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text, short_text
   use qsmpm_own_marks, only: node_owners
+  use qsmpm_place_sharing, only: whole_of, find_places
   use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
   use qsmpm_sharing_limits, only: refuse_sharing
   implicit none

@@ -168,6 +168,8 @@ contains
 
     exit_code = 0
     text = ''
+    ! gfortran cannot see that bounds of what is not allocated are not looked at.
+    allocate (checks(0))
     call omp_set_num_threads(1)
     call set_blas_threads(1)
     call load_deck(path, plugins, scene, expansion, checks, model, report, error)

@@ -63,7 +63,7 @@ contains
     associate (mesh => model%mesh, space => model%space, state => model%state)
       call move_carried(mesh, space, step%activation, state%points, displacement, state%surface)
       call move_carried(mesh, space, step%activation, state%points, displacement, state%tracers, &
-        .not. (of_inactive(model) .or. of_unloading(model)) .and. own_of(model%part%tracers, state%tracers%count))
+        .not. (of_inactive(model) .or. of_taken_out(model)) .and. own_of(model%part%tracers, state%tracers%count))
       call move_carried(mesh, space, step%activation, state%points, displacement, state%watched, &
         own_of(model%part%watched, state%watched%count))
       call move_inactive(model, step%activation, displacement)
@@ -108,26 +108,33 @@ contains
     call find_point_results(soil, model, step%configuration_type, displacement, source, error)
     if (allocated(error)) return
     step%crossing = 0.0_wp
-    call draw_back(model%mesh, model%space, step%activation, model%state%points, displacement, model%state%surface)
-    call draw_back(model%mesh, model%space, step%activation, model%state%points, displacement, model%state%tracers)
+    associate (state => model%state)
+      call draw_back(model%mesh, model%space, step%activation, state%points, displacement, spread(.true., 1, &
+        state%surface%count), state%surface)
+      call draw_back(model%mesh, model%space, step%activation, state%points, displacement, &
+        own_of(model%part%tracers, state%tracers%count), state%tracers)
+    end associate
     volume = model%state%points%volume
     call take_point_results(soil, source, model%laws, model%state%points)
     model%state%points%volume = volume
   end subroutine update_in_place
 
   !> Draw initial places back by a displacement.
-  subroutine draw_back(mesh, space, activation, points, displacement, carried)
+  subroutine draw_back(mesh, space, activation, points, displacement, chosen, carried)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
+    !> Which of them.
+    logical, intent(in) :: chosen(:)
     class(carried_type), intent(inout) :: carried
     type(shape_values_type) :: place
     integer :: i
 
     do i = 1, carried%count
+      if (.not. chosen(i) .or. carried%cell(i) == 0) cycle
       call basis_at(mesh, space, activation, points, carried, i, place)
       carried%initial_position(:, i) = carried%initial_position(:, i) - value_at(place, displacement)
     end do
@@ -172,7 +179,7 @@ contains
 
     do i = 1, carried%count
       if (present(chosen)) then
-        if (.not. chosen(i)) cycle
+        if (.not. chosen(i) .or. carried%cell(i) == 0) cycle
       end if
       call basis_at(mesh, space, activation, points, carried, i, place)
       carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
@@ -190,11 +197,11 @@ contains
     associate (mesh => model%mesh, space => model%space, state => model%state)
       if (state%inactive%feet%count > 0) call move_carried(mesh, space, activation, state%points, displacement, &
         state%inactive%feet, any(model%feet%on .and. spread(bodies_active(model%analysis, state%progress%phase), 2, &
-        state%inactive%feet%count), dim=1))
-      if (state%inactive%unloading%count == 0) return
+        state%inactive%feet%count), dim=1) .and. own_of(model%part%feet, state%inactive%feet%count))
       call ride_on_mesh(mesh, space, displacement, state%inactive%unloading)
       call ride_on_mesh(mesh, space, displacement, state%inactive%unloading_surface)
-      call ride_on_mesh(mesh, space, displacement, state%tracers, of_unloading(model))
+      call ride_on_mesh(mesh, space, displacement, state%tracers, of_taken_out(model) .and. &
+        own_of(model%part%tracers, state%tracers%count))
     end associate
   end subroutine move_inactive
 
@@ -211,17 +218,21 @@ contains
   end function of_inactive
 
   !> Tracers of bodies that are taken out.
-  pure function of_unloading(model) result(chosen)
+  pure function of_taken_out(model) result(chosen)
     type(model_type), intent(in) :: model
     logical :: chosen(model%state%tracers%count)
     integer :: i
 
     chosen = .false.
     if (.not. allocated(model%tracer_body)) return
+    if (allocated(model%part%taken_out)) then
+      chosen = model%part%taken_out(model%tracer_body)
+      return
+    end if
     do i = 1, size(chosen)
       chosen(i) = any(model%state%inactive%unloading%body == model%tracer_body(i))
     end do
-  end function of_unloading
+  end function of_taken_out
 
   !> Move places by the functions of their own cells, whoever else uses these.
   subroutine ride_on_mesh(mesh, space, displacement, carried, chosen)
@@ -237,7 +248,7 @@ contains
 
     do i = 1, carried%count
       if (present(chosen)) then
-        if (.not. chosen(i)) cycle
+        if (.not. chosen(i) .or. carried%cell(i) == 0) cycle
       end if
       call functions_at(space, mesh, carried%cell(i), carried%local(:, i), place)
       carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
@@ -337,14 +348,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call find(state%points, 'material point', part%points)
-    call find(state%surface, 'surface point')
+    call find(state%surface, 'surface point', part%surface)
     call find(state%tracers, 'tracer', part%tracers)
     call find(state%watched, 'material in front of a prescribed set', part%watched)
     call find(state%inactive%points, 'material point that is not there')
-    call find(state%inactive%unloading, 'material point that is taken out')
+    call find(state%inactive%unloading, 'material point that is taken out', part%unloading)
     call find(state%inactive%surface, 'surface point that is not there')
-    call find(state%inactive%unloading_surface, 'surface point that is taken out')
-    call find(state%inactive%feet, 'place under a body that comes')
+    call find(state%inactive%unloading_surface, 'surface point that is taken out', part%unloading_surface)
+    call find(state%inactive%feet, 'place under a body that comes', part%feet)
 
   contains
 
@@ -355,7 +366,12 @@ contains
       logical, intent(in), optional :: own(:)
 
       if (allocated(error)) return
-      call relocate(mesh, cell_size, carried, name, error, own)
+      ! Places without a cell are those of bodies that wait beyond the part of the grid that this process looks at.
+      if (present(own)) then
+        call relocate(mesh, cell_size, carried, name, error, own .and. carried%cell > 0)
+      else
+        call relocate(mesh, cell_size, carried, name, error)
+      end if
     end subroutine find
   end subroutine find_again
 end module qsmpm_convection

@@ -12,9 +12,13 @@
 !> the integral. At a surface without load it counts as little as the stress there. In axisymmetry the hoop stress is
 !> taken for the radial one. Figures: docs/methods/bodies.md.
 module qsmpm_cut_cell_check
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
   use qsmpm_analysis, only: integrate_cells
   use qsmpm_configuration, only: configuration_type
+  use qsmpm_exchange, only: spread_from
+  use qsmpm_own_part, only: is_divided, own_of
+  use qsmpm_team, only: largest, smallest
   use qsmpm_text, only: real_text
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: activation_type
@@ -66,6 +70,7 @@ contains
     real(wp), dimension(model%mesh%dimension, model%space%node_count) :: outside, inside
     real(wp) :: stress(size(model%state%points%stress, 1), model%space%node_count)
     type(body_quadrature_type) :: bodies
+    logical :: own(model%mesh%dimension, model%space%node_count)
     integer :: node, a
 
     if (all(model%outlines%integrates) .or. check%measured_after == model%state%progress%step) return
@@ -80,9 +85,17 @@ contains
       inside(:, a) = traction(stress(:, a), inside(:, a))
       outside(:, a) = traction(stress(:, a), outside(:, a))
     end do
-    check%share = norm2(inside)/max(norm2(outside), tiny(1.0_wp))
-    node = maxloc(norm2(inside, dim=1), dim=1)
-    check%place = node_position(model%space, model%mesh, node)
+    if (is_divided(model%part)) then
+      own = spread(own_of(model%part%nodes, size(inside, 2)), 1, size(inside, 1))
+      inside = merge(inside, 0.0_wp, own)
+      outside = merge(outside, 0.0_wp, own)
+    end if
+    associate (team => model%part%team, violation => norm2(inside, dim=1))
+      check%share = joint_norm(team, norm2(inside))/max(joint_norm(team, norm2(outside)), tiny(1.0_wp))
+      node = maxloc(violation, dim=1)
+      check%place = node_position(model%space, model%mesh, node)
+      call spread_from(team, lowest_rank(team, violation(node) >= largest(team, violation(node))), check%place)
+    end associate
   end subroutine measure_cut_cells
 
   !> Mean stress of the material points around each node, weighted by |N| V (4 or 6, nodes).
@@ -216,11 +229,12 @@ contains
   end subroutine warn_of_cut_cells
 
   !> Whether INTEGRATION=CELL would follow the outline at the place where it is worst: that of a body that cannot yield.
-  pure logical function is_curable(model, place)
+  logical function is_curable(model, place)
     type(model_type), intent(in) :: model
     !> (dimension)
     real(wp), intent(in) :: place(:)
     real(wp) :: distance, least
+    integer(long) :: nearest(1)
     integer :: p, body
 
     is_curable = .false.
@@ -234,7 +248,11 @@ contains
       least = distance
       body = model%state%points%body(p)
     end do
-    if (body > 0) is_curable = .not. flows(model, body)
+    nearest = body
+    associate (team => model%part%team)
+      call spread_from(team, min(team%ranks - 1, lowest_rank(team, least <= smallest(team, least))), nearest)
+    end associate
+    if (nearest(1) > 0) is_curable = .not. flows(model, int(nearest(1)))
   end function is_curable
 
   !> What is made of a violation.
@@ -272,7 +290,7 @@ contains
     do k = 1, size(model%outlines)
       associate (b => model%outlines(k)%body)
         if (.not. lost(b) .or. check%lost_reported(b) .or. (model%outlines(k)%integrates .neqv. integrates)) cycle
-        if (.not. any(model%state%points%body == b)) cycle
+        if (.not. any_of(model%part%team, any(model%state%points%body == b))) cycle
         check%lost_reported(b) = .true.
         call observer%note("warning: the outline of body '"//model%analysis%bodies(b)%name//"' has folded: its "// &
           'volume is no longer that of the material points. '//consequence)

@@ -16,7 +16,7 @@ module qsmpm_initialisation
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_marks, only: node_owners
-  use qsmpm_own_part, only: is_divided, own_of
+  use qsmpm_own_part, only: own_of
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
   use qsmpm_contact_results, only: penetration_type
@@ -36,7 +36,8 @@ module qsmpm_initialisation
   implicit none
   private
 
-  public :: norm_of_forces, norm_of_volumes, step_type, nodal_forces_type, begin_analysis, add_term, initialise_step
+  public :: norm_of_forces, norm_of_volumes, step_type, nodal_forces_type, begin_analysis, add_term, initialise_step, &
+    ready_terms
 
   !> Forces of the last evaluation by their role (components, nodes).
   type :: nodal_forces_type
@@ -126,23 +127,16 @@ contains
     logical :: changed
 
     call switch_timer(step%profile%watch, part_initialisation)
-    if (.not. step%window == model%state%window) call reset(step%configuration_type, step%equations)
     call refine_surfaces(model)
-    step%window = model%state%window
     step%team = model%part%team
-    call make_terms(model, step%terms)
-    call find_configuration(model, step%configuration_type)
-    if (allocated(step%bodies)) call lay_surfaces(model, step%bodies)
-    call measure_unloading(model, step%configuration_type)
-    call list_unknowns(model, step%terms, step%unknowns, error)
+    call ready_terms(model, step, connectivity, error)
     if (allocated(error)) return
-    call prepare_terms(model, step%configuration_type, step%unknowns, step%terms, connectivity)
-    if (.not. is_divided(model%part)) call measure_cut_cells(model, step%configuration_type, &
-      integration_of(soil_of(step%terms), step%configuration_type), step%cut)
+    call measure_cut_cells(model, step%configuration_type, integration_of(soil_of(step%terms), &
+      step%configuration_type), step%cut)
     call find_constraints(model, step%terms, step%unknowns, constrained)
     call prepare_forces(most_components(step%unknowns), all_nodes(step%unknowns), step%forces)
     call choose_kind(model, step)
-    step%equations%symmetric = is_symmetric(model, step%terms)
+    step%equations%symmetric = .not. any_of(step%team, .not. is_symmetric(model, step%terms))
     call switch_timer(step%profile%watch, part_analysis)
     call find_places(model, all_nodes(step%unknowns), places)
     call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error, places)
@@ -155,6 +149,27 @@ contains
     call switch_timer(step%profile%watch, part_initialisation)
     call note_sizes(model%state%points%count, step%activation%active_count, step%equations, step%profile)
   end subroutine initialise_step
+
+  !> The configuration at the start of a step, and the terms ready for it.
+  subroutine ready_terms(model, step, connectivity, error)
+    !> Loaded surfaces of bodies whose outline is carried are laid on it anew.
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout), target :: step
+    !> Node lists that couple.
+    type(connectivity_type), intent(out) :: connectivity
+    !> Fields that do not fit together.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. step%window == model%state%window) call reset(step%configuration_type, step%equations)
+    step%window = model%state%window
+    call make_terms(model, step%terms)
+    call find_configuration(model, step%configuration_type)
+    if (allocated(step%bodies)) call lay_surfaces(model, step%bodies)
+    call measure_unloading(model, step%configuration_type)
+    call list_unknowns(model, step%terms, step%unknowns, error)
+    if (.not. allocated(error)) call prepare_terms(model, step%configuration_type, step%unknowns, step%terms, &
+      connectivity)
+  end subroutine ready_terms
 
   !> What will solve; the first process knows what has failed so far.
   subroutine choose_kind(model, step)

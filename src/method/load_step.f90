@@ -30,7 +30,7 @@ module qsmpm_load_step
   use qsmpm_pushed_material, only: note_push
   use qsmpm_equations, only: gather
   use qsmpm_nodal_fields, only: find_prescribed, keep_changes
-  use qsmpm_own_part, only: own_of
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_team, only: largest, total
   use qsmpm_term, only: increment_type, term_slot_type, role_external
   use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces, commit_terms, discard_terms
@@ -73,10 +73,26 @@ contains
     if (.not. allocated(error)) call solve_step(model, step, controls, attempt, solution, error)
     if (solution%converged .and. .not. allocated(error)) then
       call commit_terms(step%terms, solution%displacement, model)
+      call send_points_on(model, step, error)
     else if (allocated(step%terms)) then
       call discard_terms(step%terms)
     end if
   end subroutine load_step
+
+  !> Points that have left the part of their process go on, when the terms have kept what they keep by their numbers.
+  !> Points that are lost on the way end the run: no shorter step brings them back.
+  subroutine send_points_on(model, step, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    !> Points were lost on the way.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. is_divided(model%part)) return
+    call switch_timer(step%profile%watch, part_convection)
+    call migrate_points(model, error)
+    call agree(model%part%team, error)
+    call switch_timer(step%profile%watch, part_control)
+  end subroutine send_points_on
 
   !> The step from where it was initialised (section 3.1) on.
   subroutine solve_step(model, step, controls, attempt, solution, error)
@@ -105,8 +121,7 @@ contains
     if (solution%converged) call carry_over(model, step, goal, attempt, force_before, solution, error)
   end subroutine solve_step
 
-  !> Convective phase, section 3.3: eqs. 28, 29. Where it fails all places are those of before. Points that are lost
-  !> between processes end the run: no shorter step brings them back.
+  !> Convective phase, section 3.3: eqs. 28, 29. Where it fails all places are those of before.
   subroutine carry_over(model, step, goal, attempt, force_before, solution, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -134,10 +149,10 @@ contains
       end if
     end associate
     call agree(model%part%team, error)
+    call switch_timer(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore_places(before, model)
       call refuse(error, solution)
-      call switch_timer(step%profile%watch, part_control)
       return
     end if
     associate (progress => model%state%progress)
@@ -145,9 +160,6 @@ contains
         model%state%watched)
       progress%fraction = attempt%fraction
     end associate
-    call migrate_points(model, error)
-    call agree(model%part%team, error)
-    call switch_timer(step%profile%watch, part_control)
   end subroutine carry_over
 
   !> Equilibrium of the step, with the line search or without it (qsmpm_step_control). What has worked is tried first
@@ -210,7 +222,8 @@ contains
     ! Soil that bears an all-round pressure and nothing else has no force but for rounding.
     goal%least_load = joint_norm(model%part%team, norm2(pack(model%state%released, &
       spread(own_of(model%part%nodes, model%space%node_count), 1, model%mesh%dimension)))) &
-      + norm2(model%state%surface%released) &
+      + joint_norm(model%part%team, norm2(pack(model%state%surface%released, spread(own_of(model%part%surface, &
+      model%state%surface%count), 1, model%mesh%dimension)))) &
       + little*model%analysis%confinement*model%cell_size**(model%mesh%dimension - 1)
     call check_nodes(model, unknowns, 'load', load, error)
     if (.not. allocated(error)) call check_nodes(model, unknowns, 'prescribed displacement', &

@@ -5,16 +5,18 @@ module qsmpm_phase_report
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type
   use qsmpm_contact_results, only: penetration_type
-  use qsmpm_error, only: error_not_converged
+  use qsmpm_division, only: join_model
+  use qsmpm_error, only: error_type, error_not_converged
   use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
   use qsmpm_grid_window, only: window_type, cells_of, operator(==)
   use qsmpm_initial_strength, only: count_beyond_strength
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, ready_terms
   use qsmpm_limit_load, only: relative_compliance
   use qsmpm_locking_check, only: check_locking
   use qsmpm_held_sides, only: side_check_type, warn_of_crossing
   use qsmpm_unsupported_parts, only: describe_unsupported_parts
   use qsmpm_model, only: model_type, progress_type
+  use qsmpm_node_graph, only: connectivity_type
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type, check_moving_mesh
   use qsmpm_observer, only: observer_type
   use qsmpm_own_part, only: is_divided
@@ -71,10 +73,10 @@ contains
     end if
     crossing = largest(model%part%team, step%crossing)
     call warn_of_crossing(model%cell_size, crossing, report%sides, observer)
+    call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     if (is_divided(model%part)) return
     if (step%window == model%state%window) call check_moving_mesh(model, step%activation, report%rows, observer)
     call warn_of_penetration(model, penetration, report%penetration, observer)
-    call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     call report_window(model, report, observer)
   end subroutine report_step
 
@@ -216,7 +218,7 @@ contains
     write (text, '(a,es13.6,a)') "': no equilibrium beyond load factor ", model%state%progress%load_factor, ': '
     message = "phase '"//phase%name//trim(text)//' '//outcome%reason
     unsupported = ''
-    if (.not. is_divided(model%part)) call describe_unsupported_parts(model, step, unsupported)
+    call find_unsupported_parts(model, step, unsupported)
     if (len(unsupported) > 0) then
       message = message//'; '//unsupported
     else if (outcome%out_of_balance < huge(1.0_wp) .and. outcome%worst_label > 0) then
@@ -231,6 +233,27 @@ contains
       message = message//trim(text)
     end if
   end function failure_text
+
+  !> Say which pieces hang on nothing. Of a model that a team shares the whole is put together for it.
+  subroutine find_unsupported_parts(model, step, text)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(in) :: step
+    character(len=:), allocatable, intent(out) :: text
+    type(model_type) :: whole
+    type(step_type) :: start
+    type(connectivity_type) :: connectivity
+    type(error_type), allocatable :: error
+
+    text = ''
+    if (.not. is_divided(model%part)) then
+      call describe_unsupported_parts(model, step, text)
+      return
+    end if
+    whole = model
+    call join_model(whole, error)
+    if (.not. allocated(error)) call ready_terms(whole, start, connectivity, error)
+    if (.not. allocated(error)) call describe_unsupported_parts(whole, start, text)
+  end subroutine find_unsupported_parts
 
   !> A share in percent.
   pure function percent_text(share) result(text)

@@ -6,7 +6,9 @@
 !> does not, and the displacements are those of the mechanism. The state is put back.
 module qsmpm_safety_search
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: agree, any_of
   use qsmpm_analysis, only: phase_type, controls_type, geometry_fixed
+  use qsmpm_division, only: join_model
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_initialisation, only: step_type, norm_of_forces, norm_of_volumes
@@ -14,6 +16,7 @@ module qsmpm_safety_search
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
   use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_own_part, only: own_part_type
   use qsmpm_points, only: reset_strains
   use qsmpm_safety_bracket, only: bracket_text, factor_text, is_closed, next_factor, note_lost, note_stable
   use qsmpm_safety_factors, only: add_factor
@@ -58,7 +61,7 @@ contains
     search%controls%in_place = phase%safety%geometry == geometry_fixed
     before = model%state%progress%strength_factor
     do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance, has_named_strength(model)))
-      if (observer%stop_requested()) exit
+      if (any_of(model%part%team, observer%stop_requested())) exit
       factor = next_factor(model%state%progress%bracket, phase%safety%tolerance)
       call set_strength(model, factor)
       record = step_record_type()
@@ -158,6 +161,7 @@ contains
     !> What ends the run.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
+    type(own_part_type) :: part
     logical :: moved
 
     if (.not. (model%state%progress%bracket%lost > 0.0_wp .and. is_dampable(model, phase%controls))) return
@@ -166,7 +170,14 @@ contains
     model%state%points%initial_position = model%state%points%position
     call reset_strains(model%state%points)
     call give_way(model, step, solver, phase%controls, moved, error)
-    if (moved .and. .not. allocated(error)) call observer%mechanism(model, error)
+    part = model%part
+    if (moved .and. .not. allocated(error)) then
+      ! The observer is shown the whole; the parts are put back with the state.
+      call join_model(model, error)
+      if (.not. allocated(error)) call observer%mechanism(model, error)
+      call agree(part%team, error)
+    end if
+    model%part = part
     call restore(before, model)
   end subroutine show_mechanism
 

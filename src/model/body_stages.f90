@@ -19,6 +19,7 @@ module qsmpm_body_stages
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_model_surfaces, only: choose_carrying_points
   use qsmpm_point_selection, only: select_points, select_surface_points, append_points, append_surface_points
+  use qsmpm_own_part, only: is_divided
   use qsmpm_points, only: points_type, surface_points_type, place_of
   use qsmpm_undrained_law, only: excess_pressure_name
   implicit none
@@ -282,7 +283,7 @@ contains
     type(model_type), intent(inout) :: model
     integer :: i
 
-    if (.not. allocated(model%history_number)) return
+    if (.not. allocated(model%history_number) .or. is_divided(model%part)) return
     model%history_point = model%history_number
     ! A state that was put back may be of before phases in which bodies come or go: its points are those of the start.
     if (has_stages(model%analysis)) then

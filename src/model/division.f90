@@ -1,29 +1,31 @@
 !> A model divided between the processes of a team, and made whole again.
 !>
-!> Every process builds the whole model, so that phases begin as they do alone. Then each keeps the material points of
-!> its own box of cells (qsmpm_cell_boxes) and those in a ring of cells around it, and looks at that part of the grid
-!> only. After an accepted step the copies are thrown away, points that have left the box go to the process whose box
-!> they are in, and every process gets copies anew, so that copies never differ from what they are copies of. Tracers
-!> and watched places are few: all processes have all of them, and the one whose box they are in moves them.
+!> Every process builds the whole model, so that phases begin as they do alone. Then each keeps the material points and
+!> surface points of its own box of cells (qsmpm_cell_boxes) and those in a ring of cells around it, and looks at that
+!> part of the grid only. After an accepted step the copies are thrown away, points that have left the box go to the
+!> process whose box they are in, and every process gets copies anew, so that copies never differ from what they are
+!> copies of. Points of bodies that the phase takes out go the same way. Tracers, watched places and feet of bodies are
+!> few: all processes have all of them, and the one whose box they are in moves them. Bodies that wait are put aside.
 module qsmpm_division
   use qsmpm_kinds, only: wp, long
+  use qsmpm_active_bodies, only: bodies_active
   use qsmpm_agreement, only: agree
   use qsmpm_analysis, only: analysis_type, stabilise_none
   use qsmpm_basis_traits, only: basis_list
-  use qsmpm_cell_boxes, only: share_cells, is_inside
+  use qsmpm_cell_boxes, only: share_cells
   use qsmpm_error, only: error_type, fail, error_deck, error_other
   use qsmpm_exchange, only: hand_over
   use qsmpm_first_window, only: least_margin, usual_margin
-  use qsmpm_grid, only: whole_window
-  use qsmpm_grid_window, only: window_type, operator(==), cell_place, hull, holds, renumber, widen
+  use qsmpm_grid_window, only: window_type, cells_of, holds, widen
   use qsmpm_model, only: model_type
-  use qsmpm_model_mesh, only: grid_of
-  use qsmpm_model_window, only: fit_window, move_window
+  use qsmpm_model_window, only: fit_window, lay_window
   use qsmpm_own_marks, only: link_histories, mark_own
   use qsmpm_own_part, only: own_part_type, is_divided, own_of
-  use qsmpm_point_delivery, only: deliver_points, fingerprint
-  use qsmpm_point_selection, only: select_points
-  use qsmpm_points, only: carried_type, points_type, watched_points_type
+  use qsmpm_place_sharing, only: whole_of, find_places, number_all, add_places, near_ones, send_points, &
+    send_surface_points, keep_own_surface, share_places
+  use qsmpm_point_delivery, only: fingerprint
+  use qsmpm_point_selection, only: select_points, select_surface_points
+  use qsmpm_points, only: carried_type, points_type, surface_points_type
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_space, only: node_label
   use qsmpm_team, only: team_type, largest, total
@@ -31,9 +33,12 @@ module qsmpm_division
   implicit none
   private
 
-  public :: divide_model, division_text, join_model, migrate_points, unevenness, ring_of, whole_of, find_places
+  !> Numbers of a census: four of each of three sets.
+  integer, parameter :: census_size = 12
 
   character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
+
+  public :: divide_model, division_text, join_model, migrate_points, unevenness, ring_of
 
 contains
 
@@ -43,37 +48,72 @@ contains
     type(team_type), intent(in) :: team
     !> error_deck: there are too few cells with material.
     type(error_type), allocatable, intent(out) :: error
-    type(points_type) :: kept
     integer, allocatable :: at(:, :)
-    logical, allocatable :: near(:)
     logical :: short
-    integer :: i
+    integer :: b
 
     if (team%ranks == 1 .or. is_divided(model%part)) return
-    associate (part => model%part, points => model%state%points)
-      call find_places(model%state%window, points, at)
-      allocate (part%boxes(team%ranks))
-      call share_cells(at, whole_of(model), part%boxes, short)
-      if (short) then
-        deallocate (part%boxes)
-        call fail(error, error_deck, 'the material lies in too few cells of the grid to be shared by '// &
-          integer_text(team%ranks)//' processes')
-        return
-      end if
+    call find_places(model%state%window, model%state%points, at)
+    allocate (model%part%boxes(team%ranks))
+    call share_cells(at, whole_of(model), model%part%boxes, short)
+    if (short) then
+      deallocate (model%part%boxes)
+      call fail(error, error_deck, 'the material lies in too few cells of the grid to be shared by '// &
+        integer_text(team%ranks)//' processes')
+      return
+    end if
+    associate (part => model%part, inactive => model%state%inactive)
       part%team = team
       part%ring = ring_of(model%analysis)
-      call select_points(points, [1], part%like)
+      call select_points(model%state%points, [1], part%like)
       part%history_number = numbers_of(model)
-      associate (reach => widen(part%boxes(team%rank + 1), spread(part%ring, 1, 3), whole_of(model)))
-        near = [(is_inside(reach, at(:, i)), i=1, points%count)]
-      end associate
-      call select_points(points, pack([(i, i=1, points%count)], near), kept)
+      part%taken_out = [(any(inactive%unloading%body == b), b=1, size(model%analysis%bodies))]
     end associate
-    call number_cells(model%state%window, whole_of(model), kept)
-    call number_cells(model%state%window, whole_of(model), model%state%tracers)
-    call number_cells(model%state%window, whole_of(model), model%state%watched)
-    call look_at(model, kept, .true.)
+    call number_all(model%state%window, whole_of(model), model%state)
+    call take_near(model)
+    call look_at(model, .true.)
   end subroutine divide_model
+
+  !> Keep what is in the box or the ring of this process, and put aside what waits; cells are numbered as in the whole
+  !> grid.
+  subroutine take_near(model)
+    type(model_type), intent(inout) :: model
+    type(window_type) :: whole
+
+    whole = whole_of(model)
+    associate (part => model%part, state => model%state, inactive => model%state%inactive)
+      call keep_points(part, whole, state%points)
+      call keep_points(part, whole, inactive%unloading)
+      call keep_surface(part, whole, state%surface)
+      call keep_surface(part, whole, inactive%unloading_surface)
+      part%waiting = inactive%points
+      part%waiting_surface = inactive%surface
+      call select_points(part%waiting, spread(1, 1, 0), inactive%points)
+      call select_surface_points(part%waiting_surface, spread(1, 1, 0), inactive%surface)
+    end associate
+  end subroutine take_near
+
+  !> Keep the material points that are near.
+  subroutine keep_points(part, whole, points)
+    type(own_part_type), intent(in) :: part
+    type(window_type), intent(in) :: whole
+    type(points_type), intent(inout) :: points
+    type(points_type) :: kept
+
+    call select_points(points, near_ones(part, whole, points, part%ring), kept)
+    points = kept
+  end subroutine keep_points
+
+  !> Keep the surface points that are near.
+  subroutine keep_surface(part, whole, points)
+    type(own_part_type), intent(in) :: part
+    type(window_type), intent(in) :: whole
+    type(surface_points_type), intent(inout) :: points
+    type(surface_points_type) :: kept
+
+    call select_surface_points(points, near_ones(part, whole, points, part%ring - 1), kept)
+    points = kept
+  end subroutine keep_surface
 
   !> Rows of cells around a box whose points reach a function of the box, and what these depend on: functions reach
   !> over their degree of cells, domains one further; whether a cell is full, cut or at a ghost face is told by the
@@ -92,64 +132,95 @@ contains
   !> Points go to the processes whose boxes they are in now, and copies to those whose rings they are in.
   subroutine migrate_points(model, error)
     type(model_type), intent(inout) :: model
-    !> error_other: points were lost or doubled.
+    !> error_other: points were lost or doubled, or places have left the material that is near them.
     type(error_type), allocatable, intent(out) :: error
-    type(points_type) :: got
-    integer, allocatable :: at(:, :)
-    logical, allocatable :: goes(:, :)
-    integer(long) :: before(4)
-    integer :: p, r
+    integer(long) :: before(census_size)
 
     if (.not. is_divided(model%part)) return
     before = census(model)
-    associate (part => model%part, points => model%state%points)
-      call find_places(model%state%window, points, at)
-      allocate (goes(part%team%ranks, points%count), source=.false.)
-      do r = 1, part%team%ranks
-        associate (reach => widen(part%boxes(r), spread(part%ring, 1, 3), whole_of(model)))
-          do p = 1, points%count
-            goes(r, p) = part%points(p) .and. is_inside(reach, at(:, p))
-          end do
-        end associate
-      end do
-      call number_cells(model%state%window, whole_of(model), points)
-      call deliver_points(part%team, points, goes, part%like, got)
+    call send_all(model, .false.)
+    associate (state => model%state, inactive => model%state%inactive)
+      if (state%points%count == 0) call keep_own_surface(model%part, whole_of(model), state%surface)
+      if (state%points%count + inactive%unloading%count == 0) &
+        call keep_own_surface(model%part, whole_of(model), inactive%unloading_surface)
     end associate
-    call share_places(model, model%part%tracers, model%state%tracers)
-    call share_places(model, model%part%watched, model%state%watched)
-    call look_at(model, got, .false.)
-    if (any(census(model) /= before)) call fail(error, error_other, lost)
+    call look_at(model, .false.)
+    if (any(census(model) /= before)) then
+      call fail(error, error_other, lost)
+    else if (is_left_behind(model)) then
+      call fail(error, error_other, 'a surface or a place of a history has gone to where no material is near')
+    end if
   end subroutine migrate_points
+
+  !> Send own points and what this process knows of other places; cells are numbered as in the whole grid afterwards.
+  subroutine send_all(model, everywhere)
+    type(model_type), intent(inout) :: model
+    !> Every process gets all.
+    logical, intent(in) :: everywhere
+    type(window_type) :: whole
+
+    whole = whole_of(model)
+    call number_all(model%state%window, whole, model%state)
+    associate (part => model%part, state => model%state, inactive => model%state%inactive)
+      call send_points(part, whole, part%points, state%points, everywhere)
+      call send_surface_points(part, whole, part%surface, state%surface, everywhere)
+      if (any(part%taken_out)) then
+        call send_points(part, whole, part%unloading, inactive%unloading, everywhere)
+        call send_surface_points(part, whole, part%unloading_surface, inactive%unloading_surface, everywhere)
+      end if
+      call share_places(part, part%tracers, part%tracer_cell, state%tracers)
+      call share_places(part, part%watched, part%watched_cell, state%watched)
+      call share_places(part, part%feet, part%foot_cell, inactive%feet)
+    end associate
+  end subroutine send_all
+
+  !> Whether something that this process is to move lies outside of the part of the grid that it looks at.
+  pure logical function is_left_behind(model) result(behind)
+    type(model_type), intent(in) :: model
+    logical :: waits(model%state%tracers%count)
+
+    associate (part => model%part, state => model%state)
+      waits = .false.
+      if (allocated(model%tracer_body)) then
+        associate (active => bodies_active(model%analysis, state%progress%phase) .or. part%taken_out)
+          waits = .not. active(model%tracer_body)
+        end associate
+      end if
+      behind = state%points%count == 0 .and. state%surface%count > 0
+      behind = behind .or. any(part%tracers .and. state%tracers%cell == 0 .and. .not. waits)
+      behind = behind .or. any(part%watched .and. state%watched%cell == 0)
+    end associate
+  end function is_left_behind
 
   !> The whole model on every process again.
   subroutine join_model(model, error)
     type(model_type), intent(inout) :: model
     type(error_type), allocatable, intent(out) :: error
-    type(points_type) :: got
     type(own_part_type) :: alone
-    integer, allocatable :: at(:, :), labels(:)
+    type(window_type) :: used
+    integer, allocatable :: labels(:)
     real(wp), allocatable :: forces(:, :)
-    integer(long) :: before(4)
+    integer(long) :: before(census_size)
 
     if (.not. is_divided(model%part)) return
     before = census(model)
-    call number_cells(model%state%window, whole_of(model), model%state%points)
-    associate (part => model%part)
-      call deliver_points(part%team, model%state%points, spread(part%points, 1, part%team%ranks), part%like, got)
-      call share_places(model, part%tracers, model%state%tracers)
-      call share_places(model, part%watched, model%state%watched)
-    end associate
     call collect_forces(model, labels, forces)
-    model%state%points = got
-    call link_histories(model, model%part%history_number, spread(.true., 1, got%count))
-    model%part = alone
-    if (any(census(model) /= before)) call fail(error, error_other, lost)
-    if (allocated(error)) return
-    call find_places(whole_of(model), model%state%points, at)
-    call fit_window(model, around(model, at))
-    call number_cells(whole_of(model), model%state%window, model%state%points)
-    call number_cells(whole_of(model), model%state%window, model%state%tracers)
-    call number_cells(whole_of(model), model%state%window, model%state%watched)
+    call send_all(model, .true.)
+    associate (state => model%state)
+      state%inactive%points = model%part%waiting
+      state%inactive%surface = model%part%waiting_surface
+      call link_histories(model, model%part%history_number, spread(.true., 1, state%points%count))
+      model%part = alone
+      if (any(census(model) /= before)) call fail(error, error_other, lost)
+      if (allocated(error)) return
+      used = cells_used(model)
+      call add_places(whole_of(model), state%tracers, used)
+      call add_places(whole_of(model), state%inactive%points, used)
+      call add_places(whole_of(model), state%inactive%surface, used)
+      call add_places(whole_of(model), state%inactive%feet, used)
+      call fit_window(model, with_margin(model, used))
+      call number_all(whole_of(model), state%window, state)
+    end associate
     call put_forces(model, labels, forces)
   end subroutine join_model
 
@@ -190,121 +261,80 @@ contains
     end associate
   end function unevenness
 
-  !> Own points of all processes: how many, the sum of their numbers, and what they carry.
+  !> Own material points, those that are taken out, and surface points of all processes: how many, the sums of their
+  !> numbers, and what they carry.
   function census(model) result(sums)
     type(model_type), intent(in) :: model
-    integer(long) :: sums(4)
-    logical :: own(model%state%points%count)
+    integer(long) :: sums(census_size)
 
-    associate (team => model%part%team, points => model%state%points)
-      own = own_of(model%part%points, points%count)
-      sums = [total(team, count(own, kind=long)), total(team, sum(points%number, mask=own)), &
-        fingerprint(team, points, own)]
+    associate (part => model%part, state => model%state)
+      sums = [counts(state%points, part%points), counts(state%inactive%unloading, part%unloading), &
+        counts(state%surface, part%surface)]
     end associate
+
+  contains
+
+    !> Those of one set.
+    function counts(carried, marks)
+      class(carried_type), intent(in) :: carried
+      !> Which of them are own; unallocated where all are.
+      logical, allocatable, intent(in) :: marks(:)
+      integer(long) :: counts(census_size/3)
+      logical :: own(carried%count)
+
+      own = own_of(marks, carried%count)
+      associate (team => model%part%team)
+        counts = [total(team, count(own, kind=long)), total(team, sum(carried%number, mask=own)), &
+          fingerprint(team, carried, own)]
+      end associate
+    end function counts
   end function census
 
-  !> The whole grid.
-  pure type(window_type) function whole_of(model)
+  !> Cells that material and surface points are in, those that are taken out too, by their places in the whole grid.
+  pure type(window_type) function cells_used(model) result(used)
     type(model_type), intent(in) :: model
 
-    whole_of = whole_window(grid_of(model%analysis))
-  end function whole_of
+    used%first = huge(used%first)
+    used%last = -huge(used%last)
+    associate (whole => whole_of(model), state => model%state)
+      call add_places(whole, state%points, used)
+      call add_places(whole, state%surface, used)
+      call add_places(whole, state%inactive%unloading, used)
+      call add_places(whole, state%inactive%unloading_surface, used)
+    end associate
+  end function cells_used
 
-  !> Cells of places in the whole grid.
-  pure subroutine find_places(window, carried, at)
-    !> In which the cells are numbered.
-    type(window_type), intent(in) :: window
-    class(carried_type), intent(in) :: carried
-    !> (3, places)
-    integer, allocatable, intent(out) :: at(:, :)
-    integer :: p
-
-    allocate (at(3, carried%count))
-    do p = 1, carried%count
-      at(:, p) = cell_place(window, 1, carried%cell(p))
-    end do
-  end subroutine find_places
-
-  !> Number cells as another window does; 0 for one that it has not.
-  pure subroutine number_cells(from, to, carried)
-    type(window_type), intent(in) :: from, to
-    class(carried_type), intent(inout) :: carried
-    integer :: p
-
-    do p = 1, carried%count
-      if (carried%cell(p) == 0) cycle
-      if (is_inside(to, cell_place(from, 1, carried%cell(p)))) then
-        carried%cell(p) = renumber(from, to, 1, carried%cell(p))
-      else
-        carried%cell(p) = 0
-      end if
-    end do
-  end subroutine number_cells
-
-  !> Window around cells, with the margin that is usual.
-  pure type(window_type) function around(model, at) result(window)
+  !> A window with the margin that is usual.
+  pure type(window_type) function with_margin(model, used) result(window)
     type(model_type), intent(in) :: model
-    !> (3, n), one at the least.
-    integer, intent(in) :: at(:, :)
+    type(window_type), intent(in) :: used
 
-    window%first = minval(at, dim=2)
-    window%last = maxval(at, dim=2)
-    window = widen(window, usual_margin(model%analysis, window%last - window%first + 1), whole_of(model))
-  end function around
+    window = widen(used, usual_margin(model%analysis, used%last - used%first + 1), whole_of(model))
+  end function with_margin
 
-  !> Take over points, and look at the part of the grid in which they are; a process without points keeps its window.
-  !> The cells of all that rides are numbered as in the whole grid before, as in the window afterwards.
-  subroutine look_at(model, points, anew)
+  !> Look at the part of the grid in which the points are; a process without points keeps its window. Cells are numbered
+  !> as in the whole grid before, as in the window afterwards.
+  subroutine look_at(model, anew)
     type(model_type), intent(inout) :: model
-    type(points_type), intent(inout) :: points
     !> The window is that of another division.
     logical, intent(in) :: anew
-    type(carried_type) :: tracers
-    type(watched_points_type) :: watched
-    type(window_type) :: needed
-    integer, allocatable :: at(:, :)
+    type(window_type) :: used
     integer :: a
 
-    tracers = model%state%tracers
-    watched = model%state%watched
-    call select_points(model%part%like, spread(1, 1, 0), model%state%points)
-    call find_places(whole_of(model), points, at)
-    if (points%count > 0) then
-      needed = window_type(minval(at, dim=2), maxval(at, dim=2))
+    used = cells_used(model)
+    if (used%first(1) <= used%last(1)) then
       a = least_margin(model%analysis)
-      if (anew .or. .not. holds(model%state%window, widen(needed, [a, a, a], whole_of(model)))) &
-        call move_window(model, around(model, at), 1)
+      if (anew .or. .not. holds(model%state%window, widen(used, [a, a, a], whole_of(model)))) &
+        call lay_window(model, with_margin(model, used))
     end if
-    model%state%points = points
-    model%state%tracers = tracers
-    model%state%watched = watched
-    call number_cells(whole_of(model), model%state%window, model%state%points)
-    call number_cells(whole_of(model), model%state%window, model%state%tracers)
-    call number_cells(whole_of(model), model%state%window, model%state%watched)
+    associate (part => model%part, state => model%state)
+      part%tracer_cell = state%tracers%cell
+      part%watched_cell = state%watched%cell
+      part%foot_cell = state%inactive%feet%cell
+      call number_all(whole_of(model), state%window, state)
+    end associate
     call mark_own(model)
   end subroutine look_at
-
-  !> What the process whose box it is in knows of a place, all know: where it is, and its cell in the whole grid.
-  subroutine share_places(model, own, carried)
-    type(model_type), intent(in) :: model
-    !> Places that this process has moved.
-    logical, intent(in) :: own(:)
-    class(carried_type), intent(inout) :: carried
-    real(wp), allocatable :: values(:, :)
-    integer :: d, i
-
-    if (carried%count == 0) return
-    d = size(carried%position, 1)
-    call number_cells(model%state%window, whole_of(model), carried)
-    allocate (values(2*d + 1, carried%count), source=0.0_wp)
-    do i = 1, carried%count
-      if (own(i)) values(:, i) = [carried%position(:, i), carried%local(:, i), real(carried%cell(i), wp)]
-    end do
-    values = reshape(total(model%part%team, reshape(values, [size(values)])), shape(values))
-    carried%position = values(:d, :)
-    carried%local = values(d + 1:2*d, :)
-    carried%cell = nint(values(2*d + 1, :))
-  end subroutine share_places
 
   !> Numbers of the points of histories, 0 for none.
   pure function numbers_of(model) result(numbers)

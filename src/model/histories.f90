@@ -46,7 +46,7 @@ contains
     place = model%history_tracer(i)
     associate (history => model%analysis%histories(i), tracers => model%state%tracers)
       ! The point may be one of a body that is not there.
-      if (any(history%quantity == [quantity_stress, quantity_state, quantity_strain]) .and. &
+      if (any(history%quantity == [quantity_stress, quantity_state, quantity_strain, quantity_pore_pressure]) .and. &
         model%history_point(i) == 0) return
       if (is_divided(model%part) .and. is_known_to_all(history%quantity) .and. model%part%team%rank > 0) return
       select case (history%quantity)
@@ -154,10 +154,12 @@ contains
       return
     end if
     value = 0.0_wp
-    do s = 1, size(model%analysis%surfaces)
-      if (model%analysis%surfaces(s)%name == history%surface) value = value &
-        + sum(model%state%surface%reaction(history%component, :), mask=model%state%surface%surface == s)
-    end do
+    associate (surface => model%state%surface)
+      do s = 1, size(model%analysis%surfaces)
+        if (model%analysis%surfaces(s)%name == history%surface) value = value + sum(surface%reaction( &
+          history%component, :), mask=surface%surface == s .and. own_of(model%part%surface, surface%count))
+      end do
+    end associate
   end function reaction_of
 
   !> How far the front of a body, its outermost material point, has moved outwards since displacements count.

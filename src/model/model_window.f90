@@ -27,7 +27,7 @@ module qsmpm_model_window
   implicit none
   private
 
-  public :: follow_material, move_window, restore, return_to_window, place_mesh, fit_window
+  public :: follow_material, lay_window, restore, return_to_window, place_mesh, fit_window
 
 contains
 
@@ -133,15 +133,11 @@ contains
     !> Mesh cells a brick is cut into.
     integer, intent(in) :: pieces
     type(window_type) :: old
-    integer, allocatable :: labels(:)
-    real(wp), allocatable :: reactions(:, :), released(:, :), rows(:)
+    real(wp), allocatable :: rows(:)
 
     old = model%state%window
-    call list_labels(model, labels)
-    call move_alloc(model%state%reactions, reactions)
-    call move_alloc(model%state%released, released)
     if (model%analysis%moving_mesh%active) call rows_of(model, rows)
-    call fit_window(model, window)
+    call lay_window(model, window)
     call carry_cells(model%state%points)
     call carry_cells(model%state%surface)
     call carry_cells(model%state%tracers)
@@ -151,7 +147,6 @@ contains
     call carry_cells(model%state%inactive%surface)
     call carry_cells(model%state%inactive%unloading_surface)
     call carry_cells(model%state%inactive%feet)
-    call carry_nodal(model, labels, reactions, released)
     if (.not. model%analysis%moving_mesh%active) return
     call set_rows(model, rows)
     model%state%coordinates = model%mesh%coordinates
@@ -170,6 +165,20 @@ contains
       end do
     end subroutine carry_cells
   end subroutine move_window
+
+  !> Build all for a window with the forces and what is kept at its nodes, but with the cells numbered as before.
+  subroutine lay_window(model, window)
+    type(model_type), intent(inout) :: model
+    type(window_type), intent(in) :: window
+    integer, allocatable :: labels(:)
+    real(wp), allocatable :: reactions(:, :), released(:, :)
+
+    call list_labels(model, labels)
+    call move_alloc(model%state%reactions, reactions)
+    call move_alloc(model%state%released, released)
+    call fit_window(model, window)
+    call carry_nodal(model, labels, reactions, released)
+  end subroutine lay_window
 
   !> Build mesh, sets, space and constraints for a window, the rows where they were at the start.
   subroutine fit_window(model, window)

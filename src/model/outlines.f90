@@ -35,6 +35,9 @@ module qsmpm_outlines
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_surface_seeding, only: seed_segment
   use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_agreement, only: any_of
+  use qsmpm_own_part, only: own_cells, own_of
+  use qsmpm_team, only: total
   implicit none
   private
 
@@ -339,14 +342,14 @@ contains
     type(body_shape_type) :: shape
     type(seed_list_type) :: list
     type(error_type), allocatable :: error
-    logical :: carried(size(model%shapes))
+    logical :: carried(size(model%shapes)), fails
     integer :: k, before
 
     carried = .false.
     do k = 1, size(model%outlines)
       associate (outline => model%outlines(k))
         if (outline%integrates .neqv. integrates) cycle
-        if (.not. any(model%state%points%body == outline%body)) cycle
+        if (.not. any_of(model%part%team, any(model%state%points%body == outline%body))) cycle
         call shape_of_outline(outline, model%state%tracers%position(:, outline%before + 1:outline%before &
           + outline%count), shape)
         before = list%count
@@ -358,24 +361,29 @@ contains
             model%analysis%bodies(outline%body)%points_per_element, places_for(model), &
             grid_degree(model%analysis%method%basis), list, error)
         end if
-        carried(outline%body) = .not. allocated(error) .and. list%count > before
-        if (carried(outline%body)) carried(outline%body) = bounds_points(model, outline%body, &
-          list%volume(before + 1:list%count))
+        fails = any_of(model%part%team, allocated(error))
+        carried(outline%body) = bounds_points(model, outline%body, list%volume(before + 1:list%count), &
+          list%cell(before + 1:list%count))
+        if (fails) carried(outline%body) = .false.
       end associate
     end do
     call sort_seeds(list, volumes, carried, bodies)
   end subroutine find_bodies
 
   !> Whether the volume inside of an outline is still that of the points of its body.
-  pure logical function bounds_points(model, body, held)
+  logical function bounds_points(model, body, held, cell)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
-    !> Volumes of the parts of cells.
+    !> Volumes of the parts of cells, and these cells (parts).
     real(wp), intent(in) :: held(:)
-    real(wp) :: volume
+    integer, intent(in) :: cell(:)
+    real(wp) :: volume, inside
 
-    volume = sum(model%state%points%volume, mask=model%state%points%body == body)
-    bounds_points = abs(sum(held) - volume) <= lost*volume
+    associate (team => model%part%team, points => model%state%points)
+      volume = total(team, sum(points%volume, mask=points%body == body .and. own_of(model%part%points, points%count)))
+      inside = total(team, sum(held, mask=own_cells(model%part, cell)))
+    end associate
+    bounds_points = inside > 0.0_wp .and. abs(inside - volume) <= lost*volume
   end function bounds_points
 
   !> Lay the points of loaded surfaces on the outlines as they are now, cut by the cells.

@@ -1,11 +1,11 @@
-!> Marks of what a process answers for: which cells, nodes, material points, tracers and watched places are its own, by
-!> the boxes of the team. A node belongs to the box of the cell at whose lower end it lies, or that holds it; a place to
-!> the box of the cell it is in, the upper one where it lies between two. Alone all are own and nothing is marked.
+!> Marks of what a process answers for: which cells, nodes, material and surface points, tracers and other places are its
+!> own, by the boxes of the team. A node belongs to the box of the cell at whose lower end it lies, or that holds it; a
+!> place to the box of the cell it is in, the upper one where it lies between two. Alone all are own and nothing is marked.
 module qsmpm_own_marks
   use qsmpm_kinds, only: wp, long
   use qsmpm_cell_boxes, only: box_of, is_inside
   use qsmpm_grid, only: grid_type
-  use qsmpm_grid_window, only: cell_place, cells_over
+  use qsmpm_grid_window, only: window_type, cell_place, cells_over
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of
   use qsmpm_own_part, only: is_divided
@@ -26,18 +26,32 @@ contains
 
     if (.not. is_divided(model%part)) return
     grid = grid_of(model%analysis)
-    associate (part => model%part, points => model%state%points, window => model%state%window)
+    associate (part => model%part, window => model%state%window)
       associate (box => part%boxes(part%team%rank + 1))
         part%cells = [(is_inside(box, cell_place(window, 1, i)), i=1, model%mesh%cell_count)]
-        part%points = [(is_inside(box, cell_place(window, 1, points%cell(i))), i=1, points%count)]
+        part%points = own_by_cell(box, window, model%state%points)
+        part%surface = own_by_cell(box, window, model%state%surface)
+        part%unloading = own_by_cell(box, window, model%state%inactive%unloading)
+        part%unloading_surface = own_by_cell(box, window, model%state%inactive%unloading_surface)
         part%nodes = [(is_inside(box, place_in(grid, node_position(model%space, model%mesh, i))), &
           i=1, model%space%node_count)]
         part%tracers = own_places(model, grid, model%state%tracers)
         part%watched = own_places(model, grid, model%state%watched)
+        part%feet = own_places(model, grid, model%state%inactive%feet)
       end associate
     end associate
     call link_histories(model, model%part%history_number, model%part%points)
   end subroutine mark_own
+
+  !> Own places of a set by the cells that they are in.
+  pure function own_by_cell(box, window, carried) result(own)
+    type(window_type), intent(in) :: box, window
+    class(carried_type), intent(in) :: carried
+    logical :: own(carried%count)
+    integer :: i
+
+    own = [(is_inside(box, cell_place(window, 1, carried%cell(i))), i=1, carried%count)]
+  end function own_by_cell
 
   !> Ranks that own the nodes of the space.
   pure function node_owners(model) result(owner)

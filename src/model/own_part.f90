@@ -1,18 +1,18 @@
 !> The part of a model that a process answers for. Alone that is all of it. A process of a team has a window of the
-!> grid with the material points in it: those of its own box of cells, and copies of those in a ring around it, which
-!> make the sums at its own nodes whole. What is reduced over the team counts each point, cell and node once: on the
-!> process whose own it is.
+!> grid with the material points and surface points in it: those of its own box of cells, and copies of those in a ring
+!> around it, which make the sums at its own nodes whole. What is reduced over the team counts each point, cell and node
+!> once: on the process whose own it is.
 !>
 !> How a model is divided is left to `qsmpm_division`, what is own to `qsmpm_own_marks`.
 module qsmpm_own_part
   use qsmpm_kinds, only: long
   use qsmpm_grid_window, only: window_type
-  use qsmpm_points, only: points_type
+  use qsmpm_points, only: points_type, surface_points_type
   use qsmpm_team, only: team_type
   implicit none
   private
 
-  public :: own_part_type, is_divided, own_of
+  public :: own_part_type, is_divided, own_of, own_cells
 
   type :: own_part_type
     !> Who shares the model: this process alone unless the model is divided.
@@ -21,8 +21,17 @@ module qsmpm_own_part
     type(window_type), allocatable :: boxes(:)
     !> Rows of cells around the box whose points are copied.
     integer :: ring = 0
-    !> Which nodes of the space, cells, material points, tracers and watched places are own; unallocated alone.
-    logical, allocatable :: nodes(:), cells(:), points(:), tracers(:), watched(:)
+    !> Which nodes of the space, cells, material points, surface points, tracers, watched places, points of bodies that
+    !> are taken out and feet are own; unallocated alone.
+    logical, allocatable :: nodes(:), cells(:), points(:), surface(:), tracers(:), watched(:), unloading(:), &
+      unloading_surface(:), feet(:)
+    !> Cells of the whole grid that places known to all were in when that was told last (places).
+    integer, allocatable :: tracer_cell(:), watched_cell(:), foot_cell(:)
+    !> Bodies that the phase takes out (bodies), and the points of those that wait: all, their cells numbered as in the
+    !> whole grid.
+    logical, allocatable :: taken_out(:)
+    type(points_type) :: waiting
+    type(surface_points_type) :: waiting_surface
     !> A point that carries what all of them do, and the numbers of the points of histories (0 for none).
     type(points_type) :: like
     integer(long), allocatable :: history_number(:)
@@ -39,7 +48,7 @@ contains
 
   !> Which of some things are own, by their marks; alone all are.
   pure function own_of(marks, count) result(own)
-    !> Nodes, points, tracers or watched places of a part.
+    !> Nodes, points, tracers or other places of a part.
     logical, allocatable, intent(in) :: marks(:)
     !> How many there are.
     integer, intent(in) :: count
@@ -48,4 +57,16 @@ contains
     own = .true.
     if (allocated(marks)) own = marks
   end function own_of
+
+  !> Which of some cells are own.
+  pure function own_cells(part, cell) result(own)
+    type(own_part_type), intent(in) :: part
+    !> Their numbers.
+    integer, intent(in) :: cell(:)
+    logical :: own(size(cell))
+
+    own = .true.
+    if (allocated(part%cells)) own = part%cells(cell)
+  end function own_cells
+
 end module qsmpm_own_part

@@ -1,11 +1,9 @@
 !> What a team of processes cannot share yet: it is refused by name, before anything is computed.
 module qsmpm_sharing_limits
   use qsmpm_kinds, only: wp
-  use qsmpm_active_bodies, only: has_stages
-  use qsmpm_analysis, only: analysis_type, mesh_grid, basis_fem, phase_safety
+  use qsmpm_analysis, only: analysis_type, mesh_grid, basis_fem, carrier_points
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_model, only: model_type
-  use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -28,15 +26,11 @@ contains
     list = ''
     call refuse_mesh(model%analysis, list)
     associate (analysis => model%analysis)
-      if (size(analysis%surfaces) > 0) call add(list, '*SURFACE')
       if (size(analysis%rigid_bodies) > 0) call add(list, '*RIGID BODY')
-      if (has_stages(analysis)) call add(list, '*ACTIVATE, *DEACTIVATE and *CHANGE MATERIAL')
-      if (has_pore_pressure(model)) call add(list, 'pore water')
-      if (analysis%confinement > 0.0_wp) call add(list, '*CONFINING PRESSURE')
       if (any(model%outlines%integrates)) call add(list, &
         'bodies that are integrated inside of their outlines (*METHOD, INTEGRATION=CELL of bodies that cut cells)')
       do p = 1, size(analysis%phases)
-        if (analysis%phases(p)%kind == phase_safety) call add(list, '*SAFETY')
+        if (any(analysis%phases(p)%tractions%carrier == carrier_points)) call add(list, 'CARRIER=POINTS of *TRACTION')
         if (analysis%phases(p)%controls%step_error > 0.0_wp) call add(list, 'STEP ERROR of *CONTROLS')
       end do
     end associate

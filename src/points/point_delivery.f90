@@ -1,18 +1,18 @@
-!> Material points that go from process to process of a team with all that they carry. A point goes wherever its sender
-!> says, to several processes or to none; what comes in stands in the order of the numbers of the points, so that sums
-!> over them do not depend on who sent them.
+!> Material points and surface points that go from process to process of a team with all that they carry. A point goes
+!> wherever its sender says, to several processes or to none; what comes in stands in the order of the numbers of the
+!> points, so that sums over them do not depend on who sent them.
 module qsmpm_point_delivery
   use qsmpm_kinds, only: wp, long
   use qsmpm_exchange, only: hand_over
   use qsmpm_field_list, only: field_list_type
-  use qsmpm_point_selection, only: select_points
-  use qsmpm_points, only: points_type
+  use qsmpm_point_selection, only: select_points, select_surface_points
+  use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points
   use qsmpm_sorting, only: order_columns
   use qsmpm_team, only: team_type, total
   implicit none
   private
 
-  public :: deliver_points, number_order, fingerprint
+  public :: deliver_points, deliver_surface_points, number_order, fingerprint
 
 contains
 
@@ -26,34 +26,68 @@ contains
     type(points_type), intent(in), target :: like
     !> What has come, sorted by number.
     type(points_type), intent(out) :: got
-    type(points_type) :: unsorted
-    real(wp), allocatable :: reals(:), their_reals(:)
-    integer(long), allocatable :: longs(:), their_longs(:)
-    integer, allocatable :: first(:), first_reals(:), first_longs(:), their_first(:), order(:)
-    integer :: reals_each, longs_each, r, n
+    type(points_type), target :: unsorted
+    real(wp), allocatable :: reals(:)
+    integer(long), allocatable :: longs(:)
+    integer :: n
 
-    call count_numbers(like, reals_each, longs_each)
-    allocate (first(team%ranks + 1), source=1)
-    do r = 1, team%ranks
-      first(r + 1) = first(r) + count(goes(r, :))
-    end do
-    first_reals = (first - 1)*reals_each + 1
-    first_longs = (first - 1)*longs_each + 1
-    call pack_points(points, like, goes, reals, longs)
-    call hand_over(team, reals, first_reals, their_reals, their_first)
-    call hand_over(team, longs, first_longs, their_longs, their_first)
-    n = size(their_longs)/longs_each
+    call exchange(team, points, goes, like, reals, longs, n)
     call select_points(like, spread(1, 1, n), unsorted)
-    call unpack_points(their_reals, their_longs, like, unsorted)
-    order = number_order(unsorted%number)
-    call select_points(unsorted, order, got)
+    call unpack_points(reals, longs, like, unsorted)
+    call select_points(unsorted, number_order(unsorted%number), got)
     ! What a process without points does not carry, it carries from now on.
     if (n == 0) call select_points(like, spread(1, 1, 0), got)
   end subroutine deliver_points
 
+  !> The same of surface points, all of which carry the same.
+  subroutine deliver_surface_points(team, points, goes, got)
+    type(team_type), intent(in) :: team
+    type(surface_points_type), intent(in), target :: points
+    !> Whether a point goes to a rank (ranks, points).
+    logical, intent(in) :: goes(:, :)
+    !> What has come, sorted by number.
+    type(surface_points_type), intent(out) :: got
+    type(surface_points_type), target :: like, unsorted
+    real(wp), allocatable :: reals(:)
+    integer(long), allocatable :: longs(:)
+    integer :: n
+
+    call allocate_surface_points(like, size(points%position, 1), 1)
+    call exchange(team, points, goes, like, reals, longs, n)
+    call allocate_surface_points(unsorted, size(points%position, 1), n)
+    call unpack_points(reals, longs, like, unsorted)
+    call select_surface_points(unsorted, number_order(unsorted%number), got)
+  end subroutine deliver_surface_points
+
+  !> Send what points carry and get what others send.
+  subroutine exchange(team, points, goes, like, their_reals, their_longs, count)
+    type(team_type), intent(in) :: team
+    class(carried_type), intent(in), target :: points, like
+    !> (ranks, points)
+    logical, intent(in) :: goes(:, :)
+    !> Their numbers, as `pack_points` lays them, and how many points they are of.
+    real(wp), allocatable, intent(out) :: their_reals(:)
+    integer(long), allocatable, intent(out) :: their_longs(:)
+    integer, intent(out) :: count
+    real(wp), allocatable :: reals(:)
+    integer(long), allocatable :: longs(:)
+    integer :: first(team%ranks + 1), reals_each, longs_each, r
+    integer, allocatable :: their_first(:)
+
+    call count_numbers(like, reals_each, longs_each)
+    first(1) = 1
+    do r = 1, team%ranks
+      first(r + 1) = first(r) + sum(merge(1, 0, goes(r, :)))
+    end do
+    call pack_points(points, like, goes, reals, longs)
+    call hand_over(team, reals, (first - 1)*reals_each + 1, their_reals, their_first)
+    call hand_over(team, longs, (first - 1)*longs_each + 1, their_longs, their_first)
+    count = size(their_longs)/longs_each
+  end subroutine exchange
+
   !> Reals and whole numbers that a point carries.
   subroutine count_numbers(like, reals, longs)
-    type(points_type), intent(in), target :: like
+    class(carried_type), intent(in), target :: like
     integer, intent(out) :: reals, longs
     type(field_list_type) :: list
     integer :: i
@@ -72,7 +106,7 @@ contains
 
   !> The numbers of points, rank after rank, point after point.
   subroutine pack_points(points, like, goes, reals, longs)
-    type(points_type), intent(in), target :: points, like
+    class(carried_type), intent(in), target :: points, like
     !> (ranks, points)
     logical, intent(in) :: goes(:, :)
     real(wp), allocatable, intent(out) :: reals(:)
@@ -111,8 +145,8 @@ contains
   subroutine unpack_points(reals, longs, like, points)
     real(wp), intent(in) :: reals(:)
     integer(long), intent(in) :: longs(:)
-    type(points_type), intent(in), target :: like
-    type(points_type), intent(inout), target :: points
+    class(carried_type), intent(in), target :: like
+    class(carried_type), intent(inout), target :: points
     type(field_list_type) :: list, carried
     integer :: i, p, nr, nl, n
 
@@ -142,7 +176,7 @@ contains
   !> another one where a bit differs. Sums of the numbers themselves would differ by rounding.
   function fingerprint(team, points, chosen) result(sums)
     type(team_type), intent(in) :: team
-    type(points_type), intent(in), target :: points
+    class(carried_type), intent(in), target :: points
     !> Which of them count (points).
     logical, intent(in) :: chosen(:)
     integer(long) :: sums(2)

@@ -16,10 +16,11 @@ import tempfile
 import faults
 import many_ranks
 import one_rank
+import shared_scenes
 from support import TOP, Place
 
-CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS, *faults.CHECKS]
-LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS, *faults.LONG_CHECKS]
+CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS, *shared_scenes.CHECKS, *faults.CHECKS]
+LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS, *shared_scenes.LONG_CHECKS, *faults.LONG_CHECKS]
 
 
 def main() -> int:

@@ -1,0 +1,143 @@
+"""Checks of several ranks against one process: surfaces, factors of safety, stages, pore water, warnings."""
+
+from __future__ import annotations
+
+from many_ranks import CARRIED, STANDARD, WEIGHT, agrees, plane
+from support import TOP, Check, Place, distance, expect
+
+# Relative difference of curves from those of one process: rounding, where the iterations are the same.
+SAME = 1.0e-9
+# A block under a load that leans, with its reactions; its surfaces lie in several boxes.
+LOADED = """*SURFACE, NAME=top, TYPE=OUTLINE, BODY=body, BOX
+0, 2, 1.5, 1.5
+*SURFACE, NAME=side, TYPE=OUTLINE, BODY=body, BOX
+2, 2, 0, 1.5
+"""
+LOADS = "*FIX\nbase, ALL\nleft, X\n*TRACTION, SURFACE=top\n1, -3\n*PRESSURE, SURFACE=side\n4"
+SLOPE = """*HEADING
+A slope whose strength is lowered until it fails.
+*UNITS, LENGTH=m, FORCE=kN
+*MODEL, TYPE=PLANE STRAIN
+*GRID, ELEMENT=QUAD4
+X, 0, 4, 16
+Y, 0, 1, 4
+*NSET, NSET=base, PLANE=Y
+0
+*NSET, NSET=left, PLANE=X
+0
+*MATERIAL, NAME=soil
+*ELASTIC
+1E4, 0.33
+*MOHR COULOMB
+0.7, 25, 25
+*UNIT WEIGHT
+15
+*BODY, NAME=slope, MATERIAL=soil, SHAPE=POLYGON
+0, 0
+2.5, 0
+1.5, 1
+0, 1
+*POINTS, BODY=slope, PER ELEMENT=4
+*METHOD, {method}
+*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y
+1.5, 1
+*PHASE, NAME=built
+*FIX
+base, ALL
+left, X
+*GRAVITY
+0, -1
+*CONTROLS, STEPS=2, STABILISATION FADE=0.1
+*END PHASE
+*PHASE, NAME=factor, TYPE=SAFETY
+*SAFETY, TOLERANCE=0.05, {words}
+*CONTROLS, STEPS=3, STABILISATION SHARE=1
+*END PHASE
+"""
+
+
+def carried(way: str) -> str:
+    """A block under a pressure that rides through the boxes of the ranks."""
+    surfaces = LOADED.replace("0, 2, 1.5", "0, 1, 1.5").replace("2, 2, 0", "1, 1, 0")
+    return plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", way) + "\n*PRESSURE, SURFACE=top\n3", steps=16,
+                 more=surfaces + "*FIELD, EVERY=5\n")  # fmt: skip
+
+
+def loaded_surfaces(place: Place) -> None:
+    """Tractions, pressures that follow, and a loaded surface that rides through the boxes of four ranks."""
+    agrees(place, "loads", plane("0, 2, 0, 1.5", phase=LOADS, more=LOADED), (2, 7), SAME)
+    agrees(place, "carried", carried("1.6"), (4,), SAME)
+
+
+def more_loaded_surfaces(place: Place) -> None:
+    """The same in rings and with domains, on 3 and 4 ranks, and to the byte on the same ranks again."""
+    agrees(place, "loads", plane("0, 2, 0, 1.5", phase=LOADS, more=LOADED), (3, 4), SAME)
+    agrees(place, "ring", plane("0.5, 2, 0, 1.5", phase=LOADS, more=LOADED, model="AXISYMMETRIC"), (3,), SAME)
+    domains = "BASIS=SPLINE2G, INTEGRATION=POINTS, KINEMATICS=LOGARITHMIC"
+    agrees(place, "domains", plane("0, 2, 0, 1.5", domains, LOADS, more=LOADED), (4,), SAME)
+    first, other = (place.run("qsmpm-mpi", carried("1.6"), name, ranks=4) for name in ("first", "other"))
+    expect(first.curves == other.curves, "other curves from the same ranks")
+    deck = (TOP / "verification/cases/decks/support_free.inp").read_text()
+    agrees(place, "freed", deck, (2, 5, 7), SAME)
+
+
+def freed_supports(place: Place) -> None:
+    """Walls that hold a cut and are freed: their reactions count once, and what they carried is lowered on all ranks."""
+    deck = (TOP / "verification/cases/decks/support_free.inp").read_text()
+    agrees(place, "freed", deck.replace("X, 0, 20, 40\nY, -10, 1, 22", "X, 0, 20, 20\nY, -10, 1, 11"), (3,), SAME)
+
+
+def factor_of_safety(place: Place) -> None:
+    """A search for a factor of safety: the bracket of one process, and its mechanism."""
+    domains = "BASIS=SPLINE2G, INTEGRATION=CELL, KINEMATICS=LOGARITHMIC"
+    finds_bracket(place, SLOPE.format(method=domains, words="GEOMETRY=FIXED"), 3)
+
+
+def runout(place: Place) -> None:
+    """A search whose places follow, with the run-out behind it."""
+    finds_bracket(place, SLOPE.format(method=STANDARD, words="GEOMETRY=MOVING, RUNOUT=1.7"), 2)
+
+
+def finds_bracket(place: Place, deck: str, ranks: int) -> None:
+    """Curves, bracket and pictures of one process from several."""
+    alone = place.run("qsmpm", deck, "alone")
+    shared = place.run("qsmpm-mpi", deck, "shared", ranks=ranks)
+    apart = distance(alone, shared)
+    expect(apart <= SAME, f"{apart:.1e} from one process")
+    found = [(run.folder / "safety.json").read_text() for run in (alone, shared)]
+    expect(found[0] == found[1] and '"lost": 0' not in found[0], f"{found}")
+    files = [sorted(p.name for p in run.folder.rglob("*") if "mechanism" in p.name) for run in (alone, shared)]
+    expect(files[0] == files[1] and files[0] != [], f"{files}")
+
+
+def stages(place: Place) -> None:
+    """Bodies that come, go and change, with feet, tracers that wait and a loaded surface: a pit and a bank in lifts."""
+    deck = (TOP / "input/excavation.inp").read_text().replace("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, ")
+    deck = deck.replace(" X, 0, 12, 24\n Y, 0, 8, 16", " X, 0, 12, 12\n Y, 0, 8, 8").replace("4.5", "5").replace("3.5", "4")
+    agrees(place, "pit", deck, (3,), SAME)
+    agrees(place, "lifts", (TOP / "verification/cases/decks/stages_lifts_5.inp").read_text(), (4,), SAME)
+
+
+def pore_water(place: Place) -> None:
+    """A slope below its water level, and soil that is loaded undrained and then drained."""
+    for name, ranks in (("water_slope", 3), ("undrained_column", 2)):
+        deck = (TOP / f"verification/cases/decks/{name}.inp").read_text()
+        agrees(place, name, deck.replace("STRESS, COMPONENT=XX", "PORE PRESSURE"), (ranks,), SAME)
+
+
+def warnings(place: Place) -> None:
+    """Cut cells are warned of, and a piece that hangs on nothing is named, in the words of one process."""
+    cut = plane("0, 2, 0, 1.4", "BASIS=SPLINE2, INTEGRATION=POINTS, KINEMATICS=LOGARITHMIC")
+    loose = "*BODY, NAME=loose, MATERIAL=soil, SHAPE=BOX\n0.5, 1.5, 1.75, 2\n*POINTS, BODY=loose, PER ELEMENT=4\n"
+    apart = plane("0, 2, 0, 1", phase=WEIGHT, more=loose).replace("0.9, 1.3", "0.9, 0.9")
+    for name, deck, code, words in (("cut", cut, 0, "warning: the integration of cells that a body cuts is"),
+                                    ("apart", apart, 5, "hangs on nothing that holds it")):  # fmt: skip
+        said = []
+        for run in (place.run("qsmpm", deck, f"{name}-alone", code=code),
+                    place.run("qsmpm-mpi", deck, name, ranks=3, code=code)):  # fmt: skip
+            said.append([line for line in run.log.splitlines() if words in line or line.startswith("warning")])
+        expect(said[0] == said[1] and any(words in line for line in said[0]), f"{name}: {said}")
+
+
+CHECKS: list[Check] = [loaded_surfaces, freed_supports, factor_of_safety, stages, pore_water, warnings]
+LONG_CHECKS: list[Check] = [more_loaded_surfaces, runout]
