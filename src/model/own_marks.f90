@@ -1,7 +1,7 @@
 !> Marks of what a process answers for: which cells, nodes, material and surface points, tracers and other places are
-!> its own, by the boxes of the team. A node belongs to the box of the cell at whose lower end it lies, or that holds it;
-!> a place to the box of the cell it is in, the upper one where it lies between two. Alone all are own and nothing is
-!> marked.
+!> its own, by the boxes of the team. A node belongs to the box of the cell at whose lower end it lies, or that holds
+!> it; a place to the box of the cell it is in, the upper one where it lies between two. Alone all are own and nothing
+!> is marked.
 module qsmpm_own_marks
   use qsmpm_kinds, only: wp, long
   use qsmpm_cell_boxes, only: box_of, is_inside
