@@ -16,9 +16,9 @@ FAULTS = {4: "not a finite number", 5: "asks for a shorter step", 6: "ends the p
 
 
 def faulty(place: Place, kind: int) -> str:
-    """A body of 12 by 6 cells whose law goes wrong in its third step at the right end: there two ranks have no common points."""
+    """A body of 12 by 6 cells whose law goes wrong in its third step in its last column, which one of two ranks has no copy of."""
     library = place.build / "verification" / "plugins" / "libfaulty.so"
-    law = f"*USER MATERIAL, INTERFACE=UMAT, LIBRARY={library}\n 200, 0.3, {kind}, 3, 0.5, 0, 2.6\n"
+    law = f"*USER MATERIAL, INTERFACE=UMAT, LIBRARY={library}\n 200, 0.3, {kind}, 3, 0.5, 0, 2.8\n"
     return plane("0, 3, 0, 1.5").replace("*ELASTIC\n200, 0.3\n", law)
 
 
