@@ -186,7 +186,7 @@ contains
     integer :: a, c, d, k, n
 
     d = size(places, 1)
-    mine = pack([(a, a=1, size(own))], own .and. equations%active)
+    mine = pack([(a, a=1, size(own))], own .and. equations%active(:size(own)))
     allocate (bits(size(mine)), source=0)
     do c = 1, d
       where (equations%constrained(c, mine)) bits = ibset(bits, c)

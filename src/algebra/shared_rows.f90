@@ -119,7 +119,7 @@ contains
     allocate (asked(0))
     do r = 1, team%ranks
       asked = [asked, pack([(a, a=1, size(labels))], owner == r - 1 .and. owner /= team%rank .and. &
-        any(equations%number > 0, dim=1))]
+        any(equations%number(:, :size(labels)) > 0, dim=1))]
       first(r + 1) = size(asked) + 1
     end do
     call hand_over(team, int(labels(asked), long), first, questions, first_asked)

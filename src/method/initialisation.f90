@@ -16,7 +16,7 @@ module qsmpm_initialisation
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_marks, only: node_owners
-  use qsmpm_own_part, only: own_of
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
   use qsmpm_contact_results, only: penetration_type
@@ -127,7 +127,8 @@ contains
     logical :: changed
 
     call switch_timer(step%profile%watch, part_initialisation)
-    call refine_surfaces(model)
+    ! The parts of a team keep the points that the whole has been divided with.
+    if (.not. is_divided(model%part)) call refine_surfaces(model)
     step%team = model%part%team
     call ready_terms(model, step, connectivity, error)
     if (allocated(error)) return
@@ -142,7 +143,9 @@ contains
     call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error, places)
     call agree(step%team, error)
     if (allocated(error)) return
-    step%own = own_of(model%part%nodes, all_nodes(step%unknowns))
+    ! What stands behind the nodes is known to all, and counted by the first process.
+    step%own = spread(step%team%rank == 0, 1, all_nodes(step%unknowns))
+    step%own(:model%space%node_count) = own_of(model%part%nodes, model%space%node_count)
     step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count, step%own)
     call start_solver(model, step, changed, places, error)
     if (allocated(error)) return

@@ -6,9 +6,11 @@
 !> way would get inside step by step. They are put back on the outline along its normal: a place corrected, nothing
 !> else.
 module qsmpm_penetration
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: lowest_rank
   use qsmpm_contact_results, only: penetration_type, deepest_point
   use qsmpm_error, only: error_type, fail, error_not_converged
+  use qsmpm_exchange, only: spread_from
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_points, only: place_of
@@ -115,10 +117,16 @@ contains
     type(placed_shape_type), allocatable :: bodies(:)
     type(distance_type) :: distance
     character(len=80) :: buffer
-    integer :: i, k
+    real(wp) :: place(model%mesh%dimension)
+    integer(long) :: pair(1)
+    logical :: folds
+    integer :: i, k, rank
 
-    if (check%reported_fold .or. .not. any(model%state%surface%contact_pressure > 0.0_wp)) return
+    if (check%reported_fold .or. size(model%contact_pairs) == 0) return
     allocate (bodies, source=placed_bodies(model))
+    folds = .false.
+    k = 0
+    place = 0.0_wp
     do i = 1, model%state%surface%count
       if (.not. model%state%surface%contact_pressure(i) > 0.0_wp) cycle
       k = findloc(model%contact_pairs%surface, model%state%surface%surface(i), dim=1)
@@ -127,13 +135,22 @@ contains
       associate (vector => model%state%surface%area_vector(:, i), d => model%mesh%dimension)
         if (dot_product(vector, distance%normal(:d)) < same_way*norm2(vector)) cycle
       end associate
-      check%reported_fold = .true.
-      write (buffer, '(3(1x,es11.4))') model%state%surface%position(:, i)
-      call observer%note("warning: the surface of the soil is folded at rigid body '"//model%analysis%rigid_bodies( &
-        model%contact_pairs(k)%body)%name//"' at "//trim(adjustl(buffer))//': the pressure there is not to be '// &
-        'trusted; ON=BODY asks for contact on the body itself')
-      return
+      folds = .true.
+      place = model%state%surface%position(:, i)
+      exit
     end do
+    associate (team => model%part%team)
+      rank = lowest_rank(team, folds)
+      if (rank == team%ranks) return
+      pair = k
+      call spread_from(team, rank, pair)
+      call spread_from(team, rank, place)
+    end associate
+    check%reported_fold = .true.
+    write (buffer, '(3(1x,es11.4))') place
+    call observer%note("warning: the surface of the soil is folded at rigid body '"//model%analysis%rigid_bodies( &
+      model%contact_pairs(int(pair(1)))%body)%name//"' at "//trim(adjustl(buffer))//': the pressure there is not '// &
+      'to be trusted; ON=BODY asks for contact on the body itself')
   end subroutine warn_of_fold
 
   !> How deep, where and in which body.

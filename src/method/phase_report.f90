@@ -4,7 +4,7 @@
 module qsmpm_phase_report
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type
-  use qsmpm_contact_results, only: penetration_type
+  use qsmpm_contact_results, only: penetration_type, deepest_of_all
   use qsmpm_division, only: join_model
   use qsmpm_error, only: error_type, error_not_converged
   use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
@@ -65,6 +65,7 @@ contains
     type(penetration_type), intent(in) :: penetration
     type(phase_report_type), intent(inout) :: report
     class(observer_type), intent(inout) :: observer
+    type(penetration_type) :: deepest
     real(wp) :: crossing
 
     if (allocated(step%system%note)) then
@@ -73,11 +74,13 @@ contains
     end if
     crossing = largest(model%part%team, step%crossing)
     call warn_of_crossing(model%cell_size, crossing, report%sides, observer)
+    if (step%window == model%state%window .and. .not. is_divided(model%part)) &
+      call check_moving_mesh(model, step%activation, report%rows, observer)
+    deepest = penetration
+    call deepest_of_all(model%part%team, deepest)
+    call warn_of_penetration(model, deepest, report%penetration, observer)
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
-    if (is_divided(model%part)) return
-    if (step%window == model%state%window) call check_moving_mesh(model, step%activation, report%rows, observer)
-    call warn_of_penetration(model, penetration, report%penetration, observer)
-    call report_window(model, report, observer)
+    if (.not. is_divided(model%part)) call report_window(model, report, observer)
   end subroutine report_step
 
   !> Report a change of the active window.

@@ -37,6 +37,7 @@ module qsmpm_phases
   use qsmpm_step_solver, only: step_solver_type
   use qsmpm_stepping, only: is_reported, take_step
   use qsmpm_stopwatch, only: switch_timer, part_control, part_output
+  use qsmpm_surface_refinement, only: needs_refining
   use qsmpm_team, only: team_type, total
   use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
@@ -484,6 +485,7 @@ contains
     call report_step(model, loop%step, record%penetration, loop%report, observer)
     joins = any_of(loop%team, observer%needs_model(model))
     if (unevenness(model) > most_growth*loop%unevenness) joins = .true.
+    if (any_of(loop%team, is_divided(model%part) .and. needs_refining(model))) joins = .true.
     if (joins) call put_together(model, loop, error)
     if (.not. allocated(error)) call observer%accepted(model, record, error)
     call agree(loop%team, error)

@@ -1,17 +1,21 @@
 !> What contact comes to: soil inside of rigid bodies, the pressure at a place, and how far soil has slid along a body.
 module qsmpm_contact_results
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: lowest_rank
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_points, only: body_points_type, present_body_points, body_patch_cells => patch_cells
+  use qsmpm_exchange, only: spread_from
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: own_of
   use qsmpm_points, only: place_of
   use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_rigid_shape, only: distance_type
+  use qsmpm_team, only: team_type, largest, smallest, total
   implicit none
   private
 
-  public :: penetration_type, deepest_point, contact_pressure_at, contact_slip_on
+  public :: penetration_type, deepest_of_all, deepest_point, contact_pressure_at, contact_slip_on
 
   !> Half of the width of the hat of a mean pressure over the length of a patch.
   real(wp), parameter :: hat = 0.7_wp
@@ -54,23 +58,41 @@ contains
     end do
   end subroutine deepest_point
 
+  !> The deepest point of all processes of a team.
+  subroutine deepest_of_all(team, found)
+    type(team_type), intent(in) :: team
+    !> Of this process; the gap stays.
+    type(penetration_type), intent(inout) :: found
+    integer(long) :: body(1)
+    integer :: rank
+
+    rank = lowest_rank(team, found%depth >= largest(team, found%depth))
+    body = found%body
+    found%depth = largest(team, found%depth)
+    call spread_from(team, rank, body)
+    call spread_from(team, rank, found%deepest)
+    found%body = int(body(1))
+  end subroutine deepest_of_all
+
   !> Largest or mean slip of what presses on a body.
   real(wp) function contact_slip_on(model, body, mean) result(slip)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
     logical, intent(in) :: mean
     type(body_points_type) :: on_bodies
-    real(wp) :: area, largest, total
+    real(wp) :: area, most, sum_of_slips
+    logical :: own(model%state%surface%count)
     integer :: i, k
 
     area = 0.0_wp
-    largest = 0.0_wp
-    total = 0.0_wp
+    most = 0.0_wp
+    sum_of_slips = 0.0_wp
+    own = own_of(model%part%surface, size(own))
     associate (surface => model%state%surface, pairs => model%contact_pairs)
       do k = 1, size(pairs)
         if (pairs(k)%body /= body .or. pairs(k)%surface == 0) cycle
         do i = 1, surface%count
-          if (surface%surface(i) == pairs(k)%surface .and. surface%contact_pressure(i) > 0.0_wp) &
+          if (own(i) .and. surface%surface(i) == pairs(k)%surface .and. surface%contact_pressure(i) > 0.0_wp) &
             call add(norm2(surface%contact_slip(:, i)), norm2(surface%area_vector(:, i)))
         end do
       end do
@@ -80,8 +102,8 @@ contains
           call add(norm2(on_bodies%slip(:, i)), on_bodies%area(i))
       end do
     end associate
-    slip = largest
-    if (mean) slip = total/max(area, tiny(1.0_wp))
+    slip = largest(model%part%team, most)
+    if (mean) slip = total(model%part%team, sum_of_slips)/max(total(model%part%team, area), tiny(1.0_wp))
 
   contains
 
@@ -90,8 +112,8 @@ contains
       real(wp), intent(in) :: slid, extent
 
       area = area + extent
-      total = total + extent*slid
-      largest = max(largest, slid)
+      sum_of_slips = sum_of_slips + extent*slid
+      most = max(most, slid)
     end subroutine add
   end function contact_slip_on
 
@@ -106,12 +128,21 @@ contains
     real(wp), intent(in) :: place(:)
     type(body_points_type) :: on_bodies
     real(wp), allocatable :: lengths(:)
-    real(wp) :: nearest, reach, weights, sum_of_pressures
+    real(wp) :: distance, nearest, reach, weights, sum_of_pressures
+    integer(long) :: number(1)
+    logical :: own(model%state%surface%count)
     integer :: i, k, owner
 
     pressure = 0.0_wp
     call present_body_points(model, placed_bodies(model), on_bodies)
-    call find_nearest(model, on_bodies, place, owner, nearest)
+    own = own_of(model%part%surface, size(own))
+    call find_nearest(model, on_bodies, place, own, owner, distance)
+    ! The nearest of all processes, and the contact of it.
+    nearest = smallest(model%part%team, distance)
+    number = owner
+    call spread_from(model%part%team, min(model%part%team%ranks - 1, lowest_rank(model%part%team, &
+      distance <= nearest)), number)
+    owner = int(number(1))
     if (owner == 0) return
     weights = 0.0_wp
     sum_of_pressures = 0.0_wp
@@ -120,7 +151,7 @@ contains
       if (pairs(owner)%pointwise) reach = 0.0_wp
       if (pairs(owner)%surface > 0) then
         do i = 1, surface%count
-          if (surface%surface(i) /= pairs(owner)%surface) cycle
+          if (surface%surface(i) /= pairs(owner)%surface .or. .not. own(i)) cycle
           call add(surface%initial_position(:, i), surface%area(i)/drawn_radius(model, i), surface%contact_pressure(i))
         end do
       else
@@ -131,6 +162,8 @@ contains
         end do
       end if
     end associate
+    weights = total(model%part%team, weights)
+    sum_of_pressures = total(model%part%team, sum_of_pressures)
     if (weights > 0.0_wp) pressure = sum_of_pressures/weights
 
   contains
@@ -152,11 +185,13 @@ contains
   end function contact_pressure_at
 
   !> The contact whose point, as drawn, is nearest to a place.
-  pure subroutine find_nearest(model, on_bodies, place, pair, distance)
+  pure subroutine find_nearest(model, on_bodies, place, own, pair, distance)
     type(model_type), intent(in) :: model
     !> Contact points on the bodies.
     type(body_points_type), intent(in) :: on_bodies
     real(wp), intent(in) :: place(:)
+    !> Own surface points (surface points).
+    logical, intent(in) :: own(:)
     !> 0 for none.
     integer, intent(out) :: pair
     real(wp), intent(out) :: distance
@@ -166,7 +201,7 @@ contains
     distance = huge(1.0_wp)
     associate (surface => model%state%surface, pairs => model%contact_pairs)
       do i = 1, surface%count
-        if (.not. any(pairs%surface == surface%surface(i))) cycle
+        if (.not. (own(i) .and. any(pairs%surface == surface%surface(i)))) cycle
         if (norm2(surface%initial_position(:, i) - place) >= distance) cycle
         distance = norm2(surface%initial_position(:, i) - place)
         pair = findloc(pairs%surface, surface%surface(i), dim=1)

@@ -27,6 +27,7 @@ module qsmpm_division
   use qsmpm_point_selection, only: select_points, select_surface_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type
   use qsmpm_sorting, only: order_columns, place_in_order
+  use qsmpm_surface_refinement, only: refine_surfaces
   use qsmpm_space, only: node_label
   use qsmpm_team, only: team_type, largest, total
   use qsmpm_text, only: integer_text, real_text
@@ -35,6 +36,9 @@ module qsmpm_division
 
   !> Numbers of a census: four of each of three sets.
   integer, parameter :: census_size = 12
+
+  !> Rows of cells that a ring is wider where bodies touch surfaces.
+  integer, parameter :: contact_rows = 2
 
   character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
 
@@ -53,6 +57,7 @@ contains
     integer :: b
 
     if (team%ranks == 1 .or. is_divided(model%part)) return
+    call refine_surfaces(model)
     call find_places(model%state%window, model%state%points, at)
     allocate (model%part%boxes(team%ranks))
     call share_cells(at, whole_of(model), model%part%boxes, short)
@@ -117,7 +122,8 @@ contains
 
   !> Rows of cells around a box whose points reach a function of the box, and what these depend on: functions reach
   !> over their degree of cells, domains one further; whether a cell is full, cut or at a ghost face is told by the
-  !> cells around it, and its share of the stabilisation by two layers around those.
+  !> cells around it, and its share of the stabilisation by two layers around those. Patches of contact join their
+  !> neighbours.
   pure integer function ring_of(analysis) result(ring)
     type(analysis_type), intent(in) :: analysis
     integer :: degree
@@ -126,6 +132,7 @@ contains
       degree = max(1, basis%degree)
       ring = degree + 3
       if (analysis%method%stabilisation /= stabilise_none) ring = 2*degree + 3
+      if (size(analysis%rigid_bodies) > 0) ring = ring + contact_rows
     end associate
   end function ring_of
 

@@ -76,8 +76,10 @@ contains
         value = rigid_body_value(model, history)
       case (quantity_contact_slip)
         value = contact_slip_on(model, rigid_body_number(model, history%body), history%mean)
+        if (model%part%team%rank > 0) value = 0.0_wp
       case (quantity_contact_pressure)
         value = contact_pressure_at(model, history%at(:model%mesh%dimension))
+        if (model%part%team%rank > 0) value = 0.0_wp
       end select
     end associate
   end function history_value
@@ -87,7 +89,7 @@ contains
     integer, intent(in) :: quantity
 
     is_known_to_all = all(quantity /= [quantity_stress, quantity_state, quantity_strain, quantity_pore_pressure, &
-      quantity_reaction, quantity_volume, quantity_runout])
+      quantity_reaction, quantity_volume, quantity_runout, quantity_contact_slip, quantity_contact_pressure])
   end function is_known_to_all
 
   !> What is kept of a rigid body.

@@ -13,10 +13,11 @@ module qsmpm_surface_refinement
   use qsmpm_model, only: model_type
   use qsmpm_point_selection, only: select_surface_points
   use qsmpm_points, only: surface_points_type
+  use qsmpm_own_part, only: own_of
   implicit none
   private
 
-  public :: refine_surfaces
+  public :: refine_surfaces, needs_refining
 
   !> Lengths over the size of a cell above which a point is split, and below which it is joined to another.
   real(wp), parameter :: longest = 1.0_wp/3.0_wp, shortest = 1.0_wp/12.0_wp
@@ -36,6 +37,44 @@ contains
     call split_long(model, touches_only(model))
     call join_short(model, touches_only(model))
   end subroutine refine_surfaces
+
+  !> Whether an own point has become so long or short that it would be split or joined.
+  pure logical function needs_refining(model) result(needs)
+    type(model_type), intent(in) :: model
+    logical :: chosen(model%state%surface%count)
+    real(wp) :: lengths(2)
+    integer :: i
+
+    needs = .false.
+    if (model%mesh%dimension /= 2 .or. model%state%surface%count == 0) return
+    chosen = touches_only(model) .and. own_of(model%part%surface, model%state%surface%count)
+    do i = 1, size(chosen)
+      if (.not. chosen(i)) cycle
+      lengths = lengths_of(model, i)
+      needs = is_long(model, i, lengths)
+      if (is_short(model, i, lengths)) needs = needs .or. neighbour_of(model, i, .not. chosen, lengths(1)) > 0
+      if (needs) return
+    end do
+  end function needs_refining
+
+  !> Whether a point has become too long.
+  pure logical function is_long(model, i, lengths)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: i
+    !> Present and as drawn.
+    real(wp), intent(in) :: lengths(2)
+
+    is_long = lengths(1) > max(longest*size_at(model, i), stretched*lengths(2))
+  end function is_long
+
+  !> Whether a point has become too short.
+  pure logical function is_short(model, i, lengths)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: i
+    real(wp), intent(in) :: lengths(2)
+
+    is_short = lengths(1) <= min(shortest*size_at(model, i), lengths(2)/stretched)
+  end function is_short
 
   !> Points of surfaces that rigid bodies may touch and that carry nothing else (surface points).
   pure function touches_only(model) result(chosen)
@@ -104,7 +143,7 @@ contains
       long(i) = .false.
       if (.not. chosen(i)) cycle
       lengths = lengths_of(model, i)
-      long(i) = lengths(1) > max(longest*size_at(model, i), stretched*lengths(2))
+      long(i) = is_long(model, i, lengths)
       if (.not. long(i)) cycle
       step = 0.25_wp*lengths(1)*tangent_of(model%state%surface%area_vector(:, i))
       do k = 1, 2
@@ -167,7 +206,7 @@ contains
     do i = 1, size(chosen)
       if (.not. chosen(i) .or. gone(i)) cycle
       lengths = lengths_of(model, i)
-      if (lengths(1) > min(shortest*size_at(model, i), lengths(2)/stretched)) cycle
+      if (.not. is_short(model, i, lengths)) cycle
       k = neighbour_of(model, i, gone, lengths(1))
       if (k == 0) cycle
       before = model%state%surface%position(:, k)

@@ -202,9 +202,9 @@ def planned(place: Place) -> None:
     assert told is not None
     for name, figure in (("imbalance", told[1]), ("copies of a point", told[2])):
         expect(abs(float(plan[name]) - float(figure)) < 0.006, f"{name}: planned {plan[name]}, {figure} in the run")
-    words[2] = TOP / "input" / "strip_body.inp"
+    words[2] = TOP / "input" / "pipe.inp"
     plan = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)["3 processes"]
-    expect("*RIGID BODY" in plan["not shared"], f"a plan that should name *RIGID BODY: {plan}")
+    expect("ON=BODY" in plan["not shared"], f"a plan that should name ON=BODY: {plan}")
 
 
 def refused(place: Place) -> None:

@@ -1,4 +1,4 @@
-"""Checks of several ranks against one process: surfaces, factors of safety, stages, pore water, warnings."""
+"""Checks of several ranks against one process: surfaces, factors of safety, stages, pore water, contact, warnings."""
 
 from __future__ import annotations
 
@@ -125,6 +125,12 @@ def pore_water(place: Place) -> None:
         agrees(place, name, deck.replace("STRESS, COMPONENT=XX", "PORE PRESSURE"), (ranks,), SAME)
 
 
+def rigid_bodies(place: Place) -> None:
+    """Plates that pull, shear and squeeze soil: patches of contact across boxes, forces counted once, surfaces that are refined."""
+    for name, ranks in (("contact_bar", 3), ("contact_upset", 2)):
+        agrees(place, name, (TOP / f"verification/cases/decks/{name}.inp").read_text(), (ranks,), SAME)
+
+
 def warnings(place: Place) -> None:
     """Cut cells are warned of, and a piece that hangs on nothing is named, in the words of one process."""
     cut = plane("0, 2, 0, 1.4", "BASIS=SPLINE2, INTEGRATION=POINTS, KINEMATICS=LOGARITHMIC")
@@ -139,5 +145,5 @@ def warnings(place: Place) -> None:
         expect(said[0] == said[1] and any(words in line for line in said[0]), f"{name}: {said}")
 
 
-CHECKS: list[Check] = [loaded_surfaces, freed_supports, factor_of_safety, stages, pore_water, warnings]
+CHECKS: list[Check] = [loaded_surfaces, freed_supports, factor_of_safety, stages, pore_water, rigid_bodies, warnings]
 LONG_CHECKS: list[Check] = [more_loaded_surfaces, runout]

@@ -25,9 +25,11 @@ module qsmpm_contacts
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_rigid_bodies, only: motion_in_phase, keep_rigid_body
   use qsmpm_rigid_pose, only: placed_shape_type, carry_along, moved_on
   use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_team, only: total
   use qsmpm_term, only: term_type, term_slot_type, failure_type, force_sizes_type, role_external
   use qsmpm_text, only: real_text
   use qsmpm_unknowns, only: find_field, joint_node
@@ -397,9 +399,11 @@ contains
     type(tractions_type) :: tractions
     type(place_measure_type), allocatable :: measure(:)
     real(wp) :: on_body(6, size(self%scratch%now)), gap, slip(3)
+    logical :: own(model%state%surface%count)
     integer :: c, b
 
     on_body = 0.0_wp
+    own = own_of(model%part%surface, size(own))
     model%state%surface%contact_pressure = 0.0_wp
     model%state%surface%contact_shear = 0.0_wp
     model%state%surface%contact_slip = 0.0_wp
@@ -415,10 +419,15 @@ contains
         allocate (measure(patches%first(c):patches%first(c + 1) - 1))
         call tractions_of_patch(scratch, c, displacement, measure, tractions, gap, slip)
         call keep_tractions(scratch, c, gap, slip, tractions, model)
+        ! A patch is counted by the process whose own its first point is.
+        if (is_divided(model%part)) then
+          if (.not. own(patches%point(patches%first(c)))) cycle
+        end if
         b = scratch%pairs(patches%pair(c))%body
         on_body(:, b) = on_body(:, b) + reaction_of(scratch, c, measure, tractions)
       end do
       do b = 1, size(scratch%now)
+        on_body(:, b) = total(model%part%team, on_body(:, b))
         call keep_rigid_body(model, b, scratch%final(b)%pose, on_body(:, b))
       end do
     end associate

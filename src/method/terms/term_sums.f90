@@ -230,7 +230,7 @@ contains
       if (.not. allocated(terms(t)%term%needs%fields)) call terms(t)%term%add_sizes(sizes)
     end do
     sizes%most = largest(team, maxval(norm2(sizes%force, dim=1)))
-    if (team%ranks > 1) sizes%own = own
+    if (team%ranks > 1) sizes%own = own(:size(sizes%force, 2))
     allocate (shares(count_shares(terms)))
     n = 0
     do t = 1, size(terms)
