@@ -195,7 +195,7 @@ def stopped_and_continued(place: Place) -> None:
 def planned(place: Place) -> None:
     """`qsmpm plan --ranks` tells how a run shares its points, and what cannot be shared."""
     run = place.run("qsmpm-mpi", slope(1), "planned", ranks=3)
-    words = [place.build / "qsmpm", "plan", place.work / "planned.inp", "--json", "--ranks", "3"]
+    words: list[str | pathlib.Path] = [place.build / "qsmpm", "plan", place.work / "planned.inp", "--json", "--ranks", "3"]
     plan = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)["3 processes"]
     told = re.search(r"shared by 3 processes: imbalance (\S+) of their points, (\S+) copies of a point", run.log)
     expect(told is not None, "the log does not tell how points are shared")
