@@ -11,6 +11,10 @@ set(source_dir ${CMAKE_INSTALL_DATADIR}/qsmpm/fortran)
 if(QSMPM_PROGRAM)
   install(TARGETS qsmpm_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
+# Asked for by name, and in no package: PETSc brings the licences of what it is linked with (docs/licences.md).
+if(QSMPM_MPI)
+  install(TARGETS qsmpm-mpi RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT mpi EXCLUDE_FROM_ALL)
+endif()
 # Builds soil models of the user's own: the script, and what it looks for under share/qsmpm/umat.
 install(PROGRAMS tools/build-umat tools/convert-deck DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(FILES tools/umat/ABA_PARAM.INC tools/umat/aba_param.inc src/materials/user/umat_helpers.c

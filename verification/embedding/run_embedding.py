@@ -79,6 +79,9 @@ class Embedding:
         modules = list((self.prefix / "include/qsmpm").glob("*/qsmpm.mod"))
         expect(len(modules) == 1, "the modules are not in a folder of their compiler")
         call(self.prefix / "bin/qsmpm", "check", "block.inp")
+        if (self.build / "qsmpm-mpi").exists():
+            call("cmake", "--install", self.build, "--prefix", self.work / "many", "--component", "mpi")
+            call(self.work / "many/bin/qsmpm-mpi", "check", "block.inp")
 
     def has_licences(self) -> None:
         """The licences of what is linked are there, those of the GPL parts only with them."""
