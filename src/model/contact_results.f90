@@ -128,21 +128,14 @@ contains
     real(wp), intent(in) :: place(:)
     type(body_points_type) :: on_bodies
     real(wp), allocatable :: lengths(:)
-    real(wp) :: distance, nearest, reach, weights, sum_of_pressures
-    integer(long) :: number(1)
+    real(wp) :: nearest, reach, weights, sum_of_pressures
     logical :: own(model%state%surface%count)
     integer :: i, k, owner
 
     pressure = 0.0_wp
     call present_body_points(model, placed_bodies(model), on_bodies)
     own = own_of(model%part%surface, size(own))
-    call find_nearest(model, on_bodies, place, own, owner, distance)
-    ! The nearest of all processes, and the contact of it.
-    nearest = smallest(model%part%team, distance)
-    number = owner
-    call spread_from(model%part%team, min(model%part%team%ranks - 1, lowest_rank(model%part%team, &
-      distance <= nearest)), number)
-    owner = int(number(1))
+    call find_nearest_of_all(model, on_bodies, place, own, owner, nearest)
     if (owner == 0) return
     weights = 0.0_wp
     sum_of_pressures = 0.0_wp
@@ -183,6 +176,29 @@ contains
       sum_of_pressures = sum_of_pressures + weight*value
     end subroutine add
   end function contact_pressure_at
+
+  !> The contact whose point, as drawn, is nearest to a place, of all processes.
+  subroutine find_nearest_of_all(model, on_bodies, place, own, pair, distance)
+    type(model_type), intent(in) :: model
+    !> Contact points on the bodies.
+    type(body_points_type), intent(in) :: on_bodies
+    real(wp), intent(in) :: place(:)
+    !> Own surface points (surface points).
+    logical, intent(in) :: own(:)
+    !> 0 for none.
+    integer, intent(out) :: pair
+    real(wp), intent(out) :: distance
+    integer(long) :: number(1)
+    real(wp) :: here
+
+    call find_nearest(model, on_bodies, place, own, pair, here)
+    associate (team => model%part%team)
+      distance = smallest(team, here)
+      number = pair
+      call spread_from(team, lowest_rank(team, here <= distance), number)
+    end associate
+    pair = int(number(1))
+  end subroutine find_nearest_of_all
 
   !> The contact whose point, as drawn, is nearest to a place.
   pure subroutine find_nearest(model, on_bodies, place, own, pair, distance)

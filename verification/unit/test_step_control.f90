@@ -11,7 +11,7 @@ module test_step_control
   use qsmpm_model, only: model_type
   use qsmpm_step_control, only: substep_damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
     has_length_error, reequilibration_attempt, reequilibration_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
-    reject_compliant, lacks_support, largest_move, must_equilibrate, retries_line_search, static_attempt, &
+    reject_compliant, cause_of_end, lacks_support, largest_move, must_equilibrate, retries_line_search, static_attempt, &
       substep_attempt
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term_share, only: damping_share, solve_share_type, stabilisation_share, step_share_type
@@ -123,6 +123,10 @@ contains
     call tests%check('singular equations before any step: no support', lacks_support(error_singular, 0))
     call tests%check('later they are not', .not. lacks_support(error_singular, 1))
     call tests%check('nor is another failure', .not. lacks_support(error_not_converged, 0))
+    call tests%check('singular in the first iteration: the run ends with that', &
+      cause_of_end(outcome_type(cause=error_singular)) == error_singular)
+    call tests%check('singular afterwards: equilibrium is lost', &
+      cause_of_end(outcome_type(cause=error_singular, static_iterations=1)) == error_not_converged)
   end subroutine check_lengths
 
   !> The damping of sub-steps.

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from types import ModuleType
 
 from qsmpm_verify.reference import (
-    bar, beam, bearing, cam_clay, cavity, column, earth_pressure, element_tests, iteration, oedometer, penetration, points, rotation, shear,
+    bar, beam, bearing, cam_clay, cavity, column, earth_pressure, element_tests, indentation, iteration, oedometer, penetration, points, rotation, shear,
     slope, undrained, upsetting,
 )  # fmt: skip
 from qsmpm_verify.reference.beam import cantilever_tip
@@ -22,7 +22,7 @@ from qsmpm_verify.reference.oedometer import van_langen
 
 Reference = Callable[..., float]
 FAMILIES: tuple[ModuleType, ...] = (
-    oedometer, column, beam, bar, shear, element_tests, cam_clay, cavity, bearing, earth_pressure, slope, rotation, penetration, upsetting,
+    oedometer, column, beam, bar, shear, element_tests, cam_clay, cavity, bearing, earth_pressure, slope, rotation, indentation, penetration, upsetting,
     undrained, points, iteration,
 )  # fmt: skip
 """The modules, in the order of the page."""

@@ -10,12 +10,8 @@ import math
 import numpy as np
 
 from qsmpm_verify.reference.arguments import friction_angle, not_negative, positive, within
-from qsmpm_verify.reference.characteristics import ANGLE, X, Z, Array, Field, Soil, march
+from qsmpm_verify.reference.characteristics import ANGLE, SECTORS, X, Z, Array, Field, Soil, extrapolated, far_field, march
 from qsmpm_verify.reference.numerics import root
-
-SECTORS = 24
-"""Sectors of the fan of the coarse march; the fine one has twice as many."""
-
 
 def prandtl_footing(cohesion: float = 1.0) -> float:
     """Bearing pressure of a rigid strip footing on Tresca soil.
@@ -58,20 +54,9 @@ def bearing_nc(friction: float) -> float:
     return 2 + math.pi if phi == 0 else (bearing_nq(friction) - 1) / math.tan(phi)
 
 
-def _refined(ratio: float, span: float, fan: int) -> Array:
-    """Distances that grow by a constant factor from 0.01 to 0.01 * span."""
-    return np.asarray(0.01 * ratio ** np.arange(round(fan * math.log(span) / (SECTORS * math.log(1.2)) + 1)))
-
-
-def _far_field(friction: float, fan: int, end: float) -> Field:
-    """March of cohesionless soil with weight 1 so far that the surcharge 1 is forgotten."""
-    phi = friction_angle("friction", friction)
-    return march(Soil(phi, 0.0, 1.0, 1.0), _refined(1.2 ** (SECTORS / fan), 1e10, fan), fan, end)
-
-
 def _ngamma_smooth(friction: float, fan: int) -> float:
     """Half the growth of the pressure with the distance from the edge."""
-    field = _far_field(friction, fan, 0.0)
+    field = far_field(friction_angle("friction", friction), fan, 0.0)
     pressure = field.soil.vertical(field.base)
     return float((pressure[-1] - pressure[-2]) / (field.base[X, -2] - field.base[X, -1]) / 2)
 
@@ -95,7 +80,7 @@ def _trapezium(values: Array, places: Array) -> float:
 def _ngamma_rough(friction: float, fan: int) -> float:
     """Vertical equilibrium of the wedge under a footing whose base is a slip line near the edges."""
     phi = friction_angle("friction", friction)
-    field = _far_field(friction, fan, -(math.pi / 4 + phi / 2))
+    field = far_field(phi, fan, -(math.pi / 4 + phi / 2))
     start, line = 0, None
     # the farthest slip line from the base that still reaches the axis
     low, high = 0, field.base.shape[1] - 1
@@ -114,11 +99,6 @@ def _ngamma_rough(friction: float, fan: int) -> float:
     return (force - wedge) / float(line[X, -1]) ** 2
 
 
-def _extrapolated(coarse: float, fine: float) -> float:
-    """Second-order extrapolation from two marches, the finer with half the spacing."""
-    return fine + (fine - coarse) / 3
-
-
 def bearing_ngamma_smooth(friction: float) -> float:
     """Factor of the weight, smooth footing, q = g B Ngamma / 2.
 
@@ -130,7 +110,7 @@ def bearing_ngamma_smooth(friction: float) -> float:
     Check: similarity solution s(omega), t(omega) of the same equations, integrated from the base to the passive zone
     """
     within("friction", friction, 5.0, 45.0)
-    return _extrapolated(_ngamma_smooth(friction, SECTORS), _ngamma_smooth(friction, 2 * SECTORS))
+    return extrapolated(_ngamma_smooth(friction, SECTORS), _ngamma_smooth(friction, 2 * SECTORS))
 
 
 def bearing_ngamma_rough(friction: float) -> float:
@@ -144,7 +124,7 @@ def bearing_ngamma_rough(friction: float) -> float:
     Check: similarity solution of the same equations, wedge included
     """
     within("friction", friction, 5.0, 45.0)
-    return _extrapolated(_ngamma_rough(friction, SECTORS), _ngamma_rough(friction, 2 * SECTORS))
+    return extrapolated(_ngamma_rough(friction, SECTORS), _ngamma_rough(friction, 2 * SECTORS))
 
 
 def _smooth_field(soil: Soil, reach: float, fan: int) -> Field:
@@ -190,7 +170,7 @@ def bearing_capacity_smooth(
     coarse = _smooth_reach(soil, width, SECTORS, 1e-3 * width, width)
     fine = _smooth_reach(soil, width, 2 * SECTORS, 0.98 * coarse, 1.02 * coarse)
     pressures = _smooth_pressure(soil, width, coarse, SECTORS), _smooth_pressure(soil, width, fine, 2 * SECTORS)
-    return _extrapolated(*pressures)
+    return extrapolated(*pressures)
 
 
 def _wedge(field: Field, start: int) -> tuple[float, float] | None:
@@ -251,7 +231,7 @@ def bearing_profile_rough(ratio: float) -> float:
     Check: slope at k = 0 from the work of Prandtl's mechanism (upper bound theorem), limit 2 + pi
     """
     within("ratio", ratio, 0.01, 30.0)
-    return _extrapolated(_profile_rough(ratio, SECTORS), _profile_rough(ratio, 2 * SECTORS))
+    return extrapolated(_profile_rough(ratio, SECTORS), _profile_rough(ratio, 2 * SECTORS))
 
 
 def bearing_profile_smooth(ratio: float) -> float:
@@ -267,4 +247,4 @@ def bearing_profile_smooth(ratio: float) -> float:
     within("ratio", ratio, 0.01, 30.0)
     coarse, reach = _profile_smooth(ratio, SECTORS, 1e-3 * ratio, ratio)
     fine, _ = _profile_smooth(ratio, 2 * SECTORS, 0.98 * reach, 1.02 * reach)
-    return _extrapolated(coarse, fine)
+    return extrapolated(coarse, fine)

@@ -1,8 +1,8 @@
-"""Stress field of Mohr-Coulomb soil with weight beside and below a strip footing: method of characteristics.
+"""Stress field of Mohr-Coulomb soil with weight beside a strip footing or a wall: method of characteristics.
 
-The soil at rest beside the footing (x > 0, z down) is in the passive state. Its boundary, a straight
-slip line from the edge of the footing, starts the march: a fan at the edge, then slip lines that leave
-the base of the footing. Unknown at every node are place, mean stress s and angle t of the major
+The soil at rest beside the footing or the wall (x > 0, z down) is in the passive state. Its boundary, a straight
+slip line from the edge, starts the march: a fan at the edge, then slip lines that leave
+the base of the footing, z = 0, or the wall, x = 0. Unknown at every node are place, mean stress s and angle t of the major
 stress from the vertical. With e = 45 - phi/2, R = c cos phi + s sin phi and the unit weight g
 
     along dx/dz = tan(t + e):  ds + 2 R / cos phi dt = g (dz - tan phi dx)
@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 X, Z, MEAN, ANGLE = range(4)
+SECTORS = 24
+"""Sectors of the fan of the coarse march; the fine one has twice as many."""
 ROUNDS = 60
 """Most rounds of the fixed-point iteration of a node; it gains a digit or more a round."""
 
@@ -52,6 +54,10 @@ class Soil:
         """Vertical stress of nodes."""
         return np.asarray(nodes[MEAN] + self.radius(nodes[MEAN], nodes[Z]) * np.cos(2 * nodes[ANGLE]))
 
+    def horizontal(self, nodes: Array) -> Array:
+        """Horizontal stress of nodes."""
+        return np.asarray(nodes[MEAN] - self.radius(nodes[MEAN], nodes[Z]) * np.cos(2 * nodes[ANGLE]))
+
     def shear(self, nodes: Array) -> Array:
         """Shear stress of nodes on horizontal planes."""
         return np.asarray(self.radius(nodes[MEAN], nodes[Z]) * np.sin(2 * nodes[ANGLE]))
@@ -59,7 +65,7 @@ class Soil:
 
 @dataclass(frozen=True)
 class Field:
-    """Nodes of the march: `fronts[d, :, j]` is node d - j of slip line j, `base[:, j]` its end on the footing."""
+    """Nodes of the march: `fronts[d, :, j]` is node d - j of slip line j, `base[:, j]` its end on the footing or the wall."""
 
     soil: Soil
     fan: int
@@ -94,14 +100,16 @@ def _node(soil: Soil, a: Array, b: Array) -> Array:
     return np.array([x, z, mean, angle])
 
 
-def _base_node(soil: Soil, a: Array, end: float) -> Array:
-    """Node where the slip line from a reaches the base, major stress at the angle `end`."""
-    x = a[X] - math.tan((end + a[ANGLE]) / 2 + soil.spread) * a[Z]
-    pull = soil.weight * (-a[Z] - math.tan(soil.friction) * (x - a[X])) - soil.gain * (x - a[X])
+def _base_node(soil: Soil, a: Array, end: float, wall: bool) -> Array:
+    """Node where the slip line from a reaches the base or the wall, major stress at the angle `end`."""
+    along = math.tan((end + a[ANGLE]) / 2 + soil.spread)
+    x, z = (0.0, a[Z] - a[X] / along) if wall else (a[X] - along * a[Z], 0.0)
+    pull = soil.weight * (z - a[Z] - math.tan(soil.friction) * (x - a[X])) - soil.gain * (x - a[X])
     turn = (a[ANGLE] - end) / math.cos(soil.friction)
     # s - s_a = turn (R(s) + R(s_a)) + pull, linear in s
-    mean = (a[MEAN] + turn * 2 * soil.radius(a[MEAN] / 2, a[Z] / 2) + pull) / (1 - turn * math.sin(soil.friction))
-    return np.array([x, 0.0, mean, end])
+    middle = soil.radius(a[MEAN] / 2, (z + a[Z]) / 2)
+    mean = (a[MEAN] + turn * 2 * middle + pull) / (1 - turn * math.sin(soil.friction))
+    return np.array([x, z, mean, end])
 
 
 def _edge(soil: Soil, fan: Array) -> Array:
@@ -113,8 +121,9 @@ def _edge(soil: Soil, fan: Array) -> Array:
     return np.asarray((passive + pole) * np.exp((math.pi - 2 * fan) * math.tan(soil.friction)) - pole)
 
 
-def march(soil: Soil, places: Array, fan: int, end: float) -> Field:
-    """The field from nodes at distances `places` along the passive boundary and `fan` sectors to the angle `end`."""
+def march(soil: Soil, places: Array, fan: int, end: float, wall: bool = False) -> Field:
+    """The field from nodes at distances `places` along the passive boundary and `fan` sectors to the angle `end`, which
+    the major stress has at the base, or at the wall."""
     count, angles = len(places), np.linspace(math.pi / 2, end, fan + 1)
     far = np.concatenate([[0.0], places])
     front = np.zeros((4, count + 1))
@@ -136,6 +145,21 @@ def march(soil: Soil, places: Array, fan: int, end: float) -> Field:
             front[:, 0] = 0.0, 0.0, edge[d], angles[d]
         elif (d - fan) % 2 == 0:
             j = (d - fan) // 2
-            front[:, j] = base[:, j] = _base_node(soil, before[:, j], end)
+            front[:, j] = base[:, j] = _base_node(soil, before[:, j], end, wall)
         fronts.append(front)
     return Field(soil, fan, np.array(fronts), base)
+
+
+def _refined(ratio: float, span: float, fan: int) -> Array:
+    """Distances that grow by a constant factor from 0.01 to 0.01 * span."""
+    return np.asarray(0.01 * ratio ** np.arange(round(fan * math.log(span) / (SECTORS * math.log(1.2)) + 1)))
+
+
+def far_field(friction: float, fan: int, end: float, wall: bool = False) -> Field:
+    """March of cohesionless soil, friction [radian], weight 1, so far that the surcharge 1 is forgotten."""
+    return march(Soil(friction, 0.0, 1.0, 1.0), _refined(1.2 ** (SECTORS / fan), 1e10, fan), fan, end, wall)
+
+
+def extrapolated(coarse: float, fine: float) -> float:
+    """Second-order extrapolation from two marches, the finer with half the spacing."""
+    return fine + (fine - coarse) / 3
