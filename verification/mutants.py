@@ -112,6 +112,11 @@ def depths(text: str) -> list[int]:
     return found
 
 
+def outside(text: str) -> str:
+    """What stands in no parentheses."""
+    return "".join(letter for letter, depth in zip(text, depths(text)) if depth == 0)
+
+
 def assignment_sign(text: str) -> int:
     """Place of the sign of an assignment, or -1."""
     clean = masked(text)
@@ -253,9 +258,10 @@ def mutations_of(statement: Statement) -> list[tuple[str, str]]:
     elif kind == "jump":
         found = [("jump deleted", "")]
     elif kind == "do":
-        sign = text.index("=")
-        found = [(operator, new) for operator, new in mutations_of_expression(text[sign + 1:].strip())
-                 if operator in ("off by one", "sign", "bound")]
+        bounds = text[text.index("=") + 1:].strip()
+        # Both bounds are worked out, whichever is used: a subscript that is changed would leave its array without the mutant.
+        found = [(operator, new) for operator, new in mutations_of_expression(bounds)
+                 if operator in ("off by one", "sign", "bound") and outside(new) != outside(bounds)]
     return found
 
 
