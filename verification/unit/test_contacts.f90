@@ -69,6 +69,7 @@ contains
     call check_tangent(tests, 'FRICTION ANGLE=10, ADHESION=5', 0.03_wp)
     call check_tangent(tests, 'TENSION=YES', 0.0_wp)
     call check_step(tests)
+    call check_parting(tests)
     call check_bonds(tests)
     call check_slip(tests)
     call check_pressure(tests)
@@ -441,6 +442,29 @@ contains
     call tests%close('held, it does next to no more work', model%state%progress%external_work, work, 1.0e-2_wp*work)
     call end_system(step%system)
   end subroutine check_step
+
+  !> Points that no body is near any more keep nothing of what they carried.
+  subroutine check_parting(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type), target :: step
+    type(load_step_type) :: solver
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+
+    call make_step('SHAPE=PLANE|0, 5, 0, -1', 'FRICTION ANGLE=30', '|0, -0.02', model, step)
+    model%state%surface%contact_pressure = 1.0_wp
+    model%state%surface%contact_shear = 1.0_wp
+    model%state%surface%contact_slip = 1.0_wp
+    call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(1.0_wp, 1.0e-9_wp, &
+      largest_move=1.0_wp), solution, error)
+    call tests%check('the step without a body near is taken', solution%converged .and. .not. allocated(error))
+    associate (surface => model%state%surface)
+      call tests%check('the points of its surface carry and slip no more', all(abs(surface%contact_pressure) <= 0.0_wp) &
+        .and. all(abs(surface%contact_shear) <= 0.0_wp) .and. all(abs(surface%contact_slip) <= 0.0_wp))
+    end associate
+    call end_system(step%system)
+  end subroutine check_parting
 
   !> Moment of the tractions that the surface points keep about the reference point, a point of the plane: pressure
   !> against the soil along the direction of the plane, shear as it was before it turned with the body.
