@@ -193,14 +193,15 @@ def interrupted(place: Place, deck: str, ranks: int, rows: int, restart: bool = 
 
 
 def stopped_and_continued(place: Place) -> None:
-    """A signal to one of four ranks ends all in ten seconds; two ranks, then one process go on as if nothing had been."""
+    """A signal to one of four ranks ends all in ten seconds; two ranks, one process and four again go on as if nothing had been."""
     deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "1.2"), steps=300)
     through = place.run("qsmpm", deck, "through")
     part = interrupted(place, deck, 4, 20)
     done = len(part.rows())
     expect(done < 300, "it was not stopped")
     interrupted(place, deck, 2, done + 20, restart=True)
-    last = place.run("qsmpm", deck, "long", restart=part.folder / "restart.h5")
+    interrupted(place, deck, 1, done + 40, restart=True)
+    last = place.run("qsmpm-mpi", deck, "long", ranks=4, restart=part.folder / "restart.h5")
     apart = distance(through, last)
     expect(apart < 1.0e-9, f"{apart:.1e} from a run that went through")
 
