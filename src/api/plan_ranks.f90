@@ -4,15 +4,14 @@
 module qsmpm_plan_ranks
   use qsmpm_kinds, only: wp
   use qsmpm_basis_traits, only: basis_list
-  use qsmpm_cell_boxes, only: share_cells, box_of, is_inside
+  use qsmpm_cell_numbers, only: whole_cells
+  use qsmpm_cell_sharing, only: share_model
   use qsmpm_division, only: ring_of
   use qsmpm_equation_count, only: count_node_equations
   use qsmpm_error, only: error_type
-  use qsmpm_grid_window, only: widen
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text, short_text
   use qsmpm_own_marks, only: node_owners
-  use qsmpm_place_sharing, only: whole_of, find_places
   use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
   use qsmpm_sharing_limits, only: refuse_sharing
   implicit none
@@ -46,7 +45,7 @@ contains
     end if
     call count_parts(model, ranks, own, copies, equations, short)
     if (short) then
-      call add_item(items, 'not shared', 'the material lies in too few cells of the grid')
+      call add_item(items, 'not shared', 'the material lies in too few cells of the mesh')
       return
     end if
     call add_item(items, 'points of a process', integer_text(minval(own))//' to '//integer_text(maxval(own)))
@@ -67,25 +66,19 @@ contains
     !> There are too few cells with material.
     logical, intent(out) :: short
     type(model_type) :: shared
-    integer, allocatable :: at(:, :), owner(:), of_node(:)
-    integer :: r, p, a
+    integer, allocatable :: cell(:), owner(:), of_node(:)
+    integer :: r, a
 
     shared = model
     own = 0
     copies = 0
     equations = 0
-    allocate (shared%part%boxes(ranks))
-    call find_places(model%state%window, model%state%points, at)
-    call share_cells(at, whole_of(model), shared%part%boxes, short)
+    call share_model(model, ranks, shared%part%owners, short)
     if (short) return
-    do p = 1, size(at, 2)
-      r = box_of(shared%part%boxes, at(:, p))
-      own(r) = own(r) + 1
-    end do
+    cell = whole_cells(model, model%state%points%cell(:model%state%points%count))
     do r = 1, ranks
-      associate (reach => widen(shared%part%boxes(r), spread(ring_of(model%analysis), 1, 3), whole_of(model)))
-        copies(r) = count([(is_inside(reach, at(:, p)), p=1, size(at, 2))]) - own(r)
-      end associate
+      own(r) = count(shared%part%owners%near(r - 1, 0, cell))
+      copies(r) = count(shared%part%owners%near(r - 1, ring_of(model%analysis), cell)) - own(r)
     end do
     allocate (owner, source=node_owners(shared))
     allocate (of_node(model%space%node_count))

@@ -1,14 +1,101 @@
 !> Boxes of grid cells, one for each process of a team, that share what lies in the cells evenly: the cells are halved
 !> along their longest side where as much lies on one side of the cut as its processes are of all, and the halves again.
 !> Together the boxes are the whole grid, and no cell is in two of them. The same places give the same boxes.
+!>
+!> A cell of the grid is a brick: the mesh cells that it is cut into have one owner. A node belongs to the brick that
+!> holds it, the upper one where it lies between several; shifted nodes of a grid that is perturbed do too.
 module qsmpm_cell_boxes
-  use qsmpm_grid_window, only: window_type
+  use qsmpm_kinds, only: wp
+  use qsmpm_cell_owners, only: cell_owners_type
+  use qsmpm_grid, only: grid_type, grid_axis_type, pieces_of, whole_window
+  use qsmpm_grid_window, only: window_type, cell_place, cells_of, cells_over, widen
+  use qsmpm_mesh, only: mesh_type
   implicit none
   private
 
-  public :: share_cells, box_of, is_inside
+  public :: box_owners_type, share_grid, share_cells, box_of, is_inside
+
+  !> Owners of the cells of a grid.
+  type, extends(cell_owners_type) :: box_owners_type
+    !> Bricks of the grid that are each rank's own (ranks).
+    type(window_type), allocatable :: boxes(:)
+    !> All bricks, and how many mesh cells each is.
+    type(window_type) :: whole
+    integer :: pieces = 1
+    type(grid_axis_type) :: axes(3)
+  contains
+    procedure :: of_cells
+    procedure :: near
+    procedure :: homes
+  end type box_owners_type
 
 contains
+
+  !> Share a grid between some processes.
+  subroutine share_grid(grid, cell, ranks, owners, short)
+    type(grid_type), intent(in) :: grid
+    !> Cells of the whole grid in which what is shared lies, as often as something does.
+    integer, intent(in) :: cell(:), ranks
+    type(box_owners_type), intent(out) :: owners
+    !> There are too few of them.
+    logical, intent(out) :: short
+    integer :: at(3, size(cell)), i
+
+    owners%whole = whole_window(grid)
+    owners%pieces = pieces_of(grid)
+    owners%axes = grid%axes
+    do i = 1, size(cell)
+      at(:, i) = cell_place(owners%whole, owners%pieces, cell(i))
+    end do
+    allocate (owners%boxes(ranks))
+    call share_cells(at, owners%whole, owners%boxes, short)
+  end subroutine share_grid
+
+  !> Ranks that own some cells.
+  pure function of_cells(self, cell) result(rank)
+    class(box_owners_type), intent(in) :: self
+    integer, intent(in) :: cell(:)
+    integer :: rank(size(cell))
+    integer :: i
+
+    rank = -1
+    do i = 1, size(cell)
+      if (cell(i) > 0) rank(i) = box_of(self%boxes, cell_place(self%whole, self%pieces, cell(i))) - 1
+    end do
+  end function of_cells
+
+  !> Which of some cells are in the box of a rank or in so many rows around it.
+  pure function near(self, rank, rows, cell)
+    class(box_owners_type), intent(in) :: self
+    integer, intent(in) :: rank, rows, cell(:)
+    logical :: near(size(cell))
+    integer :: i
+
+    near = .false.
+    associate (reach => widen(self%boxes(rank + 1), [rows, rows, rows], self%whole))
+      do i = 1, size(cell)
+        if (cell(i) > 0) near(i) = is_inside(reach, cell_place(self%whole, self%pieces, cell(i)))
+      end do
+    end associate
+  end function near
+
+  !> Cells that nodes belong to.
+  pure function homes(self, mesh, places) result(cell)
+    class(box_owners_type), intent(in) :: self
+    type(mesh_type), intent(in) :: mesh
+    real(wp), intent(in) :: places(:, :)
+    integer :: cell(size(places, 2))
+    integer :: at(3), cells(3), below, a, i
+
+    cells = cells_of(self%whole)
+    at = 1
+    do i = 1, size(cell)
+      do a = 1, mesh%dimension
+        call cells_over(self%axes(a)%lines, places(a, i), places(a, i), below, at(a))
+      end do
+      cell(i) = (((at(3) - 1)*cells(2) + at(2) - 1)*cells(1) + at(1) - 1)*self%pieces + 1
+    end do
+  end function homes
 
   !> The boxes; fewer cells in a row than processes leave some without any (`short`).
   subroutine share_cells(at, whole, boxes, short)

@@ -1,18 +1,19 @@
 !> A model divided between the processes of a team, and made whole again.
 !>
 !> Every process builds the whole model, so that phases begin as they do alone. Then each keeps the material points and
-!> surface points of its own box of cells (qsmpm_cell_boxes) and those in a ring of cells around it, and looks at that
-!> part of the grid only. After an accepted step the copies are thrown away, points that have left the box go to the
-!> process whose box they are in, and every process gets copies anew, so that copies never differ from what they are
+!> surface points of its own cells (qsmpm_cell_owners) and those in a ring of cells around them, and looks at that
+!> part of a grid only. After an accepted step the copies are thrown away, points that have left the cells go to the
+!> process whose own they are in, and every process gets copies anew, so that copies never differ from what they are
 !> copies of. Points of bodies that the phase takes out go the same way. Tracers, watched places and feet of bodies are
-!> few: all processes have all of them, and the one whose box they are in moves them. Bodies that wait are put aside.
+!> few: all processes have all of them, and the one in whose cells they are moves them. Bodies that wait are put aside.
 module qsmpm_division
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_agreement, only: agree
-  use qsmpm_analysis, only: analysis_type, stabilise_none
+  use qsmpm_analysis, only: analysis_type, mesh_grid, stabilise_none
   use qsmpm_basis_traits, only: basis_list
-  use qsmpm_cell_boxes, only: share_cells
+  use qsmpm_cell_numbers, only: whole_of, number_all, add_places
+  use qsmpm_cell_sharing, only: share_model
   use qsmpm_error, only: error_type, fail, error_deck, error_other
   use qsmpm_exchange, only: hand_over
   use qsmpm_first_window, only: least_margin, usual_margin
@@ -21,8 +22,7 @@ module qsmpm_division
   use qsmpm_model_window, only: fit_window, lay_window
   use qsmpm_own_marks, only: link_histories, mark_own
   use qsmpm_own_part, only: own_part_type, is_divided, own_of
-  use qsmpm_place_sharing, only: whole_of, find_places, number_all, add_places, near_ones, send_points, &
-    send_surface_points, keep_own_surface, share_places
+  use qsmpm_place_sharing, only: near_ones, send_points, send_surface_points, keep_own_surface, share_places
   use qsmpm_point_delivery, only: fingerprint
   use qsmpm_point_selection, only: select_points, select_surface_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type
@@ -52,18 +52,15 @@ contains
     type(team_type), intent(in) :: team
     !> error_deck: there are too few cells with material.
     type(error_type), allocatable, intent(out) :: error
-    integer, allocatable :: at(:, :)
     logical :: short
     integer :: b
 
     if (team%ranks == 1 .or. is_divided(model%part)) return
     call refine_surfaces(model)
-    call find_places(model%state%window, model%state%points, at)
-    allocate (model%part%boxes(team%ranks))
-    call share_cells(at, whole_of(model), model%part%boxes, short)
+    call share_model(model, team%ranks, model%part%owners, short)
     if (short) then
-      deallocate (model%part%boxes)
-      call fail(error, error_deck, 'the material lies in too few cells of the grid to be shared by '// &
+      deallocate (model%part%owners)
+      call fail(error, error_deck, 'the material lies in too few cells of the mesh to be shared by '// &
         integer_text(team%ranks)//' processes')
       return
     end if
@@ -74,23 +71,20 @@ contains
       part%history_number = numbers_of(model)
       part%taken_out = [(any(inactive%unloading%body == b), b=1, size(model%analysis%bodies))]
     end associate
-    call number_all(model%state%window, whole_of(model), model%state)
+    call number_all(model, model%state%window, whole_of(model))
     call take_near(model)
     call look_at(model, .true.)
   end subroutine divide_model
 
-  !> Keep what is in the box or the ring of this process, and put aside what waits; cells are numbered as in the whole
-  !> grid.
+  !> Keep what is own or in the ring of this process, and put aside what waits; cells are numbered as in the whole mesh.
   subroutine take_near(model)
     type(model_type), intent(inout) :: model
-    type(window_type) :: whole
 
-    whole = whole_of(model)
     associate (part => model%part, state => model%state, inactive => model%state%inactive)
-      call keep_points(part, whole, state%points)
-      call keep_points(part, whole, inactive%unloading)
-      call keep_surface(part, whole, state%surface)
-      call keep_surface(part, whole, inactive%unloading_surface)
+      call keep_points(part, state%points)
+      call keep_points(part, inactive%unloading)
+      call keep_surface(part, state%surface)
+      call keep_surface(part, inactive%unloading_surface)
       part%waiting = inactive%points
       part%waiting_surface = inactive%surface
       call select_points(part%waiting, spread(1, 1, 0), inactive%points)
@@ -99,28 +93,26 @@ contains
   end subroutine take_near
 
   !> Keep the material points that are near.
-  subroutine keep_points(part, whole, points)
+  subroutine keep_points(part, points)
     type(own_part_type), intent(in) :: part
-    type(window_type), intent(in) :: whole
     type(points_type), intent(inout) :: points
     type(points_type) :: kept
 
-    call select_points(points, near_ones(part, whole, points, part%ring), kept)
+    call select_points(points, near_ones(part, points, part%ring), kept)
     points = kept
   end subroutine keep_points
 
   !> Keep the surface points that are near.
-  subroutine keep_surface(part, whole, points)
+  subroutine keep_surface(part, points)
     type(own_part_type), intent(in) :: part
-    type(window_type), intent(in) :: whole
     type(surface_points_type), intent(inout) :: points
     type(surface_points_type) :: kept
 
-    call select_surface_points(points, near_ones(part, whole, points, part%ring - 1), kept)
+    call select_surface_points(points, near_ones(part, points, part%ring - 1), kept)
     points = kept
   end subroutine keep_surface
 
-  !> Rows of cells around a box whose points reach a function of the box, and what these depend on: functions reach
+  !> Rows of cells around own ones whose points reach a function of these, and what these depend on: functions reach
   !> over their degree of cells, domains one further; whether a cell is full, cut or at a ghost face is told by the
   !> cells around it, and its share of the stabilisation by two layers around those. Patches of contact join their
   !> neighbours.
@@ -136,7 +128,7 @@ contains
     end associate
   end function ring_of
 
-  !> Points go to the processes whose boxes they are in now, and copies to those whose rings they are in.
+  !> Points go to the processes whose own they are now, and copies to those whose rings they are in.
   subroutine migrate_points(model, error)
     type(model_type), intent(inout) :: model
     !> error_other: points were lost or doubled, or places have left the material that is near them.
@@ -147,9 +139,9 @@ contains
     before = census(model)
     call send_all(model, .false.)
     associate (state => model%state, inactive => model%state%inactive)
-      if (state%points%count == 0) call keep_own_surface(model%part, whole_of(model), state%surface)
+      if (state%points%count == 0) call keep_own_surface(model%part, state%surface)
       if (state%points%count + inactive%unloading%count == 0) &
-        call keep_own_surface(model%part, whole_of(model), inactive%unloading_surface)
+        call keep_own_surface(model%part, inactive%unloading_surface)
     end associate
     call look_at(model, .false.)
     if (any(census(model) /= before)) then
@@ -159,21 +151,19 @@ contains
     end if
   end subroutine migrate_points
 
-  !> Send own points and what this process knows of other places; cells are numbered as in the whole grid afterwards.
+  !> Send own points and what this process knows of other places; cells are numbered as in the whole mesh afterwards.
   subroutine send_all(model, everywhere)
     type(model_type), intent(inout) :: model
     !> Every process gets all.
     logical, intent(in) :: everywhere
-    type(window_type) :: whole
 
-    whole = whole_of(model)
-    call number_all(model%state%window, whole, model%state)
+    call number_all(model, model%state%window, whole_of(model))
     associate (part => model%part, state => model%state, inactive => model%state%inactive)
-      call send_points(part, whole, part%points, state%points, everywhere)
-      call send_surface_points(part, whole, part%surface, state%surface, everywhere)
+      call send_points(part, part%points, state%points, everywhere)
+      call send_surface_points(part, part%surface, state%surface, everywhere)
       if (any(part%taken_out)) then
-        call send_points(part, whole, part%unloading, inactive%unloading, everywhere)
-        call send_surface_points(part, whole, part%unloading_surface, inactive%unloading_surface, everywhere)
+        call send_points(part, part%unloading, inactive%unloading, everywhere)
+        call send_surface_points(part, part%unloading_surface, inactive%unloading_surface, everywhere)
       end if
       call share_places(part, part%tracers, part%tracer_cell, state%tracers)
       call share_places(part, part%watched, part%watched_cell, state%watched)
@@ -204,7 +194,6 @@ contains
     type(model_type), intent(inout) :: model
     type(error_type), allocatable, intent(out) :: error
     type(own_part_type) :: alone
-    type(window_type) :: used
     integer, allocatable :: labels(:)
     real(wp), allocatable :: forces(:, :)
     integer(long) :: before(census_size)
@@ -219,17 +208,33 @@ contains
       call link_histories(model, model%part%history_number, spread(.true., 1, state%points%count))
       model%part = alone
       if (any(census(model) /= before)) call fail(error, error_other, lost)
-      if (allocated(error)) return
-      used = cells_used(model)
-      call add_places(whole_of(model), state%tracers, used)
-      call add_places(whole_of(model), state%inactive%points, used)
-      call add_places(whole_of(model), state%inactive%surface, used)
-      call add_places(whole_of(model), state%inactive%feet, used)
-      call fit_window(model, with_margin(model, used))
-      call number_all(whole_of(model), state%window, state)
     end associate
+    if (allocated(error)) return
+    call look_at_all(model)
     call put_forces(model, labels, forces)
   end subroutine join_model
+
+  !> Look at the part of a grid in which the points and places of all processes are; no forces are there yet. Cells are
+  !> numbered as in the whole grid before, as in the window afterwards.
+  subroutine look_at_all(model)
+    type(model_type), intent(inout) :: model
+    type(window_type) :: used
+
+    if (model%analysis%mesh%kind /= mesh_grid) then
+      model%state%reactions = 0.0_wp
+      model%state%released = 0.0_wp
+      return
+    end if
+    used = cells_used(model)
+    associate (inactive => model%state%inactive)
+      call add_places(model, model%state%tracers, used)
+      call add_places(model, inactive%points, used)
+      call add_places(model, inactive%surface, used)
+      call add_places(model, inactive%feet, used)
+    end associate
+    call fit_window(model, with_margin(model, used))
+    call number_all(model, whole_of(model), model%state%window)
+  end subroutine look_at_all
 
   !> How the points are shared, for the log.
   function division_text(model) result(text)
@@ -303,11 +308,11 @@ contains
 
     used%first = huge(used%first)
     used%last = -huge(used%last)
-    associate (whole => whole_of(model), state => model%state)
-      call add_places(whole, state%points, used)
-      call add_places(whole, state%surface, used)
-      call add_places(whole, state%inactive%unloading, used)
-      call add_places(whole, state%inactive%unloading_surface, used)
+    associate (state => model%state)
+      call add_places(model, state%points, used)
+      call add_places(model, state%surface, used)
+      call add_places(model, state%inactive%unloading, used)
+      call add_places(model, state%inactive%unloading_surface, used)
     end associate
   end function cells_used
 
@@ -319,29 +324,36 @@ contains
     window = widen(used, usual_margin(model%analysis, used%last - used%first + 1), whole_of(model))
   end function with_margin
 
-  !> Look at the part of the grid in which the points are; a process without points keeps its window. Cells are numbered
-  !> as in the whole grid before, as in the window afterwards.
+  !> Look at the part of a grid in which the points are, and mark what is own. Cells are numbered as in the whole grid
+  !> before, as in the window afterwards.
   subroutine look_at(model, anew)
     type(model_type), intent(inout) :: model
     !> The window is that of another division.
+    logical, intent(in) :: anew
+
+    if (model%analysis%mesh%kind == mesh_grid) call follow_points(model, anew)
+    associate (part => model%part, state => model%state)
+      part%tracer_cell = state%tracers%cell
+      part%watched_cell = state%watched%cell
+      part%foot_cell = state%inactive%feet%cell
+      call number_all(model, whole_of(model), model%state%window)
+    end associate
+    call mark_own(model)
+  end subroutine look_at
+
+  !> Lay the window around the points where it is another one; a process without points keeps its own.
+  subroutine follow_points(model, anew)
+    type(model_type), intent(inout) :: model
     logical, intent(in) :: anew
     type(window_type) :: used
     integer :: a
 
     used = cells_used(model)
-    if (used%first(1) <= used%last(1)) then
-      a = least_margin(model%analysis)
-      if (anew .or. .not. holds(model%state%window, widen(used, [a, a, a], whole_of(model)))) &
-        call lay_window(model, with_margin(model, used))
-    end if
-    associate (part => model%part, state => model%state)
-      part%tracer_cell = state%tracers%cell
-      part%watched_cell = state%watched%cell
-      part%foot_cell = state%inactive%feet%cell
-      call number_all(whole_of(model), state%window, state)
-    end associate
-    call mark_own(model)
-  end subroutine look_at
+    if (used%first(1) > used%last(1)) return
+    a = least_margin(model%analysis)
+    if (anew .or. .not. holds(model%state%window, widen(used, [a, a, a], whole_of(model)))) &
+      call lay_window(model, with_margin(model, used))
+  end subroutine follow_points
 
   !> Numbers of the points of histories, 0 for none.
   pure function numbers_of(model) result(numbers)

@@ -1,12 +1,12 @@
-!> The part of a model that a process answers for. Alone that is all of it. A process of a team has a window of the
-!> grid with the material points and surface points in it: those of its own box of cells, and copies of those in a ring
-!> around it, which make the sums at its own nodes whole. What is reduced over the team counts each point, cell and node
-!> once: on the process whose own it is.
+!> The part of a model that a process answers for. Alone that is all of it. A process of a team has the material points
+!> and surface points of its own cells, and copies of those in a ring around them, which make the sums at its own nodes
+!> whole; of a grid it has the window with these. What is reduced over the team counts each point, cell and node once: on
+!> the process whose own it is.
 !>
 !> How a model is divided is left to `qsmpm_division`, what is own to `qsmpm_own_marks`.
 module qsmpm_own_part
   use qsmpm_kinds, only: long
-  use qsmpm_grid_window, only: window_type
+  use qsmpm_cell_owners, only: cell_owners_type
   use qsmpm_points, only: points_type, surface_points_type
   use qsmpm_team, only: team_type
   implicit none
@@ -17,9 +17,9 @@ module qsmpm_own_part
   type :: own_part_type
     !> Who shares the model: this process alone unless the model is divided.
     type(team_type) :: team
-    !> Cells of the grid that are each rank's own (ranks); the boxes of all ranks together are the grid.
-    type(window_type), allocatable :: boxes(:)
-    !> Rows of cells around the box whose points are copied.
+    !> Which cells are each rank's own.
+    class(cell_owners_type), allocatable :: owners
+    !> Rows of cells around the own ones whose points are copied.
     integer :: ring = 0
     !> Which nodes of the space, cells, material points, surface points, tracers, watched places, points of bodies that
     !> are taken out and feet are own; unallocated alone.
