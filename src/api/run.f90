@@ -13,7 +13,6 @@ module qsmpm_run
   use qsmpm_display, only: display_plain
   use qsmpm_error, only: error_type, error_other
   use qsmpm_file, only: write_text
-  use qsmpm_follower, only: follower_type
   use qsmpm_law, only: law_type
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_model, only: model_type
@@ -202,7 +201,6 @@ contains
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
     type(team_type) :: team
-    type(follower_type) :: follower
 
     exit_code = 0
     team = team_world()
@@ -212,9 +210,9 @@ contains
     if (.not. allocated(error)) call simulation%create(problem, error)
     if (.not. allocated(error)) call refuse_sharing(simulation%model, team%ranks, error)
     simulation%loop%team = team
-    if (.not. allocated(error) .and. len(request%restart) > 0) call simulation%load(request%restart, error)
     call agree(team, error)
-    if (.not. allocated(error) .and. team%rank == 0) then
+    if (.not. allocated(error) .and. len(request%restart) > 0) call simulation%load(request%restart, error)
+    if (.not. allocated(error)) then
       directory = request%directory
       if (len(directory) == 0) directory = 'output/'//simulation%model%analysis%job
       call simulation%record(directory, error, request%display, len(request%restart) > 0)
@@ -223,10 +221,8 @@ contains
     call agree(team, error)
     if (allocated(simulation%recorder)) then
       call run_recorded(request, simulation, error, report, exit_code)
-    else
-      ! The first process of a team writes; the others only compute.
-      if (team%rank > 0 .and. .not. allocated(error)) call simulation%run(follower, error)
-      if (allocated(error)) call report_error(report, error, exit_code)
+    else if (allocated(error)) then
+      call report_error(report, error, exit_code)
     end if
     exit_code = nint(largest(team, real(exit_code, wp)))
     if (team%rank > 0) report = ''
@@ -274,7 +270,8 @@ contains
     recorder%times = shares_line(profile, request%threads)
     if (.not. request%profile) return
     call recorder%tell_result(profile_table(profile, request%threads))
-    call write_text(recorder%directory//'/'//profile_file, profile_json(profile, request%threads), error)
+    if (recorder%options%team%rank == 0) &
+      call write_text(recorder%directory//'/'//profile_file, profile_json(profile, request%threads), error)
   end subroutine report_times
 
   !> Add an error to the report and take its exit code.

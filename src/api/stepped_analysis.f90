@@ -350,6 +350,7 @@ contains
     options%begun = self%loop%begun .or. self%model%state%progress%step > 0
     options%clock = self%clock
     options%banner = program_name()
+    options%team = self%loop%team
     call echo_text(self%scene, echo)
     options%fingerprint = text_fingerprint(echo)
     options%shares = share_names(self%loop%step%terms)
@@ -362,9 +363,9 @@ contains
       deallocate (self%recorder)
     else
       if (len(self%messages) > 0) call self%recorder%note(without_last_newline(self%messages))
-      call write_text(directory//'/'//self%model%analysis%job//'.echo.inp', echo, error)
+      if (self%loop%team%rank == 0) call write_text(directory//'/'//self%model%analysis%job//'.echo.inp', echo, error)
       ! A model in a library that ends the process does so before these files are closed.
-      call guard_exit()
+      if (self%loop%team%rank == 0) call guard_exit()
     end if
     call switch_timer(self%loop%step%profile%watch, part_control)
   end subroutine record
@@ -407,7 +408,7 @@ contains
     call need_model(self, error)
     if (allocated(error)) return
     call echo_text(self%scene, echo)
-    call read_restart(path, self%model, text_fingerprint(echo), error)
+    call read_restart(path, self%model, text_fingerprint(echo), error, self%loop%team)
     if (allocated(error)) return
     self%loop%begun = .false.
     self%loop%end_notified = .false.

@@ -6,7 +6,7 @@
 !> no other module uses the library.
 module qsmpm_hdf5_image
   use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
-  use, intrinsic :: iso_fortran_env, only: int8
+  use, intrinsic :: iso_fortran_env, only: int8, int32
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5iis_valid_f, h5pcreate_f, &
     h5pclose_f, h5pset_fapl_core_f, h5pset_obj_track_times_f, h5fcreate_f, h5fclose_f, &
     h5fflush_f, h5fget_file_image_f, h5gcreate_f, h5gclose_f, h5screate_f, h5screate_simple_f, &
@@ -14,6 +14,7 @@ module qsmpm_hdf5_image
     h5awrite_f, h5aclose_f, h5lcreate_external_f, h5p_file_access_f, h5p_dataset_create_f, &
     h5f_acc_trunc_f, h5f_scope_global_f, h5t_ieee_f64le, h5t_std_i32le, h5t_native_double, &
     h5t_native_integer, h5t_std_i64le, h5kind_to_type, h5_integer_kind
+  use qsmpm_checksum, only: crc32
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, create_file, put_bytes, put_text, commit_file
@@ -21,17 +22,29 @@ module qsmpm_hdf5_image
   implicit none
   private
 
-  public :: image_type, create_image, put_group, put_array, put_attribute, put_link, save_image, &
-    open_library
+  public :: image_type, dataset_type, create_image, put_group, put_array, put_attribute, put_link, save_image, &
+    discard_image, open_library, create_dataset, close_dataset, note_failure
 
   !> Steps in which the memory of an image grows [bytes].
   integer(size_t), parameter :: growth = 1048576_size_t
+  !> Datasets for which there is room at first.
+  integer, parameter :: most_at_first = 64
+
+  !> A dataset that was put: its HDF5 type and its sizes, the fastest first.
+  type :: dataset_type
+    character(len=:), allocatable :: path
+    integer(hid_t) :: kind = -1
+    integer(hsize_t), allocatable :: dimensions(:)
+  end type dataset_type
 
   !> A file that is being put together in memory.
   type :: image_type
     integer(hid_t) :: file = -1
     !> Property list of datasets: no times.
     integer(hid_t) :: dataset_list = -1
+    !> What was put so far (count), and room for more.
+    integer :: count = 0
+    type(dataset_type), allocatable :: datasets(:)
     !> First object that could not be made.
     character(len=:), allocatable :: reason
   end type image_type
@@ -60,17 +73,22 @@ contains
   end subroutine open_library
 
   !> Begin a file in memory.
-  subroutine create_image(image)
+  subroutine create_image(image, name)
     !> The file.
     type(image_type), intent(out) :: image
+    !> What the library knows it by, where another one is open too.
+    character(len=*), intent(in), optional :: name
+    character(len=:), allocatable :: known
     integer(hid_t) :: access
     integer :: status(6)
 
     status = 0
+    known = 'qsmpm.image'
+    if (present(name)) known = name
     call open_library()
     call h5pcreate_f(h5p_file_access_f, access, status(1))
     call h5pset_fapl_core_f(access, growth, .false., status(2))
-    call h5fcreate_f('qsmpm.image', h5f_acc_trunc_f, image%file, status(3), access_prp=access)
+    call h5fcreate_f(known, h5f_acc_trunc_f, image%file, status(3), access_prp=access)
     call h5pclose_f(access, status(4))
     call h5pcreate_f(h5p_dataset_create_f, image%dataset_list, status(5))
     call h5pset_obj_track_times_f(image%dataset_list, .false., status(6))
@@ -202,7 +220,26 @@ contains
     end if
     call note_failure(image%reason, any(status < 0), path)
     if (status(2) < 0) dataset = -1
+    call list_dataset(image, path, kind, dimensions)
   end subroutine create_dataset
+
+  !> Remember what was put.
+  pure subroutine list_dataset(image, path, kind, dimensions)
+    type(image_type), intent(inout) :: image
+    character(len=*), intent(in) :: path
+    integer(hid_t), intent(in) :: kind
+    integer(hsize_t), intent(in) :: dimensions(:)
+    type(dataset_type), allocatable :: more(:)
+
+    if (.not. allocated(image%datasets)) allocate (image%datasets(most_at_first))
+    if (image%count == size(image%datasets)) then
+      allocate (more(2*image%count))
+      more(:image%count) = image%datasets
+      call move_alloc(more, image%datasets)
+    end if
+    image%count = image%count + 1
+    image%datasets(image%count) = dataset_type(path, kind, dimensions)
+  end subroutine list_dataset
 
   !> Fill a dataset with reals.
   subroutine write_reals(image, path, dataset, values, count)
@@ -329,7 +366,7 @@ contains
   end subroutine put_link
 
   !> Write the file and free its memory.
-  subroutine save_image(image, path, error, sealed)
+  subroutine save_image(image, path, error, sealed, sum)
     !> The file.
     type(image_type), intent(inout) :: image
     !> Its name on the disk.
@@ -338,13 +375,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> It ends with a line by which damage is known (`qsmpm_seal`), as `qsmpm_hdf5_reader` wants it; no unless given.
     logical, intent(in), optional :: sealed
+    !> Checksum of its bytes.
+    integer(int32), intent(out), optional :: sum
     integer(int8), allocatable, target :: bytes(:)
     type(file_type) :: file
-    integer :: status
 
     call copy_image(image, bytes)
-    if (image%dataset_list >= 0) call h5pclose_f(image%dataset_list, status)
-    if (image%file >= 0) call h5fclose_f(image%file, status)
+    if (present(sum)) sum = crc32(bytes)
+    call discard_image(image)
     if (allocated(image%reason)) then
       call fail(error, error_other, "cannot make '"//path//"': the HDF5 library failed at "// &
         image%reason)
@@ -357,6 +395,17 @@ contains
     end if
     call commit_file(file, error)
   end subroutine save_image
+
+  !> Free the memory of a file.
+  subroutine discard_image(image)
+    type(image_type), intent(inout) :: image
+    integer :: status
+
+    if (image%dataset_list >= 0) call h5pclose_f(image%dataset_list, status)
+    if (image%file >= 0) call h5fclose_f(image%file, status)
+    image%dataset_list = -1
+    image%file = -1
+  end subroutine discard_image
 
   !> The bytes of the file.
   subroutine copy_image(image, bytes)

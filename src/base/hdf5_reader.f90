@@ -14,7 +14,7 @@ module qsmpm_hdf5_reader
   implicit none
   private
 
-  public :: reader_type, open_reader, get_array, get_attribute, find_group, list_group, close_reader
+  public :: reader_type, open_reader, get_array, get_attribute, find_group, list_group, note_reason, close_reader
 
   !> A file that is being read.
   type :: reader_type
@@ -79,6 +79,16 @@ contains
       call fail(error, error_other, "cannot read '"//reader%path//"': "//reader%reason)
     end if
   end subroutine close_reader
+
+  !> Note what is wrong, where something is and nothing was before.
+  subroutine note_reason(reader, reason)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Empty when nothing is.
+    character(len=*), intent(in) :: reason
+
+    if (len(reason) > 0 .and. .not. allocated(reader%reason)) reader%reason = reason
+  end subroutine note_reason
 
   !> Whether there is a group.
   subroutine find_group(reader, path, there)

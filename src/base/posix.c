@@ -133,19 +133,53 @@ static int is_numbered(const char *name, const char *prefix, const char *suffix)
     return digits >= digits_wanted && strcmp(name + digits, suffix) == 0;
 }
 
+/* Remove a file of a directory; 0 when it is gone. */
+static int remove_entry(const char *directory, const char *name)
+{
+    char path[longest_path];
+    int length = snprintf(path, sizeof path, "%s/%s", directory, name);
+
+    return length < 0 || (size_t)length >= sizeof path ? -1 : unlink(path);
+}
+
 /* Remove the files prefixNNNNNNsuffix of a directory; 0 when none is left (or no directory). */
 int qsmpm_remove_numbered(const char *directory, const char *prefix, const char *suffix)
 {
-    char path[longest_path];
     struct dirent *entry;
-    int result = 0, length;
+    int result = 0;
     DIR *handle = opendir(directory);
 
     if (handle == NULL) return errno == ENOENT ? 0 : -1;
     while ((entry = readdir(handle)) != NULL) {
         if (!is_numbered(entry->d_name, prefix, suffix)) continue;
-        length = snprintf(path, sizeof path, "%s/%s", directory, entry->d_name);
-        if (length < 0 || (size_t)length >= sizeof path || unlink(path) != 0) result = -1;
+        if (remove_entry(directory, entry->d_name) != 0) result = -1;
+    }
+    closedir(handle);
+    return result;
+}
+
+/* Whether name begins with prefix and ends with suffix. */
+static int is_between(const char *name, const char *prefix, const char *suffix)
+{
+    size_t length = strlen(name), start = strlen(prefix), end = strlen(suffix);
+
+    return length >= start + end && strncmp(name, prefix, start) == 0 && strcmp(name + length - end, suffix) == 0;
+}
+
+/* Remove the files prefix...suffix of a directory but those that begin with keep, which no name does where it is empty;
+ * 0 when none is left (or no directory). */
+int qsmpm_remove_others(const char *directory, const char *prefix, const char *suffix, const char *keep)
+{
+    struct dirent *entry;
+    size_t length = strlen(keep);
+    int result = 0;
+    DIR *handle = opendir(directory);
+
+    if (handle == NULL) return errno == ENOENT ? 0 : -1;
+    while ((entry = readdir(handle)) != NULL) {
+        if (!is_between(entry->d_name, prefix, suffix)) continue;
+        if (length > 0 && strncmp(entry->d_name, keep, length) == 0) continue;
+        if (remove_entry(directory, entry->d_name) != 0) result = -1;
     }
     closedir(handle);
     return result;

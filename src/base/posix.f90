@@ -10,7 +10,8 @@ module qsmpm_posix
   private
 
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_fileno, c_fsync
-  public :: rename_file, remove_file, truncate_file, make_directory, remove_numbered, lock_file, unlock_file
+  public :: rename_file, remove_file, truncate_file, make_directory, remove_numbered, remove_others
+  public :: lock_file, unlock_file
   public :: is_terminal, terminal_width, peak_memory
   public :: write_descriptor, system_message, watch_signals, signal_received, exit_process
 
@@ -110,6 +111,12 @@ module qsmpm_posix
       character(kind=c_char), intent(in) :: after(*)
     end function c_remove_numbered
 
+    !> Remove all of some files of a directory but some (posix.c).
+    integer(c_int) function c_remove_others(directory, before, after, keep) bind(c, name='qsmpm_remove_others')
+      import :: c_int, c_char
+      character(kind=c_char), intent(in) :: directory(*), before(*), after(*), keep(*)
+    end function c_remove_others
+
     !> Lock a file (posix.c).
     integer(c_int) function c_lock_file(path, holder) bind(c, name='qsmpm_lock_file')
       import :: c_char, c_int
@@ -205,6 +212,17 @@ contains
     remove_numbered = int(c_remove_numbered(directory//c_null_char, before//c_null_char, &
       after//c_null_char))
   end function remove_numbered
+
+  !> Remove the files of a directory whose names begin with `before` and end with `after`, but those that begin with
+  !> `keep`; where that is empty none is kept.
+  integer function remove_others(directory, before, after, keep)
+    !> The directory; one that does not exist holds none.
+    character(len=*), intent(in) :: directory
+    character(len=*), intent(in) :: before, after, keep
+
+    remove_others = int(c_remove_others(directory//c_null_char, before//c_null_char, after//c_null_char, &
+      keep//c_null_char))
+  end function remove_others
 
   !> Lock a file until it is unlocked or the process ends, however it ends: its descriptor; -1 after a failure, -2 when
   !> another one has it.

@@ -33,17 +33,20 @@ contains
   end function line_of
 
   !> Compare a file with its last line.
-  subroutine check_seal(path, reason)
+  subroutine check_seal(path, reason, found)
     !> Name of the file.
     character(len=*), intent(in) :: path
     !> What is wrong with it; not allocated when nothing is.
     character(len=:), allocatable, intent(out) :: reason
+    !> Sum of its bytes.
+    integer(int32), intent(out), optional :: found
     integer(long) :: length
     integer(int32) :: sum
     integer :: unit, status
     character(len=line_length) :: line
 
     open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', iostat=status)
+    if (present(found)) found = 0
     if (status /= 0) then
       reason = 'it cannot be opened'
       return
@@ -59,6 +62,7 @@ contains
     else if (line /= line_of(sum)) then
       reason = 'it is damaged: its bytes are not those that were written'
     end if
+    if (present(found)) found = sum
   end subroutine check_seal
 
   !> Sum of the next bytes of a file.

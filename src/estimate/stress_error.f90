@@ -12,16 +12,24 @@
 !> nowhere, but it does not meet the traction at a loaded surface: that is the second measure; nor the reaction R of a
 !> surface that a support holds, by its resultant, since springs share it unevenly: the third. Limits beyond which a run
 !> warns, why the weights are these, and figures against true errors: docs/methods/stress_error.md.
+!>
+!> Where the model is divided each process looks at its own points, beside the copies around them, and what is said of
+!> the whole is reduced.
 module qsmpm_stress_error
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
   use qsmpm_analysis, only: carrier_surface, support_none
   use qsmpm_element, only: element_order
+  use qsmpm_exchange, only: spread_from
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: own_of
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_pore_water, only: vertical_of
   use qsmpm_surface_pressure, only: pressure_at
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at, &
     stress_norm
+  use qsmpm_points, only: carried_type, place_of
+  use qsmpm_team, only: team_type, largest, total
   implicit none
   private
 
@@ -37,13 +45,16 @@ module qsmpm_stress_error
   type :: stress_error_type
     !> Scatter of each material point, and the stress it is relative to (points).
     real(wp), allocatable :: at_point(:), scale(:)
-    !> Mean, largest, and the point that has it (0: there is no stress).
+    !> Mean, largest, and the point that has it (0: there is no stress; its number where the model is divided), with
+    !> where it is and the stress around it.
     real(wp) :: mean = 0.0_wp, largest = 0.0_wp
     integer :: worst_point = 0
+    real(wp) :: worst_place(3) = 0.0_wp, worst_scale = 0.0_wp
     !> Mismatch of stress and traction: largest mean over the area of a loaded surface, and that surface; largest at a
-    !> point, and that surface point (0: none is loaded).
+    !> point, and that surface point (0: none is loaded; its number where the model is divided), with where it is.
     real(wp) :: surface_mean = 0.0_wp, surface_largest = 0.0_wp
     integer :: worst_surface = 0, worst_surface_point = 0
+    real(wp) :: surface_place(3) = 0.0_wp
     !> Largest mismatch of stress and reaction on a held surface, and that surface (0: none is held).
     real(wp) :: reaction = 0.0_wp
     integer :: worst_held = 0
@@ -66,26 +77,35 @@ contains
     type(resultants_type) :: held
     integer, allocatable :: neighbour(:)
     real(wp), allocatable :: covered(:), mismatch(:)
+    real(wp) :: least, none
     integer :: m, surfaces
 
-    associate (points => model%state%points)
+    associate (points => model%state%points, team => model%part%team)
       allocate (estimate%at_point(points%count), estimate%scale(points%count), source=0.0_wp)
-      if (.not. any(abs(points%stress) > 0.0_wp)) return
+      if (.not. any_of(team, any(abs(points%stress) > 0.0_wp))) return
       call find_neighbours(model, neighbour)
       call make_patches(model%mesh, points, patches)
+      least = least_area*usual_area(model)
+      none = 0.0_wp
       surfaces = 0
       if (model%state%surface%count > 0) surfaces = maxval(model%state%surface%surface)
+      surfaces = nint(largest(team, real(surfaces, wp)))
       allocate (covered(surfaces), mismatch(surfaces), held%level(surfaces), source=0.0_wp)
       allocate (held%stress(model%mesh%dimension, surfaces), held%given(model%mesh%dimension, surfaces), source=0.0_wp)
       do m = 1, maxval(points%material)
         if (.not. any(points%material == m)) cycle
         call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, m, degree_of(model), smooth)
         call compare_points(model, smooth, estimate)
-        call compare_surfaces(model, smooth, neighbour, estimate, mismatch, covered)
+        call compare_surfaces(model, smooth, neighbour, least, estimate, mismatch, covered)
         call add_resultants(model, smooth, neighbour, held)
       end do
-      call sum_up(points%volume, estimate)
-      call find_worst_surface(mismatch, covered, estimate)
+      call sum_up(model, estimate)
+      call share_worst(team, model%state%surface, estimate%worst_surface_point, estimate%surface_largest, &
+        estimate%surface_place, none)
+      call find_worst_surface(total(team, mismatch), total(team, covered), estimate)
+      held%stress = reshape(total(team, reshape(held%stress, [size(held%stress)])), shape(held%stress))
+      held%given = reshape(total(team, reshape(held%given, [size(held%given)])), shape(held%given))
+      held%level = total(team, held%level)
       call find_worst_held(held, estimate)
     end associate
   end subroutine estimate_stress_error
@@ -99,27 +119,65 @@ contains
   end function degree_of
 
   !> Shares of the stress around each point, their mean and the largest.
-  pure subroutine sum_up(volume, estimate)
-    !> Volumes (points).
-    real(wp), intent(in) :: volume(:)
+  subroutine sum_up(model, estimate)
+    type(model_type), intent(in) :: model
     !> The estimate: at_point still is an absolute difference.
     type(stress_error_type), intent(inout) :: estimate
-    real(wp) :: weight, weights, total
+    logical :: own(model%state%points%count)
+    real(wp) :: weight, sums(2)
     integer :: p
 
-    weights = 0.0_wp
-    total = 0.0_wp
-    estimate%scale = max(estimate%scale, least_level*maxval(estimate%scale))
-    estimate%at_point = estimate%at_point/estimate%scale
-    do p = 1, size(volume)
-      weight = volume(p)*estimate%scale(p)**2*sqrt(estimate%at_point(p))
-      weights = weights + weight
-      total = total + weight*estimate%at_point(p)
-    end do
-    if (weights > 0.0_wp) estimate%mean = total/weights
-    estimate%worst_point = maxloc(estimate%at_point, dim=1)
-    estimate%largest = estimate%at_point(estimate%worst_point)
+    associate (points => model%state%points, team => model%part%team)
+      own = own_of(model%part%points, points%count)
+      sums = 0.0_wp
+      estimate%scale = max(estimate%scale, least_level*largest(team, maxval(estimate%scale, mask=own)))
+      estimate%at_point = estimate%at_point/estimate%scale
+      do p = 1, points%count
+        if (.not. own(p)) cycle
+        weight = points%volume(p)*estimate%scale(p)**2*sqrt(estimate%at_point(p))
+        sums = sums + weight*[estimate%at_point(p), 1.0_wp]
+      end do
+      sums = total(team, sums)
+      if (sums(2) > 0.0_wp) estimate%mean = sums(1)/sums(2)
+      estimate%worst_point = maxloc(estimate%at_point, dim=1, mask=own)
+      if (estimate%worst_point > 0) then
+        estimate%largest = estimate%at_point(estimate%worst_point)
+        estimate%worst_scale = estimate%scale(estimate%worst_point)
+      end if
+      call share_worst(team, points, estimate%worst_point, estimate%largest, estimate%worst_place, estimate%worst_scale)
+    end associate
   end subroutine sum_up
+
+  !> Of the worst places that each process has, the worst of all, with its number in place of the local one.
+  subroutine share_worst(team, carried, worst, value, place, scale)
+    type(team_type), intent(in) :: team
+    class(carried_type), intent(in) :: carried
+    !> The place, 0 for none.
+    integer, intent(inout) :: worst
+    !> What it is worst in, and the stress around it.
+    real(wp), intent(inout) :: value, scale
+    real(wp), intent(out) :: place(3)
+    real(wp) :: row(5)
+    integer(long) :: number(1)
+    integer :: rank
+
+    place = 0.0_wp
+    if (worst > 0) place = place_of(carried, worst)
+    if (team%ranks == 1) return
+    row = [value, scale, place]
+    number = 0
+    if (worst > 0) number = carried%number(worst)
+    value = largest(team, merge(value, -1.0_wp, worst > 0))
+    rank = lowest_rank(team, worst > 0 .and. row(1) >= value)
+    worst = 0
+    if (rank == team%ranks) return
+    call spread_from(team, rank, row)
+    call spread_from(team, rank, number)
+    value = row(1)
+    scale = row(2)
+    place = row(3:)
+    worst = int(number(1))
+  end subroutine share_worst
 
   !> The surface whose mean mismatch is largest.
   pure subroutine find_worst_surface(mismatch, covered, estimate)
@@ -178,17 +236,37 @@ contains
     integer, allocatable, intent(out) :: neighbour(:)
     type(point_bins_type) :: bins
     real(wp) :: traction(model%mesh%dimension)
+    logical, allocatable :: own(:)
     integer :: i
 
     allocate (neighbour(model%state%surface%count), source=0)
-    if (size(neighbour) == 0) return
+    if (size(neighbour) == 0 .or. model%state%points%count == 0) return
+    own = own_of(model%part%surface, size(neighbour))
     call make_bins(model%state%points%position, bins)
     do i = 1, size(neighbour)
+      if (.not. own(i)) cycle
       call applied_traction(model, i, traction)
       if (any(abs(traction) > 0.0_wp) .or. is_held(model, i)) &
         neighbour(i) = nearest_in_bins(bins, model%state%points%position, model%state%surface%position(:, i))
     end do
   end subroutine find_neighbours
+
+  !> Root mean square of the areas of all surface points; 0 where there are none.
+  real(wp) function usual_area(model) result(area)
+    type(model_type), intent(in) :: model
+    logical :: own(model%state%surface%count)
+    integer(long) :: points
+    integer :: i
+
+    area = 0.0_wp
+    associate (surface => model%state%surface, team => model%part%team)
+      own = own_of(model%part%surface, surface%count)
+      points = total(team, count(own, kind=long))
+      if (points == 0) return
+      area = joint_norm(team, norm2(surface%area_vector(:, pack([(i, i=1, surface%count)], own))))
+      area = area/sqrt(real(points, wp))
+    end associate
+  end function usual_area
 
   !> Whether a support holds a surface point.
   pure logical function is_held(model, i)
@@ -226,22 +304,22 @@ contains
   end subroutine applied_traction
 
   !> Mismatch of stress and traction at loaded surfaces of a material.
-  pure subroutine compare_surfaces(model, smooth, neighbour, estimate, total, covered)
+  pure subroutine compare_surfaces(model, smooth, neighbour, least, estimate, total, covered)
     type(model_type), intent(in) :: model
     !> Smooth stress of the material.
     type(smooth_stress_type), intent(in) :: smooth
     !> Material point next to each surface point, 0 for those without a load or support (surface points).
     integer, intent(in) :: neighbour(:)
+    !> Surface points of less area are not looked at.
+    real(wp), intent(in) :: least
     type(stress_error_type), intent(inout) :: estimate
     !> Sum of the mismatch over the area of each surface, and the area looked at (surfaces).
     real(wp), intent(inout) :: total(:), covered(:)
     real(wp) :: stress(size(model%state%points%stress, 1)), traction(model%mesh%dimension)
-    real(wp) :: mismatch, area, least, level
+    real(wp) :: mismatch, area, level
     integer :: i, p
 
-    if (model%state%surface%count == 0) return
     associate (points => model%state%points, surface => model%state%surface)
-      least = least_area*norm2(surface%area_vector)/sqrt(real(surface%count, wp))
       do i = 1, surface%count
         p = neighbour(i)
         if (p == 0 .or. is_held(model, i)) cycle

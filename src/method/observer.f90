@@ -99,8 +99,8 @@ module qsmpm_observer
 
 contains
 
-  !> Whether more is wanted of an accepted step than its record: the whole model, which a team puts together first. No,
-  !> unless extended.
+  !> Whether the whole model is wanted, which a team puts together first; else each process shows its part. No, unless
+  !> extended.
   logical function needs_no_model(self, model)
     class(observer_type), intent(inout) :: self
     !> Perhaps a part of it.

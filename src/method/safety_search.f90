@@ -172,8 +172,8 @@ contains
     call give_way(model, step, solver, phase%controls, moved, error)
     part = model%part
     if (moved .and. .not. allocated(error)) then
-      ! The observer is shown the whole; the parts are put back with the state.
-      call join_model(model, error)
+      ! Where the observer is shown the whole, the parts are put back with the state.
+      if (any_of(part%team, observer%needs_model(model))) call join_model(model, error)
       if (.not. allocated(error)) call observer%mechanism(model, error)
       call agree(part%team, error)
     end if

@@ -42,7 +42,7 @@ module qsmpm_division
 
   character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
 
-  public :: divide_model, division_text, join_model, migrate_points, unevenness, ring_of
+  public :: divide_model, division_text, join_model, look_at_all, migrate_points, unevenness, ring_of
 
 contains
 

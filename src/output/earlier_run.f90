@@ -2,13 +2,18 @@
 module qsmpm_earlier_run
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_exists
-  use qsmpm_posix, only: remove_file, remove_numbered, system_message
+  use qsmpm_posix, only: remove_file, remove_numbered, remove_others, system_message
+  use qsmpm_part_files, only: parts_folder
   use qsmpm_results, only: mechanism_part, results_folder
   use qsmpm_safety_files, only: mechanism_mesh, mechanism_points
   implicit none
   private
 
   public :: remove_earlier_run
+
+  !> Heads of the names of pictures.
+  character(len=*), parameter :: pictures(4) = [character(len=len(mechanism_points)) :: 'points_', 'mesh_', &
+    mechanism_points, mechanism_mesh]
 
 contains
 
@@ -21,10 +26,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: i, status
 
-    status = remove_numbered(directory, 'points_', '.vtu')
-    if (status == 0) status = remove_numbered(directory, 'mesh_', '.vtu')
-    if (status == 0) status = remove_numbered(directory, mechanism_points, '.vtu')
-    if (status == 0) status = remove_numbered(directory, mechanism_mesh, '.vtu')
+    status = 0
+    do i = 1, size(pictures)
+      if (status == 0) status = remove_numbered(directory, trim(pictures(i)), '.vtu')
+      if (status == 0) status = remove_numbered(directory, trim(pictures(i)), '.pvtu')
+      if (status == 0) status = remove_others(directory//'/'//parts_folder, trim(pictures(i)), '.vtu', '')
+    end do
+    if (status == 0) status = remove_others(directory//'/'//parts_folder, 'results_', '.h5', '')
+    if (status == 0) status = remove_others(directory//'/'//parts_folder, 'restart_', '.h5', '')
     if (status == 0) status = remove_numbered(directory//'/'//results_folder, '', '.h5')
     if (status == 0) status = remove_numbered(directory//'/'//results_folder, mechanism_part, '.h5')
     do i = 1, size(names)

@@ -57,11 +57,9 @@ contains
     type(stress_error_type), intent(in) :: estimate
     character(len=:), allocatable :: text
 
-    associate (p => estimate%worst_point)
-      text = 'largest '//percent(estimate%largest)//' at material point '//integer_text(p)//' at '// &
-        place_text(model%state%points%position(:, p))//', relative to a stress of '// &
-        short_text(estimate%scale(p), 3)//' around it'
-    end associate
+    text = 'largest '//percent(estimate%largest)//' at material point '//integer_text(estimate%worst_point)//' at '// &
+      place_text(estimate%worst_place(:model%mesh%dimension))//', relative to a stress of '// &
+      short_text(estimate%worst_scale, 3)//' around it'
   end function worst_point_text
 
   !> The surface where stress and traction differ most, by how much, and where on all surfaces they differ most.
@@ -72,7 +70,7 @@ contains
 
     text = "'"//model%analysis%surfaces(estimate%worst_surface)%name//"' mean "//percent(estimate%surface_mean)// &
       ', largest '//percent(estimate%surface_largest)//' at '// &
-      place_text(model%state%surface%position(:, estimate%worst_surface_point))
+      place_text(estimate%surface_place(:model%mesh%dimension))
   end function worst_surface_text
 
   !> What to do about it.

@@ -5,38 +5,44 @@
 !> continues another (restart) keeps what belongs to the steps before and makes the rest again.
 !> Every file but `curves.csv` and `job.log`, which grow line by line, appears whole or not at all.
 !> The last line of the log is `qsmpm: finished` only when the run did.
+!>
+!> Each process of a team has a recorder. The first one writes; the others write their parts of pictures and restart
+!> files where the model is divided (qsmpm_part_files), and nothing else.
 module qsmpm_recorder
   use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: agree, any_of
   use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
-  use qsmpm_display, only: display_type, display_plain, start_display, show_step, show_text, show_result, &
-    end_display, step_text
+  use qsmpm_display, only: display_type, display_none, display_plain, start_display, show_step, show_text, &
+    show_result, end_display, step_text
   use qsmpm_earlier_run, only: remove_earlier_run
   use qsmpm_error, only: error_type, error_other
-  use qsmpm_fields, only: phase_time
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, read_text, write_text
   use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_folder
   use qsmpm_analysis, only: analysis_type, mesh_grid
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_text
-  use qsmpm_number_text, only: integer_text, numbered, real_text, without_last_newline
+  use qsmpm_number_text, only: integer_text, without_last_newline
+  use qsmpm_own_part, only: is_divided
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_picture_list, only: picture_list_type, add_picture, read_collection, write_collection
-  use qsmpm_pictures, only: write_points_picture, write_mesh_picture
+  use qsmpm_part_files, only: parts_folder
+  use qsmpm_picture_files, only: write_fields, write_way_of_failure
+  use qsmpm_picture_list, only: picture_list_type, read_collection
   use qsmpm_posix, only: signal_received
   use qsmpm_restart, only: write_restart
-  use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
-    write_step_results
+  use qsmpm_results, only: results_folder, write_mesh_results
+  use qsmpm_team, only: team_type
   use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
   use qsmpm_safety_factors, only: has_factor
-  use qsmpm_safety_files, only: safety_file, write_mechanism, write_safety
+  use qsmpm_safety_files, only: safety_file, write_safety
   use qsmpm_standard_terms, only: standard_shares
   use qsmpm_summary, only: limit_json, summary_file, summary_table, write_summary
   use qsmpm_warning_list, only: keep_warnings, repeated_warnings
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
-  use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text
+  use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text, &
+    estimate_of_scene
   implicit none
   private
 
@@ -60,6 +66,8 @@ module qsmpm_recorder
     character(len=:), allocatable :: banner
     !> The scene that the model answers, where it is a reduced one: results are those of the scene.
     type(whole_scene_type) :: whole
+    !> Who shares the run.
+    type(team_type) :: team
   end type recorder_options_type
 
   !> Everything that is open or remembered between two steps.
@@ -124,11 +132,30 @@ contains
     recorder%directory = directory
     recorder%options = options
     if (.not. allocated(options%shares)) recorder%options%shares = standard_shares()
-    call lock_folder(recorder%lock, directory, error)
-    if (allocated(error)) return
-    call begin_files(recorder, model, error)
+    if (leads(recorder)) then
+      call lock_folder(recorder%lock, directory, error)
+    else
+      recorder%options%display = display_none
+    end if
+    call agree(options%team, error)
+    if (.not. allocated(error)) call begin_files(recorder, model, error)
     if (allocated(error)) call unlock_folder(recorder%lock)
   end subroutine create
+
+  !> Whether this process writes what there is one of.
+  pure logical function leads(recorder)
+    class(recorder_type), intent(in) :: recorder
+
+    leads = recorder%options%team%rank == 0
+  end function leads
+
+  !> Whether this process writes something of the model: a part of it, or all.
+  pure logical function writes(recorder, model)
+    class(recorder_type), intent(in) :: recorder
+    type(model_type), intent(in) :: model
+
+    writes = leads(recorder) .or. is_divided(model%part)
+  end function writes
 
   !> Remove what was there and begin the files.
   subroutine begin_files(recorder, model, error)
@@ -138,28 +165,40 @@ contains
     !> Set when a file cannot be made.
     type(error_type), allocatable, intent(out) :: error
 
-    associate (directory => recorder%directory, options => recorder%options)
-      if (.not. options%continued) call remove_earlier_run(directory, own_files, error)
-      if (allocated(error)) return
-      if (options%continued) call read_timing(directory, recorder%earlier)
-      if (model%analysis%output%hdf5) call make_folder(directory//'/'//results_folder, error)
-      if (allocated(error)) return
-      call start_display(recorder%display, options%display, model)
-      call open_log(recorder, error)
-      if (allocated(error)) return
-      call begin_log(recorder, model)
-      if (is_reduced(recorder%options%whole)) then
-        call log_savings(recorder, model)
-        call follow_step(recorder%options%whole, model)
-        call open_tables(recorder, recorder%options%whole%model, error)
-      else
-        call open_tables(recorder, model, error)
-      end if
-    end associate
+    if (leads(recorder)) call make_place(recorder, model%analysis%output%hdf5, error)
+    call agree(recorder%options%team, error)
+    if (allocated(error)) return
+    call start_display(recorder%display, recorder%options%display, model)
+    if (leads(recorder)) call open_log(recorder, error)
+    call agree(recorder%options%team, error)
+    if (allocated(error)) return
+    call begin_log(recorder, model)
+    if (is_reduced(recorder%options%whole)) then
+      call log_savings(recorder, model)
+      call follow_step(recorder%options%whole, model)
+      call open_tables(recorder, recorder%options%whole%model, error)
+    else
+      call open_tables(recorder, model, error)
+    end if
     ! A run from the start has a picture of it, when the initial stresses are set.
     if (.not. allocated(error) .and. recorder%options%begun) call show_start(recorder, model, error)
     if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
   end subroutine begin_files
+
+  !> Remove what was there, and make the folders.
+  subroutine make_place(recorder, writes_results, error)
+    type(recorder_type), intent(inout) :: recorder
+    logical, intent(in) :: writes_results
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (directory => recorder%directory, options => recorder%options)
+      if (.not. options%continued) call remove_earlier_run(directory, own_files, error)
+      if (allocated(error)) return
+      if (options%continued) call read_timing(directory, recorder%earlier)
+      if (writes_results) call make_folder(directory//'/'//results_folder, error)
+      if (.not. allocated(error) .and. options%team%ranks > 1) call make_folder(directory//'/'//parts_folder, error)
+    end associate
+  end subroutine make_place
 
   !> Open the log: anew, or behind what the continued run wrote.
   subroutine open_log(recorder, error)
@@ -203,6 +242,24 @@ contains
     type(error_type), allocatable, intent(out) :: error
     logical :: there
 
+    if (leads(recorder)) call open_curves(recorder, model, error)
+    call agree(recorder%options%team, error)
+    if (allocated(error)) return
+    ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
+    there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
+    there = any_of(recorder%options%team, there .and. leads(recorder) .and. recorder%options%continued)
+    if (model%analysis%output%hdf5 .and. .not. there .and. writes(recorder, model)) &
+      call write_mesh_results(recorder%directory, model, error)
+    call agree(recorder%options%team, error)
+  end subroutine open_tables
+
+  !> Begin or continue the curves, and read which pictures there are.
+  subroutine open_curves(recorder, model, error)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    !> Set when a file cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+
     if (recorder%options%continued) then
       call continue_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, &
         model%state%progress%step, error)
@@ -214,12 +271,7 @@ contains
     else
       call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
     end if
-    if (allocated(error)) return
-    ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
-    there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
-    there = there .and. recorder%options%continued
-    if (model%analysis%output%hdf5 .and. .not. there) call write_mesh_results(recorder%directory, model, error)
-  end subroutine open_tables
+  end subroutine open_curves
 
   !> Tell by what the model is smaller than the scene.
   subroutine log_savings(recorder, model)
@@ -252,13 +304,14 @@ contains
     call write_pictures(recorder, model, error)
   end subroutine show_start
 
-  !> Whether a picture or a restart file is due, or the scene is larger than the model.
+  !> Whether the scene is larger than the model: its images are made from the whole.
   logical function needs_model(self, model)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
 
-    needs_model = is_reduced(self%options%whole) .or. any(is_multiple(model%state%progress%step, &
-      [model%analysis%output%field_every, model%analysis%output%restart_every]))
+    associate (unused => model)
+    end associate
+    needs_model = is_reduced(self%options%whole)
   end function needs_model
 
   !> A step was accepted: its row, and what is due.
@@ -270,7 +323,8 @@ contains
     integer :: step
 
     step = model%state%progress%step
-    call write_row(self, model, record, error)
+    if (leads(self)) call write_row(self, model, record, error)
+    call agree(self%options%team, error)
     if (allocated(error)) return
     call write_log(self, step_text(model, record)//', '//integer_text(record%equations)// &
       ' equations, '//integer_text(record%reequilibrations)//' re-equilibrations, '//integer_text(record%substeps)// &
@@ -318,6 +372,7 @@ contains
     if (self%picture_step /= model%state%progress%step) call write_pictures(self, model, error)
     if (allocated(error)) return
     call save_restart(self, model, error)
+    if (.not. leads(self)) return
     if (.not. allocated(error) .and. is_found(model%state%progress%limit)) &
       call write_text(self%directory//'/'//limit_file, limit_json(model), error)
     if (.not. allocated(error) .and. has_factor(model%state%progress)) &
@@ -350,22 +405,12 @@ contains
     self%estimate_step = -1
     if (is_reduced(self%options%whole)) then
       call show_state(self%options%whole, model)
-      call write_mechanism(self%directory, self%options%whole%model, whole_estimate(self), error)
+      call write_way_of_failure(self%directory, self%pictures, self%options%team, self%options%whole%model, &
+        estimate_of_scene(self%options%whole, self%estimate), error)
     else
-      call write_mechanism(self%directory, model, self%estimate, error)
+      call write_way_of_failure(self%directory, self%pictures, self%options%team, model, self%estimate, error)
     end if
-    if (allocated(error) .or. .not. (model%analysis%output%hdf5 .and. allocated(self%pictures%steps))) return
-    call write_results_index(self%directory, self%pictures%steps, error, size(model%analysis%phases))
   end subroutine mechanism
-
-  !> Estimated error of the stresses at the points of the scene.
-  type(stress_error_type) function whole_estimate(recorder) result(shown)
-    class(recorder_type), intent(in) :: recorder
-
-    shown = recorder%estimate
-    shown%at_point = recorder%estimate%at_point(recorder%options%whole%origin)
-    shown%scale = recorder%estimate%scale(recorder%options%whole%origin)
-  end function whole_estimate
 
   !> Say how far the stresses can be trusted, and warn where they cannot.
   subroutine report_stress_error(recorder, model)
@@ -435,20 +480,22 @@ contains
     type(error_type), allocatable, intent(in) :: outcome
     type(error_type), allocatable :: log_error
     character(len=:), allocatable :: said
+    logical :: by_signal
 
-    call log_summary(recorder, model, outcome)
+    by_signal = any_of(recorder%options%team, signal_received() /= 0)
+    if (leads(recorder)) call log_summary(recorder, model, outcome)
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     said = repeated_warnings(recorder%warnings)
     if (len(said) > 0) call write_log(recorder, without_last_newline(said))
     if (.not. allocated(outcome)) then
       call show_start(recorder, model, error)
     else
-      call keep_last_state(recorder, model, outcome, error)
-      if (signal_received() == 0) call report_stress_error(recorder, model)
+      call keep_last_state(recorder, model, outcome, by_signal, error)
+      if (.not. by_signal) call report_stress_error(recorder, model)
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
       if (allocated(error)) call write_log(recorder, 'qsmpm: '//error%message)
     end if
-    if (.not. allocated(error)) call write_seconds(recorder, error)
+    if (.not. allocated(error) .and. leads(recorder)) call write_seconds(recorder, error)
     call close_file(recorder%curves, log_error)
     if (allocated(log_error) .and. .not. allocated(error)) call move_alloc(log_error, error)
     if (allocated(recorder%log_error) .and. .not. allocated(error)) then
@@ -486,11 +533,13 @@ contains
   end function last_line
 
   !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
-  subroutine keep_last_state(recorder, model, outcome, error)
+  subroutine keep_last_state(recorder, model, outcome, by_signal, error)
     type(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
     !> What ended the run.
     type(error_type), intent(in) :: outcome
+    !> A signal has asked for it.
+    logical, intent(in) :: by_signal
     !> Set when something could not be written.
     type(error_type), allocatable, intent(out) :: error
 
@@ -500,7 +549,7 @@ contains
     ! A disk that took a file no longer takes no picture either; a signal leaves what a run
     ! without the interruption would have left.
     if (allocated(error) .or. outcome%code == error_other) return
-    if (signal_received() /= 0) return
+    if (by_signal) return
     if (recorder%picture_step /= model%state%progress%step) then
       call write_pictures(recorder, model, error)
     end if
@@ -518,39 +567,12 @@ contains
     if (is_reduced(recorder%options%whole)) then
       call follow_step(recorder%options%whole, model)
       call show_state(recorder%options%whole, model)
-      call write_fields(recorder, recorder%options%whole%model, whole_estimate(recorder), error)
+      call write_fields(recorder%directory, recorder%pictures, recorder%options%team, recorder%options%whole%model, &
+        estimate_of_scene(recorder%options%whole, recorder%estimate), error)
     else
-      call write_fields(recorder, model, recorder%estimate, error)
+      call write_fields(recorder%directory, recorder%pictures, recorder%options%team, model, recorder%estimate, error)
     end if
   end subroutine write_pictures
-
-  !> Write the pictures and results of a state and their lists.
-  subroutine write_fields(recorder, model, estimate, error)
-    class(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    !> Estimated error of its stresses.
-    type(stress_error_type), intent(in) :: estimate
-    !> Set when a file is not whole under its name.
-    type(error_type), allocatable, intent(out) :: error
-
-    associate (step => model%state%progress%step, directory => recorder%directory)
-      call add_picture(recorder%pictures, step, phase_time(model))
-      if (model%analysis%output%vtk) then
-        call write_points_picture(directory//'/points_'//numbered(step)//'.vtu', model, estimate, error)
-        if (allocated(error)) return
-        call write_mesh_picture(directory//'/mesh_'//numbered(step)//'.vtu', model, error)
-        if (allocated(error)) return
-        call write_collection(recorder%pictures, directory, 'points', error)
-        if (allocated(error)) return
-        call write_collection(recorder%pictures, directory, 'mesh', error)
-        if (allocated(error)) return
-      end if
-      if (.not. model%analysis%output%hdf5) return
-      call write_step_results(directory, model, estimate, error)
-      if (allocated(error)) return
-      call write_results_index(directory, recorder%pictures%steps, error, size(model%analysis%phases))
-    end associate
-  end subroutine write_fields
 
   !> Write restart.h5.
   subroutine save_restart(recorder, model, error)
@@ -559,10 +581,12 @@ contains
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
 
-    call write_restart(recorder%directory//'/restart.h5', model, recorder%options%fingerprint, error)
+    if (writes(recorder, model)) &
+      call write_restart(recorder%directory//'/restart.h5', model, recorder%options%fingerprint, error)
+    call agree(recorder%options%team, error)
     if (allocated(error)) return
     recorder%restart_step = model%state%progress%step
-    call write_seconds(recorder, error)
+    if (leads(recorder)) call write_seconds(recorder, error)
   end subroutine save_restart
 
   !> Add a line to the log; a failure is kept.
@@ -572,7 +596,7 @@ contains
     character(len=*), intent(in) :: text
     type(error_type), allocatable :: error
 
-    if (allocated(recorder%log_error)) return
+    if (allocated(recorder%log_error) .or. .not. leads(recorder)) return
     call put_text(recorder%log, text//newline)
     call flush_file(recorder%log, error)
     if (allocated(error)) call move_alloc(error, recorder%log_error)

@@ -4,30 +4,37 @@
 !> A fingerprint of the fully resolved deck stands in the file; a restart with another deck is an
 !> error, as is one whose arrays have other sizes, whose numbers are out of their ranges
 !> (`qsmpm_state_check`) or whose bytes do not give its checksum.
+!>
+!> The file of a model that is divided is in parts (qsmpm_restart_parts).
 module qsmpm_restart
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: has_stages
-  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_agreement, only: agree
+  use qsmpm_error, only: error_type
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     save_image
-  use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, find_group, close_reader
-  use qsmpm_kept_arrays, only: kept_arrays_type
-  use qsmpm_model, only: model_type, state_type, kept_phase_type, progress_type, phase_end_type
+  use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, find_group, note_reason, close_reader
+  use qsmpm_model, only: model_type, state_type, kept_phase_type
   use qsmpm_number_text, only: integer_text
+  use qsmpm_own_part, only: is_divided
   use qsmpm_phase_tree, only: is_wanted
-  use qsmpm_field_list, only: field_type, field_list_type
   use qsmpm_point_selection, only: select_points
-  use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points, allocate_watched
+  use qsmpm_points, only: points_type, surface_points_type, allocate_surface_points, allocate_watched
   use qsmpm_grid_window, only: window_type
   use qsmpm_model_window, only: restore
+  use qsmpm_restart_fields, only: put_carried, get_carried, put_kept, get_kept
+  use qsmpm_restart_parts, only: node_values_type, put_shared_state, put_own_state, save_restart_parts, &
+    remove_restart_parts, check_parts, start_joined, finish_joined, lay_joined, put_node_values
+  use qsmpm_restart_progress, only: put_progress, get_progress
   use qsmpm_state_check, only: check_state, window_reason
+  use qsmpm_team, only: team_type
   implicit none
   private
 
   public :: write_restart, read_restart, text_fingerprint
 
-  !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 18
+  !> Layout of the file, in one piece or in parts; another one is refused.
+  integer, parameter :: layout = 18, layout_in_parts = 19
 
 contains
 
@@ -56,15 +63,19 @@ contains
     integer, intent(in) :: fingerprint(:)
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
-    type(image_type) :: image
+    type(image_type) :: image, part
     integer :: i
 
     call create_image(image)
-    call put_attribute(image, '/', 'layout', layout)
+    call put_attribute(image, '/', 'layout', merge(layout_in_parts, layout, is_divided(model%part)))
     call put_attribute(image, '/', 'fingerprint_1', fingerprint(1))
     call put_attribute(image, '/', 'fingerprint_2', fingerprint(2))
-    call put_state(image, '', model%state)
-    if (allocated(model%kept_phases)) then
+    if (is_divided(model%part)) then
+      call put_shared_state(image, model)
+    else
+      call put_state(image, '', model%state)
+    end if
+    if (allocated(model%kept_phases) .and. model%part%team%rank == 0) then
       do i = 1, size(model%kept_phases)
         associate (number => model%kept_phases(i)%phase)
           if (.not. is_in_file(model, model%state%progress%phase, number)) cycle
@@ -73,7 +84,14 @@ contains
         end associate
       end do
     end if
-    call save_image(image, path, error, sealed=.true.)
+    if (is_divided(model%part)) then
+      call create_image(part, 'qsmpm.part')
+      call put_own_state(part, model)
+      call save_restart_parts(model%part%team, part, path, image, error)
+    else
+      call save_image(image, path, error, sealed=.true.)
+      if (.not. allocated(error)) call remove_restart_parts(path)
+    end if
   end subroutine write_restart
 
   !> Whether the end of a phase is in the file of a state: a phase behind the present one starts from it. The present
@@ -124,140 +142,8 @@ contains
     call put_kept(image, group//'/terms', state%kept)
   end subroutine put_state
 
-  !> Put what the terms keep.
-  subroutine put_kept(image, group, kept)
-    type(image_type), intent(inout) :: image
-    character(len=*), intent(in) :: group
-    type(kept_arrays_type), intent(in) :: kept
-    integer :: i
-
-    call put_group(image, group)
-    call put_attribute(image, group, 'count', kept_count(kept))
-    do i = 1, kept_count(kept)
-      call put_array(image, group//'/'//kept%list(i)%name, kept%list(i)%values)
-    end do
-  end subroutine put_kept
-
-  !> Number of arrays that terms keep.
-  pure integer function kept_count(kept)
-    type(kept_arrays_type), intent(in) :: kept
-
-    kept_count = 0
-    if (allocated(kept%list)) kept_count = size(kept%list)
-  end function kept_count
-
-  !> Get what the terms keep: those of the file must be those of the analysis.
-  subroutine get_kept(reader, group, kept)
-    type(reader_type), intent(inout) :: reader
-    character(len=*), intent(in) :: group
-    type(kept_arrays_type), intent(inout) :: kept
-    integer :: i, found
-
-    found = 0
-    call get_attribute(reader, group, 'count', found)
-    if (found /= kept_count(kept)) call note_reason(reader, 'it was written with other terms of the equations')
-    do i = 1, kept_count(kept)
-      call get_array(reader, group//'/'//kept%list(i)%name, kept%list(i)%values)
-    end do
-  end subroutine get_kept
-
-  !> Put where the analysis stands.
-  subroutine put_progress(image, group, progress)
-    !> The file.
-    type(image_type), intent(inout) :: image
-    character(len=*), intent(in) :: group
-    !> Where the analysis stands.
-    type(progress_type), intent(in) :: progress
-
-    call put_group(image, group)
-    call put_attribute(image, group, 'phase', progress%phase)
-    call put_attribute(image, group, 'step', progress%step)
-    call put_attribute(image, group, 'phase_steps', progress%phase_steps)
-    call put_attribute(image, group, 'fraction', progress%fraction)
-    call put_attribute(image, group, 'load_factor', progress%load_factor)
-    call put_attribute(image, group, 'next_step', progress%next_step)
-    call put_attribute(image, group, 'damping', progress%damping)
-    call put_attribute(image, group, 'failed_solvers', progress%failed_solvers)
-    call put_attribute(image, group, 'undamped_newton', merge(1, 0, progress%undamped_newton))
-    call put_attribute(image, group, 'external_work', progress%external_work)
-    call put_attribute(image, group, 'internal_work', progress%internal_work)
-    call put_attribute(image, group, 'constant_load_tests_done', progress%constant_load_tests_done)
-    call put_attribute(image, group, 'release_left', progress%release_left)
-    call put_attribute(image, group, 'own_settlement', progress%own_settlement)
-    call put_attribute(image, group, 'strength_factor', progress%strength_factor)
-    call put_attribute(image, group, 'stable_factor', progress%bracket%stable)
-    call put_attribute(image, group, 'lost_factor', progress%bracket%lost)
-    call put_attribute(image, group, 'factor_increment', progress%bracket%increment)
-    call put_array(image, group//'/factors', progress%factors)
-    call put_attribute(image, group, 'stopped', merge(1, 0, progress%stopped))
-    call put_ends(image, group, progress)
-    associate (limit => progress%limit)
-      call put_attribute(image, group, 'first_compliance', limit%first)
-      call put_attribute(image, group, 'last_compliance', limit%last)
-      call put_attribute(image, group, 'last_middle', limit%middle)
-      call put_attribute(image, group, 'refused', limit%refused)
-      call put_attribute(image, group, 'refused_compliance', limit%refused_compliance)
-      call put_attribute(image, group, 'refused_middle', limit%refused_middle)
-      call put_attribute(image, group, 'plateau', limit%plateau)
-      call put_attribute(image, group, 'knee', limit%knee)
-    end associate
-  end subroutine put_progress
-
-  !> Put how phases have ended.
-  subroutine put_ends(image, group, progress)
-    type(image_type), intent(inout) :: image
-    character(len=*), intent(in) :: group
-    type(progress_type), intent(in) :: progress
-    integer, allocatable :: reason(:)
-    real(wp), allocatable :: fraction(:), displacement(:)
-
-    call put_attribute(image, group, 'ends', merge(1, 0, allocated(progress%ends)))
-    if (.not. allocated(progress%ends)) return
-    reason = progress%ends%reason
-    fraction = progress%ends%fraction
-    displacement = progress%ends%displacement
-    call put_array(image, group//'/end_reason', reason)
-    call put_array(image, group//'/end_fraction', fraction)
-    call put_array(image, group//'/end_displacement', displacement)
-  end subroutine put_ends
-
-  !> Put all fields of a carried set.
-  subroutine put_carried(image, group, carried)
-    !> The file.
-    type(image_type), intent(inout) :: image
-    !> Name of its group.
-    character(len=*), intent(in) :: group
-    !> The set.
-    class(carried_type), intent(in), target :: carried
-    type(field_list_type) :: list
-    real(wp), allocatable :: reals(:, :)
-    integer, allocatable :: labels(:)
-    integer(long), allocatable :: numbers(:)
-    integer :: i
-
-    call put_group(image, group)
-    call put_attribute(image, group, 'count', carried%count)
-    call carried%list_fields(list)
-    do i = 1, list%count
-      associate (field => list%fields(i))
-        if (associated(field%labels)) then
-          allocate (labels, source=field%labels)
-          call put_array(image, group//'/'//trim(field%name), labels)
-          deallocate (labels)
-        else if (associated(field%numbers)) then
-          allocate (numbers, source=field%numbers)
-          call put_array(image, group//'/'//trim(field%name), numbers)
-          deallocate (numbers)
-        else
-          call field%get_values(field%component_count(), reals)
-          call put_array(image, group//'/'//trim(field%name), reals)
-        end if
-      end associate
-    end do
-  end subroutine put_carried
-
   !> Read the state back. The model is unchanged after an error.
-  subroutine read_restart(path, model, fingerprint, error)
+  subroutine read_restart(path, model, fingerprint, error, team)
     !> Name of the file.
     character(len=*), intent(in) :: path
     !> A model built from the same deck.
@@ -266,18 +152,29 @@ contains
     integer, intent(in) :: fingerprint(:)
     !> Set when the file is damaged or belongs to another deck.
     type(error_type), allocatable, intent(out) :: error
+    !> Who reads it together, and gets the same error; this process alone unless given.
+    type(team_type), intent(in), optional :: team
+    type(team_type) :: readers
     type(reader_type) :: reader
     type(state_type) :: state
     type(kept_phase_type), allocatable :: kept_phases(:)
+    type(node_values_type) :: nodes
+    logical :: in_parts
 
+    if (present(team)) readers = team
     call open_reader(reader, path)
-    call check_origin(reader, fingerprint)
+    call check_origin(reader, fingerprint, in_parts)
+    if (in_parts) call check_parts(readers, reader)
     state = model%state
-    call get_state(reader, '', model, state)
+    if (in_parts) call start_joined(reader, model, state, nodes)
+    call get_state(reader, '', model, in_parts, state)
     call get_kept_phases(reader, model, state%progress%phase, kept_phases)
     call close_reader(reader, error)
+    call agree(readers, error)
     if (allocated(error)) return
+    if (in_parts) call lay_joined(model, state)
     call restore(state, model)
+    if (in_parts) call put_node_values(model, nodes)
     call move_alloc(kept_phases, model%kept_phases)
   end subroutine read_restart
 
@@ -303,20 +200,45 @@ contains
     do i = 1, n
       kept_phases(i)%phase = numbers(i)
       kept_phases(i)%state = model%state
-      if (.not. allocated(reader%reason)) call get_state(reader, end_of(numbers(i)), model, kept_phases(i)%state)
+      if (.not. allocated(reader%reason)) call get_state(reader, end_of(numbers(i)), &
+        model, .false., kept_phases(i)%state)
     end do
   end subroutine get_kept_phases
 
   !> Get a state of a group.
-  subroutine get_state(reader, group, model, state)
+  subroutine get_state(reader, group, model, in_parts, state)
     type(reader_type), intent(inout) :: reader
     !> Empty for the root.
     character(len=*), intent(in) :: group
     !> A model built from the same deck.
     type(model_type), intent(in) :: model
+    !> The rows of points are those of parts; nodal values are got elsewhere.
+    logical, intent(in) :: in_parts
     !> One of the model.
     type(state_type), intent(inout) :: state
-    integer, allocatable :: window(:), watched(:)
+    integer, allocatable :: watched(:)
+
+    if (.not. in_parts) call get_mesh(reader, group, model, state)
+    call get_progress(reader, group//'/progress', state%progress)
+    call get_points(reader, group, model, state)
+    call get_carried(reader, group//'/tracers', state%tracers)
+    ! As many as the phase in the file watches.
+    call get_array(reader, group//'/watched/cell', watched)
+    if (allocated(watched)) call allocate_watched(state%watched, model%mesh%dimension, size(watched))
+    call get_carried(reader, group//'/watched', state%watched)
+    call get_attribute(reader, group//'/mesh', 'plate', state%plate)
+    call get_kept(reader, group//'/terms', state%kept, nodal=.not. in_parts)
+    if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
+    if (in_parts) call finish_joined(state)
+  end subroutine get_state
+
+  !> Get the part of the grid, where its nodes are, and the forces at them.
+  subroutine get_mesh(reader, group, model, state)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    type(model_type), intent(in) :: model
+    type(state_type), intent(inout) :: state
+    integer, allocatable :: window(:)
 
     allocate (window(6), source=0)
     call get_array(reader, group//'/mesh/window', window)
@@ -326,20 +248,10 @@ contains
       state%window = window_type(window(:3), window(4:))
       deallocate (state%coordinates, state%reactions, state%released)
     end if
-    call get_progress(reader, group//'/progress', state%progress)
-    call get_points(reader, group, model, state)
-    call get_carried(reader, group//'/tracers', state%tracers)
-    ! As many as the phase in the file watches.
-    call get_array(reader, group//'/watched/cell', watched)
-    if (allocated(watched)) call allocate_watched(state%watched, model%mesh%dimension, size(watched))
-    call get_carried(reader, group//'/watched', state%watched)
     call get_array(reader, group//'/mesh/coordinates', state%coordinates)
     call get_array(reader, group//'/mesh/reactions', state%reactions)
     call get_array(reader, group//'/mesh/released', state%released)
-    call get_attribute(reader, group//'/mesh', 'plate', state%plate)
-    call get_kept(reader, group//'/terms', state%kept)
-    if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
-  end subroutine get_state
+  end subroutine get_mesh
 
   !> Material and surface points, those that are there and the others: as many of each as the phase in the file has, and
   !> not more than the bodies.
@@ -411,24 +323,17 @@ contains
     end subroutine size_surface
   end subroutine size_all_points
 
-  !> Note what is wrong, where something is and nothing was before.
-  subroutine note_reason(reader, reason)
-    !> The file.
-    type(reader_type), intent(inout) :: reader
-    !> Empty when nothing is.
-    character(len=*), intent(in) :: reason
-
-    if (len(reason) > 0 .and. .not. allocated(reader%reason)) reader%reason = reason
-  end subroutine note_reason
-
   !> Note when the file is not one of this program or of this deck.
-  subroutine check_origin(reader, fingerprint)
+  subroutine check_origin(reader, fingerprint, in_parts)
     !> The file.
     type(reader_type), intent(inout) :: reader
     !> Fingerprint of the resolved deck (2).
     integer, intent(in) :: fingerprint(:)
+    !> It is the index of parts.
+    logical, intent(out) :: in_parts
     integer :: found_layout, found(2)
 
+    in_parts = .false.
     found_layout = 0
     found = 0
     call get_attribute(reader, '/', 'layout', found_layout)
@@ -439,125 +344,12 @@ contains
     call get_attribute(reader, '/', 'fingerprint_1', found(1))
     call get_attribute(reader, '/', 'fingerprint_2', found(2))
     if (allocated(reader%reason)) return
-    if (found_layout /= layout) then
+    in_parts = found_layout == layout_in_parts
+    if (found_layout /= layout .and. .not. in_parts) then
       reader%reason = 'it was written by another version of the program'
     else if (any(found /= fingerprint)) then
       reader%reason = 'it was written by a run of another deck'
     end if
   end subroutine check_origin
 
-  !> Get where the analysis stood.
-  subroutine get_progress(reader, group, progress)
-    !> The file.
-    type(reader_type), intent(inout) :: reader
-    character(len=*), intent(in) :: group
-    !> Where the analysis stood.
-    type(progress_type), intent(inout) :: progress
-    integer :: whole, stopped
-
-    whole = 0
-    stopped = 0
-    call get_attribute(reader, group, 'phase', progress%phase)
-    call get_attribute(reader, group, 'step', progress%step)
-    call get_attribute(reader, group, 'phase_steps', progress%phase_steps)
-    call get_attribute(reader, group, 'fraction', progress%fraction)
-    call get_attribute(reader, group, 'load_factor', progress%load_factor)
-    call get_attribute(reader, group, 'next_step', progress%next_step)
-    call get_attribute(reader, group, 'damping', progress%damping)
-    call get_attribute(reader, group, 'failed_solvers', progress%failed_solvers)
-    call get_attribute(reader, group, 'undamped_newton', whole)
-    progress%undamped_newton = whole == 1
-    call get_attribute(reader, group, 'external_work', progress%external_work)
-    call get_attribute(reader, group, 'internal_work', progress%internal_work)
-    call get_attribute(reader, group, 'constant_load_tests_done', progress%constant_load_tests_done)
-    call get_attribute(reader, group, 'release_left', progress%release_left)
-    call get_attribute(reader, group, 'own_settlement', progress%own_settlement)
-    call get_attribute(reader, group, 'strength_factor', progress%strength_factor)
-    call get_attribute(reader, group, 'stable_factor', progress%bracket%stable)
-    call get_attribute(reader, group, 'lost_factor', progress%bracket%lost)
-    call get_attribute(reader, group, 'factor_increment', progress%bracket%increment)
-    if (allocated(progress%factors)) deallocate (progress%factors)
-    call get_array(reader, group//'/factors', progress%factors)
-    call get_attribute(reader, group, 'stopped', stopped)
-    progress%stopped = stopped == 1
-    call get_ends(reader, group, progress)
-    associate (limit => progress%limit)
-      call get_attribute(reader, group, 'first_compliance', limit%first)
-      call get_attribute(reader, group, 'last_compliance', limit%last)
-      call get_attribute(reader, group, 'last_middle', limit%middle)
-      call get_attribute(reader, group, 'refused', limit%refused)
-      call get_attribute(reader, group, 'refused_compliance', limit%refused_compliance)
-      call get_attribute(reader, group, 'refused_middle', limit%refused_middle)
-      call get_attribute(reader, group, 'plateau', limit%plateau)
-      call get_attribute(reader, group, 'knee', limit%knee)
-    end associate
-  end subroutine get_progress
-
-  !> Get how phases have ended.
-  subroutine get_ends(reader, group, progress)
-    type(reader_type), intent(inout) :: reader
-    character(len=*), intent(in) :: group
-    type(progress_type), intent(inout) :: progress
-    integer, allocatable :: reason(:)
-    real(wp), allocatable :: fraction(:), displacement(:)
-    logical :: whole
-    integer :: there, i
-
-    there = 0
-    if (allocated(progress%ends)) deallocate (progress%ends)
-    call get_attribute(reader, group, 'ends', there)
-    if (there == 0 .or. allocated(reader%reason)) return
-    call get_array(reader, group//'/end_reason', reason)
-    call get_array(reader, group//'/end_fraction', fraction)
-    call get_array(reader, group//'/end_displacement', displacement)
-    if (allocated(reader%reason)) return
-    whole = allocated(reason) .and. allocated(fraction) .and. allocated(displacement)
-    if (whole) whole = size(fraction) == size(reason) .and. size(displacement) == size(reason)
-    if (.not. whole) call note_reason(reader, 'the ends of its phases have lost a part')
-    if (.not. whole) return
-    progress%ends = [(phase_end_type(reason(i), fraction(i), displacement(i)), i=1, size(reason))]
-  end subroutine get_ends
-
-  !> Get all fields of a carried set; their sizes are those of the model.
-  subroutine get_carried(reader, group, carried)
-    !> The file.
-    type(reader_type), intent(inout) :: reader
-    !> Name of its group.
-    character(len=*), intent(in) :: group
-    !> The set.
-    class(carried_type), intent(inout), target :: carried
-    type(field_list_type) :: list
-    integer :: i
-
-    call get_attribute(reader, group, 'count', carried%count)
-    call carried%list_fields(list)
-    do i = 1, list%count
-      if (.not. allocated(reader%reason)) call get_field(reader, group//'/'//trim(list%fields(i)%name), list%fields(i))
-    end do
-  end subroutine get_carried
-
-  !> Get the values of a field.
-  subroutine get_field(reader, path, field)
-    type(reader_type), intent(inout) :: reader
-    !> Name of the dataset.
-    character(len=*), intent(in) :: path
-    type(field_type), intent(inout) :: field
-    real(wp), allocatable :: reals(:, :)
-    integer, allocatable :: labels(:)
-    integer(long), allocatable :: numbers(:)
-
-    if (associated(field%labels)) then
-      allocate (labels, source=field%labels)
-      call get_array(reader, path, labels)
-      if (.not. allocated(reader%reason)) field%labels = labels
-    else if (associated(field%numbers)) then
-      allocate (numbers, source=field%numbers)
-      call get_array(reader, path, numbers)
-      if (.not. allocated(reader%reason)) field%numbers = numbers
-    else if (associated(field%reals)) then
-      allocate (reals, source=field%reals)
-      call get_array(reader, path, reals)
-      if (.not. allocated(reader%reason)) field%reals = reals
-    end if
-  end subroutine get_field
 end module qsmpm_restart

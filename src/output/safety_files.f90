@@ -75,8 +75,8 @@ contains
 
     number = numbered(model%state%progress%phase)
     if (model%analysis%output%vtk) then
-      call write_points_picture(directory//'/'//mechanism_points//number//'.vtu', model, estimate, error)
-      if (.not. allocated(error)) call write_mesh_picture(directory//'/'//mechanism_mesh//number//'.vtu', model, error)
+      call write_points_picture(directory, mechanism_points//number, model, estimate, error)
+      if (.not. allocated(error)) call write_mesh_picture(directory, mechanism_mesh//number, model, error)
     end if
     if (model%analysis%output%hdf5 .and. .not. allocated(error)) &
       call write_mechanism_results(directory, model, estimate, error)

@@ -8,6 +8,8 @@
 !>                         `normal` of the soil, `extent` (length in the plane, area in space), `pressure`, `shear`,
 !>                         `slip`, `surface` and `body` by number
 !>   water/NNNNNN          corners of a level, from end to end of the mesh, or of the body whose own it is
+!>
+!> Of a model that is divided all processes put the same but for the rows of contacts, of which each has its own.
 module qsmpm_surroundings
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric, rigid_circle, rigid_plane
@@ -15,15 +17,17 @@ module qsmpm_surroundings
   use qsmpm_hdf5_image, only: image_type, put_array, put_group
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: numbered
+  use qsmpm_own_part, only: own_of, is_divided
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, placed_bodies
   use qsmpm_rigid_outline, only: outline_corners
   use qsmpm_rigid_pose, only: carry_along, placed_shape_type, rigid_pose_type
   use qsmpm_rigid_shape, only: distance_type
+  use qsmpm_team, only: largest, smallest
   use qsmpm_water_lines, only: water_line_type, water_lines
   implicit none
   private
 
-  public :: put_surroundings
+  public :: put_surroundings, put_contacts
 
   !> Places of contact as pictures show them (3, places), (places).
   type :: contact_picture_type
@@ -33,7 +37,7 @@ module qsmpm_surroundings
 
 contains
 
-  !> Put all there is below a group.
+  !> Put all there is below a group, but for the rows of contacts where the model is divided.
   subroutine put_surroundings(image, group, model)
     type(image_type), intent(inout) :: image
     !> The group of the step.
@@ -42,7 +46,10 @@ contains
 
     if (allocated(model%rigid_shapes)) then
       if (size(model%rigid_shapes) > 0) call put_bodies(image, group//'/rigid_bodies', model)
-      if (size(model%contact_pairs) > 0) call put_contacts(image, group//'/contacts', model)
+      if (size(model%contact_pairs) > 0) then
+        call put_group(image, group//'/contacts')
+        if (.not. is_divided(model%part)) call put_contacts(image, group//'/contacts', model)
+      end if
     end if
     call put_water(image, group//'/water', model)
   end subroutine put_surroundings
@@ -94,7 +101,7 @@ contains
   end function carried
 
   !> Corners of a body in the plane, where it is; in axisymmetry of the half beside the axis.
-  pure subroutine body_outline(model, body, corners)
+  subroutine body_outline(model, body, corners)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
     !> (3,n)
@@ -111,13 +118,18 @@ contains
   end subroutine body_outline
 
   !> Diagonal of the mesh.
-  pure real(wp) function extent_of_mesh(model) result(extent)
+  real(wp) function extent_of_mesh(model) result(extent)
     type(model_type), intent(in) :: model
+    real(wp) :: sides(model%mesh%dimension)
+    integer :: j
 
-    extent = norm2(maxval(model%state%coordinates, dim=2) - minval(model%state%coordinates, dim=2))
+    associate (team => model%part%team, places => model%state%coordinates)
+      sides = [(largest(team, maxval(places(j, :))) - smallest(team, minval(places(j, :))), j=1, size(sides))]
+    end associate
+    extent = norm2(sides)
   end function extent_of_mesh
 
-  !> Surface points that may touch a body, and the contact points of the bodies behind them.
+  !> Surface points that may touch a body, own ones, and on one process the contact points of the bodies behind them.
   subroutine put_contacts(image, group, model)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group
@@ -125,8 +137,7 @@ contains
     type(contact_picture_type) :: picture
 
     call picture_surfaces(model, picture)
-    call picture_outlines(model, picture)
-    call put_group(image, group)
+    if (model%part%team%rank == 0) call picture_outlines(model, picture)
     call put_array(image, group//'/position', picture%position)
     call put_array(image, group//'/normal', picture%normal)
     call put_array(image, group//'/extent', picture%extent)
@@ -150,7 +161,8 @@ contains
         = model%contact_pairs(k)%body
     end do
     associate (surface => model%state%surface)
-      allocate (points, source=pack([(k, k=1, surface%count)], body_of_surface(surface%surface) > 0))
+      allocate (points, source=pack([(k, k=1, surface%count)], body_of_surface(surface%surface) > 0 .and. &
+        own_of(model%part%surface, surface%count)))
       d = model%mesh%dimension
       allocate (picture%position(3, size(points)), source=0.0_wp)
       picture%normal = picture%position

@@ -5,6 +5,7 @@ module qsmpm_water_lines
   use qsmpm_model, only: model_type
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: dry_tables, has_water, take_levels
+  use qsmpm_team, only: largest, smallest
   use qsmpm_water_table, only: level_at, water_table_type
   implicit none
   private
@@ -53,7 +54,7 @@ contains
   end subroutine water_lines
 
   !> The level of a body, of all that have none of their own where it has none.
-  pure subroutine add_line(model, body, start, final, lines)
+  subroutine add_line(model, body, start, final, lines)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
     type(water_table_type), intent(in) :: start, final
@@ -99,8 +100,8 @@ contains
     end if
   end function height_between
 
-  !> Ends of the mesh along an axis, or of the points of a body.
-  pure function ends_of(model, body, axis) result(ends)
+  !> Ends of the mesh along an axis, or of the points of a body; of all parts of it where the model is divided.
+  function ends_of(model, body, axis) result(ends)
     type(model_type), intent(in) :: model
     !> 0 for the mesh.
     integer, intent(in) :: body, axis
@@ -114,6 +115,7 @@ contains
           maxval(points%position(axis, :), mask=points%body == body)]
       end associate
     end if
+    ends = [smallest(model%part%team, ends(1)), largest(model%part%team, ends(2))]
   end function ends_of
 
   !> The ends and the numbers between them, growing, each once.

@@ -23,10 +23,12 @@ module qsmpm_whole_scene
   use qsmpm_observer, only: step_record_type
   use qsmpm_equation_count, only: count_equations
   use qsmpm_number_text, only: integer_text
+  use qsmpm_stress_error, only: stress_error_type
   implicit none
   private
 
-  public :: whole_scene_type, begin_whole, follow_step, show_state, whole_record, savings_text, is_reduced
+  public :: whole_scene_type, begin_whole, follow_step, show_state, whole_record, savings_text, is_reduced, &
+    estimate_of_scene
 
   !> The scene beside its model.
   type :: whole_scene_type
@@ -196,6 +198,17 @@ contains
       end do
     end associate
   end subroutine take_points
+
+  !> Estimated error of the stresses at the points of the scene.
+  pure type(stress_error_type) function estimate_of_scene(whole, estimate) result(shown)
+    type(whole_scene_type), intent(in) :: whole
+    !> At those of the model.
+    type(stress_error_type), intent(in) :: estimate
+
+    shown = estimate
+    shown%at_point = estimate%at_point(whole%origin)
+    shown%scale = estimate%scale(whole%origin)
+  end function estimate_of_scene
 
   !> Gravity of the scene, and its points that stand for a piece of a loaded surface. A surface has up to
   !> four images, one for each pair of signs along x and z.

@@ -59,6 +59,8 @@ def full_disk(place: Place) -> None:
         expect("No space left" in full.said and "without calling" not in full.said, full.said)
         expect(0 < len(full.rows()) < 24, f"{len(full.rows())} steps")
         shutil.copy(full.folder / "restart.h5", place.work / "last.h5")
+        if (full.folder / "parts").is_dir():
+            shutil.copytree(full.folder / "parts", place.work / "parts")
     finally:
         subprocess.run(["umount", str(disk)], check=False)
     place.run("qsmpm-mpi", deck, "room", ranks=2, restart=place.work / "last.h5")

@@ -176,7 +176,7 @@ contains
     folder = directory//'/'//results_folder
     call make_results(folder, error)
     if (.not. allocated(error)) call write_step_results(directory, model, estimate, error)
-    if (.not. allocated(error)) call write_points_picture(directory//'/points.vtu', model, estimate, error)
+    if (.not. allocated(error)) call write_points_picture(directory, 'points', model, estimate, error)
     if (.not. allocated(error)) call read_text(folder//'/000000.h5', results, error)
     if (.not. allocated(error)) call read_text(directory//'/points.vtu', picture, error)
     call tests%check('results and a picture are written', .not. allocated(error))

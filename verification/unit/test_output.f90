@@ -189,7 +189,7 @@ contains
     call disturb(model)
     estimate%at_point = [0.1_wp, 0.2_wp, 0.3_wp]
     estimate%scale = [1.0_wp, 2.0_wp, 3.0_wp]
-    call write_points_picture(directory//'/points.vtu', model, estimate, error)
+    call write_points_picture(directory, 'points', model, estimate, error)
     call tests%check('a picture is written', .not. allocated(error))
     if (allocated(error)) return
     call read_text(directory//'/points.vtu', text, error)
