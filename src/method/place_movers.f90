@@ -1,4 +1,4 @@
-!> Which process of a team moves a place that all of them know of: a tracer, material in front of a prescribed set, a foot
+!> Which process of a team moves a place that all of them know of: a tracer, material before a prescribed set, a foot
 !> of a body. It is the one whose cell the place is in; where the functions of that cell take no part the place goes
 !> with the nearest material point (qsmpm_carried_basis), and the process moves it whose own that point is.
 module qsmpm_place_movers

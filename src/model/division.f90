@@ -117,8 +117,8 @@ contains
   !> where points have domains. All else that depends on cells around is told by their owners (qsmpm_ring_exchange), but
   !> for this: a surface point that has left the cells with material goes with the nearest point, one cell further than
   !> surface points are copied, and material that is taken out with the nodes of cells that functions of others see.
-  !> Patches of contact join their neighbours, and these theirs; so do cells of other elements than QUAD4 and HEX8, which
-  !> may share a pressure or the gradients at their nodes.
+  !> Patches of contact join their neighbours, and these theirs; so do cells of elements but QUAD4 and HEX8, which may
+  !> share a pressure or the gradients at their nodes.
   pure integer function ring_of(analysis) result(ring)
     type(analysis_type), intent(in) :: analysis
     integer :: p
@@ -129,9 +129,11 @@ contains
       if (size(analysis%surfaces) + size(analysis%rigid_bodies) > 0 .or. &
         any([(.not. all(bodies_active(analysis, p)), p=1, size(analysis%phases))])) ring = ring + nearest_rows
       if (size(analysis%rigid_bodies) > 0) ring = ring + contact_rows
-      if (analysis%mesh%kind /= mesh_grid .or. all(analysis%mesh%element /= ['QUAD4', 'HEX8 '])) &
-        ring = ring + element_rows
     end associate
+    if (analysis%mesh%kind == mesh_grid) then
+      if (any(analysis%mesh%element == ['QUAD4', 'HEX8 '])) return
+    end if
+    ring = ring + element_rows
   end function ring_of
 
   !> Points go to the processes whose own they are now, and copies to those whose rings they are in.

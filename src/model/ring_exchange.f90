@@ -1,4 +1,4 @@
-!> What a process of a team must know of cells and nodes around its own, and cannot tell from the points that it has: the
+!> What a process of a team must know of cells and nodes around its own and cannot tell from the points that it has: the
 !> owner of a cell has all of its points, the owner of a node all cells at it, and tells the others. So the ring of
 !> copied points is as narrow as functions reach (qsmpm_division). Alone there is nothing to ask for.
 module qsmpm_ring_exchange
@@ -27,10 +27,12 @@ contains
   subroutine list_neighbours(model)
     type(model_type), intent(inout) :: model
     integer :: cell(model%mesh%cell_count), label(model%space%node_count), a
+    logical :: is_new
 
     if (.not. is_divided(model%part)) return
     associate (part => model%part, window => model%state%window)
-      if (.not. any_of(part%team, .not. allocated(part%cell_copies%taken) .or. .not. part%copied_window == window)) return
+      is_new = .not. allocated(part%cell_copies%taken) .or. .not. part%copied_window == window
+      if (.not. any_of(part%team, is_new)) return
       label = [(node_label(model%space, model%mesh, a), a=1, size(label))]
       cell = whole_cells(model, [(a, a=1, size(cell))])
       call list_copies(part%team, cell, owners_near(part, cell), part%cell_copies)

@@ -1,4 +1,4 @@
-!> Values of others: of things that a process has numbered, cells or nodes, some are its own and some another's. Each has
+!> Values of others: of things that a process has numbered, cells or nodes, some are its own, some another's. Each has
 !> a name that is the same on all processes. Which values go where is listed once; each exchange then brings the values
 !> that the owners have to those who ask for them. Every process must take part. Alone nothing is sent.
 !>

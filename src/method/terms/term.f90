@@ -71,7 +71,7 @@ module qsmpm_term
     real(wp), allocatable :: force(:, :)
     !> Work of the contributions on the displacement by their size.
     real(wp) :: work = 0.0_wp
-    !> Largest sum at a node, of all processes of a team, the nodes that are own, and how values at those of others come.
+    !> Largest sum at a node, of all processes of a team, the own nodes, and how values at those of others come.
     real(wp) :: most = 0.0_wp
     logical, allocatable :: own(:)
     type(team_type) :: team
