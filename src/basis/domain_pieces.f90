@@ -37,8 +37,8 @@ contains
     type(activation_type), intent(in) :: activation
     type(pieces_type), intent(out) :: pieces
 
-    allocate (pieces%cell, source=activation%active_cell)
-    allocate (pieces%first, source=activation%first)
+    allocate (pieces%cell, source=activation%active_cell(:activation%active_count))
+    allocate (pieces%first, source=activation%first(:activation%active_count + 1))
     allocate (pieces%point, source=activation%point)
     allocate (pieces%share(size(pieces%point)), source=1.0_wp)
     allocate (pieces%low(0, 0), pieces%high(0, 0))

@@ -46,7 +46,7 @@ contains
     if (present(by_cells)) cells = cells .or. by_cells
     integration%axisymmetric = is_axisymmetric
     if (.not. space%averaged) then
-      call set_group_nodes(mesh, space, activation%active_cell, integration)
+      call set_group_nodes(mesh, space, activation%active_cell(:activation%active_count), integration)
     else if (cells) then
       call average_ranges(space, activation, domains, first, count)
     else
@@ -58,8 +58,8 @@ contains
     end if
     if (cells) then
       allocate (order, source=activation%point)
-      integration%first = activation%first
-      integration%cell = activation%active_cell
+      integration%first = activation%first(:activation%active_count + 1)
+      integration%cell = activation%active_cell(:activation%active_count)
     end if
     if (space%averaged) call set_block_nodes(space, first, count, integration)
     call allocate_integration(mesh%dimension, size(points%stress, 1), size(points%state, 1), 0, .true., integration)

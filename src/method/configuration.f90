@@ -6,11 +6,13 @@ module qsmpm_configuration
   use qsmpm_body_quadrature, only: body_quadrature_type, choose_sources
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
-  use qsmpm_point_location, only: activation_type, activate
+  use qsmpm_own_part, only: is_divided
+  use qsmpm_point_location, only: activation_type, activate, sort_points, classify_cells
   use qsmpm_integration, only: integration_type, place_of, measure_cells
   use qsmpm_model, only: model_type
   use qsmpm_outlines, only: find_bodies
   use qsmpm_point_integration, only: integrate_at_points
+  use qsmpm_ring_exchange, only: learn_active_cells, learn_touched_cells
   implicit none
   private
 
@@ -33,7 +35,8 @@ module qsmpm_configuration
 
 contains
 
-  !> Find it from the state of the model. Points that may share their pressure are grouped by cells.
+  !> Find it from the state of the model; all processes of a team at once. Points that may share their pressure are
+  !> grouped by cells.
   subroutine find_configuration(model, configuration)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(inout) :: configuration
@@ -45,6 +48,7 @@ contains
       if (model%space%domains) then
         call place_domains(model%space, c%activation, model%state%points, c%domains)
         call touch_cells(model%space, c%domains, c%activation%touched)
+        if (is_divided(model%part)) call learn_touched_cells(model, c%activation)
       end if
       call integrate_at_points(model%mesh, model%space, model%analysis%model == axisymmetric, c%activation, &
         model%state%points, c%domains, c%at_points, any(model%laws%pressure_factor > 0.0_wp))
@@ -54,13 +58,20 @@ contains
   end subroutine find_configuration
 
   !> Cells that own points or, where cells are integrated, hold parts of carried bodies. Splines take cells without a
-  !> point for touched, as those that domains reach into.
+  !> point for touched, as those that domains reach into. Processes that share a model ask each other for cells beside
+  !> their points; carried bodies are not integrated there (qsmpm_sharing_limits).
   subroutine activate_cells(model, configuration)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(inout) :: configuration
     logical, allocatable :: occupied(:)
 
     associate (c => configuration)
+      if (is_divided(model%part)) then
+        call sort_points(model%mesh, c%volumes, model%state%points, c%activation)
+        call learn_active_cells(model, c%activation)
+        call classify_cells(model%mesh, c%activation, model%loading%open_edge)
+        return
+      end if
       if (allocated(c%bodies)) deallocate (c%bodies)
       if (any(model%outlines%integrates)) then
         allocate (c%bodies)

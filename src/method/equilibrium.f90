@@ -404,7 +404,7 @@ contains
     integer :: worst
 
     call measure_shares(step%terms, solution%displacement, solution%load_norm, step%equations%connectivity, &
-      step%team, step%own, solution%shares)
+      step%team, step%own, step%node_copies, solution%shares)
     call sum_transient(step%terms, solution%displacement, force)
     call gather(step%equations, force, transient)
     call find_imbalance(step, residual + transient, solution%reference, solution%undamped_out_of_balance, worst)

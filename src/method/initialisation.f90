@@ -17,6 +17,9 @@ module qsmpm_initialisation
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_marks, only: node_owners
   use qsmpm_own_part, only: is_divided, own_of
+  use qsmpm_owner_copies, only: owner_copies_type
+  use qsmpm_place_movers, only: choose_movers
+  use qsmpm_ring_exchange, only: list_neighbours
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
   use qsmpm_contact_results, only: penetration_type
@@ -58,6 +61,8 @@ module qsmpm_initialisation
     !> Who shares the step, and the columns of the table of unknowns that are own (all nodes).
     type(team_type) :: team
     logical, allocatable :: own(:)
+    !> Values at nodes of others that the team has.
+    type(owner_copies_type) :: node_copies
     type(sparse_matrix_type) :: matrix
     type(linear_system_type) :: system
     !> The equations of all processes of the team; unused alone.
@@ -146,6 +151,7 @@ contains
     ! What stands behind the nodes is known to all, and counted by the first process.
     step%own = spread(step%team%rank == 0, 1, all_nodes(step%unknowns))
     step%own(:model%space%node_count) = own_of(model%part%nodes, model%space%node_count)
+    step%node_copies = model%part%node_copies
     step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count, step%own)
     call start_solver(model, step, changed, places, error)
     if (allocated(error)) return
@@ -166,7 +172,9 @@ contains
     if (.not. step%window == model%state%window) call reset(step%configuration_type, step%equations)
     step%window = model%state%window
     call make_terms(model, step%terms)
+    call list_neighbours(model)
     call find_configuration(model, step%configuration_type)
+    call choose_movers(model, step%activation)
     if (allocated(step%bodies)) call lay_surfaces(model, step%bodies)
     call measure_unloading(model, step%configuration_type)
     call list_unknowns(model, step%terms, step%unknowns, error)

@@ -8,6 +8,7 @@
 !> rule, outlines, averages over domains). The term of the equations is qsmpm_unloading_points.
 module qsmpm_unloading
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: carrier_surface
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type, find_configuration
@@ -38,7 +39,8 @@ contains
     real(wp), allocatable :: force(:, :), weight(:)
 
     if (allocated(configuration%unloading)) deallocate (configuration%unloading, configuration%unloading_weight)
-    if (model%state%inactive%unloading%count == 0 .or. .not. model%state%progress%fraction < 1.0_wp) return
+    if (.not. any_of(model%part%team, model%state%inactive%unloading%count > 0)) return
+    if (.not. model%state%progress%fraction < 1.0_wp) return
     call sum_points(model, configuration, force, weight)
     there = model%state%points
     call append_points(model%state%inactive%unloading, model%state%points)

@@ -10,7 +10,7 @@ module qsmpm_division
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_agreement, only: agree
-  use qsmpm_analysis, only: analysis_type, mesh_grid, stabilise_none
+  use qsmpm_analysis, only: analysis_type, integrate_cells, mesh_grid
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_numbers, only: whole_of, number_all, add_places
   use qsmpm_cell_sharing, only: share_model
@@ -37,8 +37,9 @@ module qsmpm_division
   !> Numbers of a census: four of each of three sets.
   integer, parameter :: census_size = 12
 
-  !> Rows of cells that a ring is wider where bodies touch surfaces.
-  integer, parameter :: contact_rows = 2
+  !> Rows of cells that a ring is wider where places that are in no material go with the nearest of it, where bodies
+  !> touch surfaces, and where cells of a mesh share pressures or gradients.
+  integer, parameter :: nearest_rows = 2, contact_rows = 2, element_rows = 3
 
   character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
 
@@ -112,20 +113,27 @@ contains
     points = kept
   end subroutine keep_surface
 
-  !> Rows of cells around own ones whose points reach a function of these, and what these depend on: functions reach
-  !> over their degree of cells, domains one further; whether a cell is full, cut or at a ghost face is told by the
-  !> cells around it, and its share of the stabilisation by two layers around those. Patches of contact join their
-  !> neighbours.
+  !> Rows of cells around own ones whose points an own function sees: half the cells that it reaches over, and one more
+  !> where points have domains. All else that depends on cells around is told by their owners (qsmpm_ring_exchange), but
+  !> for this: a surface point that has left the cells with material goes with the nearest point, one cell further than
+  !> surface points are copied, and material that is taken out with the nodes of cells that functions of others see.
+  !> Patches of contact join their neighbours, and these theirs; so do cells of elements but QUAD4 and HEX8, which may
+  !> share a pressure or the gradients at their nodes.
   pure integer function ring_of(analysis) result(ring)
     type(analysis_type), intent(in) :: analysis
-    integer :: degree
+    integer :: p
 
-    associate (basis => basis_list(analysis%method%basis))
-      degree = max(1, basis%degree)
-      ring = degree + 3
-      if (analysis%method%stabilisation /= stabilise_none) ring = 2*degree + 3
+    associate (basis => basis_list(analysis%method%basis), cells => analysis%method%integration == integrate_cells)
+      ring = (max(1, basis%degree) + 1)/2
+      if (basis%averaged .or. (cells .and. basis%degree > 0)) ring = ring + 1
+      if (size(analysis%surfaces) + size(analysis%rigid_bodies) > 0 .or. &
+        any([(.not. all(bodies_active(analysis, p)), p=1, size(analysis%phases))])) ring = ring + nearest_rows
       if (size(analysis%rigid_bodies) > 0) ring = ring + contact_rows
     end associate
+    if (analysis%mesh%kind == mesh_grid) then
+      if (any(analysis%mesh%element == ['QUAD4', 'HEX8 '])) return
+    end if
+    ring = ring + element_rows
   end function ring_of
 
   !> Points go to the processes whose own they are now, and copies to those whose rings they are in.

@@ -7,6 +7,8 @@
 module qsmpm_own_part
   use qsmpm_kinds, only: long
   use qsmpm_cell_owners, only: cell_owners_type
+  use qsmpm_grid_window, only: window_type
+  use qsmpm_owner_copies, only: owner_copies_type
   use qsmpm_points, only: points_type, surface_points_type
   use qsmpm_team, only: team_type
   implicit none
@@ -21,6 +23,9 @@ module qsmpm_own_part
     class(cell_owners_type), allocatable :: owners
     !> Rows of cells around the own ones whose points are copied.
     integer :: ring = 0
+    !> Values of cells and nodes that are others', in the window that they were listed for (qsmpm_ring_exchange).
+    type(owner_copies_type) :: cell_copies, node_copies
+    type(window_type) :: copied_window
     !> Which nodes of the space, cells, material points, surface points, tracers, watched places, points of bodies that
     !> are taken out and feet are own; unallocated alone.
     logical, allocatable :: nodes(:), cells(:), points(:), surface(:), tracers(:), watched(:), unloading(:), &

@@ -16,7 +16,7 @@ module qsmpm_point_location
   implicit none
   private
 
-  public :: activation_type, activate, relocate
+  public :: activation_type, activate, sort_points, add_active, classify_cells, relocate
 
   !> Fill below which an active cell needs stabilising, and above which it may be integrated whole.
   real(wp), parameter, public :: boundary_fill = 0.6_wp
@@ -32,12 +32,13 @@ module qsmpm_point_location
 
   !> What point location finds.
   type :: activation_type
-    integer :: active_count = 0
-    !> Active cells in rising order (active_count), and the reverse: 0 for an inactive cell.
+    !> Active cells whose points are here, and with those whose points are on other processes of a team.
+    integer :: active_count = 0, known_count = 0
+    !> Active cells in rising order, those of others behind (known_count), and the reverse: 0 for an inactive cell.
     integer, allocatable :: active_cell(:), active_number(:)
-    !> Points of active cell k: point(first(k) : first(k+1)-1), sorted by material, then number.
+    !> Points of active cell k: point(first(k) : first(k+1)-1), sorted by material, then number; none of one of others.
     integer, allocatable :: first(:), point(:)
-    !> Share of the cell's volume that its points hold (active_count).
+    !> Share of the cell's volume that its points hold (known_count).
     real(wp), allocatable :: fill(:)
     logical, allocatable :: boundary(:), full(:)
     !> Cells whose functions take part in the equations: the active ones, and those that the domain of
@@ -58,13 +59,25 @@ contains
     logical, intent(in), optional :: open_edge(:)
     !> Cells that are active without a point, for they hold a part of a body (cell_count); none when absent.
     logical, intent(in), optional :: occupied(:)
-    real(wp) :: least
+
+    call sort_points(mesh, cell_volume, points, activation, occupied)
+    call classify_cells(mesh, activation, open_edge)
+  end subroutine activate
+
+  !> Sort points into cells, and find how full these are.
+  pure subroutine sort_points(mesh, cell_volume, points, activation, occupied)
+    type(mesh_type), intent(in) :: mesh
+    !> Volume of every cell (cell_count).
+    real(wp), intent(in) :: cell_volume(:)
+    type(points_type), intent(in) :: points
+    type(activation_type), intent(out) :: activation
+    !> Cells that are active without a point (cell_count).
+    logical, intent(in), optional :: occupied(:)
     integer :: k, c, p
 
     call sort_by_cell(mesh%cell_count, points, activation, occupied)
-    allocate (activation%touched, source=activation%active_number > 0)
-    allocate (activation%fill(activation%active_count), activation%boundary(activation%active_count), &
-      activation%full(activation%active_count))
+    activation%known_count = activation%active_count
+    allocate (activation%fill(activation%active_count))
     do k = 1, activation%active_count
       c = activation%active_cell(k)
       activation%fill(k) = 0.0_wp
@@ -73,7 +86,35 @@ contains
       end do
       activation%fill(k) = activation%fill(k)/cell_volume(c)
     end do
-    do k = 1, activation%active_count
+  end subroutine sort_points
+
+  !> Add active cells whose points are on other processes.
+  pure subroutine add_active(cells, fill, activation)
+    !> Their numbers, and how full they are (cells).
+    integer, intent(in) :: cells(:)
+    real(wp), intent(in) :: fill(:)
+    type(activation_type), intent(inout) :: activation
+    integer :: k
+
+    activation%active_number(cells) = [(activation%known_count + k, k=1, size(cells))]
+    activation%active_cell = [activation%active_cell, cells]
+    activation%first = [activation%first, spread(size(activation%point) + 1, 1, size(cells))]
+    activation%fill = [activation%fill, fill]
+    activation%known_count = size(activation%active_cell)
+  end subroutine add_active
+
+  !> Tell which active cells are full and which lie at the boundary of the material.
+  pure subroutine classify_cells(mesh, activation, open_edge)
+    type(mesh_type), intent(in) :: mesh
+    type(activation_type), intent(inout) :: activation
+    !> Cells with a free face on the outside of the mesh (cell_count); none when absent.
+    logical, intent(in), optional :: open_edge(:)
+    real(wp) :: least
+    integer :: k, c
+
+    allocate (activation%touched, source=activation%active_number > 0)
+    allocate (activation%boundary(activation%known_count), activation%full(activation%known_count))
+    do k = 1, activation%known_count
       c = activation%active_cell(k)
       associate (around => mesh%vertex_neighbour(mesh%vertex_first(c):mesh%vertex_first(c + 1) - 1))
         activation%full(k) = all(activation%active_number(around) > 0)
@@ -83,7 +124,7 @@ contains
         activation%full(k) = activation%full(k) .and. activation%fill(k) > least
       end associate
     end do
-  end subroutine activate
+  end subroutine classify_cells
 
   !> Counting sort of the points by cell, then material.
   pure subroutine sort_by_cell(cell_count, points, activation, occupied)

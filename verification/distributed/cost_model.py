@@ -44,16 +44,17 @@ CARRIED = 0.3
 
 @dataclass(frozen=True)
 class Basis:
-    """Functions of a body in space: cells that a ring needs, entries of a row, microseconds of a point."""
+    """Functions of a body in space: cells that a ring needs, and that a row reaches over; its entries; microseconds of a point."""
 
     name: str
     ring: int
+    reach: int
     entries: int
     point: float
 
 
-BASES = (Basis("HEX8", 5, 75, 0.6), Basis("SPLINE2", 7, 316, 2.0))
-"""Rings with stabilisation: twice the degree and three (src/model/division.f90)."""
+BASES = (Basis("HEX8", 1, 1, 75, 0.6), Basis("SPLINE2", 1, 2, 316, 2.0))
+"""Rings of bodies without surfaces that are integrated at their points: half the degree, rounded up (src/model/division.f90)."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,7 @@ class Estimate:
         """Seconds of an iteration for what ranks tell each other."""
         if self.ranks == 1:
             return 0.0
-        halo = self.ring * self.side**3 * 3 * 8
+        halo = ((self.side + 2 * self.basis.reach) ** 3 - self.side**3) * 3 * 8
         return SWEEPS * EXCHANGES * (1.4 * halo / BANDWIDTH + LEVELS * LATENCY) + SWEEPS * 3 * REDUCTION
 
     @property

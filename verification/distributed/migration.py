@@ -37,8 +37,8 @@ def travels(place: Place, name: str, deck: str, ranks: int) -> tuple[Run, Run]:
 
 
 def soft(steps: int, every: int) -> str:
-    """A soft block that settles by more than a cell while it is carried."""
-    return carried(steps, 1.5, every).replace("*ELASTIC\n200, 0.3", "*ELASTIC\n25, 0.3")
+    """A soft block that settles by more than a cell while it is carried, and does not buckle, which would turn rounding into figures."""
+    return carried(steps, 1.5, every).replace("*ELASTIC\n200, 0.3", "*ELASTIC\n40, 0.3")
 
 
 def corners(place: Place) -> None:

@@ -110,7 +110,8 @@ contains
         end associate
       end do
     end if
-    call build_penalty(mesh, space, activation, kind, factor, stiffness, volumes, stabilisation)
+    call build_penalty(mesh, space, activation, kind, factor, stiffness, volumes, &
+      spread(.true., 1, mesh%cell_count), stabilisation)
   end subroutine build
 
   !> Control values along an axis of (x - shift)^degree, or with `upper` of its part above `shift`, or

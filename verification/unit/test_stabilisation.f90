@@ -73,7 +73,8 @@ contains
         stiffness(activation%active_number(c)) = 1.0e3_wp
     end do
     call element_space(mesh, space)
-    call build_penalty(mesh, space, activation, kind, 1.0_wp, stiffness, volumes, stabilisation)
+    call build_penalty(mesh, space, activation, kind, 1.0_wp, stiffness, volumes, &
+      spread(.true., 1, mesh%cell_count), stabilisation)
   end subroutine thin_body
 
   !> The ghost penalty resists no linear field, and on quadratic elements no quadratic one.

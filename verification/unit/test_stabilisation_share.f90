@@ -4,7 +4,9 @@ module test_stabilisation_share
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use qsmpm_kinds, only: wp
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_owner_copies, only: owner_copies_type
   use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
+  use qsmpm_team, only: team_type
   use qsmpm_term_share, only: solve_share_type, step_share_type, share_of_cells, add_solves
   use testing, only: tests_type
   implicit none
@@ -112,7 +114,8 @@ contains
     force_size(2, :) = forces
     force = 0.0_wp
     call add_penalty_force(terms, displacement, force)
-    solve = share_of_cells('share', force, displacement, cells, force_size, work, maxval(forces))
+    solve = share_of_cells('share', force, displacement, cells, force_size, work, maxval(forces), &
+      team_type(), owner_copies_type())
   end subroutine measure
 
   !> A spring between the first two nodes.

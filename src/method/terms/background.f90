@@ -19,20 +19,25 @@ module qsmpm_background
 contains
 
   !> Soft background in boundary cells.
-  subroutine build_background(mesh, space, activation, factor, stiffness, stabilisation)
+  subroutine build_background(mesh, space, activation, factor, stiffness, near, stabilisation)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
-    !> eps, and Young's modulus in each active cell (active_count).
+    !> eps, and Young's modulus in each active cell (known_count).
     real(wp), intent(in) :: factor, stiffness(:)
+    !> Cells that are stabilised, and those whose roots are (cell_count).
+    logical, intent(in) :: near(:)
     !> The stabilisation terms.
     type(penalty_matrices_type), intent(inout) :: stabilisation
-    integer :: k, n, cells(count(activation%boundary)), roots(count(activation%boundary))
+    integer, allocatable :: cells(:), roots(:)
+    logical, allocatable :: wanted(:)
+    integer :: k, n
 
     cells = pack(activation%active_cell, activation%boundary)
-    do k = 1, size(cells)
-      roots(k) = root_of(mesh, activation, cells(k))
-    end do
+    roots = [(root_of(mesh, activation, cells(k)), k=1, size(cells))]
+    wanted = near(cells) .or. near(roots)
+    cells = pack(cells, wanted)
+    roots = pack(roots, wanted)
     call patches_of_cells(mesh, space, cells, roots, stabilisation%connectivity)
     n = most_nodes(stabilisation%connectivity)
     allocate (stabilisation%matrix(n, n, size(cells)), source=0.0_wp)

@@ -19,8 +19,10 @@ module qsmpm_boundary_stabilisation
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type, append_patches
+  use qsmpm_own_part, only: is_divided
   use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
-  use qsmpm_space, only: space_type
+  use qsmpm_ring_exchange, only: learn_cell_values
+  use qsmpm_space, only: space_type, cell_nodes_of_space, most_functions
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_spline_ghost, only: build_spline_ghost
   use qsmpm_term, only: term_type, increment_type, force_sizes_type, role_numerical
@@ -58,18 +60,40 @@ contains
     class(stabilisation_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
-    real(wp) :: stiffness(configuration%activation%active_count)
+    real(wp) :: stiffness(configuration%activation%known_count)
+    logical :: near(model%mesh%cell_count)
     integer :: kind
 
+    stiffness = 0.0_wp
     call stiffness_of_cells(model, configuration, stiffness)
+    if (is_divided(model%part)) call learn_cell_values(model, configuration%activation, stiffness)
+    call find_cells_near(model, configuration%activation, near)
     kind = model%analysis%method%stabilisation
     if (model%analysis%method%basis == basis_fem) kind = stabilise_none
     call build_penalty(model%mesh, model%space, configuration%activation, kind, &
-      model%analysis%method%stabilisation_factor, stiffness, configuration%volumes, self%penalty)
+      model%analysis%method%stabilisation_factor, stiffness, configuration%volumes, near, self%penalty)
   end subroutine prepare
 
+  !> Cells that see own nodes: what acts on none of them is left to others.
+  pure subroutine find_cells_near(model, activation, near)
+    type(model_type), intent(in) :: model
+    type(activation_type), intent(in) :: activation
+    !> (cells)
+    logical, intent(out) :: near(:)
+    integer :: c, n, nodes(most_functions)
+
+    near = .true.
+    if (.not. is_divided(model%part)) return
+    near = activation%touched
+    do c = 1, size(near)
+      if (.not. near(c)) cycle
+      call cell_nodes_of_space(model%space, model%mesh, c, nodes, n)
+      near(c) = any(model%part%nodes(nodes(:n)))
+    end do
+  end subroutine find_cells_near
+
   !> A penalty by its kind.
-  subroutine build_penalty(mesh, space, activation, kind, factor, stiffness, volumes, penalty)
+  subroutine build_penalty(mesh, space, activation, kind, factor, stiffness, volumes, near, penalty)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
@@ -77,18 +101,20 @@ contains
     integer, intent(in) :: kind
     !> eps or g.
     real(wp), intent(in) :: factor
-    !> Young's modulus in each active cell (active_count), volume of each cell (cell_count).
+    !> Young's modulus in each active cell (known_count), volume of each cell (cell_count).
     real(wp), intent(in) :: stiffness(:), volumes(:)
+    !> Cells that it is wanted at (cell_count).
+    logical, intent(in) :: near(:)
     type(penalty_matrices_type), intent(out) :: penalty
 
     select case (kind)
     case (stabilise_background)
-      call build_background(mesh, space, activation, factor, stiffness, penalty)
+      call build_background(mesh, space, activation, factor, stiffness, near, penalty)
     case (stabilise_ghost)
       if (space%tensor) then
-        call build_spline_ghost(mesh, space, activation, factor, stiffness, penalty)
+        call build_spline_ghost(mesh, space, activation, factor, stiffness, near, penalty)
       else
-        call build_element_ghost(mesh, activation, factor, stiffness, volumes, penalty)
+        call build_element_ghost(mesh, activation, factor, stiffness, volumes, near, penalty)
       end if
     end select
   end subroutine build_penalty
@@ -99,8 +125,8 @@ contains
   subroutine stiffness_of_cells(model, configuration, stiffness)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
-    !> (active_count)
-    real(wp), intent(out) :: stiffness(:)
+    !> (known_count); those of cells without a point or a part of a body here are left alone.
+    real(wp), intent(inout) :: stiffness(:)
     integer :: g
 
     associate (activation => configuration%activation)
@@ -186,6 +212,7 @@ contains
     force = 0.0_wp
     call self%add_force(displacement, force)
     call sizes%keep_own(force)
-    share = share_of_cells(self%share_name, force, displacement, connectivity, sizes%force, sizes%work, sizes%most)
+    share = share_of_cells(self%share_name, force, displacement, connectivity, sizes%force, sizes%work, &
+      sizes%most, sizes%team, sizes%copies)
   end subroutine measure
 end module qsmpm_boundary_stabilisation

@@ -19,21 +19,24 @@ module qsmpm_element_ghost
 contains
 
   !> Ghost penalty on the faces of boundary cells.
-  subroutine build_element_ghost(mesh, activation, factor, stiffness, volumes, stabilisation)
+  subroutine build_element_ghost(mesh, activation, factor, stiffness, volumes, near, stabilisation)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
     real(wp), intent(in) :: factor, stiffness(:), volumes(:)
+    !> Faces of these cells are penalised (cell_count).
+    logical, intent(in) :: near(:)
     !> The stabilisation terms.
     type(penalty_matrices_type), intent(inout) :: stabilisation
     integer :: i, k, one, two, n
     logical :: penalised(size(mesh%interior_face, 2))
 
-    penalised = .false.
+    penalised = near(mesh%interior_face(1, :)) .or. near(mesh%interior_face(3, :))
     do i = 1, size(mesh%interior_face, 2)
+      if (.not. penalised(i)) cycle
       one = activation%active_number(mesh%interior_face(1, i))
       two = activation%active_number(mesh%interior_face(3, i))
-      if (one == 0 .or. two == 0) cycle
-      penalised(i) = activation%boundary(one) .or. activation%boundary(two)
+      penalised(i) = one > 0 .and. two > 0
+      if (penalised(i)) penalised(i) = activation%boundary(one) .or. activation%boundary(two)
     end do
     call patches_of_faces(mesh, pack([(i, i=1, size(penalised))], penalised), stabilisation%connectivity)
     n = most_nodes(stabilisation%connectivity)

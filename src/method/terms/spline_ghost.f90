@@ -31,14 +31,16 @@ module qsmpm_spline_ghost
 contains
 
   !> Penalty on all faces of boundary cells.
-  subroutine build_spline_ghost(mesh, space, activation, factor, stiffness, stabilisation)
+  subroutine build_spline_ghost(mesh, space, activation, factor, stiffness, near, stabilisation)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
     !> g.
     real(wp), intent(in) :: factor
-    !> Young's modulus in each active cell (active_count).
+    !> Young's modulus in each active cell (known_count).
     real(wp), intent(in) :: stiffness(:)
+    !> Faces of these cells are penalised (cell_count).
+    logical, intent(in) :: near(:)
     !> The stabilisation terms.
     type(penalty_matrices_type), intent(inout) :: stabilisation
     logical :: boundary(mesh%cell_count), penalised(size(mesh%interior_face, 2))
@@ -51,7 +53,7 @@ contains
     do i = 1, size(penalised)
       associate (one => mesh%interior_face(1, i), two => mesh%interior_face(3, i))
         penalised(i) = activation%touched(one) .and. activation%touched(two) .and. &
-          (boundary(one) .or. boundary(two))
+          (boundary(one) .or. boundary(two)) .and. (near(one) .or. near(two))
       end associate
     end do
     faces = pack([(i, i=1, size(penalised))], penalised)
@@ -88,7 +90,7 @@ contains
   subroutine spread_stiffness(mesh, activation, stiffness, young)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
-    !> Young's modulus in each active cell (active_count).
+    !> Young's modulus in each active cell (known_count).
     real(wp), intent(in) :: stiffness(:)
     !> (cell_count)
     real(wp), intent(out) :: young(:)

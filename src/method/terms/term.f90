@@ -29,7 +29,9 @@ module qsmpm_term
   use qsmpm_law, only: step_info_type
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type, append_patches
+  use qsmpm_owner_copies, only: owner_copies_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_team, only: team_type
   use qsmpm_term_share, only: solve_share_type, share_of_load
   use qsmpm_unknowns, only: unknowns_type, add_field
   implicit none
@@ -69,9 +71,11 @@ module qsmpm_term
     real(wp), allocatable :: force(:, :)
     !> Work of the contributions on the displacement by their size.
     real(wp) :: work = 0.0_wp
-    !> Largest sum at a node, of all processes of a team, and the nodes that are own.
+    !> Largest sum at a node, of all processes of a team, the own nodes, and how values at those of others come.
     real(wp) :: most = 0.0_wp
     logical, allocatable :: own(:)
+    type(team_type) :: team
+    type(owner_copies_type) :: copies
   contains
     procedure :: keep_own
   end type force_sizes_type

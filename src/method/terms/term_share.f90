@@ -13,8 +13,9 @@
 !> stresses, is judged by its stresses. docs/methods/ghost.md
 module qsmpm_term_share
   use qsmpm_kinds, only: wp
-  use qsmpm_agreement, only: joint_norm
+  use qsmpm_agreement, only: any_of, joint_norm
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_owner_copies, only: owner_copies_type, copy_values
   use qsmpm_team, only: team_type, largest, total
   implicit none
   private
@@ -65,8 +66,9 @@ contains
     share%load_share = quotient(norm2(force), load_norm)
   end function share_of_load
 
-  !> A force over those of the cells.
-  pure function share_of_cells(name, force, displacement, connectivity, force_size, work_size, most) result(share)
+  !> A force over those of the cells. Processes of a team find the part of it at their own nodes, all at once.
+  function share_of_cells(name, force, displacement, connectivity, force_size, work_size, most, team, copies) &
+    result(share)
     character(len=*), intent(in) :: name
     !> g, displacement of the solve, and F (components, nodes).
     real(wp), intent(in) :: force(:, :), displacement(:, :), force_size(:, :)
@@ -76,6 +78,9 @@ contains
     real(wp), intent(in) :: work_size
     !> Largest F of all nodes.
     real(wp), intent(in) :: most
+    type(team_type), intent(in) :: team
+    !> Values at nodes of others.
+    type(owner_copies_type), intent(in) :: copies
     type(solve_share_type) :: share
     real(wp) :: magnitude(size(displacement, 2))
 
@@ -84,23 +89,28 @@ contains
     share%work = sum(force*displacement)
     share%internal_work = work_size
     magnitude = norm2(force, dim=1)
-    if (any(magnitude > 0.0_wp)) &
-      share%force_share = maxval(quotient(magnitude, forces_around(connectivity, norm2(force_size, dim=1), most)))
+    if (any_of(team, any(magnitude > 0.0_wp))) share%force_share = maxval(quotient(magnitude, &
+      forces_around(connectivity, norm2(force_size, dim=1), most, team, copies)))
   end function share_of_cells
 
-  !> Largest F in the layers of cells around each node.
-  pure function forces_around(connectivity, size_at, most) result(around)
+  !> Largest F in the layers of cells around each own node. All cells at it are here: of the nodes of others it is the
+  !> owners who know what is around them.
+  function forces_around(connectivity, size_at, most, team, copies) result(around)
     type(connectivity_type), intent(in) :: connectivity
     !> F (nodes of the displacement, the first of all).
     real(wp), intent(in) :: size_at(:)
     !> Largest of all.
     real(wp), intent(in) :: most
-    real(wp) :: around(size(size_at)), inner(size(size_at))
+    type(team_type), intent(in) :: team
+    type(owner_copies_type), intent(in) :: copies
+    real(wp) :: around(size(size_at)), inner(size(size_at)), table(1, size(size_at))
     integer :: k, layer
 
     around = max(size_at, quiet*most)
     do layer = 1, layers
-      inner = around
+      table(1, :) = around
+      call copy_values(team, copies, table)
+      inner = table(1, :)
       do k = 1, connectivity%count
         associate (nodes => connectivity%nodes(connectivity%first(k):connectivity%first(k + 1) - 1))
           if (maxval(nodes) > size(around)) cycle

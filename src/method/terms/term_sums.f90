@@ -9,6 +9,7 @@ module qsmpm_term_sums
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_owner_copies, only: owner_copies_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_team, only: team_type, largest
   use qsmpm_term_share, only: solve_share_type, join_share
@@ -210,7 +211,7 @@ contains
   end subroutine sum_field_sizes
 
   !> What the terms carry of a solve, those that have a share.
-  subroutine measure_shares(terms, displacement, load_norm, connectivity, team, own, shares)
+  subroutine measure_shares(terms, displacement, load_norm, connectivity, team, own, copies, shares)
     type(term_slot_type), intent(in) :: terms(:)
     !> Displacement that was evaluated (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
@@ -220,6 +221,8 @@ contains
     type(team_type), intent(in) :: team
     !> Own nodes (all nodes).
     logical, intent(in) :: own(:)
+    !> Values at nodes of others.
+    type(owner_copies_type), intent(in) :: copies
     type(solve_share_type), allocatable, intent(out) :: shares(:)
     type(force_sizes_type) :: sizes
     integer :: t, n
@@ -230,6 +233,8 @@ contains
       if (.not. allocated(terms(t)%term%needs%fields)) call terms(t)%term%add_sizes(sizes)
     end do
     sizes%most = largest(team, maxval(norm2(sizes%force, dim=1)))
+    sizes%team = team
+    sizes%copies = copies
     if (team%ranks > 1) sizes%own = own(:size(sizes%force, 2))
     allocate (shares(count_shares(terms)))
     n = 0
