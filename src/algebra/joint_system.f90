@@ -4,7 +4,10 @@
 !> slow and as large as on one process. Alone nothing is sent.
 !>
 !> A list of nodes that couple is sent by the process whose own its first node is, an entry of one triangle by the
-!> process whose own the row of it is in the joint numbering: it has every part of it.
+!> process whose own the row of it is in the joint numbering: it has every part of it. Unknowns that belong to no node
+!> are those of the first process; what couples one to a node is sent by the process whose own the node is, what couples
+!> them to each other is the sum of what all have. PETSc gets no such rows, which would run through all processes: the
+!> first one solves.
 module qsmpm_joint_system
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree
@@ -27,14 +30,16 @@ module qsmpm_joint_system
   public :: joint_system_type, start_joint_system, begin_joint_system, end_joint_system, factorise_jointly, &
     solve_jointly
 
+  character(len=*), parameter :: no_rows = 'rigid bodies that are loaded have equations that run through all '// &
+    'processes: the first one solves them, PETSc GAMG too'
   character(len=*), parameter :: torn = 'the parts of the equations do not fit together'
 
   !> Sweeps of all processes together for one correction; then the first one solves.
   integer, parameter :: most_sweeps = 200
 
   type :: joint_system_type
-    !> All processes solve together; they have failed to and do not try again.
-    logical :: together = .false., failed = .false.
+    !> All processes solve together; they have failed to and do not try again; it is told that they cannot.
+    logical :: together = .false., failed = .false., told = .false.
     type(shared_rows_type) :: rows
     !> A program with PETSc has started it, which all processes do at once.
     logical :: started = .false.
@@ -52,6 +57,8 @@ module qsmpm_joint_system
     integer, allocatable :: number(:)
     !> Values of its matrix, and equations, that this process sends.
     integer, allocatable :: sent(:), own(:)
+    !> Equations of unknowns that belong to no node (equations).
+    logical, allocatable :: common(:)
     !> Where they go; on the first process.
     integer(long), allocatable :: place(:), own_number(:)
   end type joint_system_type
@@ -68,7 +75,8 @@ contains
     !> Equations of this process, numbered, and the pattern of its matrix.
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Names of the nodes and the ranks that own them (nodes), and where they are (dimension, nodes).
+    !> Names of the nodes, negative for unknowns that belong to none, the ranks that own them (nodes), and where they
+    !> are (dimension, nodes).
     integer, intent(in) :: labels(:), owner(:)
     real(wp), allocatable, intent(in) :: places(:, :)
     type(error_type), allocatable, intent(out) :: error
@@ -81,7 +89,13 @@ contains
     joint%labels = labels
     joint%owner = owner
     joint%own_places = places
+    joint%common = common_equations(equations, labels)
     joint%together = equations%solver_kind == solver_petsc .and. with_petsc() .and. .not. joint%failed
+    if (joint%together .and. any(joint%common)) then
+      joint%together = .false.
+      if (.not. joint%told) system%note = no_rows
+      joint%told = .true.
+    end if
     if (joint%together) then
       call start_shared_rows(joint%rows, team, equations, matrix, labels, owner, places, failure)
       if (.not. allocated(failure)) then
@@ -92,6 +106,21 @@ contains
     joint%together = .false.
     call put_together(joint, team, system, equations, matrix, error)
   end subroutine start_joint_system
+
+  !> Equations of unknowns that belong to no node.
+  pure function common_equations(equations, labels) result(common)
+    type(equations_type), intent(in) :: equations
+    integer, intent(in) :: labels(:)
+    logical :: common(equations%count)
+    integer :: a, c
+
+    common = .false.
+    do a = 1, size(labels)
+      do c = 1, size(equations%number, 1)
+        if (equations%number(c, a) > 0) common(equations%number(c, a)) = labels(a) < 0
+      end do
+    end do
+  end function common_equations
 
   !> Start the library on all processes at once, as it wants: later the first one may call it alone.
   subroutine start_petsc(joint, error)
@@ -326,6 +355,7 @@ contains
     logical :: own_equation(equations%count)
     integer(long), allocatable :: entries(:), all_entries(:)
     integer, allocatable :: first(:)
+    logical :: common(joint%count)
     integer :: a, c, i
 
     own_equation = .false.
@@ -336,18 +366,21 @@ contains
     end do
     joint%own = pack([(i, i=1, equations%count)], own_equation)
     call collect(team, int(joint%number(joint%own), long), joint%own_number, first)
-    call list_entries(matrix, joint%number, own_equation, joint%sent, entries)
+    call list_entries(matrix, joint%number, own_equation, joint%common, joint%sent, entries)
     call collect(team, entries, all_entries, first)
-    if (team%rank == 0) call place_entries(joint%matrix, all_entries, joint%place, error)
+    common = .false.
+    common(pack(joint%number, joint%common)) = .true.
+    if (team%rank == 0) call place_entries(joint%matrix, common, all_entries, joint%place, error)
   end subroutine find_sent
 
-  !> Entries of one triangle whose rows are own in the joint numbering.
-  pure subroutine list_entries(matrix, number, own, sent, entries)
+  !> Entries of one triangle whose rows are own in the joint numbering, or whose nodes are beside what belongs to none;
+  !> every entry between the latter.
+  pure subroutine list_entries(matrix, number, own, common, sent, entries)
     !> Of this process.
     type(sparse_matrix_type), intent(in) :: matrix
-    !> Which of all equations those of this process are, and which are own (equations).
+    !> Which of all equations those of this process are, which are own, and which belong to no node (equations).
     integer, intent(in) :: number(:)
-    logical, intent(in) :: own(:)
+    logical, intent(in) :: own(:), common(:)
     !> Where the values stand in the matrix, and their rows and columns in turn, as all count.
     integer, allocatable, intent(out) :: sent(:)
     integer(long), allocatable, intent(out) :: entries(:)
@@ -363,7 +396,7 @@ contains
           row = column
           column = i
         end if
-        if (.not. own(row)) cycle
+        if (.not. (common(row) .and. common(column)) .and. .not. own(merge(column, row, common(row)))) cycle
         n = n + 1
         sent(n) = k
         entries(2*n - 1:2*n) = [number(row), number(column)]
@@ -374,15 +407,19 @@ contains
   end subroutine list_entries
 
   !> Where entries stand in a matrix.
-  pure subroutine place_entries(matrix, entries, place, error)
+  pure subroutine place_entries(matrix, common, entries, place, error)
     type(sparse_matrix_type), intent(in) :: matrix
+    !> Rows between which each process has a share of an entry (equations).
+    logical, intent(in) :: common(:)
     !> Rows and columns in turn.
     integer(long), intent(in) :: entries(:)
     integer(long), allocatable, intent(out) :: place(:)
     !> The matrix has not one value for each.
     type(error_type), allocatable, intent(out) :: error
+    logical :: taken(size(matrix%column))
     integer :: i, j, k
 
+    taken = .false.
     allocate (place(size(entries)/2))
     do k = 1, size(place)
       i = int(entries(2*k - 1))
@@ -390,8 +427,12 @@ contains
       if (j == 0) call fail(error, error_other, torn//': a value has no place')
       if (allocated(error)) return
       place(k) = matrix%row_first(i) - 1 + j
+      if (taken(place(k)) .and. .not. (common(i) .and. common(entries(2*k)))) &
+        call fail(error, error_other, torn//': a value comes twice')
+      if (allocated(error)) return
+      taken(place(k)) = .true.
     end do
-    if (size(place) /= size(matrix%column)) call fail(error, error_other, torn//': a value is missing')
+    if (.not. all(taken)) call fail(error, error_other, torn//': a value is missing')
   end subroutine place_entries
 
   !> Take new values of the matrix.
@@ -406,6 +447,7 @@ contains
     type(error_type), allocatable :: failure
     real(wp), allocatable :: values(:)
     integer, allocatable :: first(:)
+    integer :: k
 
     if (team%ranks == 1) then
       call factorise_system(system, matrix, error)
@@ -417,7 +459,12 @@ contains
     end if
     call collect(team, matrix%values(joint%sent), values, first)
     if (team%rank == 0) then
-      joint%matrix%values(joint%place) = values
+      joint%matrix%values = 0.0_wp
+      do k = 1, size(values)
+        associate (entry => joint%matrix%values(joint%place(k)))
+          entry = entry + values(k)
+        end associate
+      end do
       call factorise_system(system, joint%matrix, error)
     end if
     call agree(team, error)

@@ -9,6 +9,8 @@ module qsmpm_contact_patches
   use qsmpm_body_points, only: body_points_type
   use qsmpm_mesh_measure, only: cell_size
   use qsmpm_model, only: model_type
+  use qsmpm_basis_traits, only: basis_list
+  use qsmpm_own_part, only: is_divided
   implicit none
   private
 
@@ -22,6 +24,8 @@ module qsmpm_contact_patches
     integer :: count = 0
     !> Contact of each patch (patches), its first place in the list (patches + 1), and the list.
     integer, allocatable :: pair(:), first(:), point(:)
+    !> This process has not the whole of a patch on a body that acts on its nodes.
+    logical :: torn = .false.
   end type contact_patches_type
 
 contains
@@ -53,14 +57,45 @@ contains
         points = pack([(i, i=1, on_bodies%count)], on_bodies%pair == k .and. on_bodies%touched)
         label = on_bodies%patch(points)
         extents = model%body_outlines(k)%length(points - findloc(on_bodies%pair, k, dim=1) + 1) &
-          /face_sizes(model, on_bodies%cell(points))
+          /on_bodies%cell_size(points)
         if (model%contact_pairs(k)%pointwise) label = [(i, i=1, size(points))]
         if (.not. model%contact_pairs(k)%pointwise) call join_short(on_bodies%position(:, points), extents, label)
-        call add_patches(k, points, label, on_bodies%touched(points), patches)
+        call add_patches(k, points, label, whole_here(model, on_bodies, points, label), patches)
+        patches%torn = patches%torn .or. is_torn(model, on_bodies, points, label)
       end if
     end do
     patches%count = size(patches%pair)
   end subroutine find_patches
+
+  !> Whether this process has the patch of a point on a body whole, with the soil around it (points).
+  pure function whole_here(model, on_bodies, points, label) result(whole)
+    type(model_type), intent(in) :: model
+    type(body_points_type), intent(in) :: on_bodies
+    !> Number and patch of each point.
+    integer, intent(in) :: points(:), label(:)
+    logical :: whole(size(points)), near(size(points))
+    integer :: i
+
+    whole = .true.
+    if (.not. is_divided(model%part)) return
+    near = on_bodies%cell(points) > 0 .and. on_bodies%apart(points) < model%part%ring .and. model%state%points%count > 0
+    whole = [(all(near .or. label /= label(i)), i=1, size(points))]
+  end function whole_here
+
+  !> Whether a patch that this process has not the whole of acts on its nodes: its functions reach over their degree of
+  !> cells, those of the nearest material point from one farther.
+  pure logical function is_torn(model, on_bodies, points, label)
+    type(model_type), intent(in) :: model
+    type(body_points_type), intent(in) :: on_bodies
+    integer, intent(in) :: points(:), label(:)
+
+    is_torn = .false.
+    if (.not. is_divided(model%part)) return
+    associate (basis => basis_list(model%analysis%method%basis))
+      is_torn = any(on_bodies%apart(points) <= max(1, basis%degree) + 1 .and. &
+        .not. whole_here(model, on_bodies, points, label))
+    end associate
+  end function is_torn
 
   !> Add the patches of a contact of which a point is near.
   subroutine add_patches(pair, points, label, near, patches)

@@ -12,15 +12,17 @@ module qsmpm_contact_scratch
   use qsmpm_interface_strength, only: interface_strength
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type, turned_along
   use qsmpm_rigid_shape, only: distance_type
   use qsmpm_space, only: shape_values_type
   use qsmpm_surface_basis, only: stiffness_at, stiffness_near
+  use qsmpm_team, only: total
   implicit none
   private
 
-  public :: contact_scratch_type, lay_scratch, keep_tractions, keep_contact_points
+  public :: contact_scratch_type, lay_scratch, soil_nodes, keep_tractions, keep_contact_points
 
   !> Penalties of the gap times the size of a cell over Young's modulus, at surfaces of the soil and on bodies, and that
   !> of the slip: pressures do not depend on that of the gap between 10 and 1000. The stiffer they are the more often
@@ -55,6 +57,10 @@ module qsmpm_contact_scratch
     real(wp), allocatable :: strength(:, :)
     !> With tension, whether it does not part: it has touched before, or touches at the start of the step (patches).
     logical, allocatable :: bonded(:)
+    !> Whether this process counts it: its first point is own; alone all are (patches).
+    logical, allocatable :: counted(:)
+    !> Whether it counts the loads on the bodies: the first one does.
+    logical :: counts_loads = .true.
     !> Slip of the surface points before the step (dimension, surface points).
     real(wp), allocatable :: slip_before(:, :)
     real(wp) :: cell_size = 1.0_wp
@@ -110,7 +116,30 @@ contains
     call take_multipliers(self, model, configuration)
     call take_strengths(self, model)
     call find_bonds(self)
+    call find_counted(self, model)
   end subroutine lay_scratch
+
+  !> Patches that this process counts.
+  subroutine find_counted(self, model)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    logical :: own(model%state%surface%count)
+    integer :: c
+
+    self%counts_loads = model%part%team%rank == 0
+    self%counted = spread(.true., 1, self%patches%count)
+    if (.not. is_divided(model%part)) return
+    own = own_of(model%part%surface, size(own))
+    do c = 1, self%patches%count
+      associate (i => self%patches%point(self%patches%first(c)))
+        if (is_on_body(self, c)) then
+          self%counted(c) = self%on_bodies%apart(i) == 0
+        else
+          self%counted(c) = own(i)
+        end if
+      end associate
+    end do
+  end subroutine find_counted
 
   !> Patches that do not part.
   subroutine find_bonds(self)
@@ -281,6 +310,17 @@ contains
     end associate
   end subroutine gather_nodes
 
+  !> Nodes of a patch without those of its body, which stand behind them.
+  pure integer function soil_nodes(self, c) result(n)
+    type(contact_scratch_type), intent(in) :: self
+    integer, intent(in) :: c
+
+    associate (b => self%pairs(self%patches%pair(c))%body)
+      n = self%connectivity%first(c + 1) - self%connectivity%first(c)
+      n = n - count([self%column(b), self%turning_column(b)] > 0)
+    end associate
+  end function soil_nodes
+
   !> Means over each patch of what its points keep, its area and penalties.
   subroutine take_multipliers(self, model, configuration)
     type(contact_scratch_type), intent(inout) :: self
@@ -403,7 +443,36 @@ contains
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(inout) :: model
 
+    if (is_divided(model%part)) call share_contact_points(self, model)
     call keep_body_points(model, self%on_bodies)
     call touch_body_points(model, self%final)
   end subroutine keep_contact_points
+
+  !> What the process that counts a patch knows of its points on a body, all know; that of points without a patch is
+  !> what all have kept.
+  subroutine share_contact_points(self, model)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    real(wp) :: values(8, self%on_bodies%count)
+    logical :: answers(self%on_bodies%count)
+    integer :: c, i
+
+    associate (points => self%on_bodies, patches => self%patches)
+      if (points%count == 0) return
+      answers = .not. points%touched .and. model%part%team%rank == 0
+      do c = 1, patches%count
+        if (.not. (is_on_body(self, c) .and. self%counted(c))) cycle
+        answers(patches%point(patches%first(c):patches%first(c + 1) - 1)) = .true.
+      end do
+      values = 0.0_wp
+      do i = 1, points%count
+        if (answers(i)) values(:, i) = [points%opening(i), points%pressure(i), points%shear(:, i), points%slip(:, i)]
+      end do
+      values = reshape(total(model%part%team, reshape(values, [size(values)])), shape(values))
+      points%opening = values(1, :)
+      points%pressure = values(2, :)
+      points%shear = values(3:5, :)
+      points%slip = values(6:, :)
+    end associate
+  end subroutine share_contact_points
 end module qsmpm_contact_scratch

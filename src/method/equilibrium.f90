@@ -24,6 +24,7 @@ module qsmpm_equilibrium
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_joint_system, only: factorise_jointly, solve_jointly
   use qsmpm_model, only: model_type
+  use qsmpm_nodal_fields, only: add_shares
   use qsmpm_run_profile, only: count_factorisation, count_iteration, count_sweeps
   use qsmpm_limit_load, only: compliance_type
   use qsmpm_step_evaluation, only: evaluate_step, linear_force
@@ -406,6 +407,7 @@ contains
     call measure_shares(step%terms, solution%displacement, solution%load_norm, step%equations%connectivity, &
       step%team, step%own, step%node_copies, solution%shares)
     call sum_transient(step%terms, solution%displacement, force)
+    call add_shares(step%team, step%unknowns, force)
     call gather(step%equations, force, transient)
     call find_imbalance(step, residual + transient, solution%reference, solution%undamped_out_of_balance, worst)
     solution%internal_force = step%forces%internal

@@ -10,6 +10,7 @@ module qsmpm_field_balance
   use qsmpm_equations, only: gather
   use qsmpm_finite, only: is_usable
   use qsmpm_initialisation, only: step_type
+  use qsmpm_nodal_fields, only: add_shares
   use qsmpm_term_sums, only: sum_field_sizes
   use qsmpm_unknowns, only: joint_node
   implicit none
@@ -37,6 +38,8 @@ contains
     if (size(reference) > 1) then
       allocate (sizes, mold=prescribed)
       call sum_field_sizes(step%terms, sizes)
+      call add_shares(step%team, step%unknowns, sizes)
+      if (step%team%rank > 0) sizes = 0.0_wp
     end if
     do f = 1, size(reference)
       reference(f) = joint_norm(step%team, norm2(pack(load, step%field_of == f)))

@@ -215,8 +215,10 @@ contains
       call start_system(step%system, model%analysis%solver, step%matrix, step%equations%bandwidth, &
         step%equations%symmetric, model%mesh%dimension, error, step%equations%number, places)
     else
-      labels = [(node_label(model%space, model%mesh, a), a=1, model%space%node_count)]
-      owners = node_owners(model)
+      ! What belongs to no node has a negative name and is the first process's.
+      labels = [(node_label(model%space, model%mesh, a), a=1, model%space%node_count), &
+        (model%space%node_count - a, a=model%space%node_count + 1, all_nodes(step%unknowns))]
+      owners = [node_owners(model), spread(0, 1, all_nodes(step%unknowns) - model%space%node_count)]
       call start_joint_system(step%joint, step%team, step%system, model%analysis%solver, step%equations, step%matrix, &
         labels, owners, places, error)
     end if

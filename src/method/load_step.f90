@@ -29,7 +29,7 @@ module qsmpm_load_step
   use qsmpm_convection, only: convect, update_in_place
   use qsmpm_pushed_material, only: note_push
   use qsmpm_equations, only: gather
-  use qsmpm_nodal_fields, only: find_prescribed, keep_changes
+  use qsmpm_nodal_fields, only: add_shares, find_prescribed, keep_changes
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_team, only: largest, total
   use qsmpm_term, only: increment_type, term_slot_type, role_external
@@ -210,11 +210,11 @@ contains
         phase_start=phase_start_time(model%analysis%phases, progress%phase), &
         phase_time=model%analysis%phases(progress%phase)%duration), attempt%damping, attempt%stabilisation))
       allocate (force_before, mold=load)
-      call put_in_force(model, configuration, progress%fraction, terms, force_before)
+      call put_in_force(model, configuration, progress%fraction, unknowns, terms, force_before)
       start_of_step = force_before
       if (attempt%start < progress%fraction) &
-        call put_in_force(model, configuration, attempt%start, terms, start_of_step)
-      call put_in_force(model, configuration, attempt%fraction, terms, load)
+        call put_in_force(model, configuration, attempt%start, unknowns, terms, start_of_step)
+      call put_in_force(model, configuration, attempt%fraction, unknowns, terms, load)
       goal%increment = load - start_of_step
     end associate
     call find_prescribed(model, terms, unknowns, attempt%fraction, goal%prescribed)
@@ -231,10 +231,11 @@ contains
   end subroutine set_goal
 
   !> Put the loads of a fraction of the phase in force; what they are on the body as it stands.
-  subroutine put_in_force(model, configuration, fraction, terms, load)
+  subroutine put_in_force(model, configuration, fraction, unknowns, terms, load)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     real(wp), intent(in) :: fraction
+    type(unknowns_type), intent(in) :: unknowns
     type(term_slot_type), intent(inout) :: terms(:)
     !> (dimension, node_count)
     real(wp), intent(out) :: load(:, :)
@@ -243,6 +244,7 @@ contains
     still = 0.0_wp
     call set_loads(terms, model, configuration, fraction)
     call sum_forces(terms, role_external, still, load)
+    call add_shares(model%part%team, unknowns, load)
   end subroutine put_in_force
 
   !> What a load increment does by a displacement, at the free components.

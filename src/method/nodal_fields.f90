@@ -12,13 +12,14 @@ module qsmpm_nodal_fields
   use qsmpm_error, only: error_type, fail, error_other
   use qsmpm_kept_arrays, only: kept_arrays_type, lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type
+  use qsmpm_team, only: team_type, total
   use qsmpm_term, only: term_slot_type
   use qsmpm_unknowns, only: unknowns_type, nodal_field_type, add_field, find_field, join_constraints, &
     most_components, all_nodes, put_values, values_of
   implicit none
   private
 
-  public :: list_unknowns, lay_fields, find_constraints, find_prescribed, keep_changes
+  public :: list_unknowns, lay_fields, find_constraints, find_prescribed, add_shares, keep_changes
 
 contains
 
@@ -139,6 +140,22 @@ contains
     end do
     call join_constraints(unknowns, 1, model%loading%constrained, constrained)
   end subroutine ask_terms
+
+  !> Add up what the processes of a team bring to the unknowns that belong to no node (qsmpm_term); at nodes each has
+  !> the whole.
+  subroutine add_shares(team, unknowns, table)
+    type(team_type), intent(in) :: team
+    type(unknowns_type), intent(in) :: unknowns
+    !> Share of this process; the whole (components, all nodes).
+    real(wp), intent(inout) :: table(:, :)
+    integer :: n
+
+    n = unknowns%fields(1)%node_count
+    if (team%ranks == 1 .or. size(table, 2) == n) return
+    associate (shares => table(:, n + 1:))
+      shares = reshape(total(team, reshape(shares, [size(shares)])), shape(shares))
+    end associate
+  end subroutine add_shares
 
   !> A step is taken: the nodal values follow.
   subroutine keep_changes(unknowns, changes, kept)

@@ -5,11 +5,12 @@ module qsmpm_step_evaluation
   use qsmpm_equations, only: gather
   use qsmpm_initialisation, only: step_type
   use qsmpm_model, only: model_type
+  use qsmpm_nodal_fields, only: add_shares
   use qsmpm_run_profile, only: count_evaluation
   use qsmpm_stopwatch, only: switch_timer, part_control, part_evaluation
   use qsmpm_shared_failure, only: agree_on_failure
   use qsmpm_term, only: role_external, role_internal, role_numerical
-  use qsmpm_term_sums, only: evaluate_terms, sum_forces, linear_forces, evaluated_points
+  use qsmpm_term_sums, only: evaluate_terms, judge_terms, sum_forces, linear_forces, evaluated_points
   implicit none
   private
 
@@ -35,10 +36,14 @@ contains
     call switch_timer(step%profile%watch, part_control)
     call count_evaluation(step%profile, evaluated_points(step%terms))
     call agree_on_failure(step%team, step%failure)
+    if (.not. step%failure%failed) call judge_terms(step%terms, model, displacement, step%failure)
     if (step%failure%failed) return
     call sum_forces(step%terms, role_external, displacement, step%forces%external)
     call sum_forces(step%terms, role_internal, displacement, step%forces%internal)
     call sum_forces(step%terms, role_numerical, displacement, step%forces%numerical)
+    call add_shares(step%team, step%unknowns, step%forces%external)
+    call add_shares(step%team, step%unknowns, step%forces%internal)
+    call add_shares(step%team, step%unknowns, step%forces%numerical)
   end subroutine evaluate_step
 
   !> Force that prescribed displacements call up at the free components; the first evaluation of the step was given
@@ -52,6 +57,7 @@ contains
     real(wp) :: nodal(size(prescribed, 1), size(prescribed, 2))
 
     call linear_forces(step%terms, prescribed, nodal)
+    call add_shares(step%team, step%unknowns, nodal)
     call gather(step%equations, nodal, force)
   end subroutine linear_force
 end module qsmpm_step_evaluation

@@ -8,16 +8,25 @@
 !> or as long as soil that has touched it has opened no more than a share of a cell since; the opening is the sum of
 !> what the steps open, and closes again. In the soil as drawn points are up to a spacing away from a body that cuts
 !> their pattern: twice the box counts there.
+!>
+!> Where a team shares the model all processes know all places, and which part of the grid each is in; what touches them
+!> is told by the own material points of each.
 module qsmpm_body_points
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
+  use qsmpm_grid, only: grid_type
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
+  use qsmpm_mesh_measure, only: cell_size
   use qsmpm_mesh_search, only: locate
   use qsmpm_model, only: model_type
+  use qsmpm_model_mesh, only: grid_of
+  use qsmpm_own_marks, only: place_in
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_points, only: carried_type, place_of
   use qsmpm_rigid_outline, only: lay_outline
   use qsmpm_rigid_pose, only: placed_shape_type, carry_along, rigid_pose_type
   use qsmpm_rigid_shape, only: distance_type
+  use qsmpm_team, only: total
   implicit none
   private
 
@@ -34,6 +43,8 @@ module qsmpm_body_points
   real(wp), parameter :: drawn_reach = 2.0_wp, sideways = 1.5_wp
   !> Opening over the size of a cell from which soil is away.
   real(wp), parameter :: away = 0.5_wp
+  !> Share of the size of a cell by which a place may lie beyond the end of a grid.
+  real(wp), parameter :: touching = 1.0e-7_wp
 
   !> The places of all outlines where they are, in the order in which they are kept.
   type, extends(carried_type) :: body_points_type
@@ -41,6 +52,10 @@ module qsmpm_body_points
     integer, allocatable :: pair(:), patch(:)
     !> In contact, and in a cell of the mesh.
     logical, allocatable :: touched(:)
+    !> Size of the cell it is in, where in contact, and rows of cells between it and the box of this process, 0 in it
+    !> and alone (count).
+    real(wp), allocatable :: cell_size(:)
+    integer, allocatable :: apart(:)
     !> Present area (per radian in axisymmetry), opening and pressure; shear on the soil (count), (3, count).
     real(wp), allocatable :: area(:), opening(:), pressure(:), shear(:, :)
     !> How far the soil has slid along the body since they touched (3, count).
@@ -84,9 +99,9 @@ contains
 
     n = sum(model%body_outlines%count)
     points%count = n
-    allocate (points%pair(n), points%patch(n), points%cell(n), source=0)
-    allocate (points%area(n), points%shear(3, n), points%position(2, n), points%initial_position(2, n), &
-      points%local(2, n), source=0.0_wp)
+    allocate (points%pair(n), points%patch(n), points%cell(n), points%apart(n), source=0)
+    allocate (points%area(n), points%cell_size(n), points%shear(3, n), points%position(2, n), &
+      points%initial_position(2, n), points%local(2, n), source=0.0_wp)
     if (n > 0) values = kept_values(model%state%kept, kept_name)
     points%touched = values(touched_row, :) > 0.0_wp
     points%opening = values(opening_row, :)
@@ -111,7 +126,11 @@ contains
         n = n + outline%count
       end associate
     end do
-    call find_cells(model, points)
+    if (is_divided(model%part)) then
+      call find_shared_cells(model, points)
+    else
+      call find_cells(model, points)
+    end if
   end subroutine present_body_points
 
   !> Cells of the places in contact; beyond the mesh, or the axis, there is none.
@@ -126,9 +145,40 @@ contains
       if (.not. points%touched(i)) cycle
       call locate(model%mesh, points%position(:, i), cell, points%local(:, i), found)
       points%touched(i) = found .and. points%area(i) > 0.0_wp
-      if (found) points%cell(i) = cell
+      if (.not. found) cycle
+      points%cell(i) = cell
+      points%cell_size(i) = cell_size(model%mesh, cell)
     end do
   end subroutine find_cells
+
+  !> The same by the whole grid, of which this process looks at a part: there alone a place gets a cell.
+  subroutine find_shared_cells(model, points)
+    type(model_type), intent(in) :: model
+    type(body_points_type), intent(inout) :: points
+    type(grid_type) :: grid
+    real(wp) :: width(2)
+    integer :: i, j, cell, at(3)
+    logical :: found
+
+    grid = grid_of(model%analysis)
+    cell = 0
+    do i = 1, points%count
+      at = place_in(grid, points%position(:, i))
+      associate (box => model%part%boxes(model%part%team%rank + 1))
+        points%apart(i) = maxval([0, box%first - at, at - box%last])
+      end associate
+      if (.not. points%touched(i)) cycle
+      associate (x => points%position(:, i), bounds => model%mesh%bounds, margin => touching*model%cell_size)
+        points%touched(i) = points%area(i) > 0.0_wp .and. all(x >= bounds(:, 1) - margin) .and. &
+          all(x <= bounds(:, 2) + margin)
+      end associate
+      width = [(grid%axes(j)%lines(at(j) + 1) - grid%axes(j)%lines(at(j)), j=1, 2)]
+      points%cell_size(i) = width(1)/2 + width(2)/2
+      call locate(model%mesh, points%position(:, i), cell, points%local(:, i), found)
+      if (found) points%cell(i) = cell
+    end do
+  end subroutine find_shared_cells
+
 
   !> Keep opening, pressure and shear of the places; those that have opened by much part.
   subroutine keep_body_points(model, points)
@@ -156,10 +206,13 @@ contains
     type(body_points_type) :: places
     type(distance_type) :: distance
     real(wp) :: values(rows, sum(model%body_outlines%count)), normal(2), x(3), reach
-    logical :: near(sum(model%body_outlines%count))
+    logical, dimension(sum(model%body_outlines%count)) :: near, met
+    logical :: own(model%state%points%count)
     integer :: k, p
 
     if (sum(model%body_outlines%count) == 0) return
+    own = own_of(model%part%points, model%state%points%count)
+    met = .false.
     call present_body_points(model, bodies, places)
     values = kept_values(model%state%kept, kept_name)
     reach = 1.0_wp
@@ -167,6 +220,7 @@ contains
     do k = 1, size(model%contact_pairs)
       if (model%body_outlines(k)%count == 0) cycle
       do p = 1, model%state%points%count
+        if (.not. own(p)) cycle
         x = place_of(model%state%points, p)
         distance = bodies(model%contact_pairs(k)%body)%distance_at(x)
         normal = distance%normal(:2)
@@ -175,11 +229,13 @@ contains
           near = places%pair == k .and. abs((places%position(1, :) - x(1))*normal(2) &
             - (places%position(2, :) - x(2))*normal(1)) <= sideways*(abs(normal(2))*half(1) + abs(normal(1))*half(2)) &
             .and. hypot(places%position(1, :) - x(1), places%position(2, :) - x(2)) <= 3.0_wp*reach*maxval(half)
-          where (near) values(touched_row, :) = 1.0_wp
-          where (near) values(opening_row, :) = 0.0_wp
+          met = met .or. near
         end associate
       end do
     end do
+    met = total(model%part%team, merge(1.0_wp, 0.0_wp, met)) > 0.0_wp
+    where (met) values(touched_row, :) = 1.0_wp
+    where (met) values(opening_row, :) = 0.0_wp
     call keep_values(model%state%kept, kept_name, values)
   end subroutine touch_body_points
 end module qsmpm_body_points

@@ -12,11 +12,12 @@ module qsmpm_contact_gaps
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_points, only: body_points_type, present_body_points
-  use qsmpm_mesh_measure, only: cell_size
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: own_of
   use qsmpm_points, only: place_of
   use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_rigid_shape, only: distance_type
+  use qsmpm_team, only: total
   implicit none
   private
 
@@ -74,6 +75,7 @@ contains
     logical, allocatable, intent(out) :: open(:)
     type(distance_type) :: distance
     real(wp) :: depth, place(3)
+    logical :: own(model%state%points%count)
     integer :: first, i, p, near
 
     depth = depth_cells*model%cell_size
@@ -84,15 +86,16 @@ contains
       do i = first, first + outline%count - 1
         associate (c => on_bodies%patch(i))
           open(c) = open(c) .or. (.not. on_bodies%touched(i) .and. in_mesh(model, on_bodies%position(:, i)))
-          if (on_bodies%touched(i)) open(c) = open(c) .or. cell_size(model%mesh, on_bodies%cell(i)) &
-            > wide*model%cell_size
+          if (on_bodies%touched(i)) open(c) = open(c) .or. on_bodies%cell_size(i) > wide*model%cell_size
           if (.not. (on_bodies%touched(i) .and. on_bodies%pressure(i) > 0.0_wp)) cycle
           distance = body%distance_at(place_of(on_bodies, i))
           sector(c) = sector(c) + outline%length(i - first + 1)*(depth + 0.5_wp*depth**2 &
             *(distance%curvature(1, 1) + distance%curvature(2, 2)))
         end associate
       end do
+      own = own_of(model%part%points, points%count)
       do p = 1, points%count
+        if (.not. own(p)) cycle
         place = place_of(points, p)
         distance = body%distance_at(place)
         if (abs(distance%value) > depth) cycle
@@ -102,6 +105,7 @@ contains
         soil(on_bodies%patch(near)) = soil(on_bodies%patch(near)) + points%volume(p)/thickness(model, place)
       end do
     end associate
+    soil = total(model%part%team, soil)
   end subroutine measure_sectors
 
   !> Whether a place is between the ends of the mesh.

@@ -97,7 +97,8 @@ contains
         end do
       end do
       call present_body_points(model, placed_bodies(model), on_bodies)
-      do i = 1, on_bodies%count
+      ! All processes know the contact points on bodies; the first one counts them.
+      do i = 1, merge(on_bodies%count, 0, model%part%team%rank == 0)
         if (pairs(on_bodies%pair(i))%body == body .and. on_bodies%pressure(i) > 0.0_wp) &
           call add(norm2(on_bodies%slip(:, i)), on_bodies%area(i))
       end do
@@ -149,7 +150,7 @@ contains
         end do
       else
         allocate (lengths, source=[(model%body_outlines(k)%length, k=1, size(pairs))])
-        do i = 1, on_bodies%count
+        do i = 1, merge(on_bodies%count, 0, model%part%team%rank == 0)
           if (on_bodies%pair(i) == owner .and. on_bodies%touched(i)) call add(on_bodies%initial_position(:, i), &
             lengths(i), on_bodies%pressure(i))
         end do

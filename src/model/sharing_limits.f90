@@ -1,7 +1,7 @@
 !> What a team of processes cannot share yet: it is refused by name, before anything is computed.
 module qsmpm_sharing_limits
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, phase_type, mesh_grid, basis_fem, carrier_points
+  use qsmpm_analysis, only: analysis_type, mesh_grid, basis_fem, carrier_points
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_model, only: model_type
   use qsmpm_text, only: integer_text
@@ -26,14 +26,10 @@ contains
     list = ''
     call refuse_mesh(model%analysis, list)
     associate (analysis => model%analysis)
-      if (allocated(model%contact_pairs)) then
-        if (any(model%contact_pairs%surface == 0)) call add(list, 'ON=BODY of *CONTACT')
-      end if
       if (any(model%outlines%integrates)) call add(list, &
         'bodies that are integrated inside of their outlines (*METHOD, INTEGRATION=CELL of bodies that cut cells)')
       do p = 1, size(analysis%phases)
         if (any(analysis%phases(p)%tractions%carrier == carrier_points)) call add(list, 'CARRIER=POINTS of *TRACTION')
-        if (has_body_loads(analysis%phases(p))) call add(list, '*LOAD of *RIGID BODY')
         if (analysis%phases(p)%controls%step_error > 0.0_wp) call add(list, 'STEP ERROR of *CONTROLS')
       end do
     end associate
@@ -42,14 +38,6 @@ contains
     call fail(error, error_deck, integer_text(ranks)//' processes cannot share this deck yet, for it has '//list// &
       ': run it on one (docs/distributed.md)')
   end subroutine refuse_sharing
-
-  !> Whether a phase loads rigid bodies, so that they are free.
-  pure logical function has_body_loads(phase)
-    type(phase_type), intent(in) :: phase
-
-    has_body_loads = .false.
-    if (allocated(phase%moves)) has_body_loads = any(phase%moves%is_load)
-  end function has_body_loads
 
   !> What of the mesh stands in the way.
   subroutine refuse_mesh(analysis, list)

@@ -136,6 +136,56 @@ def rigid_bodies(place: Place) -> None:
         agrees(place, name, (TOP / f"verification/cases/decks/{name}.inp").read_text(), (ranks,), SAME)
 
 
+def pushed_pipe(phase: str = "", strength: str = "") -> str:
+    """A pipe that is pushed into soil that comes to lie against it, on coarse cells, and what is done to it then."""
+    deck = (TOP / "input/pipe.inp").read_text().replace("10, 0, 0\n", strength).replace("*FIELD, EVERY=10\n", "")
+    deck = deck if strength else deck.replace("*MOHR COULOMB\n", "")
+    for old, new in (("3.0, 30", "3.0, 15"), ("3.3, 33", "3.2, 16"), ("0, 3.0, 0, 2.5", "0, 3.0, 0, 2.4"),
+                     ("0, 3.0, 0.5", "0, 2.9, 0.5"), ("0, -0.5", "0, -0.1"), ("STEPS=50", "STEPS=5"), ("1e-4", "1e-9")):  # fmt: skip
+        deck = deck.replace(old, new)
+    return deck + phase
+
+
+LOADED_PIPE = """*PHASE, NAME=load
+*FIX
+axis, X
+side, X
+base, ALL
+*LOAD, BODY=pipe, COMPONENT=Y
+-80
+*CONTROLS, STEPS=2, TOLERANCE=1e-9
+*END PHASE
+"""
+
+
+def on_points(name: str) -> str:
+    """A scene of a loaded body, integrated at its points, to small residuals."""
+    deck = (TOP / f"verification/cases/decks/{name}.inp").read_text().replace("INTEGRATION=CELL", "INTEGRATION=POINTS")
+    return deck.replace("2.1", "2").replace("1e-6", "1e-9")
+
+
+def loaded_bodies(place: Place) -> None:
+    """Contact on a pipe, then its load; a plate that turns on two columns: bodies with unknowns of their own on 2 and 3 ranks."""
+    agrees(place, "pipe", pushed_pipe(LOADED_PIPE), (3,), SAME)
+    agrees(place, "columns", on_points("contact_columns"), (2,), SAME)
+
+
+def more_loaded_bodies(place: Place) -> None:
+    """A strip that turns, soil that yields around a pipe and flows past a bar; a plate that is lifted off; PETSC gives its rows away."""
+    agrees(place, "strip", on_points("contact_strip_turned"), (2, 3), SAME)
+    agrees(place, "yielding", pushed_pipe(strength="10, 0, 0\n"), (2, 4), SAME)
+    bar = (TOP / "verification/cases/decks/contact_tbar.inp").read_text().replace("STEPS=10", "STEPS=4")
+    agrees(place, "bar", bar.replace("1e-4", "1e-9"), (2, 4), SAME)
+    alone = place.run("qsmpm", pushed_pipe(LOADED_PIPE), "alone")
+    shared = place.run("qsmpm-mpi", pushed_pipe(LOADED_PIPE).replace("*METHOD", "*SOLVER, TYPE=PETSC\n*METHOD"), "petsc", ranks=3)
+    expect(distance(alone, shared) <= SAME, f"{distance(alone, shared):.1e} from one process")
+    expect(shared.log.count("rigid bodies that are loaded have equations that run through all") == 1, shared.log)
+    lifted = on_points("contact_columns").replace("-100, 1.8", "100, 1.8")
+    said = [place.run(program, lifted, name, ranks=ranks, code=None).log for program, name, ranks in
+            (("qsmpm", "lifted-alone", 0), ("qsmpm-mpi", "lifted", 3))]  # fmt: skip
+    expect(all("is loaded and touches nothing" in log for log in said), "\n".join(said))
+
+
 def warnings(place: Place) -> None:
     """Cut cells are warned of, and a piece that hangs on nothing is named, in the words of one process."""
     cut = plane("0, 2, 0, 1.4", "BASIS=SPLINE2, INTEGRATION=POINTS, KINEMATICS=LOGARITHMIC")
@@ -150,5 +200,5 @@ def warnings(place: Place) -> None:
         expect(said[0] == said[1] and any(words in line for line in said[0]), f"{name}: {said}")
 
 
-CHECKS: list[Check] = [loaded_surfaces, freed_supports, factor_of_safety, stages, pore_water, rigid_bodies, warnings]
-LONG_CHECKS: list[Check] = [more_loaded_surfaces, runout]
+CHECKS: list[Check] = [loaded_surfaces, freed_supports, factor_of_safety, stages, pore_water, rigid_bodies, loaded_bodies, warnings]
+LONG_CHECKS: list[Check] = [more_loaded_surfaces, more_loaded_bodies, runout]

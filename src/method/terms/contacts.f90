@@ -13,19 +13,22 @@
 !> N = -1 at all its places; its equation is load - sum of its pushes = 0. In plane strain the angle of one that is
 !> loaded by a moment is another (field `body_turning`, qsmpm_contact_turning), judged by the moments. Pose, force and
 !> moment of a body are kept (qsmpm_rigid_bodies). docs/methods/contact.md.
+!>
+!> Where a team shares the model a patch pushes at the nodes on every process that knows it; what it does to its body is
+!> a share that the process that counts it gives, the load one of the first process.
 module qsmpm_contacts
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: plane_strain
   use qsmpm_body_loads, only: free_components, body_components, turning, load_on_body, moment_of, moment_by_angle
   use qsmpm_configuration, only: configuration_type
   use qsmpm_contact_law, only: tractions_type
   use qsmpm_contact_push, only: push_of_patch, tractions_of_patch, reaction_of, place_measure_type
-  use qsmpm_contact_scratch, only: contact_scratch_type, lay_scratch, keep_tractions, keep_contact_points
+  use qsmpm_contact_scratch, only: contact_scratch_type, lay_scratch, soil_nodes, keep_tractions, keep_contact_points
   use qsmpm_equations, only: equations_type
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_model, only: model_type
-  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_rigid_bodies, only: motion_in_phase, keep_rigid_body
   use qsmpm_rigid_pose, only: placed_shape_type, carry_along, moved_on
   use qsmpm_sparse_matrix, only: sparse_matrix_type
@@ -52,6 +55,7 @@ module qsmpm_contacts
     procedure :: prepare
     procedure :: set_load
     procedure :: evaluate
+    procedure :: judge
     procedure :: add_force
     procedure :: add_sizes
     procedure :: add_blocks
@@ -199,8 +203,7 @@ contains
     self%scratch%final = self%scratch%now
   end subroutine set_load
 
-  !> A body that moves so far in a step that it may pass surface points unseen loses the step, and so does one that is
-  !> loaded and touches nothing.
+  !> A body that moves so far in a step that it may pass surface points unseen loses the step.
   subroutine evaluate(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
     class(contacts_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -213,6 +216,12 @@ contains
     real(wp), intent(in), optional :: prescribed(:, :)
     integer :: c, k
 
+    if (self%scratch%patches%torn) then
+      failure%failed = .true.
+      failure%unrecoverable = .true.
+      failure%reason = 'a patch of contact on a rigid body reaches beyond what a process knows of its surroundings'
+      return
+    end if
     associate (unused => configuration, unused_tangent => tangent, unused_equations => equations, &
         unused_matrix => matrix)
     end associate
@@ -220,8 +229,6 @@ contains
     self%scratch%at_rest = .false.
     do c = 1, size(self%scratch%column)
       call place_body(self%scratch, c, displacement)
-      if (self%scratch%column(c) + self%scratch%turning_column(c) > 0) &
-        call check_touch(self, model, c, displacement, failure)
     end do
     associate (scratch => self%scratch)
       do c = 1, size(scratch%pairs)
@@ -251,31 +258,45 @@ contains
     end associate
   end subroutine place_body
 
-  !> Fail where a body that is free is held by no patch.
-  subroutine check_touch(self, model, body, displacement, failure)
+  !> A body that is loaded and touches nothing, on no process, loses the step.
+  subroutine judge(self, model, displacement, failure)
     class(contacts_type), intent(in) :: self
     type(model_type), intent(in) :: model
-    integer, intent(in) :: body
     real(wp), intent(in) :: displacement(:, :)
     type(failure_type), intent(inout) :: failure
+    integer :: b
+
+    do b = 1, size(self%scratch%column)
+      if (self%scratch%column(b) + self%scratch%turning_column(b) == 0) cycle
+      if (any_of(model%part%team, touches_soil(self, b, displacement))) cycle
+      failure%failed = .true.
+      failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' is loaded and touches nothing: "// &
+        'press it against the soil by *MOVE first, or load it in smaller steps'
+    end do
+  end subroutine judge
+
+  !> Whether a body is held by a patch.
+  logical function touches_soil(self, body, displacement) result(touches)
+    class(contacts_type), intent(in) :: self
+    integer, intent(in) :: body
+    real(wp), intent(in) :: displacement(:, :)
     type(tractions_type) :: tractions
     type(place_measure_type), allocatable :: measure(:)
     real(wp) :: gap
     integer :: c
 
+    touches = .false.
     associate (patches => self%scratch%patches)
       do c = 1, patches%count
         if (self%scratch%pairs(patches%pair(c))%body /= body) cycle
         if (allocated(measure)) deallocate (measure)
         allocate (measure(patches%first(c):patches%first(c + 1) - 1))
         call tractions_of_patch(self%scratch, c, displacement, measure, tractions, gap)
-        if (tractions%closed) return
+        touches = tractions%closed
+        if (touches) return
       end do
     end associate
-    failure%failed = .true.
-    failure%reason = "rigid body '"//model%analysis%rigid_bodies(body)%name//"' is loaded and touches nothing: "// &
-      'press it against the soil by *MOVE first, or load it in smaller steps'
-  end subroutine check_touch
+  end function touches_soil
 
   !> Fail where a place that rides on a body moves too far.
   subroutine check_motion(self, model, b, x, failure)
@@ -308,10 +329,11 @@ contains
     do c = 1, self%scratch%patches%count
       call push_of_patch(self%scratch, c, displacement, tractions, push)
       associate (nodes => self%connectivity%nodes(self%connectivity%first(c):self%connectivity%first(c + 1) - 1))
-        n = size(nodes)
-        force(:d, nodes) = force(:d, nodes) + push(:d, :n)
+        n = merge(size(nodes), soil_nodes(self%scratch, c), self%scratch%counted(c))
+        force(:d, nodes(:n)) = force(:d, nodes(:n)) + push(:d, :n)
       end associate
     end do
+    if (.not. self%scratch%counts_loads) return
     do b = 1, size(self%scratch%column)
       associate (column => self%scratch%column(b), turn => self%scratch%turning_column(b))
         if (column > 0) force(:d, column) = force(:d, column) + self%scratch%load(:d, b)
@@ -341,10 +363,11 @@ contains
       do b = 1, size(scratch%column)
         associate (column => scratch%column(b), turn => scratch%turning_column(b))
           if (column + turn == 0) cycle
-          size_here = abs(scratch%load(:3, b))
-          moment = abs(moment_of(scratch%load(:, b), scratch%now(b)%pose%rotation(3)))
+          size_here = merge(abs(scratch%load(:3, b)), 0.0_wp, scratch%counts_loads)
+          moment = merge(abs(moment_of(scratch%load(:, b), scratch%now(b)%pose%rotation(3))), 0.0_wp, &
+            scratch%counts_loads)
           do c = 1, scratch%patches%count
-            if (scratch%pairs(scratch%patches%pair(c))%body /= b) cycle
+            if (scratch%pairs(scratch%patches%pair(c))%body /= b .or. .not. scratch%counted(c)) cycle
             do k = scratch%patches%first(c), scratch%patches%first(c + 1) - 1
               associate (push => scratch%area(k)*(abs(scratch%pressure(c) - scratch%confinement) &
                   *abs(scratch%normal(:, k)) + abs(scratch%shear(:, c))))
@@ -371,14 +394,17 @@ contains
     real(wp), allocatable :: block(:, :, :, :)
     real(wp) :: push(3, size(self%scratch%shape, 1))
     type(tractions_type) :: tractions
-    integer :: b, c, list
+    integer :: b, c, list, n
 
     do c = 1, self%scratch%patches%count
       call push_of_patch(self%scratch, c, displacement, tractions, push, block)
+      n = soil_nodes(self%scratch, c)
+      if (.not. self%scratch%counted(c)) block(:, n + 1:, :, n + 1:) = 0.0_wp
       if (equations%symmetric) block = 0.5_wp*(block + reshape(block, shape(block), order=[3, 4, 1, 2]))
       call add_block(equations, self%first_stencil + c - 1, block, matrix)
     end do
     ! What the arms of the loads add; the lists of the bodies stand behind those of the patches.
+    if (.not. self%scratch%counts_loads) return
     list = self%first_stencil + self%scratch%patches%count + count(self%scratch%column > 0) - 1
     do b = 1, size(self%scratch%turning_column)
       if (self%scratch%turning_column(b) == 0) cycle
@@ -399,11 +425,9 @@ contains
     type(tractions_type) :: tractions
     type(place_measure_type), allocatable :: measure(:)
     real(wp) :: on_body(6, size(self%scratch%now)), gap, slip(3)
-    logical :: own(model%state%surface%count)
     integer :: c, b
 
     on_body = 0.0_wp
-    own = own_of(model%part%surface, size(own))
     model%state%surface%contact_pressure = 0.0_wp
     model%state%surface%contact_shear = 0.0_wp
     model%state%surface%contact_slip = 0.0_wp
@@ -419,10 +443,7 @@ contains
         allocate (measure(patches%first(c):patches%first(c + 1) - 1))
         call tractions_of_patch(scratch, c, displacement, measure, tractions, gap, slip)
         call keep_tractions(scratch, c, gap, slip, tractions, model)
-        ! A patch is counted by the process whose own its first point is.
-        if (is_divided(model%part)) then
-          if (.not. own(patches%point(patches%first(c)))) cycle
-        end if
+        if (.not. scratch%counted(c)) cycle
         b = scratch%pairs(patches%pair(c))%body
         on_body(:, b) = on_body(:, b) + reaction_of(scratch, c, measure, tractions)
       end do

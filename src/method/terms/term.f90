@@ -10,7 +10,7 @@
 !>   prepare, couple      node lists and scratch of the step, from the state
 !>   begin                when the step takes place, damping and fading of numerical terms
 !>   set_load             loads as they stand at a fraction of the phase: that of the start, then that of the end
-!>   evaluate, add_force, add_blocks, ...   for each trial displacement
+!>   evaluate, judge, add_force, add_blocks, ...   for each trial displacement
 !>   commit or discard    exactly once, when the solve is taken or not
 !>
 !> What a term holds is parameters and scratch. What it keeps from step to step (multipliers, a history) it lays into
@@ -112,6 +112,7 @@ module qsmpm_term
     procedure :: begin => begin_nothing
     procedure :: set_load => set_no_load
     procedure :: evaluate => evaluate_nothing
+    procedure :: judge => judge_nothing
     procedure(force_interface), deferred :: add_force
     procedure :: add_sizes => add_no_sizes
     procedure :: add_blocks => add_no_blocks
@@ -141,7 +142,8 @@ module qsmpm_term
       class(term_type), intent(in) :: self
       !> (components, nodes)
       real(wp), intent(in) :: displacement(:, :)
-      !> As a load where the role is external, as a resistance otherwise (components, nodes).
+      !> As a load where the role is external, as a resistance otherwise (components, nodes). At unknowns that belong
+      !> to no node the share of this process, whose sum over a team is the whole.
       real(wp), intent(inout) :: force(:, :)
     end subroutine force_interface
   end interface
@@ -254,6 +256,20 @@ contains
     end associate
     if (present(prescribed)) return
   end subroutine evaluate_nothing
+
+  !> Judge a trial displacement that no process has failed to evaluate: what only all of a team can tell together, each
+  !> of which takes part. Nothing, unless extended.
+  subroutine judge_nothing(self, model, displacement, failure)
+    class(term_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    !> Set where it cannot be taken, on all processes at once.
+    type(failure_type), intent(inout) :: failure
+
+    associate (unused => self, unused_model => model, unused_displacement => displacement, unused_failure => failure)
+    end associate
+  end subroutine judge_nothing
 
   !> Add the sizes of the force. Nothing, unless extended: shares refer to the soil.
   subroutine add_no_sizes(self, sizes)

@@ -18,8 +18,8 @@ module qsmpm_term_sums
   implicit none
   private
 
-  public :: start_terms, prepare_terms, begin_terms, set_loads, evaluate_terms, sum_forces, sum_transient, &
-    add_all_blocks, linear_forces, sum_field_sizes, measure_shares, share_names, find_unusable, &
+  public :: start_terms, prepare_terms, begin_terms, set_loads, evaluate_terms, judge_terms, sum_forces, &
+    sum_transient, add_all_blocks, linear_forces, sum_field_sizes, measure_shares, share_names, find_unusable, &
     are_symmetric, evaluated_points, mark_anchored, commit_terms, discard_terms
 
 contains
@@ -123,6 +123,23 @@ contains
       if (failure%failed) return
     end do
   end subroutine evaluate_terms
+
+  !> Judge what all processes of a team have evaluated.
+  subroutine judge_terms(terms, model, displacement, failure)
+    type(term_slot_type), intent(in) :: terms(:)
+    type(model_type), intent(in) :: model
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    !> Of the last term that fails.
+    type(failure_type), intent(inout) :: failure
+    integer :: t
+
+    do t = 1, size(terms)
+      associate (term => terms(t)%term)
+        call term%judge(model, displacement(:term%rows, :term%columns), failure)
+      end associate
+    end do
+  end subroutine judge_terms
 
   !> Force of all terms of one role.
   subroutine sum_forces(terms, role, displacement, force)
