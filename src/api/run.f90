@@ -201,7 +201,7 @@ contains
     type(simulation_type) :: simulation
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
-    type(team_type) :: team
+    type(team_type) :: team, sharing
     type(follower_type) :: follower
 
     exit_code = 0
@@ -209,7 +209,10 @@ contains
     call problem%read(request%deck, error)
     report = problem%messages
     simulation%threads = request%threads
-    if (.not. allocated(error)) call simulation%create(problem, error)
+    ! A state that is read is that of the whole model.
+    sharing = team
+    if (len(request%restart) > 0) sharing = team_type()
+    if (.not. allocated(error)) call simulation%create(problem, error, sharing)
     if (.not. allocated(error)) call refuse_sharing(simulation%model, team%ranks, error)
     simulation%loop%team = team
     if (.not. allocated(error) .and. len(request%restart) > 0) call simulation%load(request%restart, error)

@@ -7,6 +7,7 @@
 module qsmpm_own_part
   use qsmpm_kinds, only: long
   use qsmpm_cell_owners, only: cell_owners_type
+  use qsmpm_grid_window, only: window_type
   use qsmpm_points, only: points_type, surface_points_type
   use qsmpm_team, only: team_type
   implicit none
@@ -21,6 +22,9 @@ module qsmpm_own_part
     class(cell_owners_type), allocatable :: owners
     !> Rows of cells around the own ones whose points are copied.
     integer :: ring = 0
+    !> Of a model that was divided as it was built: the window that one process would look at, and the points of all.
+    type(window_type) :: built_window
+    integer(long) :: built_points = 0
     !> Which nodes of the space, cells, material points, surface points, tracers, watched places, points of bodies that
     !> are taken out and feet are own; unallocated alone.
     logical, allocatable :: nodes(:), cells(:), points(:), surface(:), tracers(:), watched(:), unloading(:), &

@@ -8,6 +8,7 @@
 !> was interrupted and continued leaves the same bytes as one that was not.
 module qsmpm_results
   use qsmpm_kinds, only: wp
+  use qsmpm_built_model, only: was_divided_as_built, make_built_mesh
   use qsmpm_error, only: error_type
   use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_in_results
   use qsmpm_fields, only: padded, list_results
@@ -15,6 +16,7 @@ module qsmpm_results
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     put_link, save_image
   use qsmpm_element, only: vtk_type
+  use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: numbered
   use qsmpm_surroundings, only: put_surroundings
@@ -39,31 +41,44 @@ contains
     type(model_type), intent(in) :: model
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
+    type(mesh_type) :: mesh
+
+    if (was_divided_as_built(model)) then
+      call make_built_mesh(model, mesh)
+      call write_mesh(directory, mesh, error)
+    else
+      call write_mesh(directory, model%mesh, error)
+    end if
+  end subroutine write_mesh_results
+
+  !> Write a mesh.
+  subroutine write_mesh(directory, mesh, error)
+    character(len=*), intent(in) :: directory
+    type(mesh_type), intent(in) :: mesh
+    type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
     real(wp), allocatable :: reals(:, :)
     integer, allocatable :: types(:), offsets(:), nodes(:)
     integer :: c
 
-    associate (mesh => model%mesh)
-      call create_image(image)
-      call put_group(image, '/mesh')
-      call padded(mesh%coordinates, 3, reals)
-      call put_array(image, '/mesh/coordinates', reals)
-      allocate (nodes, source=mesh%cell_nodes - 1)
-      call put_array(image, '/mesh/cell_nodes', nodes)
-      allocate (offsets, source=mesh%cell_first - 1)
-      call put_array(image, '/mesh/cell_offsets', offsets)
-      allocate (types(mesh%cell_count))
-      do c = 1, mesh%cell_count
-        types(c) = vtk_type(mesh%cell_kind(c))
-      end do
-      call put_array(image, '/mesh/cell_types', types)
-      call put_array(image, '/mesh/node_labels', mesh%node_label)
-      call put_array(image, '/mesh/cell_labels', mesh%cell_label)
-      call put_attribute(image, '/mesh', 'dimension', mesh%dimension)
-    end associate
+    call create_image(image)
+    call put_group(image, '/mesh')
+    call padded(mesh%coordinates, 3, reals)
+    call put_array(image, '/mesh/coordinates', reals)
+    allocate (nodes, source=mesh%cell_nodes - 1)
+    call put_array(image, '/mesh/cell_nodes', nodes)
+    allocate (offsets, source=mesh%cell_first - 1)
+    call put_array(image, '/mesh/cell_offsets', offsets)
+    allocate (types(mesh%cell_count))
+    do c = 1, mesh%cell_count
+      types(c) = vtk_type(mesh%cell_kind(c))
+    end do
+    call put_array(image, '/mesh/cell_types', types)
+    call put_array(image, '/mesh/node_labels', mesh%node_label)
+    call put_array(image, '/mesh/cell_labels', mesh%cell_label)
+    call put_attribute(image, '/mesh', 'dimension', mesh%dimension)
     call save_image(image, directory//'/'//results_folder//'/mesh.h5', error)
-  end subroutine write_mesh_results
+  end subroutine write_mesh
 
   !> Write the fields of a step.
   subroutine write_step_results(directory, model, estimate, error)

@@ -17,11 +17,13 @@ import faults
 import many_ranks
 import migration
 import one_rank
+import phase_begins
 import shared_scenes
 from support import TOP, Place
 
-CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS, *migration.CHECKS, *shared_scenes.CHECKS, *faults.CHECKS]
-LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS, *migration.LONG_CHECKS, *shared_scenes.LONG_CHECKS, *faults.LONG_CHECKS]
+CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS, *migration.CHECKS, *shared_scenes.CHECKS, *phase_begins.CHECKS, *faults.CHECKS]
+LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS, *migration.LONG_CHECKS, *shared_scenes.LONG_CHECKS,
+               *phase_begins.LONG_CHECKS, *faults.LONG_CHECKS]  # fmt: skip
 
 
 def main() -> int:
