@@ -200,14 +200,17 @@ contains
     type(simulation_type) :: simulation
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
-    type(team_type) :: team
+    type(team_type) :: team, sharing
 
     exit_code = 0
     team = team_world()
     call problem%read(request%deck, error)
     report = problem%messages
     simulation%threads = request%threads
-    if (.not. allocated(error)) call simulation%create(problem, error)
+    ! A state that is read is that of the whole model.
+    sharing = team
+    if (len(request%restart) > 0) sharing = team_type()
+    if (.not. allocated(error)) call simulation%create(problem, error, sharing)
     if (.not. allocated(error)) call refuse_sharing(simulation%model, team%ranks, error)
     simulation%loop%team = team
     call agree(team, error)

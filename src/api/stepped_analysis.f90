@@ -36,6 +36,7 @@ module qsmpm_stepped_analysis
   use qsmpm_stages, only: take_over_stages
   use qsmpm_step_length, only: phase_is_complete
   use qsmpm_stopwatch, only: switch_timer, part_output, part_control
+  use qsmpm_team, only: team_type
   use qsmpm_term, only: term_type
   use qsmpm_term_sums, only: share_names
   use qsmpm_whole_scene, only: begin_whole, is_reduced
@@ -101,14 +102,17 @@ module qsmpm_stepped_analysis
 contains
 
   !> Mesh, seed and make ready to step.
-  subroutine create(self, problem, error)
+  subroutine create(self, problem, error, team)
     !> The analysis; a former one is given up.
     class(stepped_analysis_type), intent(inout) :: self
     !> What is to be analysed.
     type(problem_type), intent(in) :: problem
     !> Set when the deck or a material of the program is not good.
     type(error_type), allocatable, intent(out) :: error
+    !> Who may share the model as it is built; this process alone where it is not given.
+    type(team_type), intent(in), optional :: team
     type(analysis_type) :: analysis
+    type(team_type) :: sharing
     type(settings_type) :: settings
     type(law_slot_type), allocatable :: laws(:)
     type(run_profile_type) :: profile
@@ -130,7 +134,9 @@ contains
     call mark_own(problem%materials, self%scene)
     call reduce_scene(self%scene, analysis, self%expansion, self%checks)
     call own_laws(problem%materials, analysis, laws, error)
-    if (.not. allocated(error)) call build_model(analysis, self%model, error, laws)
+    ! Results of a scene that is larger than its model are made of the whole model.
+    if (present(team) .and. size(self%expansion%steps) == 0) sharing = team
+    if (.not. allocated(error)) call build_model(analysis, self%model, error, laws, sharing)
     if (allocated(laws)) call move_alloc(laws, self%own)
     if (.not. allocated(error)) then
       self%scene%method = self%model%analysis%method

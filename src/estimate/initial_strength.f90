@@ -7,6 +7,7 @@ module qsmpm_initial_strength
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: batch_type, tangent_none, status_ok
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: own_of
   use qsmpm_point_driver, only: prepare_point
   use qsmpm_tensor, only: identity, pack_gradient
   implicit none
@@ -19,14 +20,16 @@ module qsmpm_initial_strength
 
 contains
 
-  !> Material points whose stress changes though they do not move.
+  !> Own material points whose stress changes though they do not move.
   integer function count_beyond_strength(model) result(beyond)
     !> The model at the start of a phase.
     type(model_type), intent(in) :: model
     type(batch_type) :: batch
+    logical :: own(model%state%points%count)
     integer :: p, m
 
     beyond = 0
+    own = own_of(model%part%points, model%state%points%count)
     do m = 1, size(model%laws)
       if (model%analysis%materials(m)%user%given) cycle
       associate (law => model%laws(m)%law, points => model%state%points)
@@ -34,7 +37,7 @@ contains
         call pack_gradient(identity, batch%gradient(:, 1))
         batch%volume_ratio = 1.0_wp
         do p = 1, points%count
-          if (points%material(p) /= m) cycle
+          if (points%material(p) /= m .or. .not. own(p)) cycle
           batch%stress_start(:, 1) = points%stress(:, p)
           batch%state_start(:, 1) = points%state(:law%state_count, p)
           call law%update(batch, tangent_none)

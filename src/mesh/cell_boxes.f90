@@ -3,17 +3,19 @@
 !> Together the boxes are the whole grid, and no cell is in two of them. The same places give the same boxes.
 !>
 !> A cell of the grid is a brick: the mesh cells that it is cut into have one owner. A node belongs to the brick that
-!> holds it, the upper one where it lies between several; shifted nodes of a grid that is perturbed do too.
+!> holds it, the upper one where it lies between several; shifted nodes of a grid that is perturbed do too. What is
+!> shared may be known in parts to the processes of a team, which then take part together.
 module qsmpm_cell_boxes
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_cell_owners, only: cell_owners_type
   use qsmpm_grid, only: grid_type, grid_axis_type, pieces_of, whole_window
   use qsmpm_grid_window, only: window_type, cell_place, cells_of, cells_over, widen
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_team, only: team_type, total
   implicit none
   private
 
-  public :: box_owners_type, share_grid, share_cells, box_of, is_inside
+  public :: box_owners_type, share_grid, share_cells, share_jointly, box_of, is_inside
 
   !> Owners of the cells of a grid.
   type, extends(cell_owners_type) :: box_owners_type
@@ -32,10 +34,13 @@ module qsmpm_cell_boxes
 contains
 
   !> Share a grid between some processes.
-  subroutine share_grid(grid, cell, ranks, owners, short)
+  subroutine share_grid(team, grid, cell, weight, ranks, owners, short)
+    !> Who knows a part of what is shared.
+    type(team_type), intent(in) :: team
     type(grid_type), intent(in) :: grid
-    !> Cells of the whole grid in which what is shared lies, as often as something does.
-    integer, intent(in) :: cell(:), ranks
+    !> Cells of the whole grid in which the part of this process lies, and how much in each (n).
+    integer, intent(in) :: cell(:), weight(:)
+    integer, intent(in) :: ranks
     type(box_owners_type), intent(out) :: owners
     !> There are too few of them.
     logical, intent(out) :: short
@@ -48,7 +53,7 @@ contains
       at(:, i) = cell_place(owners%whole, owners%pieces, cell(i))
     end do
     allocate (owners%boxes(ranks))
-    call share_cells(at, owners%whole, owners%boxes, short)
+    call share_jointly(team, at, weight, owners%whole, owners%boxes, short)
   end subroutine share_grid
 
   !> Ranks that own some cells.
@@ -105,14 +110,32 @@ contains
     !> (ranks)
     type(window_type), intent(out) :: boxes(:)
     logical, intent(out) :: short
+    type(team_type) :: alone
+    integer :: weight(size(at, 2))
 
-    short = .false.
-    call halve(at, whole, boxes, short)
+    weight = 1
+    call share_jointly(alone, at, weight, whole, boxes, short)
   end subroutine share_cells
 
+  !> The same of what each process of a team knows a part of.
+  subroutine share_jointly(team, at, weight, whole, boxes, short)
+    type(team_type), intent(in) :: team
+    !> Cells in which the part of this process lies, and how much in each (3, n), (n).
+    integer, intent(in) :: at(:, :), weight(:)
+    type(window_type), intent(in) :: whole
+    !> (as many as the cells are shared between)
+    type(window_type), intent(out) :: boxes(:)
+    logical, intent(out) :: short
+
+    short = .false.
+    call halve(team, at, weight, whole, boxes, short)
+  end subroutine share_jointly
+
   !> Share a box between some processes.
-  recursive subroutine halve(at, box, boxes, short)
-    integer, intent(in) :: at(:, :)
+  recursive subroutine halve(team, at, weight, box, boxes, short)
+    type(team_type), intent(in) :: team
+    !> In the box.
+    integer, intent(in) :: at(:, :), weight(:)
     type(window_type), intent(in) :: box
     type(window_type), intent(out) :: boxes(:)
     logical, intent(inout) :: short
@@ -122,7 +145,7 @@ contains
     boxes = box
     if (size(boxes) == 1) return
     n = size(boxes)/2
-    call find_cut(at, n, size(boxes), axis, line)
+    call find_cut(team, at, weight, box, n, size(boxes), axis, line)
     if (axis == 0) then
       short = .true.
       return
@@ -131,35 +154,65 @@ contains
     low%last(axis) = line
     high = box
     high%first(axis) = line + 1
-    call halve(at(:, pack([(i, i=1, size(at, 2))], at(axis, :) <= line)), low, boxes(:n), short)
-    call halve(at(:, pack([(i, i=1, size(at, 2))], at(axis, :) > line)), high, boxes(n + 1:), short)
+    associate (below => pack([(i, i=1, size(at, 2))], at(axis, :) <= line), &
+        above => pack([(i, i=1, size(at, 2))], at(axis, :) > line))
+      call halve(team, at(:, below), weight(below), low, boxes(:n), short)
+      call halve(team, at(:, above), weight(above), high, boxes(n + 1:), short)
+    end associate
   end subroutine halve
 
   !> Where to cut: behind which cell along which axis; axis 0 where all lies in one cell.
-  subroutine find_cut(at, part, of_all, axis, line)
-    integer, intent(in) :: at(:, :)
+  subroutine find_cut(team, at, weight, box, part, of_all, axis, line)
+    type(team_type), intent(in) :: team
+    integer, intent(in) :: at(:, :), weight(:)
+    type(window_type), intent(in) :: box
     !> Processes below the cut, and all.
     integer, intent(in) :: part, of_all
     integer, intent(out) :: axis, line
-    integer :: low(3), high(3), below, l
-    real :: wanted, nearest
+    integer(long), allocatable :: held(:)
+    integer :: low(3), high(3), cells(3), first(4), a, l
+    real :: wanted, nearest, below
 
+    cells = cells_of(box)
+    first = [0, cells(1), cells(1) + cells(2), sum(cells)]
+    held = total(team, held_by_layers(at, weight, box, first))
+    do a = 1, 3
+      associate (layers => held(first(a) + 1:first(a + 1)))
+        low(a) = findloc(layers > 0, .true., dim=1)
+        high(a) = findloc(layers > 0, .true., dim=1, back=.true.)
+      end associate
+    end do
     axis = 0
     line = 0
-    if (size(at, 2) == 0) return
-    low = minval(at, dim=2)
-    high = maxval(at, dim=2)
     if (all(high == low)) return
     axis = maxloc(high - low, dim=1)
-    wanted = real(size(at, 2))*real(part)/real(of_all)
+    wanted = real(sum(held(:cells(1))))*real(part)/real(of_all)
     nearest = huge(nearest)
     do l = low(axis), high(axis) - 1
-      below = count(at(axis, :) <= l)
-      if (abs(real(below) - wanted) >= nearest) cycle
-      nearest = abs(real(below) - wanted)
-      line = l
+      below = real(sum(held(first(axis) + 1:first(axis) + l)))
+      if (abs(below - wanted) >= nearest) cycle
+      nearest = abs(below - wanted)
+      line = box%first(axis) + l - 1
     end do
   end subroutine find_cut
+
+  !> How much of the part of this process lies in the layers of cells of a box across each axis.
+  pure function held_by_layers(at, weight, box, first) result(held)
+    integer, intent(in) :: at(:, :), weight(:)
+    type(window_type), intent(in) :: box
+    !> Where the layers of an axis begin, less one (4).
+    integer, intent(in) :: first(4)
+    integer(long) :: held(first(4))
+    integer :: a, i, k
+
+    held = 0
+    do i = 1, size(at, 2)
+      do a = 1, 3
+        k = first(a) + at(a, i) - box%first(a) + 1
+        held(k) = held(k) + weight(i)
+      end do
+    end do
+  end function held_by_layers
 
   !> Number of the box that a cell is in.
   pure integer function box_of(boxes, at)

@@ -14,11 +14,13 @@
 !> nobody. What the phase has moved the ground in fact stands in the log where it ends (qsmpm_phase_report).
 module qsmpm_initial_balance
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: joint_norm, lowest_rank
   use qsmpm_equations, only: gather, scatter
   use qsmpm_error, only: error_type, error_not_converged, fail
+  use qsmpm_exchange, only: spread_from
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_stress, only: reaches_above, measure_slope
-  use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves
+  use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, largest_move
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: tangent_elastic
   use qsmpm_model, only: model_type
@@ -26,6 +28,7 @@ module qsmpm_initial_balance
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
   use qsmpm_space, only: node_position
   use qsmpm_stress_force, only: internal_force
+  use qsmpm_team, only: team_type, largest
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term_sums, only: set_loads, discard_terms
   use qsmpm_text, only: real_text
@@ -199,13 +202,16 @@ contains
     type(phase_type), intent(in) :: phase
     type(error_type), allocatable, intent(out) :: error
     character(len=200) :: text
-    real(wp) :: slope
+    real(wp) :: slope, place(model%mesh%dimension)
     integer :: worst
 
     call measure_slope(model, phase%initial, slope, worst)
+    place = 0.0_wp
+    if (worst > 0) place = model%state%points%position(:, worst)
+    call take_largest(model%part%team, slope, place)
     if (.not. slope > steepest) return
     write (text, '(a,es8.1,a,3(1x,es11.4))') 'their horizontal part varies by ', slope, ' of the weight along the '// &
-      'horizontal, most at', model%state%points%position(:, worst)
+      'horizontal, most at', place
     call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
       trim(text)//': ground, a layer or the water is not level there. '//advice)
   end subroutine check_slope
@@ -223,6 +229,7 @@ contains
     real(wp), dimension(size(step%forces%internal, 1), size(step%forces%internal, 2)) :: move
     real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, resistance
     real(wp), dimension(step%equations%count) :: weight, residual, by_weight, by_residual
+    real(wp) :: size_of_loads, size_of_points, largest_of_own
 
     move = 0.0_wp
     balance%position = model%mesh%bounds(:, 1)
@@ -238,20 +245,48 @@ contains
       if (by_law) resistance = step%forces%internal(:size(load, 1), :size(load, 2))
     end if
     call gather(step%equations, load - resistance, residual)
-    if (.not. norm2(weight) > no_load*size_of_stresses(model, step)) then
+    size_of_loads = norm_of(step, weight)
+    size_of_points = size_of_stresses(model, step)
+    if (.not. size_of_loads > no_load*size_of_points) then
       ! Without a load nothing but the stresses themselves says what is much.
-      balance%residual = norm2(residual)/max(size_of_stresses(model, step), tiny(1.0_wp))
+      balance%residual = norm_of(step, residual)/max(size_of_points, tiny(1.0_wp))
       balance%move = balance%residual
       return
     end if
-    balance%residual = norm2(residual)/norm2(weight)
+    balance%residual = norm_of(step, residual)/size_of_loads
     call elastic_moves(step, weight, residual, by_weight, by_residual, error)
     if (allocated(error)) return
     call scatter(step%equations, by_residual, move)
-    balance%settlement = maxval(abs(by_weight), mask=step%field_of == 1)
-    balance%move = maxval(abs(by_residual), mask=step%field_of == 1)/max(balance%settlement, tiny(1.0_wp))
+    balance%settlement = largest_move(step, by_weight)
+    largest_of_own = maxval(abs(by_residual), mask=step%field_of == 1)
     balance%position = node_position(model%space, model%mesh, maxloc(maxval(abs(move(:, :size(load, 2))), 1), 1))
+    call take_largest(step%team, largest_of_own, balance%position)
+    balance%move = largest_of_own/max(balance%settlement, tiny(1.0_wp))
   end subroutine measure_balance
+
+  !> Norm of forces at the equations of all processes.
+  real(wp) function norm_of(step, force)
+    type(step_type), intent(in) :: step
+    !> (equations)
+    real(wp), intent(in) :: force(:)
+
+    norm_of = joint_norm(step%team, norm2(pack(force, step%field_of > 0)))
+  end function norm_of
+
+  !> The largest value of all processes, and where it is.
+  subroutine take_largest(team, value, place)
+    type(team_type), intent(in) :: team
+    !> Of this process; then of all.
+    real(wp), intent(inout) :: value
+    real(wp), contiguous, intent(inout) :: place(:)
+    real(wp) :: extreme
+    integer :: rank
+
+    extreme = largest(team, value)
+    rank = lowest_rank(team, value >= extreme)
+    value = extreme
+    if (rank < team%ranks) call spread_from(team, rank, place)
+  end subroutine take_largest
 
   !> Size of the nodal forces of the whole stresses, above no pressure.
   real(wp) function size_of_stresses(model, step) result(force_size)
@@ -263,7 +298,7 @@ contains
 
     soil => soil_of(step%terms)
     call internal_force(integration_of(soil, step%configuration_type), model%state%points, 0.0_wp, force)
-    force_size = norm2(force)
+    force_size = joint_norm(step%team, norm2(pack(force, spread(step%own(:size(force, 2)), 1, size(force, 1)))))
   end function size_of_stresses
 
   !> Internal force at the start of the step. The soil's is that of the stresses given: an evaluation would bring those

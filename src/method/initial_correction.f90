@@ -17,23 +17,27 @@
 !> between its points, is corrected in the same way.
 module qsmpm_initial_correction
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: agree
   use qsmpm_analysis, only: three_dimensional
+  use qsmpm_division, only: migrate_points
   use qsmpm_equations, only: gather, scatter
   use qsmpm_error, only: error_type
   use qsmpm_initial_stress, only: start_states
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: law_slot_type, law_type, tangent_elastic, tangent_none
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
-  use qsmpm_linear_system, only: factorise_system, solve_system
+  use qsmpm_joint_system, only: factorise_jointly, solve_jointly
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: is_divided
   use qsmpm_soil_points, only: soil_type, soil_of, find_point_results
   use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_team, only: largest
   use qsmpm_term_sums, only: add_all_blocks, set_loads, discard_terms
   implicit none
   private
 
-  public :: correction_type, correct_stresses, elastic_moves
+  public :: correction_type, correct_stresses, elastic_moves, largest_move
 
   !> Largest move, as a share of that under the weight, that is one of the grid, and the one that may be left.
   real(wp), parameter :: largest_of_grid = 1.0e-2_wp
@@ -75,6 +79,9 @@ contains
     type(law_slot_type), allocatable :: own(:)
     real(wp), allocatable :: move(:, :), given(:, :)
 
+    ! Points in the order in which `renew_copies` leaves them.
+    call renew_copies(model, error)
+    if (allocated(error)) return
     allocate (given, source=model%state%points%stress)
     call take_elastic_laws(model, own)
     call find_move(model, step, move, correction%before, error)
@@ -86,7 +93,8 @@ contains
         call repeat_correction(model, step, move, correction%after)
       if (.not. allocated(error)) call follow_laws(model, step, own, correction, error)
       associate (stress => model%state%points%stress)
-        correction%change = maxval(abs(stress - given))/max(maxval(abs(given)), tiny(1.0_wp))
+        correction%change = largest(model%part%team, maxval(abs(stress - given))) &
+          /max(largest(model%part%team, maxval(abs(given))), tiny(1.0_wp))
       end associate
     end if
     call move_alloc(own, model%laws)
@@ -219,9 +227,17 @@ contains
     call discard_terms(step%terms)
     if (allocated(unsolved)) return
     call scatter(step%equations, by_residual, move)
-    share = maxval(abs(by_residual), mask=step%field_of == 1) &
-      /max(maxval(abs(by_weight), mask=step%field_of == 1), tiny(1.0_wp))
+    share = largest_move(step, by_residual)/max(largest_move(step, by_weight), tiny(1.0_wp))
   end subroutine find_move
+
+  !> Largest component of a move of the nodes of all processes.
+  real(wp) function largest_move(step, move)
+    type(step_type), intent(in) :: step
+    !> (equations)
+    real(wp), intent(in) :: move(:)
+
+    largest_move = largest(step%team, maxval(abs(move), mask=step%field_of == 1))
+  end function largest_move
 
   !> Internal forces by the materials' own laws, whose states belong to the stresses of the points.
   subroutine find_forces(model, step, own, internal, error)
@@ -278,9 +294,11 @@ contains
 
     nothing = 0.0_wp
     call add_all_blocks(step%terms, nothing, step%equations, step%matrix)
-    call factorise_system(step%system, step%matrix, error)
-    if (.not. allocated(error)) call solve_system(step%system, step%matrix, weight, digits, by_weight, error)
-    if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)
+    call factorise_jointly(step%joint, step%team, step%system, step%equations, step%matrix, error)
+    if (.not. allocated(error)) call solve_jointly(step%joint, step%team, step%system, step%equations, step%matrix, &
+      weight, digits, by_weight, error)
+    if (.not. allocated(error)) call solve_jointly(step%joint, step%team, step%system, step%equations, step%matrix, &
+      residual, digits, by_residual, error)
   end subroutine elastic_moves
 
   !> Stresses of the points after a move of the elastic ground. Places stay.
@@ -299,7 +317,19 @@ contains
     if (soil%updates_points) call evaluate_step(model, step, move, tangent_none)
     call find_point_results(soil, model, step%configuration_type, &
       move(:model%mesh%dimension, :model%space%node_count), source, error)
+    call agree(step%team, error)
     if (allocated(error)) return
     model%state%points%stress(:, source) = soil%evaluation%results%stress
+    call renew_copies(model, error)
   end subroutine take_elastic_stress
+
+  !> What changes in passes changes in copies of points as in what they are copies of.
+  subroutine renew_copies(model, error)
+    type(model_type), intent(inout) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. is_divided(model%part)) return
+    call migrate_points(model, error)
+    call agree(model%part%team, error)
+  end subroutine renew_copies
 end module qsmpm_initial_correction

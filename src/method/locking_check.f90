@@ -9,10 +9,13 @@
 !> scatter, so that weight is none. Figures: docs/methods/uniform_pressure.md.
 module qsmpm_locking_check
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: locking_none
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
+  use qsmpm_own_part, only: own_of
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at
+  use qsmpm_team, only: total
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -52,33 +55,36 @@ contains
   end subroutine check_locking
 
   !> Scatter of the pressure in a material, over the shear stress; 0 where nothing yields in shear.
-  pure real(wp) function pressure_scatter(model, material) result(scatter)
+  real(wp) function pressure_scatter(model, material) result(scatter)
     type(model_type), intent(in) :: model
     !> Number of the material.
     integer, intent(in) :: material
     type(patches_type) :: connectivity
     type(smooth_stress_type) :: smooth
     real(wp) :: stress(size(model%state%points%stress, 1)), spread, shear
-    logical :: looked_at(model%state%points%count)
+    logical, dimension(model%state%points%count) :: looked_at, own
     integer :: p
 
     scatter = 0.0_wp
     associate (points => model%state%points)
       looked_at = points%material == material .and. &
         (points%plastic > 0 .or. .not. model%laws(material)%law%tells_yield)
-      if (.not. any(looked_at)) return
+      if (.not. any_of(model%part%team, any(looked_at))) return
+      own = own_of(model%part%points, points%count)
       call make_patches(model%mesh, points, connectivity)
       call fit_smooth_stress(model%mesh, model%state%coordinates, connectivity, points, material, linear, smooth)
       spread = 0.0_wp
       shear = 0.0_wp
       do p = 1, points%count
-        if (.not. looked_at(p)) cycle
+        if (.not. (looked_at(p) .and. own(p))) cycle
         if (shear_square(points%stress(:, p)) <= (least_shear*pressure(points%stress(:, p)))**2) cycle
         call smooth_stress_at(smooth, model%mesh, points%cell(p), points%local(:, p), points%position(:, p), stress)
         spread = spread + points%volume(p)*pressure(points%stress(:, p) - stress)**2
         shear = shear + points%volume(p)*shear_square(points%stress(:, p))
       end do
     end associate
+    spread = total(model%part%team, spread)
+    shear = total(model%part%team, shear)
     if (shear > 0.0_wp) scatter = sqrt(spread/shear)
   end function pressure_scatter
 

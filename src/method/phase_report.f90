@@ -2,7 +2,7 @@
 !> that a prescribed set leaves behind and of initial stresses, the active window, and why no equilibrium was found.
 !> Nothing here decides anything.
 module qsmpm_phase_report
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: phase_type
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
   use qsmpm_division, only: join_model
@@ -19,11 +19,11 @@ module qsmpm_phase_report
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type, check_moving_mesh
   use qsmpm_observer, only: observer_type
-  use qsmpm_own_part, only: is_divided
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
-  use qsmpm_team, only: largest
+  use qsmpm_team, only: largest, total
   use qsmpm_text, only: integer_text
   use qsmpm_user_material, only: interface_umat, model_tangent_auto, model_tangent_numerical
   implicit none
@@ -200,11 +200,14 @@ contains
   subroutine warn_of_initial_strength(model, observer)
     type(model_type), intent(in) :: model
     class(observer_type), intent(inout) :: observer
-    integer :: beyond
+    integer(long) :: beyond, points
 
-    beyond = count_beyond_strength(model)
+    associate (team => model%part%team, count_of => model%state%points%count)
+      beyond = total(team, int(count_beyond_strength(model), long))
+      points = total(team, count(own_of(model%part%points, count_of), kind=long))
+    end associate
     if (beyond > 0) call observer%note('warning: the initial stress of '//integer_text(beyond)//' of '// &
-      integer_text(model%state%points%count)//' material points lies beyond their strength; the first step '// &
+      integer_text(points)//' material points lies beyond their strength; the first step '// &
       'brings it back and moves them: change k0 of *INITIAL')
   end subroutine warn_of_initial_strength
 

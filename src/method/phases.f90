@@ -8,7 +8,7 @@ module qsmpm_phases
   use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_error, only: error_type, fail
   use qsmpm_histories, only: take_histories
-  use qsmpm_division, only: divide_model, division_text, join_model, unevenness
+  use qsmpm_division, only: divide_anew, division_text, unevenness
   use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_initialisation, only: step_type, begin_analysis
@@ -19,11 +19,12 @@ module qsmpm_phases
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_joint_system, only: end_joint_system
+  use qsmpm_kept_division, only: divide_all, join_all
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
   use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, failure_text, report_phase, &
     report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
   use qsmpm_phase_ends, only: is_lost, note_end, note_loss
-  use qsmpm_phase_start, only: start_phase, resume_phase
+  use qsmpm_phase_start, only: starts_whole, start_phase, resume_phase
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_run_profile, only: run_profile_type
@@ -66,10 +67,11 @@ module qsmpm_phases
     type(phase_report_type) :: report
     !> Who solves: the method, unless a test has put a script here.
     class(step_solver_type), allocatable :: solver
-    !> Who shares the run: every process begins phases with the whole model, and steps with its part of it.
+    !> Who shares the run: every process begins phases and steps with its part of the model.
     type(team_type) :: team
-    !> Points of the largest part over the mean when the model was divided last.
-    real(wp) :: unevenness = 1.0_wp
+    !> Points of the largest part over the mean when the model was divided last; 0 for a model whose division has not
+    !> been told.
+    real(wp) :: unevenness = 0.0_wp
   end type step_loop_type
 
 contains
@@ -119,6 +121,18 @@ contains
     class(observer_type), intent(inout) :: observer
     !> The state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
+
+    call take_parts(model, loop, observer, error)
+    if (.not. allocated(error)) call advance(model, loop, observer, error)
+    if (allocated(error)) call put_together(model, loop, error)
+  end subroutine advance_step_loop
+
+  !> The same with the part of the model that this process has.
+  subroutine advance(model, loop, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
     integer :: next
 
     if (.not. loop%begun) call begin_or_resume(model, loop, observer, error)
@@ -128,21 +142,19 @@ contains
       if (.not. allocated(error)) call choose_next_phase(model, observer, next, error)
       if (allocated(error) .or. next == 0) return
       call go_to_phase(model, next)
+      call forget_division(model, loop)
       loop%end_notified = .false.
       call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
     end if
-    if (loop%team%ranks > 1) call take_parts(model, loop, observer, error)
-    if (.not. allocated(error)) &
-      call reach_step(model, loop, model%analysis%phases(model%state%progress%phase), observer, error)
-    if (allocated(error) .or. phase_is_complete(model%state%progress)) call put_together(model, loop, error)
+    call reach_step(model, loop, model%analysis%phases(model%state%progress%phase), observer, error)
     if (allocated(error)) then
       call report_phase(model, loop%step%cut, loop%report, observer)
     else if (phase_is_complete(model%state%progress)) then
       call end_phase(model, loop, observer, error)
       if (.not. allocated(error) .and. is_finished(model, loop)) call need_all_phases(model, error)
     end if
-  end subroutine advance_step_loop
+  end subroutine advance
 
   !> Give every process of the team its part of the model; alone it keeps the whole.
   subroutine take_parts(model, loop, observer, error)
@@ -151,16 +163,40 @@ contains
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
-    if (loop%team%ranks == 1 .or. is_divided(model%part)) return
-    call divide_model(model, loop%team, error)
+    if (loop%team%ranks == 1) return
+    if (is_divided(model%part) .and. loop%unevenness > 0.0_wp) return
+    call divide_all(model, loop%team, error)
     call agree(loop%team, error)
-    if (.not. allocated(error)) then
-      loop%unevenness = unevenness(model)
-      call observer%note(division_text(model))
-    end if
-    ! Equations of another division are none of this one.
-    if (allocated(loop%step%equations%number)) deallocate (loop%step%equations%number)
+    if (allocated(error)) return
+    call observer%note(division_text(model))
+    call forget_division(model, loop)
   end subroutine take_parts
+
+  !> Divide a model anew whose largest part has grown by much against the others.
+  subroutine even_parts(model, loop, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. is_divided(model%part)) return
+    if (.not. unevenness(model) > most_growth*loop%unevenness) return
+    call divide_anew(model, error)
+    call agree(loop%team, error)
+    if (allocated(error)) return
+    call observer%note(division_text(model))
+    call forget_division(model, loop)
+  end subroutine even_parts
+
+  !> The model is divided in another way: equations of a former division are none of this one.
+  subroutine forget_division(model, loop)
+    type(model_type), intent(in) :: model
+    type(step_loop_type), intent(inout) :: loop
+
+    if (loop%team%ranks == 1) return
+    loop%unevenness = unevenness(model)
+    if (allocated(loop%step%equations%number)) deallocate (loop%step%equations%number)
+  end subroutine forget_division
 
   !> The whole model on every process again; a former error stays.
   subroutine put_together(model, loop, error)
@@ -170,10 +206,10 @@ contains
     type(error_type), allocatable :: failure
 
     if (.not. is_divided(model%part)) return
-    call join_model(model, failure)
+    call join_all(model, failure)
     call agree(loop%team, failure)
     if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
-    if (allocated(loop%step%equations%number)) deallocate (loop%step%equations%number)
+    call forget_division(model, loop)
   end subroutine put_together
 
   !> Put the loads of the present phase in force: from its start, or where the run was interrupted.
@@ -254,7 +290,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: notes
 
-    call start_phase(model, notes, error)
+    if (starts_whole(model)) call put_together(model, loop, error)
+    if (.not. allocated(error)) call start_phase(model, notes, error)
+    call agree(loop%team, error)
+    if (.not. allocated(error)) call take_parts(model, loop, observer, error)
     if (allocated(error)) return
     call note_lines(observer, notes)
     loop%report%lag_warned = .false.
@@ -270,8 +309,10 @@ contains
       end if
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
-    call observer%phase_begun(model, error)
+    call put_together(model, loop, error)
+    if (.not. allocated(error)) call observer%phase_begun(model, error)
     call agree(loop%team, error)
+    if (.not. allocated(error)) call take_parts(model, loop, observer, error)
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine enter_phase
 
@@ -306,7 +347,8 @@ contains
       if (progress%stopped) call observer%tell_result(text_of_stop(model, phase))
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
-    call observer%phase_done(model, error)
+    call put_together(model, loop, error)
+    if (.not. allocated(error)) call observer%phase_done(model, error)
     call agree(loop%team, error)
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine end_phase
@@ -484,12 +526,12 @@ contains
     call switch_timer(loop%step%profile%watch, part_output)
     call report_step(model, loop%step, record%penetration, loop%report, observer)
     joins = any_of(loop%team, observer%needs_model(model))
-    if (unevenness(model) > most_growth*loop%unevenness) joins = .true.
     if (any_of(loop%team, is_divided(model%part) .and. needs_refining(model))) joins = .true.
     if (joins) call put_together(model, loop, error)
     if (.not. allocated(error)) call observer%accepted(model, record, error)
     call agree(loop%team, error)
-    if (loop%team%ranks > 1 .and. .not. allocated(error)) call take_parts(model, loop, observer, error)
+    if (.not. allocated(error)) call take_parts(model, loop, observer, error)
+    if (.not. allocated(error)) call even_parts(model, loop, observer, error)
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
       loop%report, observer)
     call switch_timer(loop%step%profile%watch, part_control)

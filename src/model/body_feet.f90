@@ -2,16 +2,17 @@
 !> surface points and tracers of such a body lie, and the bodies that tracers belong to. All is found from the drawings,
 !> when the model is built.
 module qsmpm_body_feet
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_lift_feet, only: lift_feet_type
-  use qsmpm_carried_basis, only: nearest_point
   use qsmpm_mesh_search, only: locate, inverse_map
   use qsmpm_model, only: model_type
+  use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
   use qsmpm_overburden, only: overburden_type, make_overburden
   use qsmpm_points, only: allocate_carried
   use qsmpm_pore_water, only: vertical_of
   use qsmpm_polyhedron, only: find_crossings
   use qsmpm_sorting, only: order_columns
+  use qsmpm_team, only: total
   implicit none
   private
 
@@ -87,10 +88,24 @@ contains
           end associate
         end do
       end do
-      if (model%tracer_body(i) == 0) model%tracer_body(i) = &
-        model%state%points%body(nearest_point(model%state%points, model%state%tracers%position(:, i)))
+      if (model%tracer_body(i) == 0) model%tracer_body(i) = nearest_body(model, model%state%tracers%position(:, i))
     end do
   end subroutine find_tracer_bodies
+
+  !> Body of the material point that is nearest to a place.
+  integer function nearest_body(model, place) result(body)
+    type(model_type), intent(in) :: model
+    !> (dimension)
+    real(wp), intent(in) :: place(:)
+    integer(long) :: number(1)
+    integer :: p
+
+    number = nearest_numbers(model, reshape(place, [size(place), 1]))
+    p = place_of_number(model, number(1))
+    body = 0
+    if (p > 0) body = model%state%points%body(p)
+    body = int(total(model%part%team, int(body, long)))
+  end function nearest_body
 
   !> Feet under points, surface points and tracers of the bodies that are not there at the start.
   subroutine plant_feet(model)

@@ -38,6 +38,7 @@ contains
     model%state%points%start_weight = model%state%points%weight
     if (.not. has_stages(model%analysis)) return
     model%history_number = model%history_point
+    if (is_divided(model%part)) model%history_number = int(model%part%history_number)
     call find_surface_bodies(model)
     call find_tracer_bodies(model)
     call plant_feet(model)

@@ -11,7 +11,7 @@ module qsmpm_cell_numbers
   implicit none
   private
 
-  public :: whole_of, whole_cells, number_all, add_places
+  public :: whole_of, whole_cells, window_cells, number_all, add_places
 
 contains
 
@@ -39,6 +39,15 @@ contains
 
     number = renumbered(model%state%window, whole_of(model), pieces_in(model), cell)
   end function whole_cells
+
+  !> Numbers in the window of cells of the whole mesh; 0 for one that it has not.
+  pure function window_cells(model, cell) result(number)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: cell(:)
+    integer :: number(size(cell))
+
+    number = renumbered(whole_of(model), model%state%window, pieces_in(model), cell)
+  end function window_cells
 
   !> Numbers in another window of cells of a window: 0 for one that it has not, and for 0.
   pure function renumbered(from, to, pieces, cell) result(number)

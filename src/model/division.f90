@@ -1,6 +1,6 @@
 !> A model divided between the processes of a team, and made whole again.
 !>
-!> Every process builds the whole model, so that phases begin as they do alone. Then each keeps the material points and
+!> A model is divided as it is built, or built whole by every process, which then keeps the material points and
 !> surface points of its own cells (qsmpm_cell_owners) and those in a ring of cells around them, and looks at that
 !> part of a grid only. After an accepted step the copies are thrown away, points that have left the cells go to the
 !> process whose own they are in, and every process gets copies anew, so that copies never differ from what they are
@@ -13,6 +13,7 @@ module qsmpm_division
   use qsmpm_analysis, only: analysis_type, integrate_cells, mesh_grid
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_numbers, only: whole_of, number_all, add_places
+  use qsmpm_cell_owners, only: cell_owners_type
   use qsmpm_cell_sharing, only: share_model
   use qsmpm_error, only: error_type, fail, error_deck, error_other
   use qsmpm_exchange, only: hand_over
@@ -43,7 +44,8 @@ module qsmpm_division
 
   character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
 
-  public :: divide_model, division_text, join_model, look_at_all, migrate_points, unevenness, ring_of
+  public :: divide_model, settle_part, divide_anew, division_text, join_model, look_at_all, migrate_points, unevenness, &
+    ring_of
 
 contains
 
@@ -54,7 +56,6 @@ contains
     !> error_deck: there are too few cells with material.
     type(error_type), allocatable, intent(out) :: error
     logical :: short
-    integer :: b
 
     if (team%ranks == 1 .or. is_divided(model%part)) return
     call refine_surfaces(model)
@@ -65,17 +66,51 @@ contains
         integer_text(team%ranks)//' processes')
       return
     end if
+    model%part%team = team
+    model%part%ring = ring_of(model%analysis)
+    model%part%history_number = numbers_of(model)
+    call settle_part(model)
+  end subroutine divide_model
+
+  !> Keep the part of a model that is this process's, the owners of the cells being known.
+  subroutine settle_part(model)
+    !> Its points are those of the whole model, or some that hold all that are near.
+    type(model_type), intent(inout) :: model
+    integer :: b
+
     associate (part => model%part, inactive => model%state%inactive)
-      part%team = team
-      part%ring = ring_of(model%analysis)
       call select_points(model%state%points, [1], part%like)
-      part%history_number = numbers_of(model)
       part%taken_out = [(any(inactive%unloading%body == b), b=1, size(model%analysis%bodies))]
     end associate
     call number_all(model, model%state%window, whole_of(model))
     call take_near(model)
     call look_at(model, .true.)
-  end subroutine divide_model
+  end subroutine settle_part
+
+  !> Divide a model that is divided in another way, by its points as they lie now: they go to their new processes.
+  subroutine divide_anew(model, error)
+    type(model_type), intent(inout) :: model
+    !> error_other: points were lost or doubled.
+    type(error_type), allocatable, intent(out) :: error
+    class(cell_owners_type), allocatable :: owners
+    integer, allocatable :: labels(:)
+    real(wp), allocatable :: forces(:, :)
+    integer(long) :: before(census_size)
+    logical :: short
+
+    before = census(model)
+    call share_model(model, model%part%team%ranks, owners, short)
+    ! As few cells as that are shared as they were.
+    if (short) return
+    call collect_forces(model, labels, forces)
+    call move_alloc(owners, model%part%owners)
+    call send_all(model, .false.)
+    call look_at(model, .true.)
+    model%state%reactions = 0.0_wp
+    model%state%released = 0.0_wp
+    call put_forces(model, labels, forces)
+    if (any(census(model) /= before)) call fail(error, error_other, lost)
+  end subroutine divide_anew
 
   !> Keep what is own or in the ring of this process, and put aside what waits; cells are numbered as in the whole mesh.
   subroutine take_near(model)

@@ -3,6 +3,7 @@
 module qsmpm_initial_results
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: initial_stress_type
+  use qsmpm_agreement, only: lowest_rank, spread_text
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_error, only: error_type
   use qsmpm_law, only: law_slot_type
@@ -10,6 +11,7 @@ module qsmpm_initial_results
   use qsmpm_model, only: model_type
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_stress_results, only: read_state_results
+  use qsmpm_team, only: largest
   use qsmpm_text, only: string_type, real_text
   implicit none
   private
@@ -40,7 +42,7 @@ contains
     type(point_bins_type) :: bins
     real(wp) :: distance, farthest
     character(len=:), allocatable :: place
-    integer :: p, worst, d
+    integer :: p, worst, d, rank
 
     call make_bins(initial%places, bins)
     farthest = 1.0_wp
@@ -54,12 +56,15 @@ contains
         farthest = distance
         worst = p
       end do
-      if (worst == 0) return
-      place = real_text(points%position(1, worst))
-      do d = 2, size(points%position, 1)
+      place = ''
+      if (worst > 0) place = real_text(points%position(1, worst))
+      do d = 2, merge(size(points%position, 1), 0, worst > 0)
         place = place//', '//real_text(points%position(d, worst))
       end do
     end associate
+    rank = lowest_rank(model%part%team, worst > 0 .and. farthest >= largest(model%part%team, farthest))
+    if (rank == model%part%team%ranks) return
+    call spread_text(model%part%team, rank, place)
     call add_diagnostic(diagnostics, initial%where, '*INITIAL', "'"//initial%file//"' has no material point within "// &
       'a cell of ('//place//'): that run had no material there; leave the body out by ACTIVE=NO and put it in '// &
       'place later, or give stresses by height')

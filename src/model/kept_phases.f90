@@ -26,7 +26,7 @@ contains
     end associate
   end subroutine keep_phase
 
-  !> Keep the end of a phase, in place of a former one of the same phase.
+  !> Keep the end of a phase, in place of a former one of the same phase, with the present part.
   subroutine put_kept_phase(model, number, state)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: number
@@ -46,6 +46,7 @@ contains
     end if
     model%kept_phases(place)%phase = number
     model%kept_phases(place)%state = state
+    model%kept_phases(place)%part = model%part
   end subroutine put_kept_phase
 
   !> Place of the end of a phase in the list, 0 where it is not kept.
@@ -86,7 +87,12 @@ contains
 
     present = model%state%progress
     parent = parent_of(model%analysis%phases, number)
-    if (parent /= present%phase) call restore(model%kept_phases(find_kept_phase(model, parent))%state, model)
+    if (parent /= present%phase) then
+      associate (kept => model%kept_phases(find_kept_phase(model, parent)))
+        model%part = kept%part
+        call restore(kept%state, model)
+      end associate
+    end if
     associate (progress => model%state%progress)
       progress%phase = number
       progress%step = present%step

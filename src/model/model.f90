@@ -107,6 +107,8 @@ module qsmpm_model
     !> Number of the phase.
     integer :: phase = 0
     type(state_type) :: state
+    !> The part of the model that the state is of.
+    type(own_part_type) :: part
   end type kept_phase_type
 
   !> Loads and constraints of a phase, resolved on the mesh. Every load runs linearly from `start`

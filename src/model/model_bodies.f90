@@ -1,16 +1,24 @@
 !> Material points of a model: the bodies of the deck on the mesh.
+!>
+!> A process of a team that shares the model counts the points of every cell, shares the cells, and lays those points
+!> that are in its box or ring, and those of bodies that are not there at the start.
 module qsmpm_model_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_active_bodies, only: bodies_active, has_stages
   use qsmpm_analysis, only: basis_fem, basis_standard, basis_spline2, basis_spline3, integrate_points, axisymmetric
   use qsmpm_basis_traits, only: grid_degree
+  use qsmpm_cell_boxes, only: box_owners_type, share_grid
+  use qsmpm_cell_numbers, only: whole_cells
   use qsmpm_element, only: shape_functions
   use qsmpm_element_kinds, only: quad4, hex8, hex20, linear_kind, element_order
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
+  use qsmpm_model_mesh, only: grid_of
   use qsmpm_model_shapes, only: shape_of
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_points, only: allocate_points, carried_type, place_of
+  use qsmpm_seed_table, only: seed_table_type, start_table, add_to_table, held_by, holds_any, number_seeds
   use qsmpm_seeding, only: seed_list_type, seed_body, seed_even, seed_gauss, seed_fem
   use qsmpm_bodies_in_place, only: has_bodies_in_place, take_out_bodies
   use qsmpm_mesh_measure, only: interpolate, cell_size
@@ -18,7 +26,8 @@ module qsmpm_model_bodies
   use qsmpm_polygon, only: polygon_area, polygon_centroid
   use qsmpm_polyhedron, only: polyhedron_volume
   use qsmpm_cell_measure, only: cell_volumes
-  use qsmpm_text, only: real_text
+  use qsmpm_team, only: team_type, total
+  use qsmpm_text, only: integer_text, real_text
   implicit none
   private
 
@@ -29,12 +38,17 @@ module qsmpm_model_bodies
 
   !> Share of a body outside of the mesh that is worth a warning.
   real(wp), parameter :: outside = 1.0e-3_wp
+  !> Cells that are counted at a time.
+  integer, parameter :: chunk = 16384
 
 contains
 
   !> Points of all bodies.
-  subroutine make_points(model, diagnostics)
+  subroutine make_points(model, table, diagnostics)
+    !> Of a team that shares it, its part has team and ring.
     type(model_type), intent(inout) :: model
+    !> All points.
+    type(seed_table_type), intent(out) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     logical, allocatable :: readable(:)
     integer :: b, known
@@ -45,76 +59,172 @@ contains
       model%shapes(b) = shape_of(model, model%analysis%bodies(b), diagnostics)
       readable(b) = diagnostics%count == known
     end do
-    call seed_bodies(model, readable, diagnostics)
-    if (diagnostics%count == 0 .and. has_bodies_in_place(model%analysis)) call make_room(model, diagnostics)
+    call seed_bodies(model, readable, table, diagnostics)
+    if (diagnostics%count == 0 .and. has_bodies_in_place(model%analysis)) call make_room(model, table, diagnostics)
     if (diagnostics%count > 0) return
-    associate (points => model%state%points)
-      do b = 1, size(model%shapes)
-        call report_outside(model, model%shapes(b), model%analysis%bodies(b)%name, model%analysis%bodies(b)%copies* &
-          sum(points%volume, mask=points%body == b))
-      end do
-    end associate
-    call check_overlap(model, diagnostics)
+    do b = 1, size(model%shapes)
+      call report_outside(model, model%shapes(b), model%analysis%bodies(b)%name, model%analysis%bodies(b)%copies* &
+        sum_of_body(model, model%state%points%volume, b))
+    end do
+    call check_overlap(model, table, diagnostics)
   end subroutine make_points
 
   !> Points of all bodies by their shapes, and the size of the cells that hold them.
-  subroutine seed_bodies(model, readable, diagnostics)
+  subroutine seed_bodies(model, readable, table, diagnostics)
     type(model_type), intent(inout) :: model
     !> Whether a body has a shape (bodies).
     logical, intent(in) :: readable(:)
+    !> All points.
+    type(seed_table_type), intent(out) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     type(seed_list_type) :: list
     type(error_type), allocatable :: error
-    integer :: b, before, p
+    integer :: b, c
 
+    call start_table(table, model%mesh%cell_count, size(model%analysis%bodies))
     do b = 1, size(model%analysis%bodies)
       if (.not. readable(b)) cycle
       associate (body => model%analysis%bodies(b))
-        before = list%count
-        call seed_body(model%mesh, model%analysis%model == axisymmetric, model%shapes(b), b, &
-          body%points_per_element, places_for(model), grid_degree(model%analysis%method%basis), list, error)
+        call count_body(model, b, list, table, error)
         if (allocated(error)) then
           call add_diagnostic(diagnostics, body%where, '*BODY', error%message)
-        else if (list%count == before) then
+        else if (sum(table%points(:, b)) == 0) then
           call add_diagnostic(diagnostics, body%where, '*BODY', "body '"//body%name//"' lies outside the mesh")
         end if
       end associate
     end do
+    if (diagnostics%count == 0 .and. is_divided(model%part)) call take_share(model, table, list, diagnostics)
     if (diagnostics%count > 0) return
     call points_from_seeds(model, list)
+    if (is_divided(model%part)) call mark_points(model, table, list)
     model%cell_size = huge(1.0_wp)
-    do p = 1, model%state%points%count
-      model%cell_size = min(model%cell_size, cell_size(model%mesh, model%state%points%cell(p)))
+    do c = 1, model%mesh%cell_count
+      if (any(table%points(c, :) > 0)) model%cell_size = min(model%cell_size, cell_size(model%mesh, c))
     end do
   end subroutine seed_bodies
 
-  !> Seed the bodies anew without what of them is inside of rigid bodies in place, and note how much that is.
-  subroutine make_room(model, diagnostics)
+  !> Seed a body, and count its points; one process keeps them all, several none yet.
+  subroutine count_body(model, body, list, table, error)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    type(seed_list_type), intent(inout) :: list
+    type(seed_table_type), intent(inout) :: table
+    type(error_type), allocatable, intent(out) :: error
+    integer :: first, before, c
+
+    before = list%count
+    if (.not. is_divided(model%part)) then
+      call seed_cells(model, body, list, error)
+      call add_to_table(list, before + 1, table)
+      return
+    end if
+    do first = 1, model%mesh%cell_count, chunk
+      call seed_cells(model, body, list, error, [(c, c=first, min(first + chunk - 1, model%mesh%cell_count))])
+      if (allocated(error)) return
+      call add_to_table(list, 1, table)
+      list%count = 0
+    end do
+  end subroutine count_body
+
+  !> Seeds of a body in some cells, or in all.
+  subroutine seed_cells(model, body, list, error, cells)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    type(seed_list_type), intent(inout) :: list
+    type(error_type), allocatable, intent(out) :: error
+    integer, intent(in), optional :: cells(:)
+
+    call seed_body(model%mesh, model%analysis%model == axisymmetric, model%shapes(body), body, &
+      model%analysis%bodies(body)%points_per_element, places_for(model), grid_degree(model%analysis%method%basis), &
+      list, error, cells)
+  end subroutine seed_cells
+
+  !> Share the cells between the processes of a team by the points that are there at the start, and seed those in the
+  !> box and the ring of this one. Points of bodies that wait are known to all.
+  subroutine take_share(model, table, list, diagnostics)
     type(model_type), intent(inout) :: model
+    type(seed_table_type), intent(in) :: table
+    type(seed_list_type), intent(inout) :: list
+    type(diagnostics_type), intent(inout) :: diagnostics
+    type(error_type), allocatable :: error
+    type(team_type) :: alone
+    type(box_owners_type) :: boxes
+    integer, allocatable :: held(:)
+    integer :: number(model%mesh%cell_count), b, c
+    logical :: short, near(model%mesh%cell_count)
+
+    associate (part => model%part, bodies => model%analysis%bodies)
+      number = whole_cells(model, [(c, c=1, size(number))])
+      held = pack([(c, c=1, size(number))], holds_any(table, bodies%active))
+      ! Every process has all of the table.
+      call share_grid(alone, grid_of(model%analysis), number(held), [(sum(table%points(held(c), :), &
+        mask=bodies%active), c=1, size(held))], part%team%ranks, boxes, short)
+      if (short) then
+        call add_diagnostic(diagnostics, bodies(size(bodies))%where, '*BODY', 'the material lies in too few cells '// &
+          'of the mesh to be shared by '//integer_text(part%team%ranks)//' processes')
+        return
+      end if
+      if (allocated(part%owners)) deallocate (part%owners)
+      allocate (part%owners, source=boxes)
+      near = part%owners%near(part%team%rank, part%ring, number)
+      do b = 1, size(bodies)
+        call seed_cells(model, b, list, error, pack([(c, c=1, size(number))], table%points(:, b) > 0 .and. &
+          (near .or. .not. bodies(b)%active)))
+      end do
+    end associate
+  end subroutine take_share
+
+  !> Numbers of points by their places among all, and which of them are own.
+  subroutine mark_points(model, table, list)
+    type(model_type), intent(inout) :: model
+    type(seed_table_type), intent(in) :: table
+    type(seed_list_type), intent(in) :: list
+
+    associate (part => model%part, points => model%state%points)
+      points%number = number_seeds(table, list)
+      part%points = part%owners%near(part%team%rank, 0, whole_cells(model, points%cell(:points%count)))
+      part%built_window = model%state%window
+      part%built_points = sum(int(table%points, kind(part%built_points)))
+    end associate
+  end subroutine mark_points
+
+  !> Seed the bodies anew without what of them is inside of rigid bodies in place, and note how much that is.
+  subroutine make_room(model, table, diagnostics)
+    type(model_type), intent(inout) :: model
+    type(seed_table_type), intent(out) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: volume(size(model%shapes)), weight(size(model%shapes))
     integer :: b
 
-    associate (points => model%state%points)
-      do b = 1, size(volume)
-        volume(b) = sum(points%volume, mask=points%body == b)
-        weight(b) = sum(points%weight, mask=points%body == b)
-      end do
-    end associate
+    do b = 1, size(volume)
+      volume(b) = sum_of_body(model, model%state%points%volume, b)
+      weight(b) = sum_of_body(model, model%state%points%weight, b)
+    end do
     call take_out_bodies(model, diagnostics)
     if (diagnostics%count > 0) return
-    call seed_bodies(model, [(.true., b=1, size(volume))], diagnostics)
+    call seed_bodies(model, [(.true., b=1, size(volume))], table, diagnostics)
     if (diagnostics%count > 0) return
-    associate (points => model%state%points)
-      do b = 1, size(volume)
-        volume(b) = volume(b) - sum(points%volume, mask=points%body == b)
-        weight(b) = weight(b) - sum(points%weight, mask=points%body == b)
-        if (volume(b) > 0.0_wp) model%notes = model%notes//"body '"//model%analysis%bodies(b)%name//"': soil of "// &
-          'volume '//real_text(volume(b))//' and weight '//real_text(weight(b))//' is taken out where rigid bodies '// &
-          'are in place'//new_line('a')
-      end do
-    end associate
+    do b = 1, size(volume)
+      volume(b) = volume(b) - sum_of_body(model, model%state%points%volume, b)
+      weight(b) = weight(b) - sum_of_body(model, model%state%points%weight, b)
+      if (volume(b) > 0.0_wp) model%notes = model%notes//"body '"//model%analysis%bodies(b)%name//"': soil of "// &
+        'volume '//real_text(volume(b))//' and weight '//real_text(weight(b))//' is taken out where rigid bodies '// &
+        'are in place'//new_line('a')
+    end do
   end subroutine make_room
+
+  !> Sum over the points of a body, of all processes.
+  real(wp) function sum_of_body(model, values, body)
+    type(model_type), intent(in) :: model
+    !> (points)
+    real(wp), intent(in) :: values(:)
+    integer, intent(in) :: body
+
+    associate (points => model%state%points)
+      sum_of_body = total(model%part%team, sum(values, mask=points%body == body .and. &
+        own_of(model%part%points, points%count)))
+    end associate
+  end function sum_of_body
 
   !> Where the points of whole cells lie. In axisymmetry the volume of a point that sees the functions at
   !> its place is that of its radius: only Gauss points integrate r grad N and N exactly (at the axis the
@@ -221,18 +331,18 @@ contains
   end subroutine place_seeds
 
   !> No cell may hold more than its volume at the start; where one holds less, not every method will do.
-  subroutine check_overlap(model, diagnostics)
+  subroutine check_overlap(model, table, diagnostics)
     !> The model; gets a note.
     type(model_type), intent(inout) :: model
+    !> All points, as they are drawn.
+    type(seed_table_type), intent(in) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: volumes(model%mesh%cell_count), held(model%mesh%cell_count)
-    logical :: active(size(model%analysis%bodies))
     integer :: last, p
 
     call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
     last = size(model%analysis%bodies)
-    active = model%analysis%bodies%active
-    call hold_cells(model, active, held)
+    held = held_by(table, model%analysis%bodies%active)
     if (any(held > overfull*volumes)) call add_diagnostic(diagnostics, model%analysis%bodies(last)%where, '*BODY', &
       'bodies overlap: an element holds more material than its volume')
     if (any(held > 0.0_wp .and. held < cut*volumes)) call report_inexact(model)
@@ -240,29 +350,12 @@ contains
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         if (size(phase%activations) == 0) cycle
-        call hold_cells(model, bodies_active(model%analysis, p), held)
+        held = held_by(table, bodies_active(model%analysis, p))
         if (any(held > overfull*volumes)) call add_diagnostic(diagnostics, phase%activations(1)%where, '*ACTIVATE', &
           "bodies overlap in phase '"//phase%name//"': an element holds more material than its volume")
       end associate
     end do
   end subroutine check_overlap
-
-  !> Volume that some bodies hold of every cell as they are drawn.
-  pure subroutine hold_cells(model, chosen, held)
-    type(model_type), intent(in) :: model
-    !> (bodies)
-    logical, intent(in) :: chosen(:)
-    !> (cell_count)
-    real(wp), intent(out) :: held(:)
-    integer :: p
-
-    held = 0.0_wp
-    associate (points => model%state%points)
-      do p = 1, points%count
-        if (chosen(points%body(p))) held(points%cell(p)) = held(points%cell(p)) + points%volume(p)
-      end do
-    end associate
-  end subroutine hold_cells
 
   !> Note that the points do not integrate the functions of cut cells: figures of a turned block under uniform pressure
   !> (verification/cases/turned_block.toml).

@@ -9,11 +9,14 @@ module qsmpm_model_builder
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
     basis_gimp, locking_none, locking_auto, initial_k0, locking_uniform_pressure, mesh_grid
   use qsmpm_basis_traits, only: usual_factor
+  use qsmpm_agreement, only: any_of
   use qsmpm_body_stages, only: part_bodies
   use qsmpm_drainage, only: set_drainage
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_division, only: ring_of, settle_part
   use qsmpm_finite, only: is_usable, unusable
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: is_divided
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text
   use qsmpm_first_window, only: first_window
   use qsmpm_initial_results, only: check_initial_results
@@ -34,9 +37,12 @@ module qsmpm_model_builder
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_law, only: law_type, law_slot_type
+  use qsmpm_seed_table, only: seed_table_type
   use qsmpm_soil_parameters, only: check_softening_cells
   use qsmpm_mesh_measure, only: mesh_volume
   use qsmpm_bodies_in_place, only: has_bodies_in_place, drop_buried_surfaces
+  use qsmpm_surface_refinement, only: refine_surfaces
+  use qsmpm_team, only: team_type
   use qsmpm_element, only: element_order
   use qsmpm_undrained_law, only: make_undrained
   use qsmpm_text, only: real_text
@@ -55,15 +61,19 @@ module qsmpm_model_builder
 
 contains
 
-  !> Build the model of an analysis.
-  subroutine build_model(analysis, model, error, own)
+  !> Build the model of an analysis, or the part of it that a process of a team answers for, where it can be divided as
+  !> it is built; the whole where it cannot.
+  subroutine build_model(analysis, model, error, own, team)
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(out) :: model
     !> error_deck with one error a line, each with file and line.
     type(error_type), allocatable, intent(out) :: error
     !> Laws of an embedding program, in the place of those of the deck where allocated (materials).
     type(law_slot_type), intent(in), optional :: own(:)
+    !> Who shares the model; this process alone where it is not given.
+    type(team_type), intent(in), optional :: team
     type(diagnostics_type) :: diagnostics
+    type(seed_table_type) :: table
 
     model%analysis = analysis
     call fill_defaults(model)
@@ -78,28 +88,51 @@ contains
     call make_laws(model, diagnostics, own)
     if (diagnostics%count == 0) call check_lowering(model, diagnostics)
     if (diagnostics%count == 0) call choose_locking_treatments(model)
-    if (diagnostics%count == 0) call make_points(model, diagnostics)
+    if (present(team) .and. diagnostics%count == 0) then
+      if (team%ranks > 1 .and. is_divided_as_built(model%analysis)) then
+        model%part%team = team
+        model%part%ring = ring_of(model%analysis)
+      end if
+    end if
+    if (diagnostics%count == 0) call make_points(model, table, diagnostics)
     if (diagnostics%count == 0) call check_start(model, diagnostics)
     if (diagnostics%count == 0) call check_initial_results(model, diagnostics)
     if (diagnostics%count == 0) call check_softening_cells(model, diagnostics)
     if (diagnostics%count == 0) call check_strength_profiles(model, diagnostics)
-    if (diagnostics%count == 0) call make_surfaces(model, diagnostics)
+    if (diagnostics%count == 0) call make_surfaces(model, table, diagnostics)
     if (diagnostics%count == 0) call check_water_levels(model, diagnostics)
     if (diagnostics%count == 0) call make_rigid_bodies(model, diagnostics)
     if (diagnostics%count == 0 .and. has_bodies_in_place(model%analysis)) then
       call drop_buried_surfaces(model, diagnostics)
       call choose_carrying_points(model)
     end if
-    if (diagnostics%count == 0) call make_histories(model, diagnostics)
+    if (diagnostics%count == 0) call make_histories(model, table, diagnostics)
     if (diagnostics%count > 0) then
       call fail(error, diagnostics%code, diagnostics%text)
       return
     end if
-    call carry_outlines(model)
+    call carry_outlines(model, table)
     call finish(model)
     call part_bodies(model)
     call advise_plate(model)
+    if (.not. is_divided(model%part)) return
+    call refine_surfaces(model)
+    call settle_part(model)
   end subroutine build_model
+
+  !> Whether the points of a model can be divided as they are seeded: on grids, but for contact points on bodies, which
+  !> soil touches as it is drawn.
+  pure logical function is_divided_as_built(analysis) result(is_so)
+    type(analysis_type), intent(in) :: analysis
+    integer :: i
+
+    is_so = analysis%mesh%kind == mesh_grid .and. analysis%method%basis /= basis_fem .and. &
+      .not. (analysis%mesh%perturbation > 0.0_wp .or. analysis%moving_mesh%active)
+    if (is_so) is_so = any(analysis%mesh%element == ['QUAD4', 'HEX8 '])
+    do i = 1, size(analysis%contacts)
+      is_so = is_so .and. len(analysis%contacts(i)%surface) > 0
+    end do
+  end function is_divided_as_built
 
   !> Defaults that depend on other choices.
   subroutine fill_defaults(model)
@@ -175,7 +208,7 @@ contains
       end do
     end associate
     do m = 1, size(good)
-      if (good(m)) cycle
+      if (.not. any_of(model%part%team, .not. good(m))) cycle
       associate (material => model%analysis%materials(m))
         call add_diagnostic(diagnostics, material%where, '*MATERIAL', "material '"//material%name// &
           "' has no state to start "// &

@@ -1,18 +1,23 @@
 !> Where the histories of the deck are taken: a massless tracer for each displacement or position,
 !> the nearest material point for each stress, strain and state variable.
 module qsmpm_model_histories
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, &
     quantity_stress, quantity_runout, history_type
+  use qsmpm_agreement, only: lowest_rank
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_exchange, only: spread_from
   use qsmpm_history_quantities, only: is_taken_at, at_point, at_tracer
   use qsmpm_model, only: model_type
+  use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
+  use qsmpm_own_part, only: is_divided
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_points, only: allocate_carried
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_element, only: inside_distance, face_count
   use qsmpm_mesh_sets, only: find_set
-  use qsmpm_carried_basis, only: nearest_point
+  use qsmpm_seed_table, only: seed_table_type
+  use qsmpm_team, only: smallest
   use qsmpm_text, only: upper, real_text
   implicit none
   private
@@ -25,16 +30,20 @@ module qsmpm_model_histories
 contains
 
   !> Tracers and points of all histories.
-  subroutine make_histories(model, diagnostics)
+  subroutine make_histories(model, table, diagnostics)
     type(model_type), intent(inout) :: model
+    !> What of the bodies the cells hold.
+    type(seed_table_type), intent(in) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
-    logical :: traced(size(model%analysis%histories))
-    integer :: i, n
+    logical :: traced(size(model%analysis%histories)), occupied(model%mesh%cell_count)
+    integer :: i, n, material
 
     associate (histories => model%analysis%histories)
       traced = is_taken_at(histories%quantity, at_tracer)
       allocate (model%history_tracer(size(histories)), model%history_point(size(histories)), &
         model%history_state(size(histories)), source=0)
+      if (is_divided(model%part)) allocate (model%part%history_number(size(histories)), source=0_long)
+      occupied = any(table%points > 0, dim=2)
       call allocate_carried(model%state%tracers, model%mesh%dimension, count(traced))
       n = 0
       do i = 1, size(histories)
@@ -43,8 +52,7 @@ contains
             histories(i)%where, '*HISTORY', "there is no node set '"//histories(i)%set//"'")
         end if
         if (is_taken_at(histories(i)%quantity, at_point)) then
-          model%history_point(i) = nearest_point(model%state%points, histories(i)%at(:model%mesh%dimension))
-          call note_point(model, histories(i), model%history_point(i))
+          call pick_point(model, histories(i), i, material)
         end if
         if (histories(i)%quantity == quantity_strain .and. .not. model%analysis%output%strains) &
           call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'the material points carry no strains; '// &
@@ -52,28 +60,27 @@ contains
         if (histories(i)%quantity == quantity_pore_pressure .and. .not. has_pore_pressure(model)) &
           call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'there is no water: neither *WATER '// &
           'LEVEL nor *UNDRAINED')
-        if (histories(i)%quantity == quantity_state) call find_state(model, i, diagnostics)
+        if (histories(i)%quantity == quantity_state) call find_state(model, i, material, diagnostics)
         if (histories(i)%quantity == quantity_runout) call check_front(model, histories(i))
         if (.not. traced(i)) cycle
         n = n + 1
         model%history_tracer(i) = n
-        call place_tracer(model, histories(i), n, diagnostics)
+        call place_tracer(model, histories(i), occupied, n, diagnostics)
       end do
     end associate
   end subroutine make_histories
 
   !> Find the state variable of a history among those of the law of its point.
-  subroutine find_state(model, number, diagnostics)
+  subroutine find_state(model, number, material, diagnostics)
     type(model_type), intent(inout) :: model
-    !> Number of the history.
-    integer, intent(in) :: number
+    !> Number of the history, and the material of its point.
+    integer, intent(in) :: number, material
     type(diagnostics_type), intent(inout) :: diagnostics
     character(len=:), allocatable :: known, name
-    integer :: m, k
+    integer :: k
 
-    m = model%state%points%material(model%history_point(number))
     known = ''
-    associate (law => model%laws(m)%law, history => model%analysis%histories(number))
+    associate (law => model%laws(material)%law, history => model%analysis%histories(number))
       if (allocated(law%state_names)) then
         do k = 1, law%state_count
           name = law%state_names(k)%text
@@ -86,7 +93,7 @@ contains
       if (len(known) == 0) known = ', none'
       call add_diagnostic(diagnostics, history%where, '*HISTORY', "'"//history%state// &
         "' is no state variable of material '"// &
-        model%analysis%materials(m)%name//"', whose point is nearest; it has: "//known(3:))
+        model%analysis%materials(material)%name//"', whose point is nearest; it has: "//known(3:))
     end associate
   end subroutine find_state
 
@@ -104,18 +111,18 @@ contains
   end function is_named
 
   !> Put a tracer into an occupied cell that holds its place, preferring the nearest point's cell.
-  subroutine place_tracer(model, history, tracer, diagnostics)
+  subroutine place_tracer(model, history, occupied, tracer, diagnostics)
     type(model_type), intent(inout) :: model
     type(history_type), intent(in) :: history
+    !> Cells that hold material (cell_count).
+    logical, intent(in) :: occupied(:)
     integer, intent(in) :: tracer
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: x(model%mesh%dimension), local(model%mesh%dimension), distance(6), best
-    logical :: occupied(model%mesh%cell_count), ok
+    logical :: ok
     integer :: c, n, cell
 
     x = history%at(:model%mesh%dimension)
-    occupied = .false.
-    occupied(model%state%points%cell) = .true.
     best = -1.0e-6_wp
     cell = 0
     do c = 1, model%mesh%cell_count
@@ -141,24 +148,40 @@ contains
     model%state%tracers%initial_position(:, tracer) = x
   end subroutine place_tracer
 
-  !> Tell which material point was picked.
-  subroutine note_point(model, history, point)
+  !> The material point nearest to the place of a history; tell which one was picked.
+  subroutine pick_point(model, history, number, material)
     type(model_type), intent(inout) :: model
     type(history_type), intent(in) :: history
-    !> Number of the point.
-    integer, intent(in) :: point
+    !> Number of the history.
+    integer, intent(in) :: number
+    !> Of the point.
+    integer, intent(out) :: material
     character(len=160) :: line
+    integer(long) :: point(1), known(1)
+    real(wp) :: place(model%mesh%dimension)
+    integer :: p, owner
 
-    write (line, '(3a,i0,a,3(1x,es12.5))') "history '", history%name, "' reads material point ", point, ' at', &
-      model%state%points%position(:, point)
+    point = nearest_numbers(model, reshape(history%at(:size(place)), [size(place), 1]))
+    if (is_divided(model%part)) model%part%history_number(number) = point(1)
+    p = place_of_number(model, point(1))
+    model%history_point(number) = p
+    place = 0.0_wp
+    known = 0
+    if (p > 0) then
+      place = model%state%points%position(:, p)
+      known = model%state%points%material(p)
+    end if
+    owner = lowest_rank(model%part%team, p > 0)
+    call spread_from(model%part%team, owner, place)
+    call spread_from(model%part%team, owner, known)
+    material = int(known(1))
+    write (line, '(3a,i0,a,3(1x,es12.5))') "history '", history%name, "' reads material point ", point(1), ' at', place
     model%notes = model%notes//trim(line)
-    associate (material => model%state%points%material(point))
-      if (history%quantity == quantity_stress .and. model%laws(material)%pressure_factor > 0.0_wp) &
-        model%notes = model%notes//"; cells of material '"//model%analysis%materials(material)%name// &
-        "' have one pressure each, and the history takes the smooth one of the cells around"
-    end associate
+    if (history%quantity == quantity_stress .and. model%laws(material)%pressure_factor > 0.0_wp) &
+      model%notes = model%notes//"; cells of material '"//model%analysis%materials(material)%name// &
+      "' have one pressure each, and the history takes the smooth one of the cells around"
     model%notes = model%notes//new_line('a')
-  end subroutine note_point
+  end subroutine pick_point
 
   !> Warn of a front that cannot move: the body reaches the side of the mesh that it is to run out to.
   subroutine check_front(model, history)
@@ -175,6 +198,7 @@ contains
         if (len(history%body) > 0 .and. model%analysis%bodies(b)%name /= history%body) cycle
         gap = min(gap, abs(side - points%position(c, p)) - points%half_size(c, p))
       end do
+      gap = smallest(model%part%team, gap)
       if (gap > on_side*(model%mesh%bounds(c, 2) - model%mesh%bounds(c, 1))) return
       model%notes = model%notes//"warning: history '"//history%name//"' (RUNOUT): the body reaches the side of the "// &
         'mesh at '//real_text(side)//', where its outermost material point stays; let BODY= name what slides, '// &

@@ -95,9 +95,12 @@ contains
   pure function grid_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
+    integer :: cells(3)
 
+    cells = cells_of(model%state%window)
+    if (model%part%built_points > 0) cells = cells_of(model%part%built_window)
     text = 'grid of '//cells_text(cells_of(whole_window(grid_of(model%analysis))), model%mesh%dimension)// &
-      ' cells, '//cells_text(cells_of(model%state%window), model%mesh%dimension)//' of them looked at'
+      ' cells, '//cells_text(cells, model%mesh%dimension)//' of them looked at'
   end function grid_text
 
   !> Numbers of cells along the axes, as in `4 x 2`.

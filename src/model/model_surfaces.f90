@@ -7,8 +7,11 @@ module qsmpm_model_surfaces
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: place_seeds
+  use qsmpm_nearest_of_team, only: nearest_numbers
+  use qsmpm_own_part, only: is_divided
   use qsmpm_points, only: allocate_surface_points, set_normals
   use qsmpm_seed_list, only: seed_list_type
+  use qsmpm_seed_table, only: seed_table_type, holds_any
   use qsmpm_surface_seeding, only: seed_faces, seed_segment
   use qsmpm_outline_seeding, only: seed_outline
   use qsmpm_text, only: real_text
@@ -25,19 +28,16 @@ module qsmpm_model_surfaces
 contains
 
   !> Surface points of all surfaces, and the points that carry tractions in the paper's way.
-  subroutine make_surfaces(model, diagnostics)
+  subroutine make_surfaces(model, table, diagnostics)
     type(model_type), intent(inout) :: model
+    !> What of the bodies the cells hold.
+    type(seed_table_type), intent(in) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     type(seed_list_type) :: list
     logical :: occupied(model%mesh%cell_count)
     integer :: s, k, before
 
-    occupied = .false.
-    associate (points => model%state%points)
-      do k = 1, points%count
-        if (model%analysis%bodies(points%body(k))%active) occupied(points%cell(k)) = .true.
-      end do
-    end associate
+    occupied = holds_any(table, model%analysis%bodies%active)
     do s = 1, size(model%analysis%surfaces)
       associate (surface => model%analysis%surfaces(s))
         if (surface%selection == select_segment .and. model%mesh%dimension == 3) then
@@ -45,7 +45,7 @@ contains
           cycle
         end if
         before = list%count
-        call seed_surface(model, surface, s, occupied, list)
+        call seed_surface(model, table, surface, s, occupied, list)
         if (list%count == before) call add_diagnostic(diagnostics, surface%where, '*SURFACE', &
           "surface '"//surface%name//"' touches no element that holds material")
       end associate
@@ -64,9 +64,10 @@ contains
   end subroutine make_surfaces
 
   !> Points of one surface.
-  subroutine seed_surface(model, surface, number, occupied, list)
+  subroutine seed_surface(model, table, surface, number, occupied, list)
     !> The model; gets notes.
     type(model_type), intent(inout) :: model
+    type(seed_table_type), intent(in) :: table
     type(surface_type), intent(in) :: surface
     integer, intent(in) :: number
     !> Cells that hold material (cell_count).
@@ -88,7 +89,7 @@ contains
           number, list)
       end do
     case (select_outline)
-      call outline_points(model, surface, number, list)
+      call outline_points(model, table, surface, number, list)
     case (select_mesh)
       call mesh_faces(model, surface%name, faces)
       call seed_faces(model%mesh, revolved, occupied, faces, number, list)
@@ -160,22 +161,20 @@ contains
   end function surface_degree
 
   !> Surface points on the bounds of a body; the deck has checked that it exists.
-  subroutine outline_points(model, surface, number, list)
+  subroutine outline_points(model, table, surface, number, list)
     type(model_type), intent(inout) :: model
+    type(seed_table_type), intent(in) :: table
     !> The surface and its number.
     type(surface_type), intent(in) :: surface
     integer, intent(in) :: number
     type(seed_list_type), intent(inout) :: list
     real(wp) :: left_out
     logical :: occupied(model%mesh%cell_count)
-    integer :: b, p
+    integer :: b
 
     do b = 1, size(model%analysis%bodies)
       if (model%analysis%bodies(b)%name /= surface%body) cycle
-      occupied = .false.
-      do p = 1, model%state%points%count
-        if (model%state%points%body(p) == b) occupied(model%state%points%cell(p)) = .true.
-      end do
+      occupied = table%points(:, b) > 0
       call seed_outline(model%mesh, model%analysis%model == axisymmetric, occupied, &
         model%shapes(b), outline_box(model, surface), set_tolerance(model%mesh), surface_degree(model), number, list, &
         left_out)
@@ -220,15 +219,20 @@ contains
     type(point_bins_type) :: bins
     integer :: i
 
-    call make_bins(model%state%points%position, bins)
     if (allocated(model%carrying_point)) deallocate (model%carrying_point, model%carrying_surface, model%carrying_area)
     allocate (model%carrying_point(model%state%surface%count), model%carrying_surface(model%state%surface%count))
     allocate (model%carrying_area(model%state%surface%count))
+    model%carrying_surface = model%state%surface%surface
+    model%carrying_area = model%state%surface%area
+    ! Of a model that is divided as it is built the points are those of the whole, by their numbers.
+    if (is_divided(model%part)) then
+      model%carrying_point = int(nearest_numbers(model, model%state%surface%position))
+      return
+    end if
+    call make_bins(model%state%points%position, bins)
     do i = 1, model%state%surface%count
       model%carrying_point(i) = nearest_in_bins(bins, model%state%points%position, &
         model%state%surface%position(:, i))
-      model%carrying_surface(i) = model%state%surface%surface(i)
-      model%carrying_area(i) = model%state%surface%area(i)
     end do
   end subroutine choose_carrying_points
 end module qsmpm_model_surfaces

@@ -22,7 +22,6 @@ module qsmpm_outlines
   use qsmpm_carried_outline, only: carried_outline_type, divide_polygon, divide_facets, part_sizes, shape_of_outline
   use qsmpm_facet_seeding, only: seed_facets
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_measure, only: cell_size
   use qsmpm_mesh_search, only: locate
   use qsmpm_mesh_sets, only: set_tolerance
   use qsmpm_model_bodies, only: place_seeds
@@ -33,11 +32,12 @@ module qsmpm_outlines
   use qsmpm_polyhedron, only: polyhedron_type
   use qsmpm_seeding, only: seed_body
   use qsmpm_seed_list, only: seed_list_type
+  use qsmpm_seed_table, only: seed_table_type
   use qsmpm_surface_seeding, only: seed_segment
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_agreement, only: any_of
   use qsmpm_own_part, only: own_cells, own_of
-  use qsmpm_team, only: total
+  use qsmpm_team, only: largest, smallest, total
   implicit none
   private
 
@@ -59,22 +59,21 @@ module qsmpm_outlines
 contains
 
   !> Choose the bodies, and make the vertices of their outlines tracers.
-  subroutine carry_outlines(model)
+  subroutine carry_outlines(model, table)
     !> The model with its points, surfaces and tracers.
     type(model_type), intent(inout) :: model
-    real(wp) :: volumes(model%mesh%cell_count), size_of_cells
-    integer :: b, p, before
+    !> What of the bodies the cells hold.
+    type(seed_table_type), intent(in) :: table
+    real(wp) :: volumes(model%mesh%cell_count)
+    integer :: b, before
     logical :: added
 
     allocate (model%outlines(0))
     if (model%analysis%method%basis == basis_fem) return
     call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
-    size_of_cells = huge(1.0_wp)
-    do p = 1, model%state%points%count
-      size_of_cells = min(size_of_cells, cell_size(model%mesh, model%state%points%cell(p)))
-    end do
     do b = 1, size(model%shapes)
-      if (cuts_cells(model, volumes, b)) call carry_outline(model, b, longest(model%mesh%dimension)*size_of_cells)
+      if (any(table%volume(:, b) > cut*volumes .and. table%volume(:, b) < (1.0_wp - cut)*volumes)) &
+        call carry_outline(model, b, longest(model%mesh%dimension)*model%cell_size)
     end do
     ! Where one of two bodies that touch has an outline and the other none, what lies between them would count as if
     ! nothing was beyond it.
@@ -82,9 +81,9 @@ contains
     do while (added)
       added = .false.
       do b = 1, size(model%shapes)
-        if (.not. touches_outline(model, b, touching*size_of_cells)) cycle
+        if (.not. touches_outline(model, b, touching*model%cell_size)) cycle
         before = size(model%outlines)
-        call carry_outline(model, b, longest(model%mesh%dimension)*size_of_cells)
+        call carry_outline(model, b, longest(model%mesh%dimension)*model%cell_size)
         added = added .or. size(model%outlines) > before
       end do
     end do
@@ -111,15 +110,16 @@ contains
   end subroutine carry_outline
 
   !> Whether a body is integrated inside of its outline where it has one.
-  pure logical function integrates_inside(model, body) result(inside)
+  logical function integrates_inside(model, body) result(inside)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
 
-    inside = model%analysis%method%integration == integrate_cells .and. .not. flows(model, body)
+    inside = model%analysis%method%integration == integrate_cells .and. &
+      .not. any_of(model%part%team, flows(model, body))
   end function integrates_inside
 
   !> Whether a body without an outline touches, by its points, one with an outline that only tells how far it is off.
-  pure logical function touches_outline(model, body, margin) result(touches)
+  logical function touches_outline(model, body, margin) result(touches)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
     real(wp), intent(in) :: margin
@@ -136,15 +136,17 @@ contains
     end do
   contains
     !> Lower and upper corner of the boxes of the points of a body.
-    pure function box_of(number) result(box)
+    function box_of(number) result(box)
       integer, intent(in) :: number
       real(wp) :: box(model%mesh%dimension, 2)
       integer :: d
 
       associate (points => model%state%points)
         do d = 1, size(box, 1)
-          box(d, 1) = minval(points%position(d, :) - points%half_size(d, :), mask=points%body == number)
-          box(d, 2) = maxval(points%position(d, :) + points%half_size(d, :), mask=points%body == number)
+          box(d, 1) = smallest(model%part%team, minval(points%position(d, :) - points%half_size(d, :), &
+            mask=points%body == number))
+          box(d, 2) = largest(model%part%team, maxval(points%position(d, :) + points%half_size(d, :), &
+            mask=points%body == number))
         end do
       end associate
     end function box_of
@@ -162,24 +164,6 @@ contains
       flows = flows .or. any(model%state%points%body == body .and. model%state%points%material == m)
     end do
   end function flows
-
-  !> Whether a body holds a part of a cell and not all of it.
-  pure logical function cuts_cells(model, volumes, body)
-    type(model_type), intent(in) :: model
-    !> Volume of every cell (cell_count).
-    real(wp), intent(in) :: volumes(:)
-    integer, intent(in) :: body
-    real(wp) :: held(size(volumes))
-    integer :: p
-
-    held = 0.0_wp
-    do p = 1, model%state%points%count
-      associate (c => model%state%points%cell(p))
-        if (model%state%points%body(p) == body) held(c) = held(c) + model%state%points%volume(p)/volumes(c)
-      end associate
-    end do
-    cuts_cells = any(held > cut .and. held < 1.0_wp - cut)
-  end function cuts_cells
 
   !> Vertices and parts of the bounds of a body; no vertices where it has no bounds of its own in all directions.
   subroutine divide_bounds(model, body, length, vertices, outline)

@@ -26,6 +26,9 @@ module qsmpm_own_part
     !> Values of cells and nodes that are others', in the window that they were listed for (qsmpm_ring_exchange).
     type(owner_copies_type) :: cell_copies, node_copies
     type(window_type) :: copied_window
+    !> Of a model that was divided as it was built: the window that one process would look at, and the points of all.
+    type(window_type) :: built_window
+    integer(long) :: built_points = 0
     !> Which nodes of the space, cells, material points, surface points, tracers, watched places, points of bodies that
     !> are taken out and feet are own; unallocated alone.
     logical, allocatable :: nodes(:), cells(:), points(:), surface(:), tracers(:), watched(:), unloading(:), &

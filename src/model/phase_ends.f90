@@ -6,6 +6,7 @@ module qsmpm_phase_ends
   use qsmpm_analysis, only: ended_by_load, ended_by_limit, ended_by_loss, ended_by_stop, not_ended
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type, progress_type, phase_end_type
+  use qsmpm_team, only: largest
   implicit none
   private
 
@@ -14,7 +15,7 @@ module qsmpm_phase_ends
 contains
 
   !> Note how the present phase has ended, unless it is known to be lost.
-  pure subroutine note_end(model)
+  subroutine note_end(model)
     type(model_type), intent(inout) :: model
     integer :: reason
 
@@ -26,7 +27,7 @@ contains
   end subroutine note_end
 
   !> Note that the present phase has lost equilibrium.
-  pure subroutine note_loss(model)
+  subroutine note_loss(model)
     type(model_type), intent(inout) :: model
 
     call note_reason(model, ended_by_loss)
@@ -42,7 +43,7 @@ contains
   end function is_lost
 
   !> Note what has ended the present phase, and what it has reached.
-  pure subroutine note_reason(model, reason)
+  subroutine note_reason(model, reason)
     type(model_type), intent(inout) :: model
     !> One of the ended_* values.
     integer, intent(in) :: reason
@@ -51,8 +52,8 @@ contains
     associate (progress => model%state%progress, points => model%state%points)
       ended%reason = reason
       ended%fraction = progress%fraction
-      ended%displacement = sqrt(maxval(sum((points%position(:, :points%count) &
-        - points%initial_position(:, :points%count))**2, dim=1)))
+      ended%displacement = sqrt(largest(model%part%team, maxval(sum((points%position(:, :points%count) &
+        - points%initial_position(:, :points%count))**2, dim=1))))
       call make_room(progress)
       progress%ends(progress%phase) = ended
     end associate

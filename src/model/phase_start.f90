@@ -7,6 +7,7 @@
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety, support_none
+  use qsmpm_active_bodies, only: has_stages
   use qsmpm_body_loads, only: start_body_loads
   use qsmpm_body_stages, only: change_bodies
   use qsmpm_error, only: error_type
@@ -20,6 +21,7 @@ module qsmpm_phase_start
   use qsmpm_softening, only: softening_state
   use qsmpm_surface_pressure, only: surface_pressure_type, reached_pressure
   use qsmpm_model, only: model_type, loading_type
+  use qsmpm_own_part, only: is_divided
   use qsmpm_points, only: set_normals, reset_strains
   use qsmpm_pushed_material, only: watch_sets
   use qsmpm_element, only: face_count, face_corners
@@ -30,9 +32,23 @@ module qsmpm_phase_start
   implicit none
   private
 
-  public :: start_phase, resume_phase
+  public :: starts_whole, start_phase, resume_phase
 
 contains
+
+  !> Whether a model that is divided must be put together before its current phase begins: bodies come, go or change, or
+  !> contact points on bodies take initial stresses.
+  pure logical function starts_whole(model) result(whole)
+    type(model_type), intent(in) :: model
+
+    whole = .false.
+    if (.not. is_divided(model%part)) return
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      if (has_stages(model%analysis)) whole = size(phase%activations) + size(phase%deactivations) &
+        + size(phase%materials) > 0 .or. any(model%part%taken_out)
+      if (phase%initial%kind /= initial_keep) whole = whole .or. any(model%contact_pairs%surface == 0)
+    end associate
+  end function starts_whole
 
   !> Begin the model's current phase.
   subroutine start_phase(model, notes, error)

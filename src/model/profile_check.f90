@@ -3,11 +3,15 @@
 module qsmpm_profile_check
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: material_type
+  use qsmpm_agreement, only: lowest_rank
+  use qsmpm_exchange, only: spread_from
   use qsmpm_law, only: law_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: own_of
   use qsmpm_points, only: place_of
   use qsmpm_strength_profile, only: strength_at, varies_stiffness, young_at
+  use qsmpm_team, only: team_type, smallest, largest, total
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -35,14 +39,17 @@ contains
     integer, intent(in) :: number
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: strength(2), young(2), place(3), lowest(3), mean(2), value
+    logical :: own(model%state%points%count)
     integer :: p
 
     strength = [huge(1.0_wp), -huge(1.0_wp)]
     young = strength
     mean = 0.0_wp
+    lowest = 0.0_wp
+    own = own_of(model%part%points, size(own))
     associate (material => model%analysis%materials(number), points => model%state%points)
       do p = 1, points%count
-        if (points%material(p) /= number) cycle
+        if (points%material(p) /= number .or. .not. own(p)) cycle
         place = place_of(points, p)
         value = strength_at(material%strength_profile, place)
         if (value < strength(1)) lowest = place
@@ -52,6 +59,9 @@ contains
         young = [min(young(1), value), max(young(2), value)]
         mean = mean + points%volume(p)*[1.0_wp, value]
       end do
+      call take_range(model%part%team, strength, lowest)
+      call take_range(model%part%team, young, place)
+      mean = total(model%part%team, mean)
       if (strength(2) < strength(1)) return
       if (strength(1) < 0.0_wp .or. (varies_stiffness(material%strength_profile) .and. .not. young(1) > 0.0_wp)) then
         call add_diagnostic(diagnostics, material%profile_where, '*STRENGTH PROFILE', "material '"//material%name// &
@@ -67,6 +77,21 @@ contains
       model%notes = model%notes//new_line('a')
     end associate
   end subroutine check_material
+
+  !> The range of all processes, and where its lower end is.
+  subroutine take_range(team, range, place)
+    type(team_type), intent(in) :: team
+    !> Of this process; then of all.
+    real(wp), intent(inout) :: range(2)
+    real(wp), contiguous, intent(inout) :: place(:)
+    real(wp) :: least
+    integer :: rank
+
+    least = smallest(team, range(1))
+    rank = lowest_rank(team, range(1) <= least)
+    range = [least, largest(team, range(2))]
+    if (rank < team%ranks) call spread_from(team, rank, place)
+  end subroutine take_range
 
   !> Let the mean stiffness scale stabilisation, in this law and in one that is made of the material later.
   pure subroutine scale_law(mean, material, law)

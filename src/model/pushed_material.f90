@@ -12,13 +12,18 @@
 module qsmpm_pushed_material
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: phase_type, basis_fem
+  use qsmpm_cell_numbers, only: whole_cells, window_cells
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_error, only: error_type, error_not_converged, fail
+  use qsmpm_exchange, only: hand_over
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_model, only: model_type
+  use qsmpm_own_marks, only: mark_own
+  use qsmpm_own_part, only: is_divided, own_cells
   use qsmpm_points, only: watched_points_type, allocate_watched
+  use qsmpm_sorting, only: order_columns
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -40,6 +45,7 @@ contains
     type(watched_points_type) :: before
     integer :: i, s
 
+    call number_in_grid(model)
     before = model%state%watched
     call allocate_watched(model%state%watched, model%mesh%dimension, 0)
     associate (phase => model%analysis%phases(model%state%progress%phase))
@@ -58,7 +64,29 @@ contains
         end associate
       end do
     end associate
+    call number_in_window(model)
   end subroutine watch_sets
+
+  !> Cells of the places of a model that is divided as numbered in the whole grid: all processes know all places.
+  subroutine number_in_grid(model)
+    type(model_type), intent(inout) :: model
+
+    if (.not. is_divided(model%part)) return
+    associate (watched => model%state%watched)
+      watched%cell = whole_cells(model, watched%cell)
+      where (watched%cell == 0) watched%cell = model%part%watched_cell
+    end associate
+  end subroutine number_in_grid
+
+  !> The same as numbered in the window, and which of the places are own.
+  subroutine number_in_window(model)
+    type(model_type), intent(inout) :: model
+
+    if (.not. is_divided(model%part)) return
+    model%part%watched_cell = model%state%watched%cell
+    model%state%watched%cell = window_cells(model, model%state%watched%cell)
+    call mark_own(model)
+  end subroutine number_in_window
 
   !> Whether the grid goes along with what is pushed along an axis.
   pure logical function follows(model, axis)
@@ -90,14 +118,17 @@ contains
     integer, intent(in) :: set, component
     real(wp), intent(in) :: value
     type(watched_points_type), intent(inout) :: watched
+    type(watched_points_type) :: found
     logical :: in_set(model%mesh%node_count), occupied(model%mesh%cell_count), ok
     real(wp), dimension(model%mesh%dimension) :: middle, local
-    integer :: c, f
+    integer :: c, f, i
 
     in_set = .false.
     in_set(model%mesh%node_sets(set)%items) = .true.
     occupied = .false.
     occupied(model%state%points%cell) = .true.
+    occupied = occupied .and. own_cells(model%part, [(c, c=1, model%mesh%cell_count)])
+    call allocate_watched(found, model%mesh%dimension, 0)
     do c = 1, model%mesh%cell_count
       if (.not. occupied(c)) cycle
       do f = 1, face_count(model%mesh%cell_kind(c))
@@ -107,11 +138,44 @@ contains
           if (.not. is_pushed(model%mesh, c, nodes, component, value)) cycle
           middle = sum(model%mesh%coordinates(:, nodes), dim=2)/size(nodes)
           call inverse_map(model%mesh, c, middle, local, ok)
-          if (ok) call add_place(watched, middle, middle, local, c, set, component, 0.0_wp)
+          if (ok) call add_place(found, middle, middle, local, c, set, component, 0.0_wp)
         end associate
       end do
     end do
+    if (is_divided(model%part)) call share_faces(model, found)
+    do i = 1, found%count
+      call add_place(watched, found%position(:, i), found%position(:, i), found%local(:, i), found%cell(i), set, &
+        component, 0.0_wp)
+    end do
   end subroutine add_faces
+
+  !> What each process of a team has found in its own cells, all get, in the order of the cells of the whole grid.
+  subroutine share_faces(model, found)
+    type(model_type), intent(in) :: model
+    type(watched_points_type), intent(inout) :: found
+    real(wp), allocatable :: places(:)
+    integer(long), allocatable :: cells(:)
+    integer, allocatable :: first(:), order(:)
+    integer :: d, i, n, r
+
+    d = model%mesh%dimension
+    n = found%count
+    associate (team => model%part%team, in_grid => whole_cells(model, found%cell))
+      call hand_over(team, [(([found%position(:, i), found%local(:, i)], i=1, n), r=1, team%ranks)], &
+        [(1 + 2*d*n*r, r=0, team%ranks)], places, first)
+      call hand_over(team, [((int(in_grid(i), long), i=1, n), r=1, &
+        team%ranks)], [(1 + n*r, r=0, team%ranks)], cells, first)
+    end associate
+    n = size(cells)
+    allocate (order(n))
+    call order_columns(reshape(int(cells), [1, n]), order)
+    call allocate_watched(found, d, n)
+    found%cell = int(cells(order))
+    do i = 1, n
+      found%position(:, i) = places(2*d*(order(i) - 1) + 1:2*d*(order(i) - 1) + d)
+      found%local(:, i) = places(2*d*(order(i) - 1) + d + 1:2*d*order(i))
+    end do
+  end subroutine share_faces
 
   !> Whether a face is normal to an axis and its cell in front of it.
   pure logical function is_pushed(mesh, cell, nodes, axis, value)

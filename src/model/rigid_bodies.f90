@@ -13,11 +13,13 @@ module qsmpm_rigid_bodies
   use qsmpm_interface_strength, only: check_interfaces
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type, contact_pair_type
+  use qsmpm_own_part, only: own_of
   use qsmpm_polygon, only: polygon_centroid
   use qsmpm_points, only: place_of
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, &
     box_polygon, turned_polygon, rounded_block, completed_by_image, largest_round
+  use qsmpm_team, only: total
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -66,15 +68,19 @@ contains
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     type(distance_type) :: distance
+    logical :: own(model%state%points%count)
     real(wp) :: inside
     integer :: b, p
 
+    own = own_of(model%part%points, size(own))
     do b = 1, size(model%rigid_shapes)
       inside = 0.0_wp
       do p = 1, model%state%points%count
+        if (.not. own(p)) cycle
         distance = model%rigid_shapes(b)%distance_at(place_of(model%state%points, p))
         if (distance%value < -drawn_within*model%cell_size) inside = inside + model%state%points%volume(p)
       end do
+      inside = total(model%part%team, inside)
       associate (body => model%analysis%rigid_bodies(b))
         if (inside > 0.0_wp) call add_diagnostic(diagnostics, body%where, '*RIGID BODY', 'soil of volume '// &
           real_text(inside)//" lies inside of '"//body%name//"': draw the bodies of soil without it, or let "// &

@@ -9,6 +9,7 @@ module qsmpm_soil_parameters
   use qsmpm_model, only: model_type
   use qsmpm_softening, only: band_ratio
   use qsmpm_softening_model, only: softening_model_type, set_softening, largest_band_ratio
+  use qsmpm_team, only: largest_of_all => largest
   use qsmpm_text, only: real_text
   use qsmpm_undrained_parameters, only: undrained_c, undrained_ratio
   implicit none
@@ -68,6 +69,7 @@ contains
       if (model%state%points%material(p) == number) &
         largest = max(largest, cell_width(model%mesh, model%state%points%cell(p)))
     end do
+    largest = largest_of_all(model%part%team, largest)
     bound = largest_band_ratio(softening)
     if (band_ratio(softening%softening, largest) <= bound .or. .not. largest > 0.0_wp) return
     if (softening%softening%by_cell) then

@@ -6,12 +6,14 @@
 module qsmpm_water_check
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: traction_type, water_level_type
+  use qsmpm_agreement, only: any_of, lowest_rank, spread_text
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_flooded_pits, only: warn_of_flooded_pits
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: overburden_type, make_overburden, ground_over, body_holds, facet_places
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: has_water, vertical_of, dry_tables, take_levels
+  use qsmpm_team, only: smallest, largest_of_all => largest
   use qsmpm_text, only: real_text
   use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at
   implicit none
@@ -119,6 +121,7 @@ contains
         lowest = min(lowest, points%position(axis, p) - points%half_size(axis, p) - level_at(tables(b), &
           points%position(:, p)))
       end do
+      lowest = smallest(model%part%team, lowest)
       if (lowest > same_height*mesh_height(model, axis)) call add_diagnostic(diagnostics, level%where, &
         '*WATER LEVEL', 'the level lies below all of the ground that it is for, by '//real_text(lowest)// &
         '; TYPE=NONE takes the water away')
@@ -132,23 +135,27 @@ contains
     type(water_table_type), intent(in) :: tables(:)
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: fall
+    logical :: within
     integer :: i, p, b
 
     do i = 1, size(level%line, 2) - 1
       associate (from => level%line(:, i), to => level%line(:, i + 1), points => model%state%points)
         fall = abs(to(2) - from(2))
         if (fall <= max(same_height*mesh_height(model, tables(1)%axis), to(1) - from(1))) cycle
+        within = .false.
         do p = 1, points%count
           b = points%body(p)
           if (.not. is_of(model, level, b, tables(b))) cycle
           associate (x => points%position(tables(b)%across, p), half => points%half_size(tables(b)%across, p))
             if (x + half <= from(1) .or. x - half >= to(1) .or. to(1) - from(1) >= 2.0_wp*half) cycle
           end associate
-          call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the line falls by '//short(fall)// &
-            ' from x = '//short(from(1))//' to '//short(to(1))//', within the box of a material point, which takes '// &
-            'its slope in the middle: let it fall over the width of the wall, or of several points')
+          within = .true.
           exit
         end do
+        if (any_of(model%part%team, within)) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
+          'the line falls by '//short(fall)//' from x = '//short(from(1))//' to '//short(to(1))//', within the box '// &
+          'of a material point, which takes its slope in the middle: let it fall over the width of the wall, or of '// &
+          'several points')
       end associate
     end do
   end subroutine check_falls
@@ -160,8 +167,9 @@ contains
     type(water_level_type), intent(in) :: level
     type(water_table_type), intent(in) :: tables(:)
     type(diagnostics_type), intent(inout) :: diagnostics
+    character(len=:), allocatable :: place
     real(wp) :: above
-    integer :: p, b, worst
+    integer :: p, b, worst, rank
 
     worst = 0
     above = same_height*mesh_height(model, ground%axis)
@@ -176,8 +184,12 @@ contains
           worst = p
         end associate
       end do
-      if (worst > 0) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the line slopes above the '// &
-        'ground, by '//real_text(above)//' over it at x = '//real_text(points%position(tables(1)%across, worst))// &
+      place = ''
+      if (worst > 0) place = real_text(above)//' over it at x = '//real_text(points%position(tables(1)%across, worst))
+      rank = lowest_rank(model%part%team, worst > 0 .and. above >= largest_of_all(model%part%team, above))
+      if (rank == model%part%team%ranks) return
+      call spread_text(model%part%team, rank, place)
+      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the line slopes above the ground, by '//place// &
         ': water that stands free is level; where the level leaves the ground it follows its surface or goes on level')
     end associate
   end subroutine check_slope

@@ -11,6 +11,7 @@
 module qsmpm_recorder
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree, any_of
+  use qsmpm_built_model, only: sizes_text
   use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
   use qsmpm_display, only: display_type, display_none, display_plain, start_display, show_step, show_text, &
@@ -223,9 +224,7 @@ contains
 
     if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
     if (allocated(model%analysis%deck)) call write_log(recorder, 'deck '//model%analysis%deck)
-    call write_log(recorder, integer_text(model%mesh%node_count)//' nodes, '// &
-      integer_text(model%mesh%cell_count)//' elements, '// &
-      integer_text(model%state%points%count)//' material points')
+    call write_log(recorder, sizes_text(model))
     if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
     if (recorder%options%continued) then
       call recorder%note('continued from step '//integer_text(model%state%progress%step))

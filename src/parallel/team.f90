@@ -64,7 +64,32 @@ module qsmpm_team
       integer(long), intent(in) :: x
       integer(long) :: whole
     end function total_long
+
+    module function total_longs(team, x) result(wholes)
+      type(team_type), intent(in) :: team
+      !> Parts of this rank, as many as those of the others.
+      integer(long), intent(in) :: x(:)
+      integer(long) :: wholes(size(x))
+    end function total_longs
   end interface total
+
+  interface smallest
+    !> Smallest value of the ranks.
+    module function smallest_real(team, x) result(extreme)
+      type(team_type), intent(in) :: team
+      !> Value of this rank.
+      real(wp), intent(in) :: x
+      real(wp) :: extreme
+    end function smallest_real
+
+    !> The smallest one of each of several values; all are numbers.
+    module function smallest_reals(team, x) result(extremes)
+      type(team_type), intent(in) :: team
+      !> Values of this rank, as many as those of the others.
+      real(wp), intent(in) :: x(:)
+      real(wp) :: extremes(size(x))
+    end function smallest_reals
+  end interface smallest
 
   interface
     !> Largest value of the ranks.
@@ -74,13 +99,5 @@ module qsmpm_team
       real(wp), intent(in) :: x
       real(wp) :: extreme
     end function largest
-
-    !> Smallest value of the ranks.
-    module function smallest(team, x) result(extreme)
-      type(team_type), intent(in) :: team
-      !> Value of this rank.
-      real(wp), intent(in) :: x
-      real(wp) :: extreme
-    end function smallest
   end interface
 end module qsmpm_team

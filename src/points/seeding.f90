@@ -38,7 +38,7 @@ module qsmpm_seeding
 contains
 
   !> Add the points of one body.
-  subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, places, degree, list, error)
+  subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, places, degree, list, error, cells)
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
@@ -55,13 +55,19 @@ contains
     type(seed_list_type), intent(inout) :: list
     !> A number of points the element does not know, or a cut cell in FEM.
     type(error_type), allocatable, intent(out) :: error
+    !> Cells that are looked at, in rising order; all unless given.
+    integer, intent(in), optional :: cells(:)
     type(pattern_type) :: pattern
     type(polyhedron_type) :: solid
     real(wp) :: share, centre(3), rounding
-    integer :: c
+    integer :: c, i, count
 
     call solid_of(mesh, shape, solid)
-    do c = 1, mesh%cell_count
+    count = mesh%cell_count
+    if (present(cells)) count = size(cells)
+    do i = 1, count
+      c = i
+      if (present(cells)) c = cells(i)
       if (allocated(shape%region)) then
         if (.not. shape%region(c)) cycle
       end if

@@ -18,12 +18,13 @@ import many_ranks
 import migration
 import one_rank
 import parts
+import phase_begins
 import shared_scenes
 from support import TOP, Place
 
-CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS, *migration.CHECKS, *shared_scenes.CHECKS, *faults.CHECKS, *parts.CHECKS]
-LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS, *migration.LONG_CHECKS, *shared_scenes.LONG_CHECKS, *faults.LONG_CHECKS,
-               *parts.LONG_CHECKS]
+MODULES = [one_rank, many_ranks, migration, shared_scenes, phase_begins, faults, parts]
+CHECKS = [check for module in MODULES for check in module.CHECKS]
+LONG_CHECKS = [check for module in MODULES for check in module.LONG_CHECKS]
 
 
 def main() -> int:

@@ -1,9 +1,10 @@
 !> Boxes of cells for the processes of a team: they make up the grid, share what lies in it, and are the same again.
 module test_cell_boxes
   use testing, only: tests_type
-  use qsmpm_cell_boxes, only: share_cells, box_of, is_inside
+  use qsmpm_cell_boxes, only: share_cells, share_jointly, box_of, is_inside
   use qsmpm_grid_window, only: window_type, cells_of
   use qsmpm_sorting, only: place_in_order
+  use qsmpm_team, only: team_type
   implicit none
   private
 
@@ -75,5 +76,25 @@ contains
     call tests%check('three cells are too few for four', short)
     call share_cells(reshape([3, 1, 1, 4, 1, 1, 5, 1, 1], [3, 3]), window_type([1, 1, 1], [9, 9, 1]), boxes(:3), short)
     call tests%check('and enough for three', .not. short)
+    call check_weights(tests)
   end subroutine check_narrow
+
+  !> Cells that hold much count as much as they hold; layers are those of the box, wherever it begins.
+  subroutine check_weights(tests)
+    type(tests_type), intent(inout) :: tests
+    type(window_type), parameter :: whole = window_type([3, 5, 1], [12, 14, 1])
+    integer :: at(3, 10), repeated(3, 55), weight(10), i, k
+    type(window_type) :: boxes(3), again(3)
+    type(team_type) :: alone
+    logical :: short
+
+    at = reshape([(i + 2, 7, 1, i=1, 10)], [3, 10])
+    weight = [(i, i=1, 10)]
+    repeated = reshape([((at(:, i), k=1, weight(i)), i=1, 10)], [3, 55])
+    call share_jointly(alone, at, weight, whole, boxes, short)
+    call share_cells(repeated, whole, again, short)
+    call tests%check('a cell counts by what it holds', .not. short .and. all([(all(boxes(k)%first == again(k)%first) &
+      .and. all(boxes(k)%last == again(k)%last), k=1, 3)]))
+    call tests%check('of 55 in a row 21, 15 and 19 go to three', all(boxes%last(1) == [8, 10, 12]))
+  end subroutine check_weights
 end module test_cell_boxes

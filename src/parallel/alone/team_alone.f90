@@ -36,15 +36,27 @@ contains
     whole = x
   end procedure total_long
 
+  module procedure total_longs
+    associate (unused => team)
+    end associate
+    wholes = x
+  end procedure total_longs
+
   module procedure largest
     associate (unused => team)
     end associate
     extreme = x
   end procedure largest
 
-  module procedure smallest
+  module procedure smallest_real
     associate (unused => team)
     end associate
     extreme = x
-  end procedure smallest
+  end procedure smallest_real
+
+  module procedure smallest_reals
+    associate (unused => team)
+    end associate
+    extremes = x
+  end procedure smallest_reals
 end submodule team_alone

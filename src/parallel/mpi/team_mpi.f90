@@ -3,7 +3,7 @@ submodule (qsmpm_team) team_mpi
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use mpi_f08, only: mpi_comm, mpi_comm_world, mpi_comm_self, mpi_thread_funneled, mpi_double_precision, &
     mpi_integer8, mpi_success, mpi_init_thread, mpi_finalize, mpi_initialized, mpi_finalized, mpi_comm_rank, &
-    mpi_comm_size, mpi_allgather
+    mpi_comm_size, mpi_allgather, mpi_allreduce, mpi_sum, mpi_min
   use qsmpm_error, only: fail, error_other
   implicit none
 
@@ -59,6 +59,15 @@ contains
     whole = sum(parts)
   end procedure total_long
 
+  ! Whole numbers, and extremes, are the same in whatever order they are taken.
+  module procedure total_longs
+    integer(long) :: own(size(x))
+
+    own = x
+    wholes = x
+    if (team%ranks > 1) call mpi_allreduce(own, wholes, size(x), mpi_integer8, mpi_sum, mpi_comm(team%handle))
+  end procedure total_longs
+
   module procedure largest
     real(wp) :: parts(1, team%ranks)
 
@@ -67,13 +76,21 @@ contains
     if (any(ieee_is_nan(parts))) extreme = sum(parts)
   end procedure largest
 
-  module procedure smallest
+  module procedure smallest_real
     real(wp) :: parts(1, team%ranks)
 
     call gather(team, [x], parts)
     extreme = minval(parts)
     if (any(ieee_is_nan(parts))) extreme = sum(parts)
-  end procedure smallest
+  end procedure smallest_real
+
+  module procedure smallest_reals
+    real(wp) :: own(size(x))
+
+    own = x
+    extremes = x
+    if (team%ranks > 1) call mpi_allreduce(own, extremes, size(x), mpi_double_precision, mpi_min, mpi_comm(team%handle))
+  end procedure smallest_reals
 
   !> The parts of all ranks, one column each.
   subroutine gather(team, x, parts)

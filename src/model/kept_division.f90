@@ -1,0 +1,80 @@
+!> A model with all that it keeps, divided between the processes of a team and made whole again: the ends of phases that
+!> later ones start from are states with parts of their own.
+module qsmpm_kept_division
+  use qsmpm_division, only: divide_model, join_model
+  use qsmpm_error, only: error_type
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_window, only: restore
+  use qsmpm_own_part, only: own_part_type, is_divided
+  use qsmpm_phase_start, only: resume_phase
+  use qsmpm_team, only: team_type
+  implicit none
+  private
+
+  public :: divide_all, join_all
+
+contains
+
+  !> Divide what is whole.
+  subroutine divide_all(model, team, error)
+    type(model_type), intent(inout) :: model
+    type(team_type), intent(in) :: team
+    !> error_deck: there are too few cells with material.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    if (allocated(model%kept_phases)) then
+      do i = 1, size(model%kept_phases)
+        if (is_divided(model%kept_phases(i)%part)) cycle
+        call change_kept(model, i, team, error)
+        if (allocated(error)) return
+      end do
+    end if
+    call divide_model(model, team, error)
+  end subroutine divide_all
+
+  !> Make whole what is divided.
+  subroutine join_all(model, error)
+    type(model_type), intent(inout) :: model
+    type(error_type), allocatable, intent(out) :: error
+    type(team_type) :: alone
+    integer :: i
+
+    if (allocated(model%kept_phases)) then
+      do i = 1, size(model%kept_phases)
+        if (is_divided(model%kept_phases(i)%part)) call change_kept(model, i, alone, error)
+        if (allocated(error)) return
+      end do
+    end if
+    call join_model(model, error)
+  end subroutine join_all
+
+  !> Divide the end of a phase, or make it whole for a team of one; the present state is then what it was.
+  subroutine change_kept(model, number, team, error)
+    type(model_type), intent(inout) :: model
+    !> Its place among those that are kept.
+    integer, intent(in) :: number
+    type(team_type), intent(in) :: team
+    type(error_type), allocatable, intent(out) :: error
+    type(state_type) :: present
+    type(own_part_type) :: part
+
+    present = model%state
+    part = model%part
+    associate (kept => model%kept_phases(number))
+      model%part = kept%part
+      call restore(kept%state, model)
+      if (team%ranks > 1) then
+        call divide_model(model, team, error)
+      else
+        call join_model(model, error)
+      end if
+      kept%part = model%part
+      kept%state = model%state
+    end associate
+    model%part = part
+    call restore(present, model)
+    ! A window that was laid again has the loads of the phase that was looked at.
+    call resume_phase(model)
+  end subroutine change_kept
+end module qsmpm_kept_division

@@ -1,0 +1,95 @@
+!> What of every body lies in every cell as bodies are seeded: how many points, and what volume. A process that keeps
+!> some of the seeds knows of the others by this.
+module qsmpm_seed_table
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_seed_list, only: seed_list_type
+  implicit none
+  private
+
+  public :: seed_table_type, start_table, add_to_table, held_by, holds_any, number_seeds
+
+  type :: seed_table_type
+    !> Points, and their volume (cells, bodies).
+    integer, allocatable :: points(:, :)
+    real(wp), allocatable :: volume(:, :)
+  end type seed_table_type
+
+contains
+
+  !> A table without points.
+  pure subroutine start_table(table, cells, bodies)
+    type(seed_table_type), intent(out) :: table
+    integer, intent(in) :: cells, bodies
+
+    allocate (table%points(cells, bodies), source=0)
+    allocate (table%volume(cells, bodies), source=0.0_wp)
+  end subroutine start_table
+
+  !> Add seeds.
+  pure subroutine add_to_table(list, first, table)
+    type(seed_list_type), intent(in) :: list
+    !> The first of them in the list.
+    integer, intent(in) :: first
+    type(seed_table_type), intent(inout) :: table
+    integer :: p
+
+    do p = first, list%count
+      associate (c => list%cell(p), b => list%body(p))
+        table%points(c, b) = table%points(c, b) + 1
+        table%volume(c, b) = table%volume(c, b) + list%volume(p)
+      end associate
+    end do
+  end subroutine add_to_table
+
+  !> Volume that some bodies hold of every cell.
+  pure function held_by(table, chosen) result(held)
+    type(seed_table_type), intent(in) :: table
+    !> (bodies)
+    logical, intent(in) :: chosen(:)
+    real(wp) :: held(size(table%volume, 1))
+    integer :: b
+
+    held = 0.0_wp
+    do b = 1, size(chosen)
+      if (chosen(b)) held = held + table%volume(:, b)
+    end do
+  end function held_by
+
+  !> Which cells hold points of some bodies.
+  pure function holds_any(table, chosen) result(holds)
+    type(seed_table_type), intent(in) :: table
+    !> (bodies)
+    logical, intent(in) :: chosen(:)
+    logical :: holds(size(table%points, 1))
+    integer :: b
+
+    holds = .false.
+    do b = 1, size(chosen)
+      if (chosen(b)) holds = holds .or. table%points(:, b) > 0
+    end do
+  end function holds_any
+
+  !> Numbers of seeds, whole cells of them, by their places among all: body after body, cell after cell.
+  pure function number_seeds(table, list) result(numbers)
+    type(seed_table_type), intent(in) :: table
+    type(seed_list_type), intent(in) :: list
+    integer(long) :: numbers(list%count)
+    integer(long) :: before
+    integer :: b, c, p, k
+
+    p = 1
+    before = 0
+    do b = 1, size(table%points, 2)
+      do c = 1, size(table%points, 1)
+        k = 0
+        do while (p <= list%count)
+          if (list%body(p) /= b .or. list%cell(p) /= c) exit
+          k = k + 1
+          numbers(p) = before + k
+          p = p + 1
+        end do
+        before = before + table%points(c, b)
+      end do
+    end do
+  end function number_seeds
+end module qsmpm_seed_table
