@@ -13,11 +13,11 @@ module qsmpm_division
   use qsmpm_analysis, only: analysis_type, mesh_grid, stabilise_none
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_numbers, only: whole_of, number_all, add_places
-  use qsmpm_cell_sharing, only: share_model
+  use qsmpm_cell_sharing, only: has_boxes, share_model
   use qsmpm_error, only: error_type, fail, error_deck, error_other
   use qsmpm_exchange, only: hand_over
   use qsmpm_first_window, only: least_margin, usual_margin
-  use qsmpm_grid_window, only: window_type, cells_of, holds, widen
+  use qsmpm_grid_window, only: window_type, operator(==), cells_of, holds, widen
   use qsmpm_model, only: model_type
   use qsmpm_model_window, only: fit_window, lay_window
   use qsmpm_own_marks, only: link_histories, mark_own
@@ -40,9 +40,12 @@ module qsmpm_division
   !> Rows of cells that a ring is wider where bodies touch surfaces.
   integer, parameter :: contact_rows = 2
 
+  !> Rows of cells that a ring is wider where cells may share a pressure: a pair, and one more at either end.
+  integer, parameter :: patch_rows = 2
+
   character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
 
-  public :: divide_model, division_text, join_model, migrate_points, unevenness, ring_of
+  public :: share_cells, divide_model, division_text, join_model, migrate_points, unevenness, ring_of
 
 contains
 
@@ -57,7 +60,7 @@ contains
 
     if (team%ranks == 1 .or. is_divided(model%part)) return
     call refine_surfaces(model)
-    call share_model(model, team%ranks, model%part%owners, short)
+    call share_cells(model, team%ranks, short)
     if (short) then
       deallocate (model%part%owners)
       call fail(error, error_deck, 'the material lies in too few cells of the mesh to be shared by '// &
@@ -75,6 +78,22 @@ contains
     call take_near(model)
     call look_at(model, .true.)
   end subroutine divide_model
+
+  !> Find the owners of the cells. A mesh that is shared in parts is looked at whole.
+  subroutine share_cells(model, ranks, short)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: ranks
+    !> There are too few cells with material.
+    logical, intent(out) :: short
+    type(window_type) :: window
+
+    if (.not. has_boxes(model%analysis) .and. .not. model%state%window == whole_of(model)) then
+      window = model%state%window
+      call lay_window(model, whole_of(model))
+      call number_all(model, window, model%state%window)
+    end if
+    call share_model(model, ranks, ring_of(model%analysis), model%part%owners, short)
+  end subroutine share_cells
 
   !> Keep what is own or in the ring of this process, and put aside what waits; cells are numbered as in the whole mesh.
   subroutine take_near(model)
@@ -125,6 +144,7 @@ contains
       ring = degree + 3
       if (analysis%method%stabilisation /= stabilise_none) ring = 2*degree + 3
       if (size(analysis%rigid_bodies) > 0) ring = ring + contact_rows
+      if (.not. has_boxes(analysis)) ring = ring + patch_rows
     end associate
   end function ring_of
 
@@ -331,7 +351,7 @@ contains
     !> The window is that of another division.
     logical, intent(in) :: anew
 
-    if (model%analysis%mesh%kind == mesh_grid) call follow_points(model, anew)
+    if (has_boxes(model%analysis)) call follow_points(model, anew)
     associate (part => model%part, state => model%state)
       part%tracer_cell = state%tracers%cell
       part%watched_cell = state%watched%cell

@@ -17,11 +17,12 @@ import faults
 import many_ranks
 import migration
 import one_rank
+import shared_meshes
 import shared_scenes
 from support import TOP, Place
 
-CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS, *migration.CHECKS, *shared_scenes.CHECKS, *faults.CHECKS]
-LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS, *migration.LONG_CHECKS, *shared_scenes.LONG_CHECKS, *faults.LONG_CHECKS]
+CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS, *migration.CHECKS, *shared_scenes.CHECKS, *shared_meshes.CHECKS, *faults.CHECKS]
+LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS, *migration.LONG_CHECKS, *shared_scenes.LONG_CHECKS, *shared_meshes.LONG_CHECKS, *faults.LONG_CHECKS]
 
 
 def main() -> int:
