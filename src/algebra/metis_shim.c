@@ -10,6 +10,7 @@
 #include <metis.h>
 
 int qsmpm_metis_order(int n, int *first, int *neighbour, int seed, int *order, int *position);
+int qsmpm_metis_parts(int n, int *first, int *neighbour, int *weight, int parts, int seed, int *part);
 
 /* One call; the handlers are afterwards what they were. */
 static int order_once(idx_t n, idx_t *first, idx_t *neighbour, idx_t *options, idx_t *order, idx_t *position)
@@ -36,6 +37,38 @@ int qsmpm_metis_order(int n, int *first, int *neighbour, int seed, int *order, i
     status = order_once(n, first, neighbour, options, order, position);
     if (status == METIS_ERROR) {
         status = order_once(n, first, neighbour, options, order, position);
+        if (status == METIS_OK) raise(SIGTERM);
+    }
+    return status == METIS_OK ? 0 : -1;
+}
+
+/* One call; the handlers are afterwards what they were. */
+static int part_once(idx_t n, idx_t *first, idx_t *neighbour, idx_t *weight, idx_t parts, idx_t *options, idx_t *part)
+{
+    struct sigaction on_term, on_abort;
+    idx_t constraints = 1, cut;
+    int status;
+
+    sigaction(SIGTERM, NULL, &on_term);
+    sigaction(SIGABRT, NULL, &on_abort);
+    status = METIS_PartGraphKway(&n, &constraints, first, neighbour, weight, NULL, NULL, &parts, NULL, NULL, options,
+                                 &cut, part);
+    sigaction(SIGTERM, &on_term, NULL);
+    sigaction(SIGABRT, &on_abort, NULL);
+    return status;
+}
+
+/* Parts of a graph in compressed rows from 0; 0 when they are found. */
+int qsmpm_metis_parts(int n, int *first, int *neighbour, int *weight, int parts, int seed, int *part)
+{
+    idx_t options[METIS_NOPTIONS];
+    int status;
+
+    METIS_SetDefaultOptions(options);
+    options[METIS_OPTION_SEED] = seed;
+    status = part_once(n, first, neighbour, weight, parts, options, part);
+    if (status == METIS_ERROR) {
+        status = part_once(n, first, neighbour, weight, parts, options, part);
         if (status == METIS_OK) raise(SIGTERM);
     }
     return status == METIS_OK ? 0 : -1;

@@ -5,8 +5,7 @@ module qsmpm_plan_ranks
   use qsmpm_kinds, only: wp
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_numbers, only: whole_cells
-  use qsmpm_cell_sharing, only: share_model
-  use qsmpm_division, only: ring_of
+  use qsmpm_division, only: ring_of, share_cells
   use qsmpm_equation_count, only: count_node_equations
   use qsmpm_error, only: error_type
   use qsmpm_model, only: model_type
@@ -73,15 +72,15 @@ contains
     own = 0
     copies = 0
     equations = 0
-    call share_model(model, ranks, shared%part%owners, short)
+    call share_cells(shared, ranks, short)
     if (short) return
-    cell = whole_cells(model, model%state%points%cell(:model%state%points%count))
+    cell = whole_cells(shared, shared%state%points%cell(:shared%state%points%count))
     do r = 1, ranks
       own(r) = count(shared%part%owners%near(r - 1, 0, cell))
       copies(r) = count(shared%part%owners%near(r - 1, ring_of(model%analysis), cell)) - own(r)
     end do
     allocate (owner, source=node_owners(shared))
-    allocate (of_node(model%space%node_count))
+    allocate (of_node(shared%space%node_count))
     call count_node_equations(shared, of_node)
     do a = 1, size(owner)
       equations(owner(a) + 1) = equations(owner(a) + 1) + of_node(a)

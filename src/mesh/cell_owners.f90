@@ -1,5 +1,5 @@
 !> Which process of a team owns which cells of the whole mesh, and which cells lie in how many rows around those of a
-!> process. Grids are shared by boxes (qsmpm_cell_boxes).
+!> process: boxes of a grid (qsmpm_cell_boxes), parts of other meshes (qsmpm_cell_parts).
 !>
 !> Cells have their numbers in the whole mesh. Every process knows all of it.
 module qsmpm_cell_owners

@@ -1,5 +1,5 @@
-!> Numbers of cells in the part of a grid that a process looks at, and in the whole grid. A mesh that is no grid is whole
-!> on every process, and a cell has one number.
+!> Numbers of cells in the part of a grid that a process looks at, and in the whole grid. A mesh that is no grid is
+!> whole on every process, and a cell has one number.
 module qsmpm_cell_numbers
   use qsmpm_analysis, only: mesh_grid
   use qsmpm_cell_boxes, only: is_inside

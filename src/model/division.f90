@@ -14,11 +14,11 @@ module qsmpm_division
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_numbers, only: whole_of, number_all, add_places
   use qsmpm_cell_owners, only: cell_owners_type
-  use qsmpm_cell_sharing, only: share_model
+  use qsmpm_cell_sharing, only: has_boxes, share_model
   use qsmpm_error, only: error_type, fail, error_deck, error_other
   use qsmpm_exchange, only: hand_over
   use qsmpm_first_window, only: least_margin, usual_margin
-  use qsmpm_grid_window, only: window_type, cells_of, holds, widen
+  use qsmpm_grid_window, only: window_type, operator(==), cells_of, holds, widen
   use qsmpm_model, only: model_type
   use qsmpm_model_window, only: fit_window, lay_window
   use qsmpm_own_marks, only: link_histories, mark_own
@@ -27,6 +27,7 @@ module qsmpm_division
   use qsmpm_point_delivery, only: fingerprint
   use qsmpm_point_selection, only: select_points, select_surface_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type
+  use qsmpm_ring_exchange, only: rows_beyond
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_surface_refinement, only: refine_surfaces
   use qsmpm_space, only: node_label
@@ -42,10 +43,13 @@ module qsmpm_division
   !> touch surfaces, and where cells of a mesh share pressures or gradients.
   integer, parameter :: nearest_rows = 2, contact_rows = 2, element_rows = 3
 
+  !> Rows of cells that a ring is wider where cells may share a pressure: a pair, and one more at either end.
+  integer, parameter :: patch_rows = 2
+
   character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
 
-  public :: divide_model, settle_part, divide_anew, division_text, join_model, look_at_all, migrate_points, unevenness, &
-    ring_of
+  public :: share_cells, divide_model, settle_part, divide_anew, division_text, join_model, look_at_all, &
+    migrate_points, unevenness, ring_of
 
 contains
 
@@ -59,7 +63,7 @@ contains
 
     if (team%ranks == 1 .or. is_divided(model%part)) return
     call refine_surfaces(model)
-    call share_model(model, team%ranks, model%part%owners, short)
+    call share_cells(model, team%ranks, short)
     if (short) then
       deallocate (model%part%owners)
       call fail(error, error_deck, 'the material lies in too few cells of the mesh to be shared by '// &
@@ -99,7 +103,7 @@ contains
     logical :: short
 
     before = census(model)
-    call share_model(model, model%part%team%ranks, owners, short)
+    call share_model(model, model%part%team%ranks, rows_of(model%analysis), owners, short)
     ! As few cells as that are shared as they were.
     if (short) return
     call collect_forces(model, labels, forces)
@@ -111,6 +115,22 @@ contains
     call put_forces(model, labels, forces)
     if (any(census(model) /= before)) call fail(error, error_other, lost)
   end subroutine divide_anew
+
+  !> Find the owners of the cells. A mesh that is shared in parts is looked at whole.
+  subroutine share_cells(model, ranks, short)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: ranks
+    !> There are too few cells with material.
+    logical, intent(out) :: short
+    type(window_type) :: window
+
+    if (.not. has_boxes(model%analysis) .and. .not. model%state%window == whole_of(model)) then
+      window = model%state%window
+      call lay_window(model, whole_of(model))
+      call number_all(model, window, model%state%window)
+    end if
+    call share_model(model, ranks, rows_of(model%analysis), model%part%owners, short)
+  end subroutine share_cells
 
   !> Keep what is own or in the ring of this process, and put aside what waits; cells are numbered as in the whole mesh.
   subroutine take_near(model)
@@ -164,12 +184,20 @@ contains
       if (size(analysis%surfaces) + size(analysis%rigid_bodies) > 0 .or. &
         any([(.not. all(bodies_active(analysis, p)), p=1, size(analysis%phases))])) ring = ring + nearest_rows
       if (size(analysis%rigid_bodies) > 0) ring = ring + contact_rows
+      if (.not. has_boxes(analysis)) ring = ring + patch_rows
     end associate
     if (analysis%mesh%kind == mesh_grid) then
       if (any(analysis%mesh%element == ['QUAD4', 'HEX8 '])) return
     end if
     ring = ring + element_rows
   end function ring_of
+
+  !> Rows of cells around its own that a process is asked for.
+  pure integer function rows_of(analysis) result(rows)
+    type(analysis_type), intent(in) :: analysis
+
+    rows = ring_of(analysis) + rows_beyond
+  end function rows_of
 
   !> Points go to the processes whose own they are now, and copies to those whose rings they are in.
   subroutine migrate_points(model, error)
@@ -374,7 +402,7 @@ contains
     !> The window is that of another division.
     logical, intent(in) :: anew
 
-    if (model%analysis%mesh%kind == mesh_grid) call follow_points(model, anew)
+    if (has_boxes(model%analysis)) call follow_points(model, anew)
     associate (part => model%part, state => model%state)
       part%tracer_cell = state%tracers%cell
       part%watched_cell = state%watched%cell

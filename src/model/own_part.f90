@@ -1,7 +1,7 @@
 !> The part of a model that a process answers for. Alone that is all of it. A process of a team has the material points
 !> and surface points of its own cells, and copies of those in a ring around them, which make the sums at its own nodes
-!> whole; of a grid it has the window with these. What is reduced over the team counts each point, cell and node once: on
-!> the process whose own it is.
+!> whole; of a grid it has the window with these. What is reduced over the team counts each point, cell and node once:
+!> on the process whose own it is.
 !>
 !> How a model is divided is left to `qsmpm_division`, what is own to `qsmpm_own_marks`.
 module qsmpm_own_part

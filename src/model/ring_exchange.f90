@@ -19,7 +19,7 @@ module qsmpm_ring_exchange
 
   !> Rows of cells beyond the ring that are asked for: a face of the ghost penalty reaches one beyond the functions, and
   !> what lies at the boundary is told by the cells around it.
-  integer, parameter :: rows_beyond = 2
+  integer, parameter, public :: rows_beyond = 2
 
 contains
 

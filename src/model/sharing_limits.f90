@@ -1,7 +1,7 @@
 !> What a team of processes cannot share yet: it is refused by name, before anything is computed.
 module qsmpm_sharing_limits
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, mesh_grid, basis_fem, carrier_points
+  use qsmpm_analysis, only: analysis_type, basis_fem, carrier_points
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_model, only: model_type
   use qsmpm_text, only: integer_text
@@ -44,14 +44,6 @@ contains
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable, intent(inout) :: list
 
-    associate (mesh => analysis%mesh)
-      if (mesh%kind /= mesh_grid) then
-        call add(list, 'a mesh that is no *GRID')
-      else if (all(mesh%element /= ['QUAD4', 'HEX8 '])) then
-        call add(list, 'ELEMENT='//mesh%element//' of *GRID')
-      end if
-      if (mesh%perturbation > 0.0_wp) call add(list, 'PERTURB of *GRID')
-    end associate
     if (analysis%method%basis == basis_fem) call add(list, 'BASIS=FEM')
     if (analysis%moving_mesh%active) call add(list, '*MOVING MESH')
   end subroutine refuse_mesh

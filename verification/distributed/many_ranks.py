@@ -225,7 +225,7 @@ def refused(place: Place) -> None:
     """What ranks cannot share is named before anything is computed or written, once."""
     deck = (TOP / "input/footing.inp").read_text()
     run = place.run("qsmpm-mpi", deck, "footing", ranks=2, code=2)
-    expect("2 processes cannot share this deck yet" in run.said and "TRI6" in run.said and "*MOVING MESH" in run.said, run.said)
+    expect("2 processes cannot share this deck yet" in run.said and "*MOVING MESH" in run.said, run.said)
     expect(run.said.count("cannot share") == 1 and not run.folder.exists(), run.said)
     small = plane("0, 0.25, 0, 0.25").replace("0.9, 1.3", "0.1, 0.1").replace("0.6, 0.3", "0.1, 0.1")
     few = place.run("qsmpm-mpi", small, "few", ranks=3, code=2)

@@ -98,6 +98,7 @@ program run_unit_tests
   use test_mesh_topology, only: collect_mesh_topology
   use test_card_fields, only: collect_card_fields
   use test_cell_boxes, only: collect_cell_boxes
+  use test_cell_parts, only: collect_cell_parts
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
   use test_body_contact, only: collect_body_contact
@@ -236,6 +237,7 @@ program run_unit_tests
   call register('abaqus_reader', collect_abaqus_reader)
   call register('mesh_topology', collect_mesh_topology)
   call register('cell_boxes', collect_cell_boxes)
+  call register('cell_parts', collect_cell_parts)
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
   call register('terms', collect_terms)

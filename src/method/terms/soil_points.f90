@@ -7,6 +7,7 @@
 !> or over patches of cells that share a pressure; only here is it known which.
 module qsmpm_soil_points
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_cell_average, only: integrate_in_cells
@@ -14,6 +15,7 @@ module qsmpm_soil_points
   use qsmpm_equations, only: equations_type
   use qsmpm_error, only: error_type, fail, error_not_converged, error_user_material
   use qsmpm_integration, only: integration_type, group_of, measure_cells
+  use qsmpm_joint_patches, only: find_joint_patches
   use qsmpm_law, only: law_slot_type, tangent_none, status_failed, status_unrecoverable
   use qsmpm_merged_groups, only: merge_groups
   use qsmpm_model, only: model_type
@@ -161,8 +163,12 @@ contains
         wanted(g) = wanted(g) .or. model%laws(at_points%material(p))%pressure_factor > 0.0_wp
       end do
     end do
-    if (.not. any(wanted)) return
-    call pressure_patches(model%mesh, at_points%cell, wanted, self%patch)
+    if (.not. any_of(model%part%team, any(wanted))) return
+    if (is_divided(model%part)) then
+      call find_joint_patches(model, at_points%cell, wanted, self%patch)
+    else
+      call pressure_patches(model%mesh, at_points%cell, wanted, self%patch)
+    end if
     allocate (merged)
     if (allocated(self%integration)) then
       call merge_groups(self%integration, self%patch, merged)
