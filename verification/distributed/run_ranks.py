@@ -22,7 +22,8 @@ import shared_scenes
 from support import TOP, Place
 
 CHECKS = [*one_rank.CHECKS, *many_ranks.CHECKS, *migration.CHECKS, *shared_scenes.CHECKS, *shared_meshes.CHECKS, *faults.CHECKS]
-LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS, *migration.LONG_CHECKS, *shared_scenes.LONG_CHECKS, *shared_meshes.LONG_CHECKS, *faults.LONG_CHECKS]
+LONG_CHECKS = [*one_rank.LONG_CHECKS, *many_ranks.LONG_CHECKS, *migration.LONG_CHECKS, *shared_scenes.LONG_CHECKS,
+               *shared_meshes.LONG_CHECKS, *faults.LONG_CHECKS]  # fmt: skip
 
 
 def main() -> int:
