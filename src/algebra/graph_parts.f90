@@ -4,6 +4,7 @@
 !> The graph is that of qsmpm_node_ordering. The same graph gives the same parts.
 module qsmpm_graph_parts
   use, intrinsic :: iso_c_binding, only: c_int
+  use qsmpm_kinds, only: wp
   use qsmpm_node_ordering, only: order_bandwidth
   implicit none
   private
@@ -56,20 +57,20 @@ contains
     integer, intent(in) :: first(:), neighbour(:), weight(:), parts
     integer, intent(out) :: part(:)
     integer :: position(size(part)), order(size(part)), i, k, n
-    real :: before, share
+    real(wp) :: before, share
 
     n = size(part)
     call order_bandwidth(first, neighbour, position)
     order(position) = [(i, i=1, n)]
-    share = sum(real(weight))/real(parts)
+    share = sum(real(weight, wp))/real(parts, wp)
     k = 1
-    before = 0.0
+    before = 0.0_wp
     do i = 1, n
       if (i > 1 .and. k < parts) then
-        if (n - i < parts - k .or. before + 0.5*real(weight(order(i))) > real(k)*share) k = k + 1
+        if (n - i < parts - k .or. before + 0.5_wp*weight(order(i)) > k*share) k = k + 1
       end if
       part(order(i)) = k
-      before = before + real(weight(order(i)))
+      before = before + weight(order(i))
     end do
   end subroutine cut_order
 end module qsmpm_graph_parts

@@ -54,7 +54,7 @@ contains
       call part_graph(first, neighbour, spread(3, 1, size(cells)), parts, again)
       call tests%check('parts are the same again', all(part == again))
       call tests%check('no part is empty or much too large', minval([(count(part == k), k=1, parts)]) > 0 .and. &
-        maxval([(count(part == k), k=1, parts)]) <= 1.2*real(size(cells))/real(parts) + 1.0)
+        maxval([(count(part == k), k=1, parts)]) <= 1.2_wp*size(cells)/parts + 1.0_wp)
     end do
     call part_graph([1, 1, 1, 1, 1, 1], [integer ::], [9, 1, 1, 1, 9], 5, part(:5))
     call tests%check('as many parts as nodes, without an edge', all([(count(part(:5) == k) == 1, k=1, 5)]))
