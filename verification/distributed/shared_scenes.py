@@ -200,5 +200,35 @@ def warnings(place: Place) -> None:
         expect(said[0] == said[1] and any(words in line for line in said[0]), f"{name}: {said}")
 
 
-CHECKS: list[Check] = [loaded_surfaces, freed_supports, factor_of_safety, stages, pore_water, rigid_bodies, loaded_bodies, warnings]
-LONG_CHECKS: list[Check] = [more_loaded_surfaces, more_loaded_bodies, runout]
+def stabilised(place: Place, basis: str, ways: str, ranks: int, steps: int = 2) -> None:
+    """A body with cut or boundary cells: curves of one process, and its shares of the stabilisation."""
+    top = 1.5 if "CELL" in ways else 1.4
+    deck = plane(f"0, 2, 0, {top}", f"BASIS={basis}, KINEMATICS=LOGARITHMIC, {ways}", steps=steps)
+    name = f"{basis}-{ways}-{ranks}".replace(", ", "-").lower()
+    alone, shared = place.run("qsmpm", deck, f"{name}-alone"), place.run("qsmpm-mpi", deck, name, ranks=ranks)
+    column = alone.curves.decode().splitlines()[0].split(",").index("stabilisation_share")
+    shares = [[row[column] for row in run.rows()] for run in (alone, shared)]
+    apart = max(distance(alone, shared), *(abs(a - b) / max(shares[0]) for a, b in zip(*shares, strict=True)))
+    expect(apart <= SAME, f"{name}: {apart:.1e} from one process")
+
+
+def rings(place: Place) -> None:
+    """What ranks are told of cells and nodes around theirs: faces, roots and shares of the stabilisation are those of one process."""
+    stabilised(place, "STANDARD", "INTEGRATION=POINTS, STABILISATION=GHOST", 7)
+    stabilised(place, "GIMP", "INTEGRATION=POINTS, STABILISATION=BACKGROUND", 4)
+    stabilised(place, "SPLINE2", "INTEGRATION=CELL, STABILISATION=GHOST", 3)
+
+
+def more_rings(place: Place) -> None:
+    """The same of all functions and integrations that ranks share, on 2, 3, 4 and 7 of them."""
+    for basis in ("STANDARD", "GIMP", "SPLINE2", "SPLINE2G", "SPLINE3"):
+        for ranks, ways in ((2, "CELL, STABILISATION=GHOST"), (3, "POINTS, STABILISATION=BACKGROUND"),
+                            (4, "POINTS, STABILISATION=GHOST"), (7, "CELL, STABILISATION=GHOST")):  # fmt: skip
+            stabilised(place, basis, f"INTEGRATION={ways}", ranks, steps=5)
+    locked = plane("0, 2, 0, 1.4", "BASIS=GIMP, INTEGRATION=POINTS, KINEMATICS=LOGARITHMIC")
+    agrees(place, "locked", locked.replace("*UNIT WEIGHT", "*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE\n*UNIT WEIGHT"), (2, 4), SAME)
+
+
+CHECKS: list[Check] = [rings, loaded_surfaces, freed_supports, factor_of_safety, stages, pore_water, rigid_bodies, loaded_bodies,
+                       warnings]  # fmt: skip
+LONG_CHECKS: list[Check] = [more_rings, more_loaded_surfaces, more_loaded_bodies, runout]
