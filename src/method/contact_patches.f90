@@ -6,7 +6,7 @@
 module qsmpm_contact_patches
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
-  use qsmpm_body_points, only: body_points_type
+  use qsmpm_body_points, only: body_points_type, are_near
   use qsmpm_mesh_measure, only: cell_size
   use qsmpm_model, only: model_type
   use qsmpm_basis_traits, only: basis_list
@@ -73,12 +73,13 @@ contains
     type(body_points_type), intent(in) :: on_bodies
     !> Number and patch of each point.
     integer, intent(in) :: points(:), label(:)
-    logical :: whole(size(points)), near(size(points))
+    logical :: whole(size(points)), near(size(points)), in_ring(on_bodies%count)
     integer :: i
 
     whole = .true.
     if (.not. is_divided(model%part)) return
-    near = on_bodies%cell(points) > 0 .and. on_bodies%apart(points) < model%part%ring .and. model%state%points%count > 0
+    in_ring = are_near(model, on_bodies, model%part%ring - 1)
+    near = on_bodies%cell(points) > 0 .and. in_ring(points) .and. model%state%points%count > 0
     whole = [(all(near .or. label /= label(i)), i=1, size(points))]
   end function whole_here
 
@@ -88,13 +89,14 @@ contains
     type(model_type), intent(in) :: model
     type(body_points_type), intent(in) :: on_bodies
     integer, intent(in) :: points(:), label(:)
+    logical :: acts(on_bodies%count)
 
     is_torn = .false.
     if (.not. is_divided(model%part)) return
     associate (basis => basis_list(model%analysis%method%basis))
-      is_torn = any(on_bodies%apart(points) <= max(1, basis%degree) + 1 .and. &
-        .not. whole_here(model, on_bodies, points, label))
+      acts = are_near(model, on_bodies, max(1, basis%degree) + 1)
     end associate
+    is_torn = any(acts(points) .and. .not. whole_here(model, on_bodies, points, label))
   end function is_torn
 
   !> Add the patches of a contact of which a point is near.

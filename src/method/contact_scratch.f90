@@ -4,7 +4,8 @@
 module qsmpm_contact_scratch
   use qsmpm_kinds, only: wp
   use qsmpm_body_loads, only: free_components, body_components, turning, load_rows
-  use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
+  use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points, &
+    are_near
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type
   use qsmpm_contact_law, only: tractions_type
@@ -123,17 +124,18 @@ contains
   subroutine find_counted(self, model)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
-    logical :: own(model%state%surface%count)
+    logical :: own(model%state%surface%count), own_on_body(self%on_bodies%count)
     integer :: c
 
     self%counts_loads = model%part%team%rank == 0
     self%counted = spread(.true., 1, self%patches%count)
     if (.not. is_divided(model%part)) return
     own = own_of(model%part%surface, size(own))
+    own_on_body = are_near(model, self%on_bodies, 0)
     do c = 1, self%patches%count
       associate (i => self%patches%point(self%patches%first(c)))
         if (is_on_body(self, c)) then
-          self%counted(c) = self%on_bodies%apart(i) == 0
+          self%counted(c) = own_on_body(i)
         else
           self%counted(c) = own(i)
         end if

@@ -15,12 +15,12 @@ module qsmpm_body_points
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_grid, only: grid_type
+  use qsmpm_grid_window, only: cells_over
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_mesh_measure, only: cell_size
   use qsmpm_mesh_search, only: locate
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of
-  use qsmpm_own_marks, only: place_in
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_points, only: carried_type, place_of
   use qsmpm_rigid_outline, only: lay_outline
@@ -31,7 +31,7 @@ module qsmpm_body_points
   private
 
   public :: body_points_type, make_body_outlines, lay_body_points, present_body_points, keep_body_points, &
-    touch_body_points
+    touch_body_points, are_near
 
   character(len=*), parameter :: kept_name = 'body_points'
   !> Rows of the array that is kept: whether in contact, opening, pressure, shear, slip.
@@ -52,10 +52,10 @@ module qsmpm_body_points
     integer, allocatable :: pair(:), patch(:)
     !> In contact, and in a cell of the mesh.
     logical, allocatable :: touched(:)
-    !> Size of the cell it is in, where in contact, and rows of cells between it and the box of this process, 0 in it
-    !> and alone (count).
+    !> Size of the cell it is in, where in contact, and, where a team shares the model, the number of the cell that it is
+    !> in of the whole mesh (count).
     real(wp), allocatable :: cell_size(:)
-    integer, allocatable :: apart(:)
+    integer, allocatable :: home(:)
     !> Present area (per radian in axisymmetry), opening and pressure; shear on the soil (count), (3, count).
     real(wp), allocatable :: area(:), opening(:), pressure(:), shear(:, :)
     !> How far the soil has slid along the body since they touched (3, count).
@@ -99,7 +99,7 @@ contains
 
     n = sum(model%body_outlines%count)
     points%count = n
-    allocate (points%pair(n), points%patch(n), points%cell(n), points%apart(n), source=0)
+    allocate (points%pair(n), points%patch(n), points%cell(n), points%home(n), source=0)
     allocate (points%area(n), points%cell_size(n), points%shear(3, n), points%position(2, n), &
       points%initial_position(2, n), points%local(2, n), source=0.0_wp)
     if (n > 0) values = kept_values(model%state%kept, kept_name)
@@ -157,28 +157,41 @@ contains
     type(body_points_type), intent(inout) :: points
     type(grid_type) :: grid
     real(wp) :: width(2)
-    integer :: i, j, cell, at(3)
+    integer :: i, j, cell, below, at
     logical :: found
 
     grid = grid_of(model%analysis)
     cell = 0
+    points%home = model%part%owners%homes(model%mesh, points%position)
     do i = 1, points%count
-      at = place_in(grid, points%position(:, i))
-      associate (box => model%part%boxes(model%part%team%rank + 1))
-        points%apart(i) = maxval([0, box%first - at, at - box%last])
-      end associate
       if (.not. points%touched(i)) cycle
       associate (x => points%position(:, i), bounds => model%mesh%bounds, margin => touching*model%cell_size)
         points%touched(i) = points%area(i) > 0.0_wp .and. all(x >= bounds(:, 1) - margin) .and. &
           all(x <= bounds(:, 2) + margin)
       end associate
-      width = [(grid%axes(j)%lines(at(j) + 1) - grid%axes(j)%lines(at(j)), j=1, 2)]
+      do j = 1, 2
+        associate (lines => grid%axes(j)%lines)
+          call cells_over(lines, points%position(j, i), points%position(j, i), below, at)
+          width(j) = lines(at + 1) - lines(at)
+        end associate
+      end do
       points%cell_size(i) = width(1)/2 + width(2)/2
       call locate(model%mesh, points%position(:, i), cell, points%local(:, i), found)
       if (found) points%cell(i) = cell
     end do
   end subroutine find_shared_cells
 
+
+  !> Which places are in cells of this process or in so many rows around them; alone all are.
+  pure function are_near(model, points, rows) result(near)
+    type(model_type), intent(in) :: model
+    type(body_points_type), intent(in) :: points
+    integer, intent(in) :: rows
+    logical :: near(points%count)
+
+    near = .true.
+    if (is_divided(model%part)) near = model%part%owners%near(model%part%team%rank, rows, points%home)
+  end function are_near
 
   !> Keep opening, pressure and shear of the places; those that have opened by much part.
   subroutine keep_body_points(model, points)

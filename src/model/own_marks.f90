@@ -11,7 +11,7 @@ module qsmpm_own_marks
   implicit none
   private
 
-  public :: mark_own, node_owners, link_histories, place_in
+  public :: mark_own, node_owners, link_histories
 
 contains
 
