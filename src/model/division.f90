@@ -22,7 +22,7 @@ module qsmpm_division
   use qsmpm_model, only: model_type
   use qsmpm_model_window, only: fit_window, lay_window
   use qsmpm_own_marks, only: link_histories, mark_own
-  use qsmpm_own_part, only: own_part_type, is_divided, own_of
+  use qsmpm_own_part, only: own_part_type, is_divided, own_of, reset_copies
   use qsmpm_place_sharing, only: near_ones, send_points, send_surface_points, keep_own_surface, share_places
   use qsmpm_point_delivery, only: fingerprint
   use qsmpm_point_selection, only: select_points, select_surface_points
@@ -108,6 +108,7 @@ contains
     if (short) return
     call collect_forces(model, labels, forces)
     call move_alloc(owners, model%part%owners)
+    call reset_copies(model%part)
     call send_all(model, .false.)
     call look_at(model, .true.)
     model%state%reactions = 0.0_wp

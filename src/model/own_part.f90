@@ -14,7 +14,7 @@ module qsmpm_own_part
   implicit none
   private
 
-  public :: own_part_type, is_divided, own_of, own_cells
+  public :: own_part_type, is_divided, own_of, own_cells, reset_copies
 
   type :: own_part_type
     !> Who shares the model: this process alone unless the model is divided.
@@ -77,4 +77,12 @@ contains
     if (allocated(part%cells)) own = part%cells(cell)
   end function own_cells
 
+  !> Whose values are copied is to be listed anew: the owners are others.
+  pure subroutine reset_copies(part)
+    type(own_part_type), intent(inout) :: part
+    type(owner_copies_type) :: none
+
+    part%cell_copies = none
+    part%node_copies = none
+  end subroutine reset_copies
 end module qsmpm_own_part

@@ -3,19 +3,36 @@ module qsmpm_earlier_run
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_exists
   use qsmpm_posix, only: remove_file, remove_numbered, remove_others, system_message
+  use qsmpm_folder_lock, only: make_folder
   use qsmpm_part_files, only: parts_folder
   use qsmpm_results, only: mechanism_part, results_folder
   use qsmpm_safety_files, only: mechanism_mesh, mechanism_points
   implicit none
   private
 
-  public :: remove_earlier_run
+  public :: make_place
 
   !> Heads of the names of pictures.
   character(len=*), parameter :: pictures(4) = [character(len=len(mechanism_points)) :: 'points_', 'mesh_', &
     mechanism_points, mechanism_mesh]
 
 contains
+
+  !> Remove what an earlier run left where this one does not continue it, and make the folders of this one.
+  subroutine make_place(directory, names, continued, in_results, in_parts, error)
+    character(len=*), intent(in) :: directory
+    !> Files without a number.
+    character(len=*), intent(in) :: names(:)
+    logical, intent(in) :: continued
+    !> It writes HDF5 results; several processes write parts.
+    logical, intent(in) :: in_results, in_parts
+    !> Set when a file cannot be removed or a folder not made.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. continued) call remove_earlier_run(directory, names, error)
+    if (.not. allocated(error) .and. in_results) call make_folder(directory//'/'//results_folder, error)
+    if (.not. allocated(error) .and. in_parts) call make_folder(directory//'/'//parts_folder, error)
+  end subroutine make_place
 
   !> Remove what an earlier run left, so that nothing of it is taken for a result of this one.
   subroutine remove_earlier_run(directory, names, error)

@@ -16,10 +16,10 @@ module qsmpm_recorder
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
   use qsmpm_display, only: display_type, display_none, display_plain, start_display, show_step, show_text, &
     show_result, end_display, step_text
-  use qsmpm_earlier_run, only: remove_earlier_run
+  use qsmpm_earlier_run, only: make_place
   use qsmpm_error, only: error_type, error_other
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, read_text, write_text
-  use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_folder
+  use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder
   use qsmpm_analysis, only: analysis_type, mesh_grid
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type
@@ -27,7 +27,6 @@ module qsmpm_recorder
   use qsmpm_number_text, only: integer_text, without_last_newline
   use qsmpm_own_part, only: is_divided
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_part_files, only: parts_folder
   use qsmpm_picture_files, only: write_fields, write_way_of_failure
   use qsmpm_picture_list, only: picture_list_type, read_collection
   use qsmpm_posix, only: signal_received
@@ -43,7 +42,7 @@ module qsmpm_recorder
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text, &
-    estimate_of_scene
+    estimate_of_scene, scene_of
   implicit none
   private
 
@@ -166,7 +165,9 @@ contains
     !> Set when a file cannot be made.
     type(error_type), allocatable, intent(out) :: error
 
-    if (leads(recorder)) call make_place(recorder, model%analysis%output%hdf5, error)
+    if (leads(recorder)) call make_place(recorder%directory, own_files, recorder%options%continued, &
+      model%analysis%output%hdf5, recorder%options%team%ranks > 1, error)
+    if (recorder%options%continued) call read_timing(recorder%directory, recorder%earlier)
     call agree(recorder%options%team, error)
     if (allocated(error)) return
     call start_display(recorder%display, recorder%options%display, model)
@@ -185,21 +186,6 @@ contains
     if (.not. allocated(error) .and. recorder%options%begun) call show_start(recorder, model, error)
     if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
   end subroutine begin_files
-
-  !> Remove what was there, and make the folders.
-  subroutine make_place(recorder, writes_results, error)
-    type(recorder_type), intent(inout) :: recorder
-    logical, intent(in) :: writes_results
-    type(error_type), allocatable, intent(out) :: error
-
-    associate (directory => recorder%directory, options => recorder%options)
-      if (.not. options%continued) call remove_earlier_run(directory, own_files, error)
-      if (allocated(error)) return
-      if (options%continued) call read_timing(directory, recorder%earlier)
-      if (writes_results) call make_folder(directory//'/'//results_folder, error)
-      if (.not. allocated(error) .and. options%team%ranks > 1) call make_folder(directory//'/'//parts_folder, error)
-    end associate
-  end subroutine make_place
 
   !> Open the log: anew, or behind what the continued run wrote.
   subroutine open_log(recorder, error)
@@ -308,9 +294,7 @@ contains
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
 
-    associate (unused => model)
-    end associate
-    needs_model = is_reduced(self%options%whole)
+    needs_model = model%mesh%dimension > 0 .and. is_reduced(self%options%whole)
   end function needs_model
 
   !> A step was accepted: its row, and what is due.
@@ -376,20 +360,10 @@ contains
       call write_text(self%directory//'/'//limit_file, limit_json(model), error)
     if (.not. allocated(error) .and. has_factor(model%state%progress)) &
       call write_safety(self%directory, model, error)
-    if (.not. allocated(error)) call write_summary(self%directory, scene_of(self, model), model, error)
+    if (.not. allocated(error)) call write_summary(self%directory, scene_of(self%options%whole, model), model, error)
     if (allocated(error)) return
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine phase_done
-
-  !> The analysis as the deck has it.
-  pure function scene_of(recorder, model) result(analysis)
-    class(recorder_type), intent(in) :: recorder
-    type(model_type), intent(in) :: model
-    type(analysis_type) :: analysis
-
-    analysis = model%analysis
-    if (is_reduced(recorder%options%whole)) analysis = recorder%options%whole%model%analysis
-  end function scene_of
 
   !> Pictures of the way a body fails, numbered by the phase.
   subroutine mechanism(self, model, error)
@@ -516,9 +490,10 @@ contains
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
 
-    call summary_table(recorder%directory, scene_of(recorder, model), model, text, error, outcome)
+    call summary_table(recorder%directory, scene_of(recorder%options%whole, model), model, text, error, outcome)
     if (.not. allocated(error)) call write_log(recorder, text)
-    if (allocated(outcome)) call write_summary(recorder%directory, scene_of(recorder, model), model, error, outcome)
+    if (.not. allocated(outcome)) return
+    call write_summary(recorder%directory, scene_of(recorder%options%whole, model), model, error, outcome)
   end subroutine log_summary
 
   !> Last line of a run that nothing but its files may have stopped.

@@ -24,7 +24,7 @@ module qsmpm_restart
   use qsmpm_model_window, only: restore
   use qsmpm_restart_fields, only: put_carried, get_carried, put_kept, get_kept
   use qsmpm_restart_parts, only: node_values_type, put_shared_state, put_own_state, save_restart_parts, &
-    remove_restart_parts, check_parts, start_joined, finish_joined, lay_joined, put_node_values
+    remove_restart_parts, check_parts, share_reason, start_joined, finish_joined, lay_joined, put_node_values
   use qsmpm_restart_progress, only: put_progress, get_progress
   use qsmpm_state_check, only: check_state, window_reason
   use qsmpm_team, only: team_type
@@ -164,7 +164,9 @@ contains
     if (present(team)) readers = team
     call open_reader(reader, path)
     call check_origin(reader, fingerprint, in_parts)
-    if (in_parts) call check_parts(readers, reader)
+    call share_reason(readers, reader)
+    if (in_parts .and. .not. allocated(reader%reason)) call check_parts(readers, reader)
+    call share_reason(readers, reader)
     state = model%state
     if (in_parts) call start_joined(reader, model, state, nodes)
     call get_state(reader, '', model, in_parts, state)

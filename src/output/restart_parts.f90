@@ -7,7 +7,7 @@
 module qsmpm_restart_parts
   use, intrinsic :: iso_fortran_env, only: int8, int32
   use qsmpm_kinds, only: wp, long
-  use qsmpm_agreement, only: agree
+  use qsmpm_agreement, only: agree, lowest_rank, spread_text
   use qsmpm_cell_numbers, only: whole_cells, whole_of
   use qsmpm_checksum, only: crc32, crc32_text
   use qsmpm_division, only: look_at_all
@@ -33,7 +33,7 @@ module qsmpm_restart_parts
   private
 
   public :: node_values_type, put_shared_state, put_own_state, save_restart_parts, remove_restart_parts, check_parts, &
-    start_joined, finish_joined, lay_joined, put_node_values
+    share_reason, start_joined, finish_joined, lay_joined, put_node_values
 
   !> Values at nodes by their labels: reactions and released forces (dimension, labels), what terms keep.
   type :: node_values_type
@@ -296,6 +296,21 @@ contains
       if (allocated(reason)) return
     end do
   end subroutine check_parts
+
+  !> What one process has found wrong with a file, all know: none reads on from what another one refuses.
+  subroutine share_reason(team, reader)
+    type(team_type), intent(in) :: team
+    type(reader_type), intent(inout) :: reader
+    character(len=:), allocatable :: reason
+    integer :: rank
+
+    rank = lowest_rank(team, allocated(reader%reason))
+    if (rank == team%ranks) return
+    reason = ''
+    if (allocated(reader%reason)) reason = reader%reason
+    call spread_text(team, rank, reason)
+    reader%reason = reason
+  end subroutine share_reason
 
   !> Make a state of the model ready to be read from parts: cells are those of the whole grid. Get the nodal values.
   subroutine start_joined(reader, model, state, nodes)

@@ -28,7 +28,7 @@ module qsmpm_whole_scene
   private
 
   public :: whole_scene_type, begin_whole, follow_step, show_state, whole_record, savings_text, is_reduced, &
-    estimate_of_scene
+    estimate_of_scene, scene_of
 
   !> The scene beside its model.
   type :: whole_scene_type
@@ -198,6 +198,16 @@ contains
       end do
     end associate
   end subroutine take_points
+
+  !> The analysis as the deck has it.
+  pure function scene_of(whole, model) result(analysis)
+    type(whole_scene_type), intent(in) :: whole
+    type(model_type), intent(in) :: model
+    type(analysis_type) :: analysis
+
+    analysis = model%analysis
+    if (is_reduced(whole)) analysis = whole%model%analysis
+  end function scene_of
 
   !> Estimated error of the stresses at the points of the scene.
   pure type(stress_error_type) function estimate_of_scene(whole, estimate) result(shown)
