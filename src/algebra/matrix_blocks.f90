@@ -9,7 +9,7 @@ module qsmpm_matrix_blocks
   implicit none
   private
 
-  public :: add_block, add_scalar_block, add_diagonal
+  public :: add_block, add_products, add_scalar_block, add_diagonal
 
 contains
 
@@ -49,8 +49,8 @@ contains
       do a = 1, n
         if (offset(a, b) == 0) cycle
         if (.not. (free(a) .and. free(b)) .or. (symmetric .and. a == b)) then
-          call add_pair(d, n, a, b, number(:, nodes(a)), number(:, nodes(b)), offset(a, b), symmetric, row_first, &
-            block, values)
+          call add_pair(d, number(:, nodes(a)), number(:, nodes(b)), offset(a, b), symmetric, row_first, &
+            block(:, a, :, b), values)
           cycle
         end if
         ! Written out: loops of two and three cost more than what they do.
@@ -79,6 +79,69 @@ contains
     end do
   end subroutine add_pairs
 
+  !> Add a dense block as products over nodes leave it, (nodes, dimension, dimension, nodes).
+  pure subroutine add_products(equations, stencil, block, matrix)
+    type(equations_type), intent(in) :: equations
+    integer, intent(in) :: stencil
+    real(wp), contiguous, intent(in) :: block(:, :, :, :)
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: n, node, pair
+
+    n = size(block, 1)
+    node = equations%connectivity%first(stencil)
+    pair = equations%pair_first(stencil)
+    call add_planes(size(block, 2), n, equations%connectivity%nodes(node:node + n - 1), &
+      equations%pair_offset(pair:pair + n*n - 1), equations%number, matrix%symmetric, matrix%row_first, block, &
+      matrix%values)
+  end subroutine add_products
+
+  !> The same on the plain arrays.
+  pure subroutine add_planes(d, n, nodes, offset, number, symmetric, row_first, block, values)
+    !> Components and nodes.
+    integer, intent(in) :: d, n
+    !> As for `add_pairs`.
+    integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
+    logical, intent(in) :: symmetric
+    integer, intent(in) :: row_first(*)
+    real(wp), intent(in) :: block(n, d, d, n)
+    real(wp), intent(inout) :: values(*)
+    integer :: a, b, row_end(d, n), at
+    logical :: free(n)
+
+    call find_row_ends(d, n, nodes, number, row_first, row_end, free)
+    do b = 1, n
+      do a = 1, n
+        if (offset(a, b) == 0) cycle
+        if (.not. (free(a) .and. free(b)) .or. (symmetric .and. a == b)) then
+          call add_pair(d, number(:, nodes(a)), number(:, nodes(b)), offset(a, b), symmetric, row_first, &
+            block(a, :, :, b), values)
+          cycle
+        end if
+        if (d == 3) then
+          at = row_end(1, a) - offset(a, b)
+          values(at) = values(at) + block(a, 1, 1, b)
+          values(at + 1) = values(at + 1) + block(a, 1, 2, b)
+          values(at + 2) = values(at + 2) + block(a, 1, 3, b)
+          at = row_end(2, a) - offset(a, b)
+          values(at) = values(at) + block(a, 2, 1, b)
+          values(at + 1) = values(at + 1) + block(a, 2, 2, b)
+          values(at + 2) = values(at + 2) + block(a, 2, 3, b)
+          at = row_end(3, a) - offset(a, b)
+          values(at) = values(at) + block(a, 3, 1, b)
+          values(at + 1) = values(at + 1) + block(a, 3, 2, b)
+          values(at + 2) = values(at + 2) + block(a, 3, 3, b)
+        else
+          at = row_end(1, a) - offset(a, b)
+          values(at) = values(at) + block(a, 1, 1, b)
+          values(at + 1) = values(at + 1) + block(a, 1, 2, b)
+          at = row_end(2, a) - offset(a, b)
+          values(at) = values(at) + block(a, 2, 1, b)
+          values(at + 1) = values(at + 1) + block(a, 2, 2, b)
+        end if
+      end do
+    end do
+  end subroutine add_planes
+
   !> Where the rows of the nodes of a patch end, and which nodes have all their components free.
   pure subroutine find_row_ends(d, n, nodes, number, row_first, row_end, free)
     !> Components and nodes.
@@ -101,15 +164,14 @@ contains
   end subroutine find_row_ends
 
   !> The block of a pair of nodes some components of which have no equation or no place.
-  pure subroutine add_pair(d, n, a, b, rows, columns, offset, symmetric, row_first, block, values)
-    !> Components and nodes, and the pair.
-    integer, intent(in) :: d, n, a, b
+  pure subroutine add_pair(d, rows, columns, offset, symmetric, row_first, block, values)
+    integer, intent(in) :: d
     !> Equations of the two nodes, offset of the pair.
     integer, intent(in) :: rows(d), columns(d), offset
     !> As of sparse_matrix_type.
     logical, intent(in) :: symmetric
     integer, intent(in) :: row_first(*)
-    real(wp), intent(in) :: block(d, n, d, n)
+    real(wp), intent(in) :: block(d, d)
     real(wp), intent(inout) :: values(*)
     integer :: i, j, place, least
 
@@ -119,7 +181,7 @@ contains
       least = merge(rows(i), 1, symmetric)
       do j = 1, d
         if (columns(j) == 0) cycle
-        if (columns(j) >= least) values(place) = values(place) + block(i, a, j, b)
+        if (columns(j) >= least) values(place) = values(place) + block(i, j)
         place = place + 1
       end do
     end do

@@ -15,7 +15,7 @@ module qsmpm_assembly
   use qsmpm_points, only: points_type
   use qsmpm_integration, only: integration_type, group_of
   use qsmpm_equations, only: equations_type
-  use qsmpm_matrix_blocks, only: add_block
+  use qsmpm_matrix_blocks, only: add_products
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_group_evaluation, only: results_type, work_type, allocate_work, evaluate_group
   implicit none
@@ -24,7 +24,7 @@ module qsmpm_assembly
   public :: evaluation_type, evaluate, prepare_evaluation
 
   !> Numbers in the blocks of a chunk, so that they stay in the cache until they are added, and the
-  !> fewest groups.
+  !> fewest groups of several threads.
   integer, parameter :: cached = 2**17, fewest = 16
   !> Points from which an evaluation, some 0.2 microseconds each, is worth waking the threads.
   integer, parameter :: fewest_points = 2000
@@ -53,7 +53,7 @@ module qsmpm_assembly
     !> When the step takes place, for the laws.
     type(step_info_type) :: step_info
     !> Blocks of the groups of a chunk (dimension*most nodes squared, groups), each packed as
-    !> (dimension, nodes, dimension, nodes); of all groups when there is no matrix to add them to.
+    !> (nodes, dimension, dimension, nodes); of all groups when there is no matrix to add them to.
     real(wp), allocatable :: block(:, :)
     !> Forces of a chunk (dimension*most nodes, groups), and first points that could not be updated.
     real(wp), allocatable :: group_force(:, :)
@@ -83,7 +83,7 @@ contains
     logical :: gradients
 
     most = dimension*maxval([0, integration%node_first(2:) - integration%node_first(:integration%group_count)])
-    chunk = max(fewest, cached/max(1, most)**2)
+    chunk = max(merge(fewest, 1, thread_count() > 1), cached/max(1, most)**2)
     if (keep_blocks) chunk = integration%group_count
     if (allocated(evaluation%work)) deallocate (evaluation%work)
     allocate (evaluation%work(thread_count()))
@@ -296,10 +296,10 @@ contains
     integer, intent(in) :: stencil
     integer, intent(in) :: dimension
     integer, intent(in) :: n
-    real(wp), intent(in) :: block(dimension, n, dimension, n)
+    real(wp), intent(in) :: block(n, dimension, dimension, n)
     type(sparse_matrix_type), intent(inout) :: matrix
 
-    call add_block(equations, stencil, block, matrix)
+    call add_products(equations, stencil, block, matrix)
   end subroutine add_packed
 
   !> Product of a group's block with displacements of its nodes; nothing when these are zero.
@@ -308,7 +308,7 @@ contains
     integer, intent(in) :: nodes(:)
     integer, intent(in) :: dimension
     integer, intent(in) :: n
-    real(wp), intent(in) :: block(dimension, n, dimension, n)
+    real(wp), intent(in) :: block(n, dimension, dimension, n)
     !> (dimension, node_count)
     real(wp), intent(in) :: displacement(:, :)
     !> (dimension, node_count)
@@ -319,7 +319,7 @@ contains
       do k = 1, dimension
         if (.not. abs(displacement(k, nodes(b))) > 0.0_wp) cycle
         do a = 1, n
-          force(:, nodes(a)) = force(:, nodes(a)) + block(:, a, k, b)*displacement(k, nodes(b))
+          force(:, nodes(a)) = force(:, nodes(a)) + block(a, :, k, b)*displacement(k, nodes(b))
         end do
       end do
     end do

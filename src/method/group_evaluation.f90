@@ -92,7 +92,7 @@ contains
     type(results_type), intent(inout) :: results
     !> Internal force (dimension*n or more).
     real(wp), intent(inout) :: force(:)
-    !> Stiffness, packed as (dimension, n, dimension, n), when a tangent is wanted.
+    !> Stiffness, packed as (n, dimension, dimension, n), when a tangent is wanted.
     real(wp), intent(inout) :: block(:)
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
@@ -104,9 +104,9 @@ contains
       work%u((a - 1)*d + 1:a*d) = displacement(:, integration%nodes(integration%node_first(group) + a - 1))
     end do
     force(:d*n) = 0.0_wp
-    if (tangent /= tangent_none) block(:(d*n)**2) = 0.0_wp
     from = integration%first(group)
     last = integration%first(group + 1) - 1
+    if (tangent /= tangent_none .and. from > last) block(:(d*n)**2) = 0.0_wp
     bad = 0
     do while (from <= last .and. bad == 0)
       to = end_of_run(integration%material(from:last)) + from - 1
@@ -157,8 +157,8 @@ contains
       if (size(results%plastic) > 0) call store_batch(from, batch, results)
       call add_force(d, m, n, count, weight, batch%piola, integration%gradient(b), tensor, force)
       if (tangent == tangent_none) return
-      call add_stiffness(d, m, n, count, slot%law%symmetric .or. tangent == tangent_elastic, weight, &
-        integration%gradient(b), batch%tangent, work%products, block)
+      call add_stiffness(d, m, n, count, slot%law%symmetric .or. tangent == tangent_elastic, &
+        from == integration%first(group), weight, integration%gradient(b), batch%tangent, work%products, block)
       if (treated) call add_pressure_stiffness(d, m, n, count, weight, integration%gradient(b), tensor, work%pressure, &
         block)
     end associate

@@ -6,7 +6,8 @@
 !> with the law's Q and A on the start configuration. The gradients of a group are one matrix
 !> G (n, directions * points) (qsmpm_integration), so that each line is one product of matrices; the third
 !> direction of axisymmetry acts on the radial displacement alone. Of a symmetric tangent only the pairs
-!> i <= k are formed. Points of one pressure (qsmpm_uniform_pressure) add CR CL^T / sum (V/k).
+!> i <= k are formed. Points of one pressure (qsmpm_uniform_pressure) add CR CL^T / sum (V/k). A block is K ordered
+!> (a, i, k, b), as the products leave it.
 module qsmpm_group_stiffness
   use qsmpm_kinds, only: wp
   use qsmpm_blas, only: dgemm
@@ -95,14 +96,18 @@ contains
       dimension)
   end subroutine add_force
 
-  !> Stiffness of points, a slice of them at a time.
-  subroutine add_stiffness(dimension, directions, n, points, symmetric, weight, gradient, tangent, products, block)
+  !> Stiffness of points, a slice of them at a time. The first that a group gets needs no addition, nor, with all
+  !> pairs, another place to be formed in.
+  subroutine add_stiffness(dimension, directions, n, points, symmetric, first, weight, gradient, tangent, products, &
+    block)
     integer, intent(in) :: dimension
     integer, intent(in) :: directions
     !> Number of nodes and of points.
     integer, intent(in) :: n
     integer, intent(in) :: points
     logical, intent(in) :: symmetric
+    !> There is nothing in the block yet.
+    logical, intent(in) :: first
     !> V (points).
     real(wp), intent(in) :: weight(points)
     real(wp), intent(in) :: gradient(n*directions, points)
@@ -110,21 +115,36 @@ contains
     real(wp), contiguous, intent(in) :: tangent(:, :, :)
     !> Work space.
     type(products_type), intent(inout) :: products
-    !> (dimension, n, dimension, n)
+    !> (n, dimension, dimension, n)
     real(wp), intent(inout) :: block(*)
 
     if (symmetric) then
-      call add_pairs(upper(:, :dimension*(dimension + 1)/2))
-    else if (dimension == 2) then
-      call add_pairs(all_2d)
+      call multiply(upper(:, :dimension*(dimension + 1)/2), products%stiffness)
+      call unpack_pairs(dimension, n, first, products%stiffness, block)
+    else if (first) then
+      call multiply_all(block)
     else
-      call add_pairs(all_3d)
+      call multiply_all(products%stiffness)
+      block(:(dimension*n)**2) = block(:(dimension*n)**2) + products%stiffness(:(dimension*n)**2)
     end if
   contains
+    !> S and the product for all pairs.
+    subroutine multiply_all(stiffness)
+      real(wp), intent(inout) :: stiffness(*)
+
+      if (dimension == 2) then
+        call multiply(all_2d, stiffness)
+      else
+        call multiply(all_3d, stiffness)
+      end if
+    end subroutine multiply_all
+
     !> S and the product for some pairs.
-    subroutine add_pairs(pair)
+    subroutine multiply(pair, stiffness)
       !> (2, pairs)
       integer, intent(in) :: pair(:, :)
+      !> (n, pairs, n)
+      real(wp), intent(inout) :: stiffness(*)
       integer :: from, to, slice, rows
 
       rows = n*size(pair, 2)
@@ -139,10 +159,9 @@ contains
             products%scaled)
         end if
         call dgemm('N', 'T', rows, n, directions*(to - from + 1), 1.0_wp, products%scaled, rows, gradient(1, from), n, &
-          merge(0.0_wp, 1.0_wp, from == 1), products%stiffness, rows)
+          merge(0.0_wp, 1.0_wp, from == 1), stiffness, rows)
       end do
-      call unpack_pairs(dimension, n, pair, symmetric, products%stiffness, block)
-    end subroutine add_pairs
+    end subroutine multiply
   end subroutine add_stiffness
 
   !> S of plane or axisymmetric points.
@@ -210,31 +229,25 @@ contains
     end do
   end subroutine scale_3d
 
-  !> Add K, ordered (a, pair, b), to a block ordered component first.
-  pure subroutine unpack_pairs(dimension, n, pair, symmetric, stiffness, block)
+  !> The block of K of the pairs i <= k, which stand for their transposes too.
+  pure subroutine unpack_pairs(dimension, n, first, stiffness, block)
     integer, intent(in) :: dimension
     !> Number of nodes.
     integer, intent(in) :: n
-    !> Pairs (i,k).
-    integer, intent(in) :: pair(:, :)
-    !> Pairs with i < k stand for their transposes too.
-    logical, intent(in) :: symmetric
+    !> There is nothing in the block yet; else K is added.
+    logical, intent(in) :: first
     !> K.
-    real(wp), intent(in) :: stiffness(n, size(pair, 2), n)
-    real(wp), intent(inout) :: block(dimension, n, dimension, n)
-    integer :: a, b, p, i, k
+    real(wp), intent(in) :: stiffness(n, dimension*(dimension + 1)/2, n)
+    real(wp), intent(inout) :: block(n, dimension, dimension, n)
+    integer :: b, p, i, k
 
+    if (first) block = 0.0_wp
     do b = 1, n
-      do p = 1, size(pair, 2)
-        i = pair(1, p)
-        k = pair(2, p)
-        do a = 1, n
-          block(i, a, k, b) = block(i, a, k, b) + stiffness(a, p, b)
-        end do
-        if (.not. symmetric .or. i == k) cycle
-        do a = 1, n
-          block(k, b, i, a) = block(k, b, i, a) + stiffness(a, p, b)
-        end do
+      do p = 1, size(stiffness, 2)
+        i = upper(1, p)
+        k = upper(2, p)
+        block(:, i, k, b) = block(:, i, k, b) + stiffness(:, p, b)
+        if (i < k) block(:, k, i, b) = block(:, k, i, b) + stiffness(b, p, :)
       end do
     end do
   end subroutine unpack_pairs
@@ -254,8 +267,8 @@ contains
     real(wp), intent(inout) :: tensor(dimension*directions*points)
     !> r, l and k of the points; its vectors and corrections are overwritten.
     type(pressure_type), intent(inout) :: pressure
-    real(wp), intent(inout) :: block(dimension*n, dimension*n)
-    integer :: b
+    real(wp), intent(inout) :: block(n, dimension, dimension, n)
+    integer :: b, i, k
 
     pressure%right_vector(:dimension*n) = 0.0_wp
     pressure%left_vector(:dimension*n) = 0.0_wp
@@ -263,8 +276,13 @@ contains
       share = weight/pressure%stiffness(:points)
       call add_force(dimension, directions, n, points, share, pressure%right, gradient, tensor, pressure%right_vector)
       call add_force(dimension, directions, n, points, share, pressure%left, gradient, tensor, pressure%left_vector)
-      do b = 1, dimension*n
-        block(:, b) = block(:, b) + pressure%right_vector(:dimension*n)*(pressure%left_vector(b)/sum(share))
+      do b = 1, n
+        do k = 1, dimension
+          do i = 1, dimension
+            block(:, i, k, b) = block(:, i, k, b) + pressure%right_vector(i:dimension*n:dimension) &
+              *(pressure%left_vector((b - 1)*dimension + k)/sum(share))
+          end do
+        end do
       end do
     end associate
   end subroutine add_pressure_stiffness

@@ -4,7 +4,7 @@ module test_equations
   use qsmpm_error, only: error_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_equations, only: equations_type, number_equations
-  use qsmpm_matrix_blocks, only: add_block, add_scalar_block
+  use qsmpm_matrix_blocks, only: add_block, add_products, add_scalar_block
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use testing, only: tests_type
   implicit none
@@ -86,6 +86,10 @@ contains
       call to_dense(equations, matrix, sparse)
       call tests%close('blocks, components: '//trim(name), maxval(abs(dense - sparse)), 0.0_wp, 1.0e-13_wp)
       matrix%values = 0.0_wp
+      call fill(equations, connectivity, matrix, dense, .true.)
+      call to_dense(equations, matrix, sparse)
+      call tests%close('blocks by products, components: '//trim(name), maxval(abs(dense - sparse)), 0.0_wp, 1.0e-13_wp)
+      matrix%values = 0.0_wp
       call fill_scalars(equations, connectivity, matrix, dense)
       call to_dense(equations, matrix, sparse)
       call tests%close('scalar blocks, components: '//trim(name), maxval(abs(dense - sparse)), 0.0_wp, 1.0e-13_wp)
@@ -123,11 +127,13 @@ contains
   end subroutine fill_scalars
 
   !> Add a different block for each patch, symmetric where the matrix is, to the matrix and to a dense one.
-  subroutine fill(equations, connectivity, matrix, dense)
+  subroutine fill(equations, connectivity, matrix, dense, by_products)
     type(equations_type), intent(in) :: equations
     type(connectivity_type), intent(in) :: connectivity
     type(sparse_matrix_type), intent(inout) :: matrix
     real(wp), intent(out) :: dense(:, :)
+    !> Ordered as products over nodes leave them; component first when absent.
+    logical, intent(in), optional :: by_products
     real(wp), allocatable :: block(:, :, :, :)
     integer :: q, a, b, i, j, n, d, first
 
@@ -153,7 +159,11 @@ contains
           end do
         end do
       end do
-      call add_block(equations, q, block, matrix)
+      if (present(by_products)) then
+        call add_products(equations, q, reshape(block, [n, d, d, n], order=[2, 1, 3, 4]), matrix)
+      else
+        call add_block(equations, q, block, matrix)
+      end if
       deallocate (block)
     end do
   end subroutine fill

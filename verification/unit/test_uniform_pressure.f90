@@ -161,7 +161,8 @@ contains
     call tests%check(name//': the group finds its pressure', evaluation%ok)
     if (.not. evaluation%ok) return
     plastic = sum(evaluation%results%plastic)
-    allocate (block, source=reshape(evaluation%block(:(d*n)**2, 1), [d*n, d*n]))
+    allocate (block, source=reshape(reshape(evaluation%block(:(d*n)**2, 1), [d, n, d, n], order=[2, 1, 3, 4]), &
+      [d*n, d*n]))
     call compare_differences(integration, laws, u, block, evaluation, error, compared)
     ! Differences of fourth order with step 4e-5: the balance of the group is exact to 5e-14 of k, 2e-12 of the force; the noise is 8e-8 then.
     call tests%close(name//': stiffness is the derivative of the force', error, 0.0_wp, 1.0e-7_wp)
@@ -312,7 +313,8 @@ contains
       if (soil == 1) call tests%close(trim(model_names(model))//': elastic tangent is that of elasticity', &
         norm2(frozen%block - consistent%block)/norm2(consistent%block), 0.0_wp, 1.0e-12_wp)
     end do
-    allocate (block, source=reshape(frozen%block(:(d*n)**2, 1), [d*n, d*n]))
+    allocate (block, source=reshape(reshape(frozen%block(:(d*n)**2, 1), [d, n, d, n], order=[2, 1, 3, 4]), &
+      [d*n, d*n]))
     call tests%close(trim(model_names(model))//': elastic tangent of phi > psi is symmetric', &
       maxval(abs(block - transpose(block)))/maxval(abs(block)), 0.0_wp, 1.0e-13_wp)
   end subroutine check_elastic_tangent
