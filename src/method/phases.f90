@@ -212,6 +212,16 @@ contains
     call forget_division(model, loop)
   end subroutine put_together
 
+  !> The whole model on every process where the observer of any of them needs it.
+  subroutine join_for(observer, model, loop, error)
+    class(observer_type), intent(inout) :: observer
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(error_type), allocatable, intent(inout) :: error
+
+    if (any_of(loop%team, observer%needs_model(model))) call put_together(model, loop, error)
+  end subroutine join_for
+
   !> Put the loads of the present phase in force: from its start, or where the run was interrupted.
   subroutine begin_or_resume(model, loop, observer, error)
     type(model_type), intent(inout) :: model
@@ -309,7 +319,7 @@ contains
       end if
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
-    call put_together(model, loop, error)
+    call join_for(observer, model, loop, error)
     if (.not. allocated(error)) call observer%phase_begun(model, error)
     call agree(loop%team, error)
     if (.not. allocated(error)) call take_parts(model, loop, observer, error)
@@ -347,7 +357,7 @@ contains
       if (progress%stopped) call observer%tell_result(text_of_stop(model, phase))
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
-    call put_together(model, loop, error)
+    call join_for(observer, model, loop, error)
     if (.not. allocated(error)) call observer%phase_done(model, error)
     call agree(loop%team, error)
     call switch_timer(loop%step%profile%watch, part_control)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from many_ranks import CARRIED, ELASTIC, STANDARD, agrees, plane
-from scaling import Bench
 from shared_scenes import SAME
 from support import Check, Place, distance, expect
 
@@ -107,16 +106,5 @@ def divided_anew(place: Place) -> None:
     expect(told > 1, f"divided {told} times")
 
 
-def memory_of_begin(place: Place) -> None:
-    """The memory of a rank while a phase begins is well below that of one process where four share the model."""
-    peaks = []
-    for ranks in (1, 4):
-        bench = Bench(place.build / "qsmpm-mpi", 32, 0.1, "PETSC", 300.0)
-        result = bench.run("strong", 1, ranks)
-        expect(result.exit_code == 0, f"{ranks} ranks: exit code {result.exit_code}")
-        peaks.append(result.megabytes)
-    expect(peaks[1] < 0.6 * peaks[0], f"MB of a rank: {peaks}")
-
-
 CHECKS: list[Check] = [rest_and_branches]
-LONG_CHECKS: list[Check] = [more_rests, divided_anew, memory_of_begin]
+LONG_CHECKS: list[Check] = [more_rests, divided_anew]
