@@ -18,7 +18,7 @@ module qsmpm_equations
   implicit none
   private
 
-  public :: equations_type, number_equations, gather, scatter
+  public :: equations_type, number_equations, one_triangle, gather, scatter
 
   !> Numbering, pattern and where each patch's blocks go.
   type :: equations_type
@@ -26,6 +26,8 @@ module qsmpm_equations
     !> What will solve: one of the solver kinds of the analysis, and whether the matrix is symmetric.
     integer :: solver_kind = 0
     logical :: symmetric = .false.
+    !> The solver that they are numbered for.
+    integer, private :: numbered_for = -1
     !> Largest half bandwidth.
     integer :: bandwidth = 0
     !> Equation of each component, 0 where constrained or inactive (dimension, node_count).
@@ -43,7 +45,7 @@ module qsmpm_equations
 
 contains
 
-  !> Number the equations and lay out the matrix; nothing happens when patches and constraints are
+  !> Number the equations and lay out the matrix; nothing happens when patches, constraints and solver are
   !> those of the last call.
   subroutine number_equations(equations, connectivity, constrained, matrix, changed, error, places)
     type(equations_type), intent(inout) :: equations
@@ -66,6 +68,7 @@ contains
     matrix%symmetric = one_triangle(equations)
     equations%connectivity = connectivity
     equations%constrained = constrained
+    equations%numbered_for = equations%solver_kind
     call node_graph(connectivity, size(constrained, 2), equations%active, graph_node, first, neighbour)
     call number_along_order(equations, graph_node, first, neighbour, error, places)
     if (allocated(error)) return
@@ -90,7 +93,7 @@ contains
     logical :: same
 
     same = .false.
-    if (.not. allocated(equations%number)) return
+    if (.not. allocated(equations%number) .or. equations%numbered_for /= equations%solver_kind) return
     if (equations%connectivity%count /= connectivity%count) return
     if (size(equations%connectivity%nodes) /= size(connectivity%nodes)) return
     if (any(equations%connectivity%first /= connectivity%first)) return
@@ -108,14 +111,16 @@ contains
     real(wp), intent(in), optional :: places(:, :)
     integer :: position(size(graph_node)), order(size(graph_node))
     type(solver_row_type) :: row
-    integer :: i, c, d, node, distance
+    integer :: i, c, d, n, node, distance
 
     call order_bandwidth(first, neighbour, position)
     d = size(equations%constrained, 1)
     distance = node_distance(first, neighbour, position)
     if (present(places) .and. size(graph_node)*d <= most_for_band) &
       call narrow_by_sweeps(places(:, graph_node), first, neighbour, position, distance)
-    row = solver_row(choose_solver(equations%solver_kind, size(graph_node)*d, (distance + 1)*d, &
+    ! Bands are chosen by all components of the nodes, other solvers by those that are free, as for the matrix.
+    n = max(count(.not. equations%constrained(:, graph_node)), min(size(graph_node)*d, most_for_band + 1))
+    row = solver_row(choose_solver(equations%solver_kind, n, (distance + 1)*d, &
       (size(graph_node) + size(neighbour))*d**2, equations%symmetric, d))
     if (.not. row%narrow_band) then
       call order_metis(first, neighbour, position, error)

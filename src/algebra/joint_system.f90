@@ -12,11 +12,12 @@ module qsmpm_joint_system
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree
   use qsmpm_analysis, only: solver_choice_type, solver_petsc
-  use qsmpm_equations, only: equations_type, number_equations
+  use qsmpm_equations, only: equations_type, number_equations, one_triangle
   use qsmpm_error, only: error_type, fail, error_other
   use qsmpm_exchange, only: collect, spread_from
   use qsmpm_linear_solver, only: linear_solver_type
-  use qsmpm_linear_system, only: linear_system_type, start_system, factorise_system, solve_system
+  use qsmpm_linear_system, only: linear_system_type, kind_for, start_system, factorise_system, solve_system, &
+    sweeps_of_multigrid, give_multigrid_up
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_petsc_solver, only: make_petsc_solver, with_petsc
   use qsmpm_shared_rows, only: shared_rows_type, start_shared_rows, factorise_shared_rows, solve_shared_rows, &
@@ -34,12 +35,9 @@ module qsmpm_joint_system
     'processes: the first one solves them, PETSc GAMG too'
   character(len=*), parameter :: torn = 'the parts of the equations do not fit together'
 
-  !> Sweeps of all processes together for one correction; then the first one solves.
-  integer, parameter :: most_sweeps = 200
-
   type :: joint_system_type
-    !> All processes solve together; they have failed to and do not try again; it is told that they cannot.
-    logical :: together = .false., failed = .false., told = .false.
+    !> All processes solve together; it is told that they cannot.
+    logical :: together = .false., told = .false.
     type(shared_rows_type) :: rows
     !> A program with PETSc has started it, which all processes do at once.
     logical :: started = .false.
@@ -90,7 +88,7 @@ contains
     joint%owner = owner
     joint%own_places = places
     joint%common = common_equations(equations, labels)
-    joint%together = equations%solver_kind == solver_petsc .and. with_petsc() .and. .not. joint%failed
+    joint%together = equations%solver_kind == solver_petsc .and. with_petsc()
     if (joint%together .and. any(joint%common)) then
       joint%together = .false.
       if (.not. joint%told) system%note = no_rows
@@ -165,8 +163,13 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: joint_labels(:)
     logical :: own(size(joint%owner))
+    integer(long) :: kind(1)
 
     own = joint%owner == team%rank
+    kind = kind_for(system, joint%choice)
+    call spread_from(team, 0, kind)
+    joint%equations%solver_kind = int(kind(1))
+    joint%equations%symmetric = equations%symmetric
     call collect_graph(joint, team, equations, joint%labels, own, joint%own_places, joint_labels, error)
     call agree(team, error)
     if (allocated(error)) return
@@ -191,9 +194,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call end_joint_system(joint)
-    joint%failed = .true.
-    system%note = 'PETSc GAMG does not precondition the equations on all processes together: the first one solves '// &
-      'them from here on'
+    call give_multigrid_up(system, 'PETSc GAMG does not precondition the equations on all processes together: the '// &
+      'first one solves them from here on')
     call put_together(joint, team, system, equations, matrix, error)
     if (.not. allocated(error)) call factorise_jointly(joint, team, system, equations, matrix, error)
   end subroutine give_way
@@ -234,7 +236,7 @@ contains
     bits = int(all_nodes(2*order))
     if (any(joint_labels(2:) == joint_labels(:n - 1))) call fail(error, error_other, torn//': a node is twice own')
     if (allocated(error)) return
-    call number_all(joint, equations, joint_labels, bits, &
+    call number_all(joint, joint_labels, bits, &
       reshape([(all_places(d*(order(k) - 1) + 1:d*order(k)), k=1, n)], [d, n]), all_lists, error)
   end subroutine collect_graph
 
@@ -261,10 +263,8 @@ contains
   end function own_lists
 
   !> Number the equations of all.
-  subroutine number_all(joint, equations, joint_labels, bits, places, lists, error)
+  subroutine number_all(joint, joint_labels, bits, places, lists, error)
     type(joint_system_type), intent(inout) :: joint
-    !> Of this process, which tell what will solve.
-    type(equations_type), intent(in) :: equations
     !> Labels, constrained components and places of all nodes.
     integer, intent(in) :: joint_labels(:), bits(:)
     real(wp), intent(in) :: places(:, :)
@@ -299,8 +299,6 @@ contains
     connectivity%first = first(:q + 1)
     connectivity%nodes = nodes(:n)
     joint%places = places
-    joint%equations%solver_kind = equations%solver_kind
-    joint%equations%symmetric = equations%symmetric
     call number_equations(joint%equations, connectivity, constrained, joint%matrix, changed, error, places)
   end subroutine number_all
 
@@ -366,21 +364,23 @@ contains
     end do
     joint%own = pack([(i, i=1, equations%count)], own_equation)
     call collect(team, int(joint%number(joint%own), long), joint%own_number, first)
-    call list_entries(matrix, joint%number, own_equation, joint%common, joint%sent, entries)
+    call list_entries(matrix, joint%number, own_equation, joint%common, one_triangle(joint%equations), joint%sent, entries)
     call collect(team, entries, all_entries, first)
     common = .false.
     common(pack(joint%number, joint%common)) = .true.
     if (team%rank == 0) call place_entries(joint%matrix, common, all_entries, joint%place, error)
   end subroutine find_sent
 
-  !> Entries of one triangle whose rows are own in the joint numbering, or whose nodes are beside what belongs to none;
-  !> every entry between the latter.
-  pure subroutine list_entries(matrix, number, own, common, sent, entries)
+  !> Entries whose rows are own in the joint numbering, or whose nodes are beside what belongs to none; every entry
+  !> between the latter. Of one triangle of it, or of both.
+  pure subroutine list_entries(matrix, number, own, common, triangle, sent, entries)
     !> Of this process.
     type(sparse_matrix_type), intent(in) :: matrix
     !> Which of all equations those of this process are, which are own, and which belong to no node (equations).
     integer, intent(in) :: number(:)
     logical, intent(in) :: own(:), common(:)
+    !> The joint matrix keeps one triangle.
+    logical, intent(in) :: triangle
     !> Where the values stand in the matrix, and their rows and columns in turn, as all count.
     integer, allocatable, intent(out) :: sent(:)
     integer(long), allocatable, intent(out) :: entries(:)
@@ -396,6 +396,7 @@ contains
           row = column
           column = i
         end if
+        if (triangle .and. number(column) < number(row)) cycle
         if (.not. (common(row) .and. common(column)) .and. .not. own(merge(column, row, common(row)))) cycle
         n = n + 1
         sent(n) = k
@@ -493,7 +494,7 @@ contains
       call solve_system(system, matrix, rhs, tolerance, x, error)
       return
     else if (joint%together) then
-      call solve_shared_rows(joint%rows, team, rhs, tolerance, most_sweeps, x, failure)
+      call solve_shared_rows(joint%rows, team, rhs, tolerance, sweeps_of_multigrid(joint%choice, tolerance), x, failure)
       system%sweeps = system%sweeps + joint%rows%solver%sweeps
       if (.not. allocated(failure)) return
       call give_way(joint, team, system, equations, matrix, error)

@@ -44,6 +44,8 @@ module qsmpm_linear_solver
     logical :: iterates = .false.
     real(wp) :: tolerance = 1.0e-10_wp
     integer :: most_sweeps = 1000, sweeps = 0
+    !> The equations are not numbered for elimination: a direct solver finds an order, the same at every run.
+    logical :: orders_itself = .false.
     !> Nothing of an earlier factorisation may serve the next one.
     logical :: afresh = .true.
     !> Nodes of the equations, where somebody has told.

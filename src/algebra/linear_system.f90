@@ -8,7 +8,8 @@
 !> the same pattern. A sweep is one product
 !> with the matrix and one solution with the factor. Whether an older factor stays is decided by counted operations and
 !> sweeps, never by a clock, so that a run repeats to the last bit. What cannot precondition gives way to a direct
-!> solver of double precision: a stale factor to a new one, the others for the rest of the run, with a note. No factor
+!> solver of double precision: a stale factor to a new one, the others for the rest of the run, with a note. PETSc that
+!> nobody named gives way as soon as it takes more sweeps than pay, to what is the fastest beside it. No factor
 !> outlives its increment: a run that is continued from a file has none.
 module qsmpm_linear_system
   use qsmpm_kinds, only: wp
@@ -20,11 +21,12 @@ module qsmpm_linear_system
   use qsmpm_node_blocks, only: find_node_blocks
   use qsmpm_krylov, only: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres
   use qsmpm_solver_choice, only: make_solver, choose_solver, use_single, solver_direct, solver_single, &
-    solver_ordering
+    solver_own
   implicit none
   private
 
-  public :: linear_system_type, kind_for, start_system, begin_step, failures, factorise_system, solve_system, end_system
+  public :: linear_system_type, kind_for, start_system, begin_step, failures, factorise_system, solve_system, &
+    end_system, sweeps_of_multigrid, give_multigrid_up
 
   !> Residual that a sweep with a factor of single precision must leave at most.
   real(wp), parameter :: single_rate = 0.7_wp
@@ -40,11 +42,13 @@ module qsmpm_linear_system
   real(wp), parameter :: incomplete_sweeps = 0.08_wp
   integer, parameter :: least_incomplete = 2000
 
-  !> Sweeps of PETSc: those of the hardest tangents that were met (docs/distributed.md), and some more.
+  !> Sweeps of PETSc: those of the hardest tangents that were met (docs/distributed.md), and some more. Sweeps a digit
+  !> of the residual beyond which factors are faster.
   integer, parameter :: most_of_petsc = 200
+  real(wp), parameter :: sweeps_a_digit = 4.5_wp
 
-  !> Factors of single precision have failed; incomplete ones have.
-  integer, parameter :: failed_single = 1, failed_krylov = 2
+  !> Factors of single precision have failed; incomplete ones have; PETSc has.
+  integer, parameter :: failed_single = 1, failed_krylov = 2, failed_multigrid = 4
 
   !> The solver of one pattern, and what earlier patterns of the run have taught.
   type :: linear_system_type
@@ -59,14 +63,14 @@ module qsmpm_linear_system
     integer :: dimension = 0
     !> Largest distance of an entry from the diagonal.
     integer :: bandwidth = 0
-    !> With Krylov methods and PETSc: the equations are numbered for a small band, not for elimination.
-    logical, private :: banded = .false.
+    !> The equations are numbered for Krylov methods or PETSC, in a small band, not for elimination; these still solve.
+    logical, private :: banded = .false., incomplete = .false.
     !> The factor is that of an older matrix.
     logical, private :: stale = .false.
     !> Matrices still to be factorised without a try of the old factor, and the pause after its next failure.
     integer, private :: pause = 0, next_pause = 1
-    !> Single precision, or incomplete factors, have failed.
-    logical, private :: single_failed = .false., krylov_failed = .false.
+    !> Single precision, incomplete factors, or PETSc, have failed.
+    logical, private :: single_failed = .false., krylov_failed = .false., multigrid_failed = .false.
     !> Factorisations and sweeps of the run.
     integer :: factorisations = 0, sweeps = 0
     !> A sentence for the log; whoever writes it takes it away.
@@ -82,8 +86,9 @@ contains
     type(solver_choice_type), intent(in) :: choice
 
     kind_for = choice%kind
-    if (system%krylov_failed .and. any(choice%kind == [solver_auto, solver_krylov, solver_petsc])) &
-      kind_for = solver_direct
+    if (system%multigrid_failed .and. choice%kind == solver_auto) kind_for = solver_own
+    if (system%multigrid_failed .and. choice%kind == solver_petsc) kind_for = solver_direct
+    if (system%krylov_failed .and. any(choice%kind == [solver_auto, solver_krylov])) kind_for = solver_direct
   end function kind_for
 
   !> Begin an increment as a run that is continued here does: with the solver that was chosen, no older factor, and
@@ -96,6 +101,7 @@ contains
     if (system%indefinite .or. failures(system) /= failed) call end_system(system)
     system%single_failed = iand(failed, failed_single) /= 0
     system%krylov_failed = iand(failed, failed_krylov) /= 0
+    system%multigrid_failed = iand(failed, failed_multigrid) /= 0
     system%pause = 0
     system%next_pause = 1
     if (.not. allocated(system%solver)) return
@@ -103,11 +109,12 @@ contains
     system%solver%afresh = .true.
   end subroutine begin_step
 
-  !> What has failed in this run: a sum of failed_single and failed_krylov.
+  !> What has failed in this run: a sum of failed_single, failed_krylov and failed_multigrid.
   pure integer function failures(system)
     type(linear_system_type), intent(in) :: system
 
-    failures = merge(failed_single, 0, system%single_failed) + merge(failed_krylov, 0, system%krylov_failed)
+    failures = merge(failed_single, 0, system%single_failed) + merge(failed_krylov, 0, system%krylov_failed) + &
+      merge(failed_multigrid, 0, system%multigrid_failed)
   end function failures
 
   !> Make a solver for a new pattern and analyse it; nothing is made where there are no equations.
@@ -140,6 +147,7 @@ contains
     if (matrix%n == 0) return
     kind = choose_solver(kind_for(system, choice), matrix%n, bandwidth, entry_count(matrix), symmetric, dimension)
     system%banded = any(kind == [solver_krylov, solver_petsc])
+    system%incomplete = system%banded
     if (use_single(system%choice%precision, kind, matrix%n, symmetric, dimension)) kind = solver_single
     call make_solver(kind, matrix%n, bandwidth, entry_count(matrix), symmetric, dimension, system%solver)
     if (kind == solver_petsc .and. present(number) .and. present(places)) &
@@ -175,35 +183,49 @@ contains
     system%factorisations = system%factorisations + 1
     if (system%choice%keep_factor == keep_no) system%solver%afresh = .true.
     call system%solver%factorise(matrix, error)
-    if (.not. allocated(error)) return
-    if (system%solver%approximate) then
+    do while (allocated(error) .and. system%solver%approximate)
       call give_way(system, matrix, error)
-    else if (system%solver%indefinite) then
-      call replace_solver(system, solver_mumps, matrix, error)
-      system%indefinite = .true.
-    end if
+    end do
+    if (.not. allocated(error) .or. .not. system%solver%indefinite) return
+    call replace_solver(system, solver_mumps, matrix, error)
+    system%indefinite = .true.
   end subroutine renew
 
-  !> Put a direct solver of double precision in charge, now and for the patterns to come.
+  !> Put a direct solver in charge, now and for the patterns to come: of double precision, but where nobody has asked
+  !> for the multigrid that has failed.
   subroutine give_way(system, matrix, error)
     type(linear_system_type), intent(inout) :: system
     !> Matrix of the pattern.
     type(sparse_matrix_type), intent(in) :: matrix
     !> error_singular.
     type(error_type), allocatable, intent(out) :: error
+    integer :: kind
 
-    system%note = system%solver%name//' does not precondition the equations: factors of double precision from here on'
-    if (system%banded) then
-      system%krylov_failed = .true.
-      call replace_solver(system, solver_ordering, matrix, error)
+    kind = merge(solver_mumps, solver_direct, system%banded)
+    if (system%solver%iterates .and. system%choice%kind == solver_auto) then
+      call give_multigrid_up(system, system%solver%name//' takes more sweeps than pay: factors from here on')
+      if (use_single(system%choice%precision, kind, matrix%n, system%symmetric, system%dimension)) kind = solver_single
     else
-      system%single_failed = .true.
-      call replace_solver(system, solver_direct, matrix, error)
+      system%note = system%solver%name//' does not precondition the equations: factors of double precision from here on'
+      system%multigrid_failed = system%multigrid_failed .or. system%solver%iterates
+      system%krylov_failed = system%krylov_failed .or. (system%incomplete .and. .not. system%solver%iterates)
+      system%single_failed = system%single_failed .or. .not. system%incomplete
     end if
+    call replace_solver(system, kind, matrix, error)
     if (.not. allocated(error) .or. .not. system%solver%indefinite) return
     call replace_solver(system, solver_mumps, matrix, error)
     system%indefinite = .true.
   end subroutine give_way
+
+  !> Take no multigrid for the rest of the run.
+  subroutine give_multigrid_up(system, note)
+    type(linear_system_type), intent(inout) :: system
+    !> A sentence for the log.
+    character(len=*), intent(in) :: note
+
+    system%multigrid_failed = .true.
+    system%note = note
+  end subroutine give_multigrid_up
 
   !> Another solver for the same pattern, analysed and factorised.
   subroutine replace_solver(system, kind, matrix, error)
@@ -216,8 +238,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call end_system(system)
+    system%incomplete = .false.
     call make_solver(kind, matrix%n, system%bandwidth, entry_count(matrix), system%symmetric, system%dimension, &
       system%solver)
+    system%solver%orders_itself = system%banded
     call system%solver%analyse(matrix, error)
     if (.not. allocated(error)) call system%solver%factorise(matrix, error)
   end subroutine replace_solver
@@ -248,7 +272,12 @@ contains
       if (system%solver%approximate) call iterate(system, matrix, rhs, tolerance, x, converged)
       if (converged) return
     end if
-    if (system%solver%approximate) call give_way(system, matrix, error)
+    do while (system%solver%approximate)
+      call give_way(system, matrix, error)
+      if (system%solver%approximate .and. .not. allocated(error)) &
+        call iterate(system, matrix, rhs, tolerance, x, converged)
+      if (converged) return
+    end do
     if (.not. allocated(error)) call system%solver%solve(rhs, x, error)
   end subroutine solve_system
 
@@ -272,7 +301,7 @@ contains
     limits%tolerance = tolerance
     if (system%stale) then
       limits%most_sweeps = sweeps_of_stale(system)
-    else if (system%banded) then
+    else if (system%incomplete) then
       limits%most_sweeps = ceiling(incomplete_sweeps*real(matrix%n, wp)**(2.0_wp/3.0_wp))
       if (system%choice%kind == solver_krylov) limits%most_sweeps = max(limits%most_sweeps, least_incomplete)
     else
@@ -280,7 +309,7 @@ contains
     end if
     if (system%solver%iterates) then
       system%solver%tolerance = tolerance
-      system%solver%most_sweeps = most_of_petsc
+      system%solver%most_sweeps = sweeps_of_multigrid(system%choice, tolerance)
       call system%solver%solve(rhs, x, error)
       outcome%converged = .not. allocated(error)
       outcome%sweeps = system%solver%sweeps
@@ -294,12 +323,23 @@ contains
     if (system%stale .and. converged) system%next_pause = 1
   end subroutine iterate
 
+  !> Sweeps that PETSc may take for a correction.
+  pure integer function sweeps_of_multigrid(choice, tolerance)
+    !> What the deck asks for: where it leaves the choice to the program, no more than pay.
+    type(solver_choice_type), intent(in) :: choice
+    !> Residual allowed relative to the right-hand side.
+    real(wp), intent(in) :: tolerance
+
+    sweeps_of_multigrid = most_of_petsc
+    if (choice%kind == solver_auto) sweeps_of_multigrid = nint(sweeps_a_digit*max(1.0_wp, -log10(tolerance)))
+  end function sweeps_of_multigrid
+
   !> Sweeps that an old factor may take before a new one is the cheaper; 0 where it is not to be tried.
   pure integer function sweeps_of_stale(system)
     type(linear_system_type), intent(in) :: system
 
     sweeps_of_stale = 0
-    if (system%banded .or. .not. any(system%choice%keep_factor == [keep_auto, keep_yes])) return
+    if (system%incomplete .or. .not. any(system%choice%keep_factor == [keep_auto, keep_yes])) return
     sweeps_of_stale = int(min(1000.0_wp, stale_share*system%solver%factor_operations &
       /(4.0_wp*speed_ratio*max(1.0_wp, real(system%solver%factor_nonzeros, wp)))))
     if (system%choice%keep_factor == keep_yes) then

@@ -15,7 +15,7 @@ module qsmpm_mumps_solver
   implicit none
   private
 
-  public :: mumps_solver_type, make_mumps_solver
+  public :: make_mumps_solver
   ! Shared with the solver of single precision.
   public :: list_entries, count_of
 
@@ -25,7 +25,7 @@ module qsmpm_mumps_solver
   !> Ordering given by the user, in ICNTL(7) and INFOG(7).
   integer, parameter, public :: ordering_given = 1
   !> Ordering of MUMPS itself that does not change from run to run.
-  integer, parameter :: ordering_pord = 4
+  integer, parameter, public :: ordering_pord = 4
   !> Values of INFOG(1).
   integer, parameter, public :: info_work_int = -8, info_work_real = -9, info_singular = -10, &
     info_no_memory = -13
@@ -34,8 +34,6 @@ module qsmpm_mumps_solver
 
   !> A MUMPS instance, and the places of its entries in the compressed rows.
   type, extends(linear_solver_type) :: mumps_solver_type
-    !> The equations are not numbered for elimination: MUMPS finds an order (PORD, the same at every run).
-    logical :: orders_itself = .false.
     type(dmumps_struc), pointer, private :: mumps => null()
     !> Place in `values` of each entry handed over; unallocated where all are.
     integer, allocatable, private :: place(:)

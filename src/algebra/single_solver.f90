@@ -8,7 +8,7 @@ module qsmpm_single_solver
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_solver, only: linear_solver_type, text_of
   use qsmpm_mumps_solver, only: list_entries, count_of, job_begin, job_end, job_analyse, job_factorise, &
-    job_solve, ordering_given, info_work_int, info_work_real, extra_space_first, extra_space_last
+    job_solve, ordering_given, ordering_pord, info_work_int, info_work_real, extra_space_first, extra_space_last
   use qsmpm_mumps_library, only: smumps_struc, smumps
   implicit none
   private
@@ -65,7 +65,7 @@ contains
     self%mumps%n = matrix%n
     self%mumps%icntl(1:4) = 0
     self%mumps%icntl(6) = 0
-    self%mumps%icntl(7) = ordering_given
+    self%mumps%icntl(7) = merge(ordering_pord, ordering_given, self%orders_itself)
     self%mumps%icntl(12) = 1
     self%mumps%icntl(14) = extra_space_first
     self%mumps%icntl(24) = 1
@@ -76,8 +76,8 @@ contains
     self%mumps%perm_in = [(i, i=1, matrix%n)]
     call run(self%mumps, job_analyse, error)
     if (allocated(error)) return
-    if (self%mumps%infog(7) /= ordering_given) call fail(error, error_other, &
-      'MUMPS did not take the given order of the equations')
+    if (self%mumps%infog(7) /= self%mumps%icntl(7)) call fail(error, error_other, &
+      'MUMPS did not take the order of the equations it was asked for')
   end subroutine analyse_pattern
 
   !> Numeric factorisation, repeated with more space when MUMPS asks for it.

@@ -2,21 +2,21 @@
 !> measured in docs/performance.md.
 module qsmpm_solver_choice
   use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_mumps, solver_krylov, precision_auto, &
-    precision_single
-  use qsmpm_kinds, only: wp
+    solver_petsc, precision_single
+  use qsmpm_kinds, only: wp, long
   use qsmpm_version, only: with_suitesparse
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_solver_list, only: solver_row_type, solver_row
-  use qsmpm_mumps_solver, only: mumps_solver_type, make_mumps_solver
+  use qsmpm_mumps_solver, only: make_mumps_solver
+  use qsmpm_petsc_solver, only: with_petsc
   use qsmpm_single_solver, only: make_single_solver
   implicit none
   private
 
-  public :: make_solver, choose_solver, use_single
+  public :: make_solver, choose_solver, solve_together, use_single
 
-  !> Kinds no deck names: the fastest direct solver, MUMPS in single precision, MUMPS with an order of
-  !> its own where the equations are not numbered for elimination.
-  integer, parameter, public :: solver_direct = 11, solver_single = 12, solver_ordering = 13
+  !> Kinds no deck names: the fastest direct solver, MUMPS in single precision, the fastest of all but PETSc.
+  integer, parameter, public :: solver_direct = 11, solver_single = 12, solver_own = 13
   !> A half bandwidth k for which the band solver is the fastest however sparse the rows are; and beyond it, up to some
   !> equations: a row costs the band solver k (k + `start`), the others `fill` times the entries of a row, but in the
   !> plane no more than with `most_entries` of them: cubic splines have more, in larger blocks.
@@ -27,6 +27,8 @@ module qsmpm_solver_choice
   !> Equations in three dimensions from which factors of single precision pay, by symmetry, and Krylov
   !> methods with incomplete factors, for symmetric matrices only: those of yielding bodies stall them.
   integer, parameter :: single_symmetric = 30000, single_unsymmetric = 10000, least_for_krylov = 100000
+  !> Unsymmetric equations in three dimensions, of all processes, from which the multigrid of PETSc pays.
+  integer, parameter :: least_for_multigrid = 50000
 
 contains
 
@@ -59,10 +61,6 @@ contains
     else
       call make_mumps_solver(symmetric, solver)
     end if
-    select type (solver)
-    type is (mumps_solver_type)
-      solver%orders_itself = kind == solver_ordering
-    end select
   end subroutine make_solver
 
   !> The kind that will solve: the one asked for, or for `solver_auto` the fastest one. It is known
@@ -79,10 +77,13 @@ contains
 
     choose_solver = kind
     if (kind == solver_cholmod .and. .not. symmetric) choose_solver = solver_mumps
-    if (kind /= solver_auto .and. kind /= solver_direct) return
+    if (all(kind /= [solver_auto, solver_own, solver_direct])) return
     if (is_narrow(n, real(bandwidth, wp), entries, dimension)) then
       choose_solver = solver_band
-    else if (kind == solver_auto .and. symmetric .and. dimension == 3 .and. n >= least_for_krylov) then
+    else if (kind == solver_auto .and. with_petsc() .and. .not. symmetric .and. dimension == 3 .and. &
+        n >= least_for_multigrid) then
+      choose_solver = solver_petsc
+    else if (kind /= solver_direct .and. symmetric .and. dimension == 3 .and. n >= least_for_krylov) then
       choose_solver = solver_krylov
     else if (symmetric .and. with_suitesparse .and. .not. &
         (dimension == 3 .and. n > most_for_cholmod)) then
@@ -91,6 +92,21 @@ contains
       choose_solver = solver_mumps
     end if
   end function choose_solver
+
+  !> Whether processes that leave the choice to the program solve together with PETSc: elsewhere the first one is faster
+  !> with the equations of all.
+  pure logical function solve_together(kind, n, symmetric, dimension)
+    !> One of the `solver_*` values of the analysis.
+    integer, intent(in) :: kind
+    !> Equations of all processes.
+    integer(long), intent(in) :: n
+    logical, intent(in) :: symmetric
+    !> Dimension of the model, 1 to 3.
+    integer, intent(in) :: dimension
+
+    solve_together = kind == solver_auto .and. with_petsc() .and. .not. symmetric .and. dimension == 3 .and. &
+      n >= least_for_multigrid
+  end function solve_together
 
   !> Whether the band solver is the fastest.
   pure logical function is_narrow(n, bandwidth, entries, dimension)

@@ -18,10 +18,11 @@ module qsmpm_plan_ranks
 
   public :: plan_ranks
 
-  !> Bytes of a point in a run (docs/performance.md), and of an entry: a number and its column.
-  real(wp), parameter :: bytes_of_point = 600.0_wp, bytes_of_entry = 12.0_wp
-  !> The matrix, its copy in PETSc and the coarser ones (docs/distributed.md).
-  real(wp), parameter :: matrices = 2.5_wp
+  !> Bytes of the program with its libraries, of a point with its cell and the state before the step, and of an entry: a
+  !> number and its column; fitted to runs with PETSC of 22 000 to 2.7 million points (docs/distributed.md).
+  real(wp), parameter :: bytes_of_program = 60.0e6_wp, bytes_of_point = 1500.0_wp, bytes_of_entry = 12.0_wp
+  !> The matrix, its copy in PETSc, the coarser ones and the vectors of the method.
+  real(wp), parameter :: matrices = 3.0_wp
   real(wp), parameter :: megabyte = 1.0e6_wp
 
 contains
@@ -98,8 +99,8 @@ contains
     associate (d => model%mesh%dimension, degree => max(1, basis_list(model%analysis%method%basis)%degree))
       entries = real(d*(2*degree + 1)**d, wp)
     end associate
-    text = short_text((points*bytes_of_point + equations*entries*bytes_of_entry*matrices)/megabyte, 2)// &
-      ' MB with PETSC; '//short_text(model%state%points%count*bytes_of_point/megabyte, 2)// &
-      ' MB of points while a phase begins'
+    text = short_text((bytes_of_program + points*bytes_of_point + &
+      equations*entries*bytes_of_entry*matrices)/megabyte, 2)//' MB with PETSC; '// &
+      short_text(model%state%points%count*bytes_of_point/megabyte, 2)//' MB of points while a phase begins'
   end function memory_text
 end module qsmpm_plan_ranks

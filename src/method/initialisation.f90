@@ -5,7 +5,7 @@
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree, any_of, joint_norm
-  use qsmpm_analysis, only: newton_modified, basis_fem
+  use qsmpm_analysis, only: newton_modified, basis_fem, solver_petsc
   use qsmpm_configuration, only: configuration_type, find_configuration, reset_configuration
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_error, only: error_type
@@ -26,12 +26,13 @@ module qsmpm_initialisation
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_soil_points, only: soil_of, integration_of
   use qsmpm_space, only: node_label, node_position
+  use qsmpm_solver_choice, only: solve_together
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_standard_terms, only: standard_terms, append_term
   use qsmpm_stopwatch, only: switch_timer, part_initialisation, part_analysis
   use qsmpm_term, only: term_type, term_slot_type, failure_type
   use qsmpm_surface_refinement, only: refine_surfaces
-  use qsmpm_team, only: team_type
+  use qsmpm_team, only: team_type, total
   use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints
   use qsmpm_term_sums, only: start_terms, prepare_terms, are_symmetric
   use qsmpm_unloading, only: measure_unloading
@@ -141,16 +142,16 @@ contains
       step%configuration_type), step%cut)
     call find_constraints(model, step%terms, step%unknowns, constrained)
     call prepare_forces(most_components(step%unknowns), all_nodes(step%unknowns), step%forces)
-    call choose_kind(model, step)
+    ! What stands behind the nodes is known to all, and counted by the first process.
+    step%own = spread(step%team%rank == 0, 1, all_nodes(step%unknowns))
+    step%own(:model%space%node_count) = own_of(model%part%nodes, model%space%node_count)
     step%equations%symmetric = .not. any_of(step%team, .not. is_symmetric(model, step%terms))
+    call choose_kind(model, step, connectivity, constrained)
     call switch_timer(step%profile%watch, part_analysis)
     call find_places(model, all_nodes(step%unknowns), places)
     call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error, places)
     call agree(step%team, error)
     if (allocated(error)) return
-    ! What stands behind the nodes is known to all, and counted by the first process.
-    step%own = spread(step%team%rank == 0, 1, all_nodes(step%unknowns))
-    step%own(:model%space%node_count) = own_of(model%part%nodes, model%space%node_count)
     step%node_copies = model%part%node_copies
     step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count, step%own)
     call start_solver(model, step, changed, places, error)
@@ -183,14 +184,25 @@ contains
   end subroutine ready_terms
 
   !> What will solve; the first process knows what has failed so far.
-  subroutine choose_kind(model, step)
+  subroutine choose_kind(model, step, connectivity, constrained)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
-    integer(long) :: kind(1)
+    !> Node lists that couple.
+    type(connectivity_type), intent(in) :: connectivity
+    !> Constrained components (dimension, nodes).
+    logical, intent(in) :: constrained(:, :)
+    integer(long) :: kind(1), own_equations
+    logical :: active(size(constrained, 2))
 
     kind = kind_for(step%system, model%analysis%solver)
     call spread_from(step%team, 0, kind)
     step%equations%solver_kind = int(kind(1))
+    if (step%team%ranks == 1) return
+    active = .false.
+    active(connectivity%nodes) = .true.
+    own_equations = count(.not. constrained .and. spread(active .and. step%own, 1, size(constrained, 1)))
+    if (solve_together(step%equations%solver_kind, total(step%team, own_equations), step%equations%symmetric, &
+      model%mesh%dimension)) step%equations%solver_kind = solver_petsc
   end subroutine choose_kind
 
   !> Make a solver where the pattern or what will solve is new, on any process; it is the first one that solves.

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from qsmpm_bench import blocks, peers, shares
+from qsmpm_bench import against, blocks, peers, shares
 from qsmpm_bench.context import Bench, knows
 from qsmpm_bench.decks import TOP
 from qsmpm_bench.measure import BenchError, load_warning, processor
@@ -29,6 +29,7 @@ STUDIES: dict[str, tuple[Study, str]] = {
     "scene": (shares.scene_study, "the model chosen for a scene against its plane twin and its slice in 3D"),
     "empty": (blocks.empty, "the same scene in a domain ten times larger"),
     "million": (blocks.million, "a million points in 3D"),
+    "against": (against.against, "this program and another one (--against PROGRAM), in turns: which is faster, scene by scene"),
     "peers": (peers.peers, "three scenes beside Kratos (tools/setup --peers)"),
 }
 #: `all`: every study once; what bench_solvers prints stands in a section of the page that is written by hand.
@@ -44,7 +45,7 @@ def parser() -> argparse.ArgumentParser:
         verb.add_argument("--repeat", type=int, default=3, help="runs of each figure (3): medians and spreads")
         verb.add_argument("--quick", action="store_true", help="small scenes: does it work")
         verb.add_argument("--program", type=Path, default=TOP / "build" / "qsmpm", help="the program to measure")
-        verb.add_argument("--against", type=Path, help="kernels, parts: another program, run in turn with it")
+        verb.add_argument("--against", type=Path, help="against, kernels, parts: another program, run in turn with it")
         verb.add_argument("--out", type=Path, default=TOP / "build" / "bench", help="folder of runs, Markdown and CSV")
         verb.add_argument("--json", type=Path, help="write the figures to a file as well")
         verb.add_argument("--markdown", type=Path, metavar="PAGE",

@@ -122,6 +122,22 @@ def solved_together(place: Place) -> None:
     expect(distance(alone, shared) <= PLASTIC, f"{distance(alone, shared):.1e} from one process")
 
 
+def chosen_together(place: Place) -> None:
+    """AUTO solves large equations in space on all ranks together, and on the first one where sweeps do not pay, in the rest of the
+    run and in one that is continued."""
+    drained = place.run("qsmpm-mpi", cut(26, 0.3, 3.0, 1), "drained", ranks=2, seconds=300)
+    expect(drained.profile["sweeps"] > 0 and "the first one solves" not in drained.log, drained.log)
+    deck = cut(26, 0.495, 2.0, 3, restart="*RESTART, EVERY=1\n")
+    alone = place.run("qsmpm", deck, "alone", seconds=300)
+    through = place.run("qsmpm-mpi", deck, "through", ranks=2, seconds=300)
+    expect(through.log.count("the first one solves") == 1, through.log)
+    expect(distance(alone, through) <= PLASTIC, f"{distance(alone, through):.1e} from one process")
+    part = interrupted(place, deck, 2, 2)
+    expect(len(part.rows()) < len(through.rows()), "the run was through before it was stopped")
+    rest = place.run("qsmpm-mpi", deck, "long", ranks=2, seconds=300, restart=part.folder / "restart.h5")
+    expect(through.curves == rest.curves, f"{through.rows()[-1]}\n{rest.rows()[-1]}")
+
+
 def slope(factor: int) -> str:
     """The first steps of the slope on a grid."""
     return shortened("slope_grid.inp", factor).replace("*SOLVER, TYPE={solver}\n", "")
@@ -221,6 +237,16 @@ def planned(place: Place) -> None:
     expect("BASIS=FEM" in plan["not shared"] or "TRI6" in plan["not shared"], f"a plan that should name the mesh: {plan}")
 
 
+def planned_memory(place: Place) -> None:
+    """`qsmpm plan --ranks` tells the memory of a process within a factor of 1.5, what a phase needs to begin included."""
+    run = place.run("qsmpm-mpi", cut(20, 0.3, 2.0, 1, solver="PETSC"), "memory", ranks=2, seconds=300)
+    words: list[str | pathlib.Path] = [place.build / "qsmpm", "plan", place.work / "memory.inp", "--json", "--ranks", "2"]
+    plan = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)["2 processes"]
+    steps, begin = (float(figure) for figure in re.findall(r"(\S+) MB", plan["memory of a process"]))
+    used = run.profile["peak_memory_bytes"] / 1e6
+    expect(steps / 1.5 <= used <= 1.5 * (steps + begin), f"{used:.0f} MB, planned {steps:.0f} and {begin:.0f}")
+
+
 def refused(place: Place) -> None:
     """What ranks cannot share is named before anything is computed or written, once."""
     deck = (TOP / "input/footing.inp").read_text()
@@ -253,4 +279,4 @@ def failures(place: Place) -> None:
 
 CHECKS: list[Check] = [elastic_bodies, failing_bodies, solved_together, carried_block, repeats, stopped_and_continued, planned, refused,
                        failures]  # fmt: skip
-LONG_CHECKS: list[Check] = [more_elastic_bodies, ten_repeats]
+LONG_CHECKS: list[Check] = [more_elastic_bodies, ten_repeats, chosen_together, planned_memory]

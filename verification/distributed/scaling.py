@@ -3,7 +3,12 @@
 them, and what the machine itself loses when as many cores work.
 
     scaling.py [--ranks 1 2] [--cells 26] [--load 5.6] [--repeat 3] [--kinds strong weak beside] [--limit 300]
-               [--json build/scaling.json] [--program build/qsmpm-mpi]
+               [--json build/scaling.json] [--program build/qsmpm-mpi] [--judge]
+
+On a machine with eight cores or more `scaling.py --judge --kinds weak --cells 20 --ranks 1 8` is the test of weak scaling:
+from the fewest to the most ranks, each with as many points, the seconds by the clock grow by no more than half, the sweeps
+of the hardest correction by no more than three, the memory of a rank by no more than a fifth either way, and no part has
+more than 1.25 times the mean of points. Exit code 1 where one of them does.
 
 The scene is a vertical cut in space, CELLS cells a metre and eight points a cell, whose weight grows until it yields
 widely, short of where it fails. `strong` runs it on all numbers of ranks, `weak` with as many metres of it as there are
@@ -91,6 +96,8 @@ class Result:
     """Largest memory of a rank, as the first one tells it."""
     iterations: int
     sweeps: int
+    most_sweeps: int
+    """Of one correction."""
     imbalance: float
     """Own points of the largest part over their mean, when the model was shared."""
     copies: float
@@ -140,7 +147,7 @@ class Bench:
         parts["rest"] = wall - sum(parts.values())
         return Result(kind, f"{self.cells} cells a metre, {self.solver}", ranks, 8 * self.cells**3 * metres, code, wall, cpu,
                       profile.get("peak_memory_bytes", 0) / 1e6, profile.get("iterations", 0), profile.get("sweeps", 0),
-                      float(shared[1]) if shared else 1.0, float(shared[2]) if shared else 0.0, parts)  # fmt: skip
+                      profile.get("most_sweeps", 0), float(shared[1]) if shared else 1.0, float(shared[2]) if shared else 0.0, parts)  # fmt: skip
 
 
 def row(result: Result) -> str:
@@ -148,6 +155,25 @@ def row(result: Result) -> str:
     figures = " | ".join(f"{result.parts.get(name, 0.0):.1f}" for name in (*PARTS, "rest"))
     return (f"| {result.kind} | {result.points} | {result.ranks} | {result.exit_code} | {result.wall_seconds:.1f} | {result.cpu_seconds:.1f} | "
             f"{figures} | {result.megabytes:.0f} | {result.iterations} | {result.sweeps} | {result.imbalance:.2f} | {result.copies:.2f} |")
+
+
+def judge(results: list[Result]) -> list[str]:
+    """What is wrong with weak scaling, from the fewest ranks to the most."""
+    weak = sorted((r for r in results if r.kind == "weak"), key=lambda r: r.ranks)
+    if len(weak) < 2:
+        return ["no weak scaling to judge: two numbers of ranks at least"]
+    one, many = weak[0], weak[-1]
+    wrong = [f"{r.ranks} ranks ended with {r.exit_code}" for r in weak if r.exit_code != 0]
+    for name, figure, low, high in (
+            ("seconds by the clock", many.wall_seconds / one.wall_seconds, 0.0, 1.5),
+            ("sweeps of a correction, more", many.most_sweeps - one.most_sweeps, -3.0, 3.0),
+            ("memory of a rank", many.megabytes / one.megabytes if one.megabytes else 0.0, 0.8, 1.2),
+            ("imbalance of points", many.imbalance, 1.0, 1.25)):  # fmt: skip
+        told = f"{name}: {figure:.2f} on {many.ranks} ranks against {one.ranks}, from {low} to {high}"
+        print(told)
+        if not low <= figure <= high:
+            wrong.append(told)
+    return wrong
 
 
 def main() -> int:
@@ -162,6 +188,7 @@ def main() -> int:
     words.add_argument("--kinds", nargs="+", choices=("strong", "weak", "beside"), default=["strong", "weak", "beside"])
     words.add_argument("--json", type=pathlib.Path, default=TOP / "build" / "scaling.json")
     words.add_argument("--program", type=pathlib.Path, default=TOP / "build" / "qsmpm-mpi")
+    words.add_argument("--judge", action="store_true", help="judge weak scaling by its limits")
     given = words.parse_args()
     bench = Bench(given.program.resolve(), given.cells, given.load, given.solver, given.limit)
     results: list[Result] = []
@@ -176,7 +203,10 @@ def main() -> int:
             results.append(replace(known[shape], kind=kind))
             print(row(results[-1]), flush=True)
             given.json.write_text(json.dumps([asdict(r) for r in results], indent=1))
-    return 0 if all(result.exit_code == 0 for result in results) else 1
+    wrong = judge(results) if given.judge else []
+    for sentence in wrong:
+        print(f"FAILED {sentence}")
+    return 1 if wrong or any(result.exit_code != 0 for result in results) else 0
 
 
 if __name__ == "__main__":

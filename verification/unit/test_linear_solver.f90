@@ -15,7 +15,7 @@ module test_linear_solver
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_version, only: with_suitesparse
   use qsmpm_solver_list, only: solver_row_type, solver_row, solver_list, solver_number, solver_words
-  use qsmpm_solver_choice, only: make_solver, choose_solver, use_single, solver_direct
+  use qsmpm_solver_choice, only: make_solver, choose_solver, use_single, solver_direct, solver_own
   use qsmpm_blas_threads, only: set_blas_threads, blas_threads
   use model_matrices, only: upper_triangle, node_graph, elastic_matrix
   use testing, only: tests_type
@@ -111,7 +111,7 @@ contains
     call tests%check('a large symmetric matrix in 3D is iterated', &
       choose_solver(solver_auto, 1000000, 30000, 75000000, .true., 3) == solver_krylov)
     call tests%check('a large unsymmetric one is not', &
-      choose_solver(solver_auto, 1000000, 30000, 75000000, .false., 3) == solver_mumps)
+      choose_solver(solver_own, 1000000, 30000, 75000000, .false., 3) == solver_mumps)
     call tests%check('single precision is for large matrices in 3D, and where it is asked for', &
       use_single(precision_auto, solver_mumps, 50000, .false., 3) .and. &
       .not. use_single(precision_auto, solver_mumps, 50000, .false., 2) .and. &

@@ -5,14 +5,15 @@ module test_petsc_solver
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_singular
-  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_mumps, solver_petsc, precision_double, keep_no
+  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, solver_petsc, &
+    precision_double, precision_single, keep_no
   use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_node_blocks, only: node_blocks_type, find_node_blocks
   use qsmpm_petsc_solver, only: make_petsc_solver, with_petsc
-  use qsmpm_solver_choice, only: choose_solver
+  use qsmpm_solver_choice, only: choose_solver, solve_together, solver_own
   use qsmpm_linear_system, only: linear_system_type, start_system, factorise_system, solve_system, end_system, &
-    begin_step, failures
+    begin_step, failures, kind_for
   use qsmpm_model, only: model_type
   use qsmpm_space, only: node_position
   use qsmpm_initialisation, only: step_type
@@ -43,6 +44,7 @@ contains
     call test_body(tests, block_type('WEDGE15', 'STANDARD', 3), 'wedges', 40)
     call test_body(tests, block_type('QUAD4', 'SPLINE3', 24), 'cubic splines', 40)
     call test_gives_way(tests)
+    call test_does_not_pay(tests)
   end subroutine collect_petsc_solver
 
   !> Rows spread over the ranks that the program was started with.
@@ -143,12 +145,28 @@ contains
       maxval(abs(blocks%places - reshape([5.0_wp, 6.0_wp, 1.0_wp, 2.0_wp], [2, 2]))), 0.0_wp, 0.0_wp)
   end subroutine test_blocks
 
-  !> AUTO chooses as a program without PETSc does: what multigrid gains on one soil it loses on another.
+  !> AUTO takes multigrid for large unsymmetric matrices in space, where there is PETSc, and for nothing else alone;
+  !> so do several processes together.
   subroutine test_choice(tests)
     type(tests_type), intent(inout) :: tests
 
     call tests%check('AUTO: large, unsymmetric, in space', &
-      choose_solver(solver_auto, 100000, 5000, 7500000, .false., 3) == solver_mumps)
+      choose_solver(solver_auto, 50000, 5000, 3750000, .false., 3) == merge(solver_petsc, solver_mumps, with_petsc()))
+    call tests%check('AUTO: smaller', choose_solver(solver_auto, 49999, 5000, 3750000, .false., 3) == solver_mumps)
+    call tests%check('AUTO: symmetric', choose_solver(solver_auto, 100000, 5000, 7500000, .true., 3) == solver_krylov)
+    call tests%check('AUTO: in the plane', &
+      choose_solver(solver_auto, 100000, 5000, 1800000, .false., 2) == solver_mumps)
+    call tests%check('AUTO without multigrid', &
+      choose_solver(solver_own, 100000, 5000, 7500000, .false., 3) == solver_mumps .and. &
+      choose_solver(solver_own, 100000, 5000, 7500000, .true., 3) == solver_krylov)
+    call tests%check('processes solve together, where there is PETSc', &
+      solve_together(solver_auto, 50000_long, .false., 3) .eqv. with_petsc())
+    call tests%check('not few equations, nor symmetric ones, nor those of the plane', &
+      .not. any([solve_together(solver_auto, 49999_long, .false., 3), &
+      solve_together(solver_auto, 1000000_long, .true., 3), solve_together(solver_auto, 1000000_long, .false., 2)]))
+    call tests%check('nor what the deck gives to another solver', &
+      .not. any([solve_together(solver_mumps, 1000000_long, .false., 3), &
+      solve_together(solver_own, 1000000_long, .false., 3)]))
     call tests%check('what the deck names is taken', &
       choose_solver(solver_petsc, 1000, 5000, 75000, .false., 3) == solver_petsc)
   end subroutine test_choice
@@ -288,4 +306,37 @@ contains
     call begin_step(system, failures(system))
     call end_system(system)
   end subroutine test_gives_way
+
+  !> Multigrid that AUTO has chosen gives way to factors, of single precision where those pay, before it has failed: as
+  !> soon as it takes too many sweeps.
+  subroutine test_does_not_pay(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(linear_system_type) :: system
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: rhs(:), x(:), places(:, :)
+
+    call block_model(block_type('HEX8', 'STANDARD', 5, poisson=0.4999_wp), model)
+    call elastic_block(model, solver_petsc, step, rhs)
+    allocate (x(size(rhs)))
+    call start_system(system, solver_choice_type(solver_petsc, precision_single, keep_no), step%matrix, &
+      step%equations%bandwidth, .true., 3, error, step%equations%number, places)
+    ! A body that AUTO gives to PETSc is too large for a test.
+    system%choice%kind = solver_auto
+    call factorise_system(system, step%matrix, error)
+    if (.not. allocated(error)) call solve_system(system, step%matrix, rhs, 1.0e-4_wp, x, error)
+    call tests%check('what does not pay ends in factors of single precision, with a note', &
+      .not. allocated(error) .and. allocated(system%note) .and. index(system%solver%name, 'MUMPS single') == 1)
+    call tests%close('which solve it', max(residual_norm(step%matrix, x, rhs)/norm2(rhs), 1.0e-4_wp), 1.0e-4_wp, &
+      1.0e-12_wp)
+    call tests%check('after 18 sweeps', system%sweeps > 18 .and. system%sweeps < 40)
+    call tests%check('and nothing else has failed', failures(system) == 4 .and. &
+      kind_for(system, system%choice) == solver_own)
+    call begin_step(system, 0)
+    call tests%check('a run that is not told begins with multigrid', kind_for(system, system%choice) == solver_auto)
+    call begin_step(system, 4)
+    call tests%check('one that is told does not', kind_for(system, system%choice) == solver_own)
+    call end_system(system)
+  end subroutine test_does_not_pay
 end module test_petsc_solver

@@ -43,6 +43,16 @@ class Command(unittest.TestCase):
         self.assertIn("CPU s", (self.folder / "out" / "parts_shares.csv").read_text())
         self.assertIn("<svg", (self.folder / "bench_parts.svg").read_text())
 
+    def test_against(self) -> None:
+        code, _, err = self.bench("against", "--quick", "--repeat", "1")
+        self.assertEqual(code, 2)
+        self.assertIn("wants --against PROGRAM", err)
+        code, out, err = self.bench("against", "--quick", "--repeat", "2", "--against", str(PROGRAM))
+        self.assertEqual(code, 0, err)
+        row = [cell.strip() for cell in next(line for line in out.splitlines() if line.startswith("| oedometer")).split("|")]
+        self.assertEqual(row[3], row[4])
+        self.assertAlmostEqual(float(row[7]), float(row[6]) / float(row[5]), delta=0.02 * float(row[7]))
+
     def test_a_program_that_is_not_there(self) -> None:
         code, _, err = self.bench("parts", "--program", str(self.folder / "nothing"))
         self.assertEqual(code, 2)
