@@ -52,8 +52,8 @@ module qsmpm_body_points
     integer, allocatable :: pair(:), patch(:)
     !> In contact, and in a cell of the mesh.
     logical, allocatable :: touched(:)
-    !> Size of the cell it is in, where in contact, and, where a team shares the model, the number of the cell that it is
-    !> in of the whole mesh (count).
+    !> Size of the cell it is in, where in contact, and, where a team shares the model, the number of the cell that it
+    !> is in of the whole mesh (count).
     real(wp), allocatable :: cell_size(:)
     integer, allocatable :: home(:)
     !> Present area (per radian in axisymmetry), opening and pressure; shear on the soil (count), (3, count).
