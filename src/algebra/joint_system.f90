@@ -364,7 +364,8 @@ contains
     end do
     joint%own = pack([(i, i=1, equations%count)], own_equation)
     call collect(team, int(joint%number(joint%own), long), joint%own_number, first)
-    call list_entries(matrix, joint%number, own_equation, joint%common, one_triangle(joint%equations), joint%sent, entries)
+    call list_entries(matrix, joint%number, own_equation, joint%common, one_triangle(joint%equations), joint%sent, &
+      entries)
     call collect(team, entries, all_entries, first)
     common = .false.
     common(pack(joint%number, joint%common)) = .true.

@@ -175,7 +175,7 @@ contains
 
     cells = cells_of(box)
     first = [0, cells(1), cells(1) + cells(2), sum(cells)]
-    held = total(team, held_by_layers(at, weight, box, first))
+    allocate (held, source=total(team, held_by_layers(at, weight, box, first)))
     do a = 1, 3
       associate (layers => held(first(a) + 1:first(a + 1)))
         low(a) = findloc(layers > 0, .true., dim=1)

@@ -160,6 +160,7 @@ contains
     integer :: i, j, cell, below, at
     logical :: found
 
+    if (points%count == 0) return
     grid = grid_of(model%analysis)
     cell = 0
     points%home = model%part%owners%homes(model%mesh, points%position)

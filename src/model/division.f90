@@ -73,6 +73,7 @@ contains
     model%part%team = team
     model%part%ring = ring_of(model%analysis)
     model%part%history_number = numbers_of(model)
+    call carry_by_number(model)
     call settle_part(model)
   end subroutine divide_model
 
@@ -278,6 +279,7 @@ contains
       state%inactive%points = model%part%waiting
       state%inactive%surface = model%part%waiting_surface
       call link_histories(model, model%part%history_number, spread(.true., 1, state%points%count))
+      call carry_by_place(model)
       model%part = alone
       if (any(census(model) /= before)) call fail(error, error_other, lost)
     end associate
@@ -307,6 +309,25 @@ contains
     call fit_window(model, with_margin(model, used))
     call number_all(model, whole_of(model), model%state%window)
   end subroutine look_at_all
+
+  !> Points that carry tractions are known by their numbers while the model is divided.
+  pure subroutine carry_by_number(model)
+    type(model_type), intent(inout) :: model
+
+    if (.not. allocated(model%carrying_point)) return
+    model%carrying_point = int(model%state%points%number(model%carrying_point))
+  end subroutine carry_by_number
+
+  !> They are known by their places in the whole model again, whose points are sorted by number.
+  pure subroutine carry_by_place(model)
+    type(model_type), intent(inout) :: model
+    integer :: i
+
+    if (.not. allocated(model%carrying_point)) return
+    do i = 1, size(model%carrying_point)
+      model%carrying_point(i) = place_in_order(int(model%state%points%number), model%carrying_point(i))
+    end do
+  end subroutine carry_by_place
 
   !> How the points are shared, for the log.
   function division_text(model) result(text)

@@ -40,7 +40,7 @@ contains
     type(initial_stress_type), intent(in) :: initial
     type(diagnostics_type), intent(inout) :: diagnostics
     type(point_bins_type) :: bins
-    real(wp) :: distance, farthest
+    real(wp) :: distance, farthest, farthest_of_all
     character(len=:), allocatable :: place
     integer :: p, worst, d, rank
 
@@ -62,7 +62,8 @@ contains
         place = place//', '//real_text(points%position(d, worst))
       end do
     end associate
-    rank = lowest_rank(model%part%team, worst > 0 .and. farthest >= largest(model%part%team, farthest))
+    farthest_of_all = largest(model%part%team, farthest)
+    rank = lowest_rank(model%part%team, worst > 0 .and. farthest >= farthest_of_all)
     if (rank == model%part%team%ranks) return
     call spread_text(model%part%team, rank, place)
     call add_diagnostic(diagnostics, initial%where, '*INITIAL', "'"//initial%file//"' has no material point within "// &

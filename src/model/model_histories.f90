@@ -46,14 +46,13 @@ contains
       occupied = any(table%points > 0, dim=2)
       call allocate_carried(model%state%tracers, model%mesh%dimension, count(traced))
       n = 0
+      material = 0
       do i = 1, size(histories)
         if (histories(i)%quantity == quantity_reaction .and. len(histories(i)%surface) == 0) then
           if (find_set(model%mesh%node_sets, histories(i)%set) == 0) call add_diagnostic(diagnostics, &
             histories(i)%where, '*HISTORY', "there is no node set '"//histories(i)%set//"'")
         end if
-        if (is_taken_at(histories(i)%quantity, at_point)) then
-          call pick_point(model, histories(i), i, material)
-        end if
+        if (is_taken_at(histories(i)%quantity, at_point)) call pick_point(model, histories(i), i, material)
         if (histories(i)%quantity == quantity_strain .and. .not. model%analysis%output%strains) &
           call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'the material points carry no strains; '// &
           '*FIELD, STRAIN gives them')

@@ -114,8 +114,8 @@ contains
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
 
-    inside = model%analysis%method%integration == integrate_cells .and. &
-      .not. any_of(model%part%team, flows(model, body))
+    inside = .not. any_of(model%part%team, flows(model, body))
+    if (model%analysis%method%integration /= integrate_cells) inside = .false.
   end function integrates_inside
 
   !> Whether a body without an outline touches, by its points, one with an outline that only tells how far it is off.
@@ -127,7 +127,8 @@ contains
     integer :: k
 
     touches = .false.
-    if (any(model%outlines%body == body) .or. integrates_inside(model, body)) return
+    if (any(model%outlines%body == body)) return
+    if (integrates_inside(model, body)) return
     own = box_of(body)
     do k = 1, size(model%outlines)
       if (model%outlines(k)%integrates) cycle

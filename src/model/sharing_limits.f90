@@ -2,6 +2,7 @@
 module qsmpm_sharing_limits
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, basis_fem, carrier_points
+  use qsmpm_cell_sharing, only: has_boxes
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_model, only: model_type
   use qsmpm_text, only: integer_text
@@ -26,6 +27,9 @@ contains
     list = ''
     call refuse_mesh(model%analysis, list)
     associate (analysis => model%analysis)
+      if (allocated(model%contact_pairs) .and. .not. has_boxes(analysis)) then
+        if (any(model%contact_pairs%surface == 0)) call add(list, 'ON=BODY of *CONTACT on this mesh')
+      end if
       if (any(model%outlines%integrates)) call add(list, &
         'bodies that are integrated inside of their outlines (*METHOD, INTEGRATION=CELL of bodies that cut cells)')
       do p = 1, size(analysis%phases)

@@ -168,7 +168,7 @@ contains
     type(water_table_type), intent(in) :: tables(:)
     type(diagnostics_type), intent(inout) :: diagnostics
     character(len=:), allocatable :: place
-    real(wp) :: above
+    real(wp) :: above, highest
     integer :: p, b, worst, rank
 
     worst = 0
@@ -186,7 +186,8 @@ contains
       end do
       place = ''
       if (worst > 0) place = real_text(above)//' over it at x = '//real_text(points%position(tables(1)%across, worst))
-      rank = lowest_rank(model%part%team, worst > 0 .and. above >= largest_of_all(model%part%team, above))
+      highest = largest_of_all(model%part%team, above)
+      rank = lowest_rank(model%part%team, worst > 0 .and. above >= highest)
       if (rank == model%part%team%ranks) return
       call spread_text(model%part%team, rank, place)
       call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the line slopes above the ground, by '//place// &

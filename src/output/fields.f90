@@ -11,6 +11,8 @@ module qsmpm_fields
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: is_divided
+  use qsmpm_sorting, only: place_in_order
   use qsmpm_stress_error, only: stress_error_type
   implicit none
   private
@@ -67,7 +69,8 @@ contains
     !> (3, points)
     real(wp), allocatable, intent(out) :: load(:, :)
     real(wp) :: gravity(3), traction(3)
-    integer :: i, s
+    integer, allocatable :: number(:)
+    integer :: i, s, p
 
     allocate (load(3, model%state%points%count))
     associate (share => model%state%progress%fraction, loading => model%loading)
@@ -78,12 +81,15 @@ contains
         end associate
       end do
       if (.not. allocated(model%carrying_point) .or. .not. allocated(loading%traction_final)) return
+      if (is_divided(model%part)) number = int(model%state%points%number)
       do i = 1, size(model%carrying_point)
+        p = model%carrying_point(i)
+        if (allocated(number)) p = place_in_order(number, p)
+        if (p == 0) cycle
         s = model%carrying_surface(i)
         traction = loading%traction_start(:, s) &
           + share*(loading%traction_final(:, s) - loading%traction_start(:, s))
-        load(:, model%carrying_point(i)) = load(:, model%carrying_point(i)) &
-          + model%carrying_area(i)*traction
+        load(:, p) = load(:, p) + model%carrying_area(i)*traction
       end do
     end associate
   end subroutine point_load
