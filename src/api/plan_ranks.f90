@@ -9,6 +9,7 @@ module qsmpm_plan_ranks
   use qsmpm_equation_count, only: count_node_equations
   use qsmpm_error, only: error_type
   use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: is_divided_as_built
   use qsmpm_number_text, only: integer_text, short_text
   use qsmpm_own_marks, only: node_owners
   use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
@@ -88,7 +89,7 @@ contains
     end do
   end subroutine count_parts
 
-  !> Memory of the process that has most, and while a phase begins, when every process has the whole model.
+  !> Memory of the process that has most, and of the points of the whole model where every process builds it.
   function memory_text(model, points, equations) result(text)
     type(model_type), intent(in) :: model
     !> Own ones and copies, and equations.
@@ -100,7 +101,8 @@ contains
       entries = real(d*(2*degree + 1)**d, wp)
     end associate
     text = short_text((bytes_of_program + points*bytes_of_point + &
-      equations*entries*bytes_of_entry*matrices)/megabyte, 2)//' MB with PETSC; '// &
-      short_text(model%state%points%count*bytes_of_point/megabyte, 2)//' MB of points while a phase begins'
+      equations*entries*bytes_of_entry*matrices)/megabyte, 2)//' MB with PETSC'
+    if (.not. is_divided_as_built(model%analysis)) text = text//'; '// &
+      short_text(model%state%points%count*bytes_of_point/megabyte, 2)//' MB of points while the model is built whole'
   end function memory_text
 end module qsmpm_plan_ranks

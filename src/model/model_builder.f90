@@ -49,7 +49,7 @@ module qsmpm_model_builder
   implicit none
   private
 
-  public :: build_model, model_summary
+  public :: build_model, model_summary, is_divided_as_built
 
   !> Share of the elastic tangent in the consistent one of a yielding soil: keeps the matrix regular at the apex and
   !> costs no accuracy, but iterations where a mechanism has next to no other stiffness (docs/methods/limit_loads.md).

@@ -170,7 +170,7 @@ def times_of(folder: Path) -> dict[int, str]:
     path = folder / "points.pvd"
     if not path.is_file():
         raise Trouble(f"{path} is not there: *FIELD, VTK=YES of the deck writes it")
-    found = re.findall(r'timestep="([^"]*)"[^>]*file="points_(\d+)\.vtu"', path.read_text(encoding="utf-8"))
+    found = re.findall(r'timestep="([^"]*)"[^>]*file="points_(\d+)\.p?vtu"', path.read_text(encoding="utf-8"))
     return {int(step): time for time, step in found}
 
 

@@ -9,8 +9,8 @@ A body fills its cells, eight points a hexahedron; the cells of a rank are a cub
 so that its share of the work is (s + 2w)^3/s^3 with s cells along a side and a ring of w. The seconds of a point and of an
 equation are those measured on one core of the machine of docs/distributed.md, those of a message are of an ordinary
 cluster: 10 us and 5 GB/s. Not in it: points spread unevenly over ranks, cores that share their memory, a coarse grid of
-the multigrid that no longer fits many ranks, and the whole model that every rank builds while a phase begins: 600 bytes a
-point, so that ranks with 24 GB end at 4e7 points until that is shared too. The rows above that are what the rest would take.
+the multigrid that no longer fits many ranks, and the grid of all cells that every rank lays while a model is built. Where
+a model is built whole (docs/distributed.md, limits) every rank needs 600 bytes for each of all points besides.
 """
 from __future__ import annotations
 
