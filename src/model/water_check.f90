@@ -184,8 +184,11 @@ contains
           worst = p
         end associate
       end do
-      place = ''
-      if (worst > 0) place = real_text(above)//' over it at x = '//real_text(points%position(tables(1)%across, worst))
+      if (worst > 0) then
+        place = real_text(above)//' over it at x = '//real_text(points%position(tables(1)%across, worst))
+      else
+        place = ''
+      end if
       highest = largest_of_all(model%part%team, above)
       rank = lowest_rank(model%part%team, worst > 0 .and. above >= highest)
       if (rank == model%part%team%ranks) return

@@ -286,7 +286,8 @@ class Embedding:
     # ---- the page of the documentation ----
 
     def examples_of_the_page(self) -> None:
-        """The four examples of docs/embedding.md print what it says, the last digit of a deck with their cards."""
+        """The four examples of docs/embedding.md print the last digit of a deck with their cards, and what it says: libraries of
+        linear algebra choose by the processor, which the last two of sixteen digits show."""
         blocks = dict(re.findall(r"^```(fortran|c|f77|python|text)\n(.*?)^```", (TOP / "docs/embedding.md").read_text(),
                                  re.M | re.S))
         folder = self.work / "page"
@@ -298,7 +299,8 @@ class Embedding:
         (folder / "deck.inp").write_text(block.replace("*BODY", material + "*BODY", 1) + "*PHASE" + phase + "\n")
         call(self.prefix / "bin/qsmpm", "run", "deck.inp", "--quiet", "--out", "deck", cwd=folder)
         settlement = last_settlement(folder / "deck")
-        expect(numbers(blocks["text"], "settlement") == [settlement], f"the deck settles {settlement:.16E}")
+        said = numbers(blocks["text"], "settlement")
+        expect(len(said) == 1 and abs(said[0] / settlement - 1.0) < 1.0e-12, f"the deck settles {settlement:.16E}, the page says {said}")
         for name, text in (("page.f90", blocks["fortran"]), ("page.c", blocks["c"]), ("page.f", blocks["f77"]),
                            ("page.py", blocks["python"])):
             (folder / name).write_text(text)
