@@ -171,6 +171,7 @@ contains
     real(wp) :: above, highest
     integer :: p, b, worst, rank
 
+    allocate (character(len=0) :: place)
     worst = 0
     above = same_height*mesh_height(model, ground%axis)
     associate (points => model%state%points)
@@ -184,11 +185,7 @@ contains
           worst = p
         end associate
       end do
-      if (worst > 0) then
-        place = real_text(above)//' over it at x = '//real_text(points%position(tables(1)%across, worst))
-      else
-        place = ''
-      end if
+      if (worst > 0) place = real_text(above)//' over it at x = '//real_text(points%position(tables(1)%across, worst))
       highest = largest_of_all(model%part%team, above)
       rank = lowest_rank(model%part%team, worst > 0 .and. above >= highest)
       if (rank == model%part%team%ranks) return

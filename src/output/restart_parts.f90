@@ -151,7 +151,7 @@ contains
       do i = 1, kept_count(state%kept)
         if (state%kept%list(i)%nodal) used = used .or. any(abs(state%kept%list(i)%values) > 0.0_wp, dim=1)
       end do
-      nodes = places_of(used .and. model%part%nodes)
+      allocate (nodes, source=places_of(used .and. model%part%nodes))
       labels = [(node_label(model%space, model%mesh, nodes(i)), i=1, size(nodes))]
       call put_group(image, '/mesh')
       call put_array(image, '/mesh/node_labels', labels)
