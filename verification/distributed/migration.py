@@ -65,5 +65,5 @@ def cut_back(place: Place) -> None:
         expect("increment cut back" in run.log, "no step was cut back")
 
 
-CHECKS: list[Check] = [corners]
-LONG_CHECKS: list[Check] = [faces, cut_back]
+CHECKS: list[Check] = [faces, cut_back]
+LONG_CHECKS: list[Check] = [corners]

@@ -214,7 +214,6 @@ def stabilised(place: Place, basis: str, ways: str, ranks: int, steps: int = 2) 
 
 def rings(place: Place) -> None:
     """What ranks are told of cells and nodes around theirs: faces, roots and shares of the stabilisation are those of one process."""
-    stabilised(place, "STANDARD", "INTEGRATION=POINTS, STABILISATION=GHOST", 7)
     stabilised(place, "GIMP", "INTEGRATION=POINTS, STABILISATION=BACKGROUND", 4)
     stabilised(place, "SPLINE2", "INTEGRATION=CELL, STABILISATION=GHOST", 3)
 
