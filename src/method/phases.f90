@@ -142,7 +142,7 @@ contains
       if (.not. allocated(error)) call choose_next_phase(model, observer, next, error)
       if (allocated(error) .or. next == 0) return
       call go_to_phase(model, next)
-      call forget_division(model, loop)
+      call reset_division(model, loop)
       loop%end_notified = .false.
       call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
@@ -169,7 +169,7 @@ contains
     call agree(loop%team, error)
     if (allocated(error)) return
     call observer%note(division_text(model))
-    call forget_division(model, loop)
+    call reset_division(model, loop)
   end subroutine take_parts
 
   !> Divide a model anew whose largest part has grown by much against the others.
@@ -185,18 +185,18 @@ contains
     call agree(loop%team, error)
     if (allocated(error)) return
     call observer%note(division_text(model))
-    call forget_division(model, loop)
+    call reset_division(model, loop)
   end subroutine even_parts
 
   !> The model is divided in another way: equations of a former division are none of this one.
-  subroutine forget_division(model, loop)
+  subroutine reset_division(model, loop)
     type(model_type), intent(in) :: model
     type(step_loop_type), intent(inout) :: loop
 
     if (loop%team%ranks == 1) return
     loop%unevenness = unevenness(model)
     if (allocated(loop%step%equations%number)) deallocate (loop%step%equations%number)
-  end subroutine forget_division
+  end subroutine reset_division
 
   !> The whole model on every process again; a former error stays.
   subroutine put_together(model, loop, error)
@@ -209,7 +209,7 @@ contains
     call join_all(model, failure)
     call agree(loop%team, failure)
     if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
-    call forget_division(model, loop)
+    call reset_division(model, loop)
   end subroutine put_together
 
   !> The whole model on every process where the observer of any of them needs it.

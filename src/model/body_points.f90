@@ -182,7 +182,6 @@ contains
     end do
   end subroutine find_shared_cells
 
-
   !> Which places are in cells of this process or in so many rows around them; alone all are.
   pure function are_near(model, points, rows) result(near)
     type(model_type), intent(in) :: model
