@@ -4,9 +4,9 @@
 !> With the law's Q (first Piola-Kirchhoff stress on the start of the step) and A = dQ/dF,
 !>   f_ia = sum V Q_ij N_a,j      K_iakb = sum V N_a,j A_ijkl N_b,l
 !> on the start configuration; in axisymmetry the hoop component F_33 = 1 + u_r/r adds N_a/r.
-!> Chunks of groups are evaluated in parallel, each into its own block, and the blocks of a chunk are
-!> added in group order, so the result does not depend on the number of threads and no more than one
-!> chunk of blocks is kept. Points of a material with a pressure factor share one pressure in their group
+!> Threads take chunks of groups in turns. A thread evaluates the groups of its chunk, each into a block of its own, and
+!> adds them when the chunks before have been added: in group order, so that the result does not depend on the number of
+!> threads. It adds from its own cache, while others evaluate; and there is no more than one chunk of blocks a thread. Points of a material with a pressure factor share one pressure in their group
 !> (qsmpm_uniform_pressure).
 module qsmpm_assembly
   !$ use omp_lib, only: omp_get_max_threads, omp_get_thread_num
@@ -23,9 +23,9 @@ module qsmpm_assembly
 
   public :: evaluation_type, evaluate, prepare_evaluation
 
-  !> Numbers in the blocks of a chunk, so that they stay in the cache until they are added, and the
-  !> fewest groups of several threads.
-  integer, parameter :: cached = 2**17, fewest = 16
+  !> Numbers in the blocks of a chunk, so that they stay in the cache until they are added, and chunks of an evaluation,
+  !> so that threads have something to take in turns.
+  integer, parameter :: cached = 2**17, chunks = 24
   !> Points from which an evaluation, some 0.2 microseconds each, is worth waking the threads.
   integer, parameter :: fewest_points = 2000
 
@@ -52,10 +52,13 @@ module qsmpm_assembly
     character(len=:), allocatable :: bad_message
     !> When the step takes place, for the laws.
     type(step_info_type) :: step_info
-    !> Blocks of the groups of a chunk (dimension*most nodes squared, groups), each packed as
-    !> (nodes, dimension, dimension, nodes); of all groups when there is no matrix to add them to.
+    !> Groups of a chunk.
+    integer :: chunk = 0
+    !> Blocks of the groups of the chunks that the threads are at (dimension*most nodes squared, groups), each packed as
+    !> (nodes, dimension, dimension, nodes); of all groups where they are kept.
     real(wp), allocatable :: block(:, :)
-    !> Forces of a chunk (dimension*most nodes, groups), and first points that could not be updated.
+    logical :: keeps_blocks = .false.
+    !> Forces of these groups (dimension*most nodes, groups), and first points that could not be updated.
     real(wp), allocatable :: group_force(:, :)
     integer, allocatable :: group_bad(:)
     !> Work space of every thread.
@@ -79,12 +82,14 @@ contains
     type(evaluation_type), intent(inout) :: evaluation
     !> The deformation gradients are results as well; they are not unless this is given.
     logical, intent(in), optional :: keep_gradients
-    integer :: most, chunk
+    integer :: most, groups
     logical :: gradients
 
     most = dimension*maxval([0, integration%node_first(2:) - integration%node_first(:integration%group_count)])
-    chunk = max(merge(fewest, 1, thread_count() > 1), cached/max(1, most)**2)
-    if (keep_blocks) chunk = integration%group_count
+    evaluation%chunk = max(1, min(cached/max(1, most)**2, integration%group_count/chunks))
+    evaluation%keeps_blocks = keep_blocks
+    groups = evaluation%chunk*thread_count()
+    if (keep_blocks) groups = integration%group_count
     if (allocated(evaluation%work)) deallocate (evaluation%work)
     allocate (evaluation%work(thread_count()))
     if (allocated(evaluation%force)) then
@@ -93,11 +98,11 @@ contains
     if (.not. allocated(evaluation%force)) allocate (evaluation%force(dimension, node_count), &
       evaluation%force_size(dimension, node_count))
     if (allocated(evaluation%block)) then
-      if (size(evaluation%block, 1) /= most**2 .or. size(evaluation%block, 2) /= chunk) &
+      if (size(evaluation%block, 1) /= most**2 .or. size(evaluation%block, 2) /= groups) &
         deallocate (evaluation%block, evaluation%group_force, evaluation%group_bad)
     end if
-    if (.not. allocated(evaluation%block)) allocate (evaluation%block(most**2, chunk), &
-      evaluation%group_force(most, chunk), evaluation%group_bad(chunk))
+    if (.not. allocated(evaluation%block)) allocate (evaluation%block(most**2, groups), &
+      evaluation%group_force(most, groups), evaluation%group_bad(groups))
     gradients = .false.
     if (present(keep_gradients)) gradients = keep_gradients .and. keep_results
     call size_results(integration, merge(integration%point_count, 0, keep_results), evaluation%results)
@@ -146,34 +151,59 @@ contains
     type(sparse_matrix_type), intent(inout), optional :: matrix
     !> Displacements whose linear force is wanted, most of them zero (dimension, node_count).
     real(wp), intent(in), optional :: prescribed(:, :)
-    integer :: start, last, g, me
+    integer :: start, last, before, me
+    logical :: stopped, skip
 
     call begin(evaluation, prescribed)
-    evaluation%work%batch%share = 0.0_wp
-    !$omp parallel default(shared) private(start, last, g, me) if (integration%point_count >= fewest_points)
+    stopped = .false.
+    !$omp parallel default(shared) private(start, last, before, me, skip) if (integration%point_count >= fewest_points)
     me = 1
     !$ me = omp_get_thread_num() + 1
     call allocate_work(integration, laws, size(displacement, 1), tangent, evaluation%work(me))
     evaluation%work(me)%batch%step_info = evaluation%step_info
-    do start = 1, integration%group_count, size(evaluation%block, 2)
-      last = min(integration%group_count, start + size(evaluation%block, 2) - 1)
-      !$omp do schedule(dynamic, 4)
-      do g = start, last
-        call evaluate_group(integration, points, laws, displacement, tangent, g, evaluation%work(me), &
-          evaluation%results, evaluation%group_force(:, g - start + 1), evaluation%block(:, g - start + 1), &
-          evaluation%group_bad(g - start + 1))
-      end do
-      !$omp end do
-      !$omp single
-      call add_chunk(integration, start, last, displacement, tangent, evaluation, equations, first_stencil, matrix, &
-        prescribed)
-      !$omp end single
-      if (evaluation%bad_point > 0) exit
+    !$omp do ordered schedule(dynamic)
+    do start = 1, integration%group_count, evaluation%chunk
+      last = min(integration%group_count, start + evaluation%chunk - 1)
+      before = merge(start - 1, (me - 1)*evaluation%chunk, evaluation%keeps_blocks)
+      !$omp atomic read
+      skip = stopped
+      if (.not. skip) call evaluate_chunk(integration, points, laws, displacement, tangent, start, last, before, me, &
+        evaluation)
+      !$omp ordered
+      if (.not. stopped) call add_chunk(integration, start, last, before, displacement, tangent, evaluation, equations, &
+        first_stencil, matrix, prescribed)
+      if (.not. stopped) evaluation%bad_share = smaller_share(evaluation%bad_share, evaluation%work(me)%batch%share)
+      !$omp atomic write
+      stopped = evaluation%bad_point > 0
+      !$omp end ordered
     end do
+    !$omp end do
     !$omp end parallel
     evaluation%ok = evaluation%bad_point == 0
     if (.not. evaluation%ok) call ask_why(integration, points, laws, displacement, tangent, evaluation)
   end subroutine evaluate
+
+  !> The groups of a chunk, each by itself.
+  subroutine evaluate_chunk(integration, points, laws, displacement, tangent, start, last, before, me, evaluation)
+    type(integration_type), intent(in) :: integration
+    type(points_type), intent(in) :: points
+    !> Laws of the materials.
+    type(law_slot_type), intent(in) :: laws(:)
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Which tangent is wanted, the groups, how many blocks stand before theirs, and the thread.
+    integer, intent(in) :: tangent, start, last, before, me
+    !> Results of the evaluation.
+    type(evaluation_type), intent(inout) :: evaluation
+    integer :: g, k
+
+    evaluation%work(me)%batch%share = 0.0_wp
+    do g = start, last
+      k = before + g - start + 1
+      call evaluate_group(integration, points, laws, displacement, tangent, g, evaluation%work(me), &
+        evaluation%results, evaluation%group_force(:, k), evaluation%block(:, k), evaluation%group_bad(k))
+    end do
+  end subroutine evaluate_chunk
 
   !> What the law says of the first point that it could not update: it is asked again, because another thread may
   !> have asked it something else since. The share of the step is the smallest that any point has asked for.
@@ -190,7 +220,6 @@ contains
     type(evaluation_type), intent(inout) :: evaluation
     integer :: bad, group
 
-    evaluation%bad_share = smallest_share(evaluation%work%batch%share)
     group = group_of(integration, evaluation%bad_point)
     associate (batch => evaluation%work(1)%batch)
       batch%share = 0.0_wp
@@ -202,14 +231,13 @@ contains
     end associate
   end subroutine ask_why
 
-  !> The smallest share that is an opinion, 0 when there is none.
-  pure real(wp) function smallest_share(shares)
-    !> Shares that the threads have come across.
-    real(wp), intent(in) :: shares(:)
+  !> The smaller one of two shares that are opinions, 0 when none is.
+  pure real(wp) function smaller_share(share, other)
+    real(wp), intent(in) :: share, other
 
-    smallest_share = 0.0_wp
-    if (any(shares > 0.0_wp)) smallest_share = minval(shares, mask=shares > 0.0_wp)
-  end function smallest_share
+    smaller_share = max(share, other)
+    if (min(share, other) > 0.0_wp) smaller_share = min(share, other)
+  end function smaller_share
 
   !> Clear what is summed up.
   subroutine begin(evaluation, prescribed)
@@ -223,6 +251,7 @@ contains
     evaluation%work_size = 0.0_wp
     evaluation%bad_point = 0
     evaluation%bad_status = status_ok
+    evaluation%bad_share = 0.0_wp
     if (allocated(evaluation%bad_message)) deallocate (evaluation%bad_message)
     if (.not. present(prescribed)) return
     if (allocated(evaluation%linear_force)) then
@@ -234,12 +263,11 @@ contains
   end subroutine begin
 
   !> Add forces and blocks of a chunk of groups, in their order.
-  subroutine add_chunk(integration, start, last, displacement, tangent, evaluation, equations, first_stencil, matrix, &
-    prescribed)
+  subroutine add_chunk(integration, start, last, before, displacement, tangent, evaluation, equations, first_stencil, &
+    matrix, prescribed)
     type(integration_type), intent(in) :: integration
-    !> The groups.
-    integer, intent(in) :: start
-    integer, intent(in) :: last
+    !> The groups, and how many blocks stand before theirs.
+    integer, intent(in) :: start, last, before
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> Which tangent was wanted.
@@ -257,7 +285,7 @@ contains
 
     d = size(evaluation%force, 1)
     do g = start, last
-      k = g - start + 1
+      k = before + g - start + 1
       if (evaluation%group_bad(k) > 0) evaluation%bad_point = evaluation%group_bad(k)
       if (evaluation%bad_point > 0) return
       associate (nodes => integration%nodes(integration%node_first(g):integration%node_first(g + 1) - 1))
