@@ -131,7 +131,9 @@ contains
     allocate (results%plastic(count))
   end subroutine size_results
 
-  !> Stresses, internal forces and, when asked for, stiffness: added to a matrix when there is one.
+  !> Stresses, internal forces and, when asked for, stiffness: added to a matrix when there is one. Where a point cannot be
+  !> updated those behind it are asked too: the share of the step to be tried next is the smallest that any point asks for,
+  !> however the points are shared by threads and processes.
   subroutine evaluate(integration, points, laws, displacement, tangent, evaluation, equations, first_stencil, matrix, &
     prescribed)
     type(integration_type), intent(in) :: integration
@@ -152,11 +154,9 @@ contains
     !> Displacements whose linear force is wanted, most of them zero (dimension, node_count).
     real(wp), intent(in), optional :: prescribed(:, :)
     integer :: start, last, before, me
-    logical :: stopped, skip
 
     call begin(evaluation, prescribed)
-    stopped = .false.
-    !$omp parallel default(shared) private(start, last, before, me, skip) if (integration%point_count >= fewest_points)
+    !$omp parallel default(shared) private(start, last, before, me) if (integration%point_count >= fewest_points)
     me = 1
     !$ me = omp_get_thread_num() + 1
     call allocate_work(integration, laws, size(displacement, 1), tangent, evaluation%work(me))
@@ -165,16 +165,11 @@ contains
     do start = 1, integration%group_count, evaluation%chunk
       last = min(integration%group_count, start + evaluation%chunk - 1)
       before = merge(start - 1, (me - 1)*evaluation%chunk, evaluation%keeps_blocks)
-      !$omp atomic read
-      skip = stopped
-      if (.not. skip) call evaluate_chunk(integration, points, laws, displacement, tangent, start, last, before, me, &
-        evaluation)
+      call evaluate_chunk(integration, points, laws, displacement, tangent, start, last, before, me, evaluation)
       !$omp ordered
-      if (.not. stopped) call add_chunk(integration, start, last, before, displacement, tangent, evaluation, equations, &
-        first_stencil, matrix, prescribed)
-      if (.not. stopped) evaluation%bad_share = smaller_share(evaluation%bad_share, evaluation%work(me)%batch%share)
-      !$omp atomic write
-      stopped = evaluation%bad_point > 0
+      call add_chunk(integration, start, last, before, displacement, tangent, evaluation, equations, first_stencil, &
+        matrix, prescribed)
+      evaluation%bad_share = smaller_share(evaluation%bad_share, evaluation%work(me)%batch%share)
       !$omp end ordered
     end do
     !$omp end do
@@ -206,7 +201,7 @@ contains
   end subroutine evaluate_chunk
 
   !> What the law says of the first point that it could not update: it is asked again, because another thread may
-  !> have asked it something else since. The share of the step is the smallest that any point has asked for.
+  !> have asked it something else since.
   subroutine ask_why(integration, points, laws, displacement, tangent, evaluation)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
