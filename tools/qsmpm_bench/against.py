@@ -9,7 +9,7 @@ from qsmpm_bench.measure import BenchError, Deck
 from qsmpm_bench.tables import Result, Table
 
 #: Splines in space, by the methods of `kernels`.
-SPLINES = ("SPLINE2 POINTS", "SPLINE2G POINTS", "SPLINE2G CELL", "SPLINE3 CELL")
+SPLINES = ("SPLINE2 POINTS", "SPLINE2 CELL", "SPLINE2G POINTS", "SPLINE2G CELL", "SPLINE3 CELL")
 
 
 def compared(bench: Bench) -> list[Deck]:
