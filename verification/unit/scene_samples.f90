@@ -166,10 +166,11 @@ contains
     type(expansion_type), intent(out) :: expansion
     !> What was found.
     type(reduction_check_type), allocatable, intent(out) :: checks(:)
-    type(analysis_type) :: scene
+    class(analysis_type), allocatable :: scene
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (scene)
     call parse_deck('test.inp', deck, scene, messages, error)
     if (allocated(error)) then
       write (error_unit, '(a)') message_text(messages)
@@ -185,11 +186,12 @@ contains
     !> The reduction.
     integer, intent(in) :: kind, axis
     character(len=:), allocatable :: text
-    type(analysis_type) :: model
+    class(analysis_type), allocatable :: model
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
     integer :: i
 
+    allocate (model)
     call reduced(deck, model, expansion, checks)
     text = 'never tried'
     do i = 1, size(checks)

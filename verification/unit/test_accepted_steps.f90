@@ -45,9 +45,10 @@ contains
     character(len=*), intent(in) :: controls
     !> A model of the program's own in place of the deck's.
     type(careful_type), intent(in), optional :: careful
-    type(problem_type) :: problem
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
 
+    allocate (problem)
     if (present(careful)) call problem%set_material('soil', careful, error)
     call problem%parse('*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 8'//nl//'Y, 0, 1, 4'//nl// &
       '*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl//'100, 0.3'//nl// &
@@ -63,10 +64,11 @@ contains
   !> A frozen stiffness lowers the residual a little an iteration, so that the tolerance is met closely.
   subroutine check_tolerance(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     integer :: steps
 
+    allocate (run)
     call begin(run, 'TOLERANCE=1e-7, NEWTON=MODIFIED, MAX ITERATIONS=200')
     steps = 0
     do while (.not. run%finished())
@@ -83,11 +85,12 @@ contains
   !> Steps as long as their error allows.
   subroutine check_error(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp) :: largest
     integer :: steps
 
+    allocate (run)
     call begin(run, 'STEP ERROR=1e-4, SMALLEST STEP=1e-4')
     largest = 0.0_wp
     steps = 0
@@ -106,10 +109,11 @@ contains
   !> A law that asks for a share of the step gets it.
   subroutine check_share(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(careful_type) :: careful
     type(error_type), allocatable :: error
 
+    allocate (run)
     careful%symmetric = .true.
     careful%stiffness_scale = 100.0_wp
     careful%shear_scale = 40.0_wp

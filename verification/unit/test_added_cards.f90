@@ -47,10 +47,11 @@ contains
     character(len=*), intent(in) :: materials, phases
     !> Another soil.
     character(len=*), intent(in), optional :: soil
-    type(problem_type) :: problem
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
     character(len=:), allocatable :: cards
 
+    allocate (problem)
     cards = '*ELASTIC'//nl//'2e4, 0.3'//nl//'*MOHR COULOMB'//nl//'6, 25, 0'//nl//'*UNIT WEIGHT'//nl//'18'//nl
     if (present(soil)) cards = soil
     call problem%parse('*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 4, 8'//nl// &
@@ -113,11 +114,12 @@ contains
   !> Water, an excavation, another material, a factor of safety and what starts before it, in one deck or one by one.
   subroutine check_same_bytes(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: whole, added
+    class(simulation_type), allocatable :: whole, added
     type(error_type), allocatable :: error
     real(wp) :: results(30), strength(1)
     integer :: i
 
+    allocate (whole, added)
     call begin(whole, hard, weight//flood//dig//grout//factor//back)
     call whole%run(error)
     call tests%check('the whole deck runs', .not. allocated(error))
@@ -151,10 +153,11 @@ contains
       '*UNIT WEIGHT'//nl// &
       '18'//nl, drain = '*PHASE, NAME=drain'//nl//'*DRAIN STATE, AFTERWARDS=DRAINED'//nl//'*CONTROLS, STEPS=2'//nl// &
       '*END PHASE'//nl
-    type(simulation_type) :: whole, added
+    class(simulation_type), allocatable :: whole, added
     type(error_type), allocatable :: error
     integer :: excess
 
+    allocate (whole, added)
     call begin(whole, '', weight//drain, clay)
     call whole%run(error)
     call begin(added, '', weight, clay)
@@ -173,9 +176,10 @@ contains
   !> What is wrong is told with the line of what was added, and changes nothing.
   subroutine check_errors(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
 
+    allocate (run)
     call begin(run, '', weight)
     call run%add_cards(hard//dig//'*PHASE, NAME=again'//nl//'*DEACTIVATE'//nl//'put'//nl//'*END PHASE'//nl, error)
     call refused('an unknown body', 'added cards:15: *DEACTIVATE: there is no body '// &
@@ -224,10 +228,11 @@ contains
   !> A state that is put back forgets the cards, which can then be added again with other numbers.
   subroutine check_forgotten(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run, straight
-    type(snapshot_type) :: snapshot
+    class(simulation_type), allocatable :: run, straight
+    class(snapshot_type), allocatable :: snapshot
     type(error_type), allocatable :: error
 
+    allocate (run, straight, snapshot)
     call begin(run, '', weight)
     call run%run(error)
     call run%checkpoint(snapshot, error)
@@ -245,9 +250,10 @@ contains
   !> Stages that are added by calls follow those of cards.
   subroutine check_fresh_stage(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
 
+    allocate (run)
     call begin(run, '', weight)
     call go_on(tests, run, dig)
     call run%add_stage('pushed', 1, error)
@@ -259,10 +265,11 @@ contains
   !> A state that is saved within a phase of cards goes on in an analysis that has the same cards, and in no other.
   subroutine check_saved(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run, other, none
+    class(simulation_type), allocatable :: run, other, none
     type(error_type), allocatable :: error
     character(len=*), parameter :: path = 'test_added_cards.h5'
 
+    allocate (run, other, none)
     call begin(run, '', weight)
     call run%run(error)
     call run%add_cards(hard//dig//grout, error)
@@ -284,9 +291,10 @@ contains
   !> Cards that come after a safety phase start from its parent.
   subroutine check_variants(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run, whole
+    class(simulation_type), allocatable :: run, whole
     type(error_type), allocatable :: error
 
+    allocate (run, whole)
     call begin(whole, hard, weight//grout//factor//back)
     call whole%run(error)
     call begin(run, hard, weight//grout//factor)

@@ -70,12 +70,13 @@ contains
     integer, intent(in) :: counts(:)
     !> Radius and height of the cylinder.
     real(wp), intent(in) :: corner(2)
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     character(len=80) :: name
     logical :: ready
     integer :: i
 
+    allocate (model, step)
     do i = 1, size(counts)
       write (name, '(4a,i0,a,f4.2)') element, ' ', method, ', ', counts(i), ' points, to ', corner(1)
       call make_model(element, method, counts(i), corner, model, step, ready)
@@ -99,12 +100,13 @@ contains
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
     logical, intent(out) :: ready
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=600) :: text
     integer :: p
 
+    allocate (analysis)
     write (text, '(5a,2(f4.2,a),a,i0,3a)') '*MODEL, TYPE=AXISYMMETRIC|*GRID, ELEMENT=', element, lines, &
       '|*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=axis, PLANE=X|0|*MATERIAL, NAME=m|*ELASTIC|1000, 0.3|*UNIT WEIGHT|1|'// &
       '*BODY, NAME=b, MATERIAL=m, SHAPE=BOX|', '0, ', corner(1), ', 0, ', corner(2), '|', '*POINTS, PER ELEMENT=', count, &

@@ -29,10 +29,11 @@ contains
   !> All tests of the suite.
   subroutine collect_bodies_in_place(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     ! Areas of circles of radius one by 84 and by 64 chords.
     real(wp), parameter :: chorded = 42.0_wp*sin(pi/42.0_wp), corners = 32.0_wp*sin(pi/32.0_wp)
 
+    allocate (model)
     call tests%start('bodies_in_place')
     call build(tests, 'PLANE STRAIN', box, 'SHAPE=CIRCLE, IN PLACE=YES|2, 1.6, 0.7', model)
     call check_rest(tests, 'a circle in the middle', model, 12.0_wp - chorded*0.49_wp)
@@ -70,10 +71,11 @@ contains
     character(len=*), intent(in) :: kind, soil, rigid
     type(model_type), intent(out) :: model
     character(len=:), allocatable, intent(out) :: text
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     text = ''
     call parse_deck('test.inp', joined('*MODEL, TYPE='//kind//'|'//head//soil//'*METHOD, BASIS=GIMP, '// &
       'INTEGRATION=CELL|*RIGID BODY, NAME=tool, '//rigid//'|'//contact//tail), analysis, messages, error)
@@ -151,9 +153,10 @@ contains
   !> What cannot be.
   subroutine check_refusals(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     character(len=:), allocatable :: text
 
+    allocate (model)
     call try('PLANE STRAIN', box, 'SHAPE=CIRCLE|2, 1.6, 0.7', model, text)
     call tests%check('the word is suggested: '//text, index(text, 'or let IN PLACE=YES take it out') > 0)
     call try('PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES|-1, 5, -1, 4', model, text)

@@ -123,10 +123,11 @@ contains
     character(len=*), intent(in) :: contact, move
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('notch.inp', joined(block//'*CONTACT, BODY=tool, ON=BODY, '//contact//'|'//press//move// &
       '|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
@@ -142,11 +143,12 @@ contains
   !> Soil touches what it lies against, and no other place.
   subroutine check_touch(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(body_points_type) :: points
     real(wp) :: expected
 
+    allocate (model, step)
     call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
     call present_body_points(model, placed_bodies(model), points)
     expected = 0.9_wp + 0.9_wp - 0.05_wp*(4.0_wp - pi)
@@ -201,13 +203,14 @@ contains
   !> Soil that moves and turns as the body does feels nothing of it.
   subroutine check_rigid_motion(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(placed_shape_type), allocatable :: bodies(:)
     real(wp), allocatable :: u(:, :)
     real(wp) :: x(3)
     integer :: a
 
+    allocate (model, step)
     call make_step('TENSION=YES, ADHESION=5', ', ROTATION=4|0.03, -0.05', model, step)
     allocate (bodies, source=placed_bodies(model))
     allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
@@ -232,11 +235,12 @@ contains
     type(tests_type), intent(inout) :: tests
     !> Rest of *CONTACT, and cards of the phase.
     character(len=*), intent(in) :: contact, start
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
     integer :: a
 
+    allocate (model, step)
     call make_step(contact, ', ROTATION=1|0.01, -0.03'//start, model, step)
     allocate (u(2, all_nodes(step%unknowns)), v(2, all_nodes(step%unknowns)))
     do a = 1, size(u, 2)
@@ -252,14 +256,15 @@ contains
   !> What is kept of a step that is taken.
   subroutine check_step(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     type(body_points_type) :: points
     real(wp) :: force(6), pressure
 
+    allocate (model, step)
     call make_step('FRICTION ANGLE=20', '|0, -0.02', model, step)
     call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(1.0_wp, 1.0e-9_wp, &
       largest_move=1.0_wp), solution, error)
@@ -305,14 +310,15 @@ contains
   !> Contact on two bodies: the places of each lie on it.
   subroutine check_two(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(body_points_type) :: points
     type(placed_shape_type), allocatable :: bodies(:)
     type(distance_type) :: distance
     real(wp) :: furthest
     integer :: i
 
+    allocate (model, step)
     call make_step('FRICTION ANGLE=0|*RIGID BODY, NAME=other, SHAPE=CIRCLE|1, 1.45, 0.1|*CONTACT, BODY=other, ON=BODY', &
       '|0, -0.01', model, step)
     allocate (bodies, source=placed_bodies(model))
@@ -331,14 +337,15 @@ contains
   !> pressure is whole, and the force on the body counts from it.
   subroutine check_confined(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(initial_stress_type) :: initial
     type(body_points_type) :: points
     real(wp), allocatable :: u(:, :)
     real(wp), parameter :: all_round = 40.0_wp
     integer :: p
 
+    allocate (model, step)
     call make_step('FRICTION ANGLE=10|*CONFINING PRESSURE|40', '|0, -0.01|*INITIAL, TYPE=ISOTROPIC|0, 40', &
       model, step)
     do p = 1, model%state%points%count
@@ -374,8 +381,8 @@ contains
   !> Points inside of the body are put back onto its outline, no other is.
   subroutine check_put_back(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(placed_shape_type), allocatable :: bodies(:)
     type(distance_type) :: distance
     real(wp), allocatable :: before(:, :)
@@ -383,6 +390,7 @@ contains
     integer :: p
     logical :: outside
 
+    allocate (model, step)
     call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
     allocate (bodies, source=placed_bodies(model))
     bodies(1)%pose%displacement(2) = -0.06_wp
@@ -411,12 +419,13 @@ contains
   !> Initial stresses press on the body: p = -n sigma n, t = -(1 - n n') sigma n.
   subroutine check_rest(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(initial_stress_type) :: initial
     type(body_points_type) :: points
     integer :: p, at_base, at_side
 
+    allocate (model, step)
     call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
     do p = 1, model%state%points%count
       model%state%points%stress(:, p) = [-3.0_wp, -8.0_wp, -3.0_wp, 2.0_wp]

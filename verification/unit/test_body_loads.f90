@@ -67,10 +67,11 @@ contains
   subroutine make_model(cards, model)
     character(len=*), intent(in) :: cards
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('loads.inp', joined(block//cards), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the body loads suite is broken'
@@ -101,13 +102,14 @@ contains
   !> Pushed, loaded, shifted and lifted.
   subroutine check_phases(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(rigid_pose_type) :: pose, before
     real(wp) :: force(6), pushed
     logical :: free(body_components)
     real(wp) :: in_force(load_rows)
 
+    allocate (model, step)
     call make_model(plate//push//load//shift//lift//aside, model)
     call begin_analysis(model, step%terms)
     call run_phase(tests, model, step, 1)
@@ -176,13 +178,14 @@ contains
     character(len=*), intent(in) :: what, contact, moment
     !> Angle by which the body has turned before; 0 when absent.
     real(wp), intent(in), optional :: turned
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
     character(len=:), allocatable :: place
     integer :: a
 
+    allocate (model, step)
     place = ''
     if (len(moment) > 0) place = ', 1.3, 2.7'
     call make_model(roller//contact//'|*PHASE, NAME=load|'//fix//moment//'*LOAD, BODY=plate, COMPONENT=Y|-40'// &
@@ -214,9 +217,10 @@ contains
   subroutine check_moments(tests)
     type(tests_type), intent(inout) :: tests
     real(wp), parameter :: arm(2) = [0.3_wp, 1.2_wp], force(2) = [3.0_wp, -40.0_wp], angle = 0.4_wp
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     real(wp) :: load(load_rows), r(2)
 
+    allocate (model)
     call make_model(roller//'FRICTION ANGLE=0|*PHASE, NAME=load|'//fix//'*LOAD, BODY=plate, COMPONENT=MZ|5|'// &
       '*LOAD, BODY=plate, COMPONENT=X|3, 1.3, 2.75|*LOAD, BODY=plate, COMPONENT=Y|-40, 1.3, 2.75|*END PHASE|', model)
     call start_phase(model)
@@ -235,11 +239,12 @@ contains
   !> moment, and what is freed starts from what the soil does.
   subroutine check_turning(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(rigid_pose_type) :: pose, before
     real(wp) :: force(6), load(load_rows), pushed(6)
 
+    allocate (model, step)
     call make_model(roller//'FRICTION ANGLE=30|'//push//'*PHASE, NAME=turn|*LOAD, BODY=plate, COMPONENT=MZ|0|'// &
       '*LOAD, BODY=plate, COMPONENT=Y|-40, 1.1, 1.1|*END PHASE|*PHASE, NAME=hold|*MOVE, BODY=plate|0, -0.001|'// &
       '*END PHASE|*PHASE, NAME=free|*LOAD, BODY=plate, COMPONENT=Y|-40, 1.1, 1.1|*LOAD, BODY=plate, '// &
@@ -280,12 +285,13 @@ contains
   !> A body above the ground is not loaded: the step fails and says why.
   subroutine check_nothing_touched(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
 
+    allocate (model, step)
     call make_model('*RIGID BODY, NAME=plate, SHAPE=PLANE|0, 1.2, 0, -1|*CONTACT, BODY=plate, SURFACE=top|'// &
       '*PHASE, NAME=load|'//fix//'*LOAD, BODY=plate, COMPONENT=Y|-40|*END PHASE|', model)
     call begin_analysis(model, step%terms)

@@ -76,10 +76,11 @@ contains
   subroutine build(kind, model)
     character(len=*), intent(in) :: kind
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('block.inp', joined(deck(kind)), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the checkpoint suite is broken'
@@ -149,11 +150,12 @@ contains
     character(len=*), intent(in) :: kind
     !> Gains the names of what has been altered.
     character(len=:), allocatable, intent(inout) :: all_names
-    type(model_type), target :: model
-    type(state_type) :: before
+    class(model_type), allocatable, target :: model
+    class(state_type), allocatable :: before
     type(c_ptr) :: place
     real(wp), allocatable :: coordinates(:, :), nodes(:, :), bounds(:, :)
 
+    allocate (model, before)
     call build(kind, model)
     allocate (coordinates, source=model%mesh%coordinates)
     allocate (nodes, source=node_positions(model))
@@ -193,12 +195,13 @@ contains
   subroutine check_places(tests, kind)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind
-    type(model_type) :: model
-    type(state_type) :: before, altered
+    class(model_type), allocatable :: model
+    class(state_type), allocatable :: before, altered
     type(saved_places_type) :: saved
     character(len=:), allocatable :: names
     integer :: i
 
+    allocate (model, before, altered)
     call build(kind, model)
     before = model%state
     call save_places(model, saved)
@@ -222,10 +225,11 @@ contains
     character(len=*), intent(in) :: kind
     !> Where files may be written.
     character(len=*), intent(in) :: directory
-    type(model_type) :: model, fresh
-    type(state_type) :: written
+    class(model_type), allocatable :: model, fresh
+    class(state_type), allocatable :: written
     type(error_type), allocatable :: error
 
+    allocate (model, fresh, written)
     call build(kind, model)
     call make_valid(model)
     written = model%state
@@ -241,9 +245,10 @@ contains
   !> Alter all of the state that a run may alter, numbers of cells, bodies and materials staying those of the model.
   subroutine make_valid(model)
     type(model_type), intent(inout) :: model
-    type(state_type) :: before
+    class(state_type), allocatable :: before
     integer :: i
 
+    allocate (before)
     before = model%state
     call alter_state(model%state)
     associate (state => model%state)
@@ -285,13 +290,14 @@ contains
   subroutine check_snapshot(tests, kind)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind
-    type(model_type) :: model
-    type(state_type) :: before
+    class(model_type), allocatable :: model
+    class(state_type), allocatable :: before
     type(loading_type) :: loading
-    type(snapshot_type) :: snapshot
+    class(snapshot_type), allocatable :: snapshot
     type(step_loop_type) :: loop
     type(phase_type), allocatable :: phases(:)
 
+    allocate (model, before, snapshot)
     call build(kind, model)
     allocate (phases(1))
     phases(1)%name = 'of the scene'
@@ -362,12 +368,13 @@ contains
     type(tests_type), intent(inout) :: tests
     !> Where files may be written.
     character(len=*), intent(in) :: directory
-    type(model_type) :: model, fresh
-    type(state_type) :: before
+    class(model_type), allocatable :: model, fresh
+    class(state_type), allocatable :: before
     type(saved_places_type) :: saved
     type(error_type), allocatable :: error
     integer :: nodes, space_nodes
 
+    allocate (model, fresh, before)
     call build('plane', model)
     call tests%check('the block is looked at in a part of the grid', &
       .not. model%state%window == whole_window(grid_of(model%analysis)))
@@ -408,10 +415,11 @@ contains
   subroutine check_leaders(tests)
     type(tests_type), intent(inout) :: tests
     integer, parameter :: far = 11
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(error_type), allocatable :: error
     integer, allocatable :: labels(:), old(:, :), now(:, :)
 
+    allocate (model)
     call build('plane', model)
     model%state%tracers%position(1, :) = 5.1_wp
     allocate (labels, source=booked(model))
@@ -528,12 +536,13 @@ contains
   !> Rows of a moving mesh are where they were when another part of the grid is looked at.
   subroutine check_rows(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     real(wp), allocatable :: before(:, :)
     integer, allocatable :: labels(:)
     integer :: i, k, found
     real(wp) :: off
 
+    allocate (model)
     call build('moving mesh', model)
     model%state%coordinates(2, :) = 1.1_wp*model%state%coordinates(2, :)
     model%mesh%coordinates = model%state%coordinates
@@ -562,13 +571,14 @@ contains
   subroutine check_lost_points(tests, kind)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind
-    type(model_type) :: model
-    type(state_type) :: before
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(state_type), allocatable :: before
+    class(step_type), allocatable :: step
     type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
 
+    allocate (model, before, step)
     call build(kind, model)
     ! The whole block, moved as a rigid body through the side of the grid.
     model%loading%constrained = .true.
@@ -594,8 +604,9 @@ contains
       'external_work internal_work limit%first limit%last limit%middle limit%refused limit%refused_compliance '// &
       'limit%refused_middle limit%knee stopped ends own_settlement '
     character(len=:), allocatable :: missing, names
-    type(state_type) :: state
+    class(state_type), allocatable :: state
 
+    allocate (state)
     names = others//carried_names('points', state%points)//carried_names('surface', state%surface)// &
       carried_names('tracers', state%tracers)//carried_names('watched', state%watched)
     missing = ''

@@ -305,10 +305,11 @@ contains
     !> Cards of the model; the block when not given.
     character(len=*), intent(in), optional :: ground
     character(len=:), allocatable :: cards
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     cards = block
     if (present(ground)) cards = ground
     call parse_deck('block.inp', joined(cards//'*RIGID BODY, NAME=tool, '//tool//'|*CONTACT, BODY=tool, '// &
@@ -326,13 +327,14 @@ contains
   !> One patch a cell, no patch short, none far away.
   subroutine check_patches(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(contact_patches_type) :: patches
     type(body_points_type) :: nobody
     integer, allocatable :: points(:)
     integer :: c, i
 
+    allocate (model, step)
     call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
     call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), &
       nobody, patches)
@@ -365,12 +367,13 @@ contains
       '0.75, 1, 1.75|Y, 0, 2, 8|*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|1.2, 1.1, 0, 1.1|'// &
       '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 1.2, 0, 1.1|'// &
       '*METHOD, BASIS=GIMP, INTEGRATION=POINTS|'
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(contact_patches_type) :: patches
     type(body_points_type) :: nobody
     integer :: i
 
+    allocate (model, step)
     call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step, graded)
     call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), nobody, patches)
     call tests%check('a piece that is short in its wide cell joins its neighbour', patches%count == 4)
@@ -383,11 +386,12 @@ contains
     character(len=*), intent(in) :: contact
     !> Displacement along the surface beside that into the tool.
     real(wp), intent(in) :: aside
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
     integer :: a
 
+    allocate (model, step)
     call make_step('SHAPE=CIRCLE|1, 3.105, 2', contact, ', ROTATION=1|0.01, -0.03', model, step)
     allocate (u(2, all_nodes(step%unknowns)), v(2, all_nodes(step%unknowns)))
     do a = 1, size(u, 2)
@@ -404,14 +408,15 @@ contains
   !> What is kept of a step that is taken, and of one that is not.
   subroutine check_step(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     type(rigid_pose_type) :: pose
     real(wp) :: force(6), work
 
+    allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=30', ', ROTATION=0.5|0, -0.02', model, step)
     associate (controls => model%analysis%phases(1)%controls)
       call solver%solve(model, step, controls, attempt_type(1.0_wp, 1.0e-9_wp, largest_move=1.0e-6_wp), solution, error)
@@ -446,12 +451,13 @@ contains
   !> Points that no body is near any more keep nothing of what they carried.
   subroutine check_parting(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
 
+    allocate (model, step)
     call make_step('SHAPE=PLANE|0, 5, 0, -1', 'FRICTION ANGLE=30', '|0, -0.02', model, step)
     model%state%surface%contact_pressure = 1.0_wp
     model%state%surface%contact_shear = 1.0_wp
@@ -518,13 +524,14 @@ contains
   !> Slip adds up while soil and body touch, turns with the body, and is none where they part.
   subroutine check_slip(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     real(wp) :: largest, mean
 
+    allocate (model, step)
     ! A smooth plane goes 0.02 into the block and 0.1 along it, which does not move with it.
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0.1, -0.02', model, step)
     call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(0.5_wp, 1.0e-9_wp, &
@@ -546,11 +553,12 @@ contains
   !> that are cut by the ends of a patch's length. At single points each has its own.
   subroutine check_pressure(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp) :: pressure
     integer :: i
 
+    allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
     associate (surface => model%state%surface)
       do i = 1, surface%count
@@ -577,12 +585,13 @@ contains
       '1000, 0.3|*MOHR COULOMB|4, 30, 0|*MATERIAL, NAME=clay|*ELASTIC|1000, 0.3|*MOHR COULOMB|5, 0, 0|'// &
       '*STRENGTH PROFILE, TYPE=LINEAR|1.1, 10, 2|*BODY, NAME=left, MATERIAL=sand, SHAPE=BOX|0, 1, 0, 1.1|'// &
       '*BODY, NAME=right, MATERIAL=clay, SHAPE=BOX|1, 2, 0, 1.1|*RIGID BODY, NAME=tool, SHAPE=PLANE|0, 1.1, 0, -1|'
-    type(model_type) :: model
-    type(analysis_type) :: analysis
+    class(model_type), allocatable :: model
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     real(wp) :: strength(2)
 
+    allocate (model, analysis)
     call parse_deck('ground.inp', joined(ground//'*CONTACT, BODY=tool, SURFACE=top, INTERFACE=0.5, PENALTY=20, '// &
       'PATCH=POINT|'//press//'|0, -0.02|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
@@ -602,10 +611,11 @@ contains
   subroutine check_patch_strengths(tests, model)
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(inout) :: model
-    type(step_type) :: step
+    class(step_type), allocatable :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :), force(:, :)
 
+    allocate (step)
     call begin_analysis(model, step%terms)
     call start_phase(model)
     model%state%progress%strength_factor = 2.0_wp
@@ -641,12 +651,13 @@ contains
   !> A factor of safety lowers the strength of the interface.
   subroutine check_strength(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :)
     real(wp) :: whole, lowered
 
+    allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'ADHESION=8', '|0.1, -0.02', model, step)
     allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
     call evaluate_step(model, step, u, tangent_none)
@@ -665,11 +676,12 @@ contains
   !> Soil under initial stresses presses on the body that it touches, and not where it does not touch it.
   subroutine check_rest(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(initial_stress_type) :: initial
     real(wp), parameter :: normal(2) = [0.0_wp, -1.0_wp]
     integer :: p
 
+    allocate (model)
     call make_rest('0, 1.1, 0, -1')
     call tests%close('pressure of the stress', maxval(abs(model%state%surface%contact_pressure - 30.0_wp)), 0.0_wp, &
       1.0e-12_wp)
@@ -698,13 +710,14 @@ contains
   !> Soil deep inside of a body is refused; a body that moves too far in one step is.
   subroutine check_penetration(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(error_type), allocatable :: error
     type(placed_shape_type), allocatable :: bodies(:)
     type(penetration_type) :: found
     real(wp), allocatable :: u(:, :)
 
+    allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.1', model, step)
     call tests%check('half of the move is in force', norm2(bodies_displacement() - [0.0_wp, -0.05_wp]) < 1.0e-14_wp)
     bodies = placed_bodies(model)

@@ -64,12 +64,13 @@ contains
     character(len=*), intent(in) :: element, method, more
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
     logical :: solid
 
+    allocate (analysis)
     solid = element == 'HEX8'
     text = '*MODEL, TYPE='//trim(merge('3D          ', 'PLANE STRAIN', solid))//'|*GRID, ELEMENT='//element// &
       '|X, 0, 2, 4|Y, 0, 2, 4|'
@@ -108,13 +109,14 @@ contains
   subroutine check_stretch(tests, element, method)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: element, method
-    type(model_type) :: model
-    type(step_type) :: step
-    type(state_type) :: before
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    class(state_type), allocatable :: before
     type(error_type), allocatable :: error
     character(len=:), allocatable :: name
     integer :: d, p, off
 
+    allocate (model, step, before)
     name = element//' '//method//': '
     call build(element, method, '', model, step)
     d = model%mesh%dimension
@@ -219,12 +221,13 @@ contains
   !> A second step goes on from the first: volumes and total gradients are products.
   subroutine check_second_step(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: volume(:)
     integer :: i
 
+    allocate (model, step)
     call build('QUAD4', 'BASIS=SPLINE2G', '', model, step)
     allocate (volume, source=model%state%points%volume)
     do i = 1, 2
@@ -275,12 +278,13 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: basis
     real(wp), parameter :: move = -0.1_wp
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :), y(:), wanted(:), x(:, :)
     integer :: a
 
+    allocate (model, step)
     call build('QUAD4', 'BASIS='//basis, '|*MOVING MESH, NSET=plate, AXIS=Y, BASE=0', model, step)
     allocate (u(2, model%space%node_count), source=0.0_wp)
     do a = 1, size(model%space%sets)
@@ -369,12 +373,13 @@ contains
   subroutine check_sides(tests)
     type(tests_type), intent(inout) :: tests
     real(wp), parameter :: way = 0.03_wp
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :)
     integer :: a, moves
 
+    allocate (model, step)
     do moves = 0, 1
       call build('QUAD4', 'BASIS=GIMP', '', model, step)
       allocate (u(2, model%space%node_count), source=0.0_wp)
@@ -413,12 +418,13 @@ contains
   !> A carried mesh that turns inside out is an error that names the element; the state keeps its nodes.
   subroutine check_tangled(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :), nodes(:, :)
     integer :: a
 
+    allocate (model, step)
     call build('QUAD4', 'BASIS=FEM', '', model, step)
     allocate (u(2, model%space%node_count), source=0.0_wp)
     allocate (nodes, source=model%state%coordinates)

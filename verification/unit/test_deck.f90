@@ -64,10 +64,11 @@ contains
     character(len=*), intent(in) :: text
     !> The message.
     character(len=*), intent(in) :: message
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     character(len=:), allocatable :: report
     logical :: good
 
+    allocate (analysis)
     call read_text(text, analysis, report, good)
     call tests%check(name//'; found: '//report, report == message//new_line('a') .and. .not. good)
   end subroutine expect
@@ -86,11 +87,12 @@ contains
   !> The least deck and its defaults.
   subroutine small_deck(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(controls_type) :: defaults
     character(len=:), allocatable :: report
     logical :: good
 
+    allocate (analysis)
     call read_text(plane_deck(), analysis, report, good)
     call tests%check('a small deck has no messages', good .and. len(report) == 0)
     call tests%check('the job is named after the file', analysis%job == 'test' .and. &
@@ -118,11 +120,12 @@ contains
   !> Everything in a deck ends where it belongs.
   subroutine large_deck(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: a
+    class(analysis_type), allocatable :: a
     character(len=:), allocatable :: report
     real(wp) :: spacing(4)
     logical :: good
 
+    allocate (a)
     call read_text(solid_deck(), a, report, good)
     call tests%check('the large deck has no error; found: '//report, good)
     if (.not. good) return
@@ -178,10 +181,11 @@ contains
     character(len=*), intent(in) :: name
     !> The deck.
     character(len=*), intent(in) :: text
-    type(analysis_type) :: first, second
+    class(analysis_type), allocatable :: first, second
     character(len=:), allocatable :: report, echo, again
     logical :: good
 
+    allocate (first, second)
     call read_text(text, first, report, good)
     call echo_text(first, echo)
     call read_text(echo, second, report, good)
@@ -253,11 +257,12 @@ contains
   !> Form, order and number of messages.
   subroutine messages(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(string_type), allocatable :: lines(:)
     character(len=:), allocatable :: report
     logical :: good
 
+    allocate (analysis)
     call expect(tests, 'an unknown parameter is told with the nearest one', &
       with_line('*CONTROLS, TOLERENCE=1e-3', '*END'), &
       "d/test.inp:18: *CONTROLS: unknown parameter 'TOLERENCE' (did you mean TOLERANCE?)")
@@ -322,11 +327,12 @@ contains
   !> Bytes that must not matter.
   subroutine odd_bytes(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: plain, odd
+    class(analysis_type), allocatable :: plain, odd
     character(len=:), allocatable :: text, report, changed
     integer :: i
     logical :: good
 
+    allocate (plain, odd)
     text = plane_deck()
     call read_text(text, plain, report, good)
     changed = char(239)//char(187)//char(191)//'** '//char(228)//char(0)//char(255)//achar(13)// &
@@ -361,11 +367,12 @@ contains
   !> Includes: in place, chain in the message, cycles.
   subroutine includes(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: list
     type(error_type), allocatable :: error
     character(len=*), parameter :: inner = 'test_deck_inner.tmp', outer = 'test_deck_outer.tmp'
 
+    allocate (analysis)
     call write_file(inner, joined('** comment|*CONTROLS, STEPS=5|'))
     call write_file(outer, with_line('*INCLUDE, INPUT='//inner, '*END'))
     call read_deck(outer, analysis, list, error)
@@ -396,11 +403,12 @@ contains
   subroutine help(tests)
     type(tests_type), intent(inout) :: tests
     type(table_type) :: table
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     character(len=:), allocatable :: text, markdown, list, report
     logical :: found, good
     integer :: k
 
+    allocate (analysis)
     call make_table(table)
     call keyword_list_text(list)
     call deck_markdown(markdown)

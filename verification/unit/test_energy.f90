@@ -39,9 +39,10 @@ contains
   subroutine begin(run, method, loads)
     type(simulation_type), intent(inout) :: run
     character(len=*), intent(in) :: method, loads
-    type(problem_type) :: problem
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
 
+    allocate (problem)
     call problem%parse('*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 1, 2'//nl//'Y, 0, 1.5, 6'// &
       nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*NSET, NSET=top, PLANE=Y'//nl//'1'//nl// &
       '*SURFACE, NAME=face, TYPE=OUTLINE, BODY=column, BOX'//nl//'-0.1, 1.1, 1, 1.1'//nl//'*MATERIAL, NAME=soil'//nl// &
@@ -56,11 +57,12 @@ contains
   subroutine check_load(tests, method, kinematics)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: method, kinematics
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp) :: exact
     character(len=:), allocatable :: what
 
+    allocate (run)
     what = method//', '//kinematics//': '
     exact = 0.5_wp*traction**2/young
     call begin(run, method//', KINEMATICS='//kinematics, '*TRACTION, SURFACE=face'//nl//'0, 0.1')
@@ -86,10 +88,11 @@ contains
   subroutine check_prescribed(tests, method)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: method
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp), parameter :: move = 1.0e-4_wp, exact = 0.5_wp*young*move**2
 
+    allocate (run)
     call begin(run, method, '*PRESCRIBE'//nl//'top, Y, 1e-4')
     call run%run(error)
     associate (progress => run%model%state%progress)

@@ -66,11 +66,12 @@ contains
     type(target_type), intent(out) :: goal
     !> External force.
     real(wp), allocatable, intent(out) :: load(:, :)
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=24) :: number
 
+    allocate (analysis)
     write (number, '(es23.16)') weight
     call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 6|Y, 0, 2, 6|'// &
       '*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=head, BOX|0, 1, 0.6, 0.7|*NSET, NSET=every, BOX|0, 2, 0, 2|'// &
@@ -120,8 +121,8 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: method, material
     real(wp), intent(in) :: weight, drag
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(target_type) :: goal
     real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
@@ -129,6 +130,7 @@ contains
     real(wp) :: off, coefficient
     character(len=:), allocatable :: name
 
+    allocate (model, step)
     name = method//merge(' with drag', '          ', drag > 0.0_wp)//': '
     call build(method, material, weight, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     coefficient = drag*norm2(load)
@@ -152,8 +154,8 @@ contains
   !> The proximal force slows the body: its share, and the residual without it, are told.
   subroutine check_drag(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(target_type) :: goal
     real(wp), allocatable :: load(:, :)
     type(solution_type) :: free, damped
@@ -161,6 +163,7 @@ contains
     real(wp), parameter :: coefficient = 3000.0_wp
     real(wp) :: drag
 
+    allocate (model, step)
     call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, free)
     call tests%close('without drag its share is nothing', share_of(free%shares, damping_share), 0.0_wp, 0.0_wp)
@@ -178,8 +181,8 @@ contains
   !> Springs of a support carry load, and their force is part of the internal force that is told.
   subroutine check_supported(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     class(term_type), pointer :: supports
     type(target_type) :: goal
     real(wp), allocatable :: load(:, :)
@@ -187,6 +190,7 @@ contains
     type(controls_type) :: controls
     real(wp), allocatable :: springs(:, :)
 
+    allocate (model, step)
     call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1|*SUPPORT, SURFACE=side, TYPE=ALL', &
       model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, solution)
@@ -210,14 +214,15 @@ contains
   !> The tolerance decides: a residual just below it ends the iteration, one just above it does not.
   subroutine check_tolerance(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(target_type) :: goal
     real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
     type(controls_type) :: controls
     real(wp) :: first
 
+    allocate (model, step)
     call build('BASIS=STANDARD', elastic, 60.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     controls%max_iterations = 1
     goal%tolerance = 1.0e-12_wp
@@ -246,8 +251,8 @@ contains
   !> Prescribed displacements are there at the end; the reactions are what the residual is compared with.
   subroutine check_prescribed(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(target_type) :: goal
     real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
@@ -255,6 +260,7 @@ contains
     logical :: given(2, 49)
     real(wp) :: reactions
 
+    allocate (model, step)
     call build('BASIS=STANDARD', elastic, 1.0_wp, '*FIX|base, ALL|*PRESCRIBE|head, Y, -0.01', model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('equilibrium under prescribed displacements', solution%converged .and. solution%iterations >= 1)
@@ -274,13 +280,14 @@ contains
   !> A step whose every node is prescribed has no equations, and takes what is prescribed.
   subroutine check_all_prescribed(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(target_type) :: goal
     real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
     type(controls_type) :: controls
 
+    allocate (model, step)
     call build('BASIS=STANDARD', elastic, 1.0_wp, '*PRESCRIBE|every, X, 0.02|every, Y, 0.01', model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('a step without equations is taken', solution%converged .and. step%equations%count == 0)
@@ -291,13 +298,14 @@ contains
   !> Modified Newton factorises once and needs more iterations; both end in the same place.
   subroutine check_modified(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(target_type) :: goal
     real(wp), allocatable :: load(:, :)
     type(solution_type) :: full, frozen
     type(controls_type) :: controls
 
+    allocate (model, step)
     call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     controls%newton = newton_full
     call solve_equilibrium(model, step, goal, controls, full)
@@ -397,8 +405,8 @@ contains
   !> The worst node is the free one with the largest residual.
   subroutine check_worst_node(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(target_type) :: goal
     real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
@@ -406,6 +414,7 @@ contains
     real(wp) :: residual(2, 49)
     integer :: n
 
+    allocate (model, step)
     call build('BASIS=STANDARD', yielding, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     n = model%space%node_count
     controls%max_iterations = 1
@@ -420,13 +429,14 @@ contains
   !> Every part of an iteration has its time: how often each is turned to.
   subroutine check_parts(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(target_type) :: goal
     real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
     type(controls_type) :: controls
 
+    allocate (model, step)
     call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     call start_stopwatch(step%profile%watch, part_control)
     call solve_equilibrium(model, step, goal, controls, solution)
@@ -444,14 +454,15 @@ contains
   !> Tangents are made where they are of use: the last trial of a step whose end is foreseen does without.
   subroutine check_tangents(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(target_type) :: goal
     real(wp), allocatable :: load(:, :)
     type(solution_type) :: first, again
     type(controls_type) :: controls
     integer :: evaluations
 
+    allocate (model, step)
     call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, first)
     call tests%check('the usual number of iterations is remembered', step%usual_iterations == first%iterations)

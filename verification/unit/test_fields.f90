@@ -38,10 +38,11 @@ contains
   !> All tests of the suite.
   subroutine collect_fields(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
 
+    allocate (run)
     call tests%start('fields')
     call begin(run, error)
     call tests%check('the model of the suite is built', .not. allocated(error))
@@ -62,8 +63,9 @@ contains
   subroutine begin(run, error)
     type(simulation_type), intent(inout) :: run
     type(error_type), allocatable, intent(out) :: error
-    type(problem_type) :: problem
+    class(problem_type), allocatable :: problem
 
+    allocate (problem)
     call problem%parse(joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 3, 3|Y, 0, 2, 2|'// &
       '*METHOD, BASIS=SPLINE2G|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*MOHR COULOMB|10, 30, 5|'// &
       '*SOFTENING, TYPE=LINEAR, LENGTH=1|1, 20, 0, 0.2|*UNIT WEIGHT|18|'// &
@@ -100,10 +102,11 @@ contains
   subroutine check_copies(tests, model)
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(inout), target :: model
-    type(state_type) :: before
+    class(state_type), allocatable :: before
     type(field_list_type) :: list
     integer :: i
 
+    allocate (before)
     before = model%state
     call alter_state(model%state)
     call model%state%points%list_fields(list)
@@ -123,10 +126,11 @@ contains
     !> Where files may be written.
     character(len=*), intent(in) :: directory
     type(error_type), allocatable :: error
-    type(state_type) :: written
+    class(state_type), allocatable :: written
     type(field_list_type) :: list
     integer :: i
 
+    allocate (written)
     call scatter_reals(model, 0.125_wp)
     call write_restart(directory//'/restart.h5', model, mark, error)
     written = model%state
@@ -238,15 +242,16 @@ contains
   !> Every field that is not internal is at the images of a point, as its kind wants.
   subroutine check_images(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
-    type(model_type), target :: model
+    class(model_type), allocatable, target :: model
     type(image_list_type), target :: images
     type(error_type), allocatable :: error
     type(field_list_type) :: from, to
     integer :: i, n, c
 
+    allocate (analysis, model)
     call reduced(twin_deck(), analysis, expansion, checks)
     call build_model(analysis, model, error)
     call tests%check('half a scene is built', .not. allocated(error))

@@ -168,10 +168,11 @@ contains
   subroutine build(text, model)
     character(len=*), intent(in) :: text
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('test.inp', text, analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the deck of the window test is broken'
@@ -180,8 +181,9 @@ contains
   !> Cells around the body, and none where the deck says so.
   subroutine check_first_window(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     call build(deck('ELEMENT=QUAD4', 'BASIS=STANDARD'), model)
     ! The block touches cells 16 to 21; two cells must be there, two more save work.
     call tests%check('a window leaves four cells beside the block', &
@@ -196,12 +198,13 @@ contains
   subroutine check_functions(tests, basis)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: basis
-    type(model_type) :: part, whole
+    class(model_type), allocatable :: part, whole
     type(shape_values_type) :: here, there
     real(wp), parameter :: local(2) = [0.3_wp, -0.7_wp]
     logical :: values, labels, places
     integer :: p, c, a, n
 
+    allocate (part, whole)
     call build(deck('ELEMENT=QUAD4', 'BASIS='//basis), part)
     call build(deck('ELEMENT=QUAD4, WINDOW=NO', 'BASIS='//basis), whole)
     values = part%state%points%count == whole%state%points%count
@@ -230,12 +233,13 @@ contains
     type(tests_type), intent(inout) :: tests
     !> Words behind *GRID and *METHOD.
     character(len=*), intent(in) :: grid, method
-    type(model_type) :: model
-    type(state_type) :: before
+    class(model_type), allocatable :: model
+    class(state_type), allocatable :: before
     integer, allocatable :: cells(:), nodes(:)
     real(wp), allocatable :: places(:, :)
     integer :: i, n
 
+    allocate (model, before)
     call build(deck(grid, method), model)
     ! A reaction that tells its node: the label itself.
     do i = 1, model%space%node_count
@@ -277,8 +281,9 @@ contains
   !> Sets outside of the window are good sets, sets outside of the grid are none.
   subroutine check_sets(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     call build(deck('ELEMENT=QUAD4', 'BASIS=STANDARD'), model)
     call tests%check('a set beyond the window is empty', size(model%mesh%node_sets(2)%items) == 0)
     call refused('BOX| 9.01, 9.2, 0.5, 0.75', "set 'lip' finds no node", 'a box between the lines')

@@ -22,8 +22,9 @@ contains
   !> All tests.
   subroutine collect_histories(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     call tests%start('histories')
     call make_model(model)
     call check_forces(tests, model)
@@ -36,10 +37,11 @@ contains
   !> Two blocks side by side, each held by a surface; two cells wide, one point in the middle of each quarter of a cell.
   subroutine make_model(model)
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('blocks.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4|'// &
       'X, 0, 4, 4|Y, 0, 2, 2|*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*UNIT WEIGHT|18|'// &
       '*BODY, NAME=west, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1|*BODY, NAME=east, MATERIAL=soil, SHAPE=BOX|2, 3, 0, 1|'// &
@@ -73,13 +75,14 @@ contains
   !> of the tensor that of the point.
   subroutine check_smooth(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(analysis_type) :: analysis
+    class(model_type), allocatable :: model
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     real(wp) :: depth
     integer :: p
 
+    allocate (model, analysis)
     call parse_deck('cells.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4|'// &
       'X, 0, 1, 1|Y, 0, 8, 8|*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'// &
       '*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE|*UNIT WEIGHT|18|*BODY, NAME=all, MATERIAL=soil, SHAPE=BOX|'// &

@@ -111,9 +111,10 @@ contains
   !> What slopes in a deck.
   real(wp) function slope_of(deck) result(slope)
     character(len=*), intent(in) :: deck
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     integer :: worst
 
+    allocate (model)
     call make(deck, model)
     call measure_slope(model, model%analysis%phases(1)%initial, slope, worst)
   end function slope_of
@@ -121,10 +122,11 @@ contains
   !> Stresses by height, even between the heights and beyond them.
   subroutine check_tables(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     real(wp) :: off
     integer :: p
 
+    allocate (model)
     call make(block('*INITIAL, TYPE=ISOTROPIC| 0.5, 40| 1.5, 20'), model)
     associate (points => model%state%points)
       off = 0.0_wp
@@ -149,10 +151,11 @@ contains
   subroutine check_file(tests)
     type(tests_type), intent(inout) :: tests
     character(len=:), allocatable :: directory
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     real(wp) :: off
     integer :: unit, p
 
+    allocate (model)
     call make_folder(directory)
     open (newunit=unit, file=directory//'/s.csv', action='write')
     write (unit, '(a)') 'name,y,x,s22,s12', 'a,1,0.5,-7,1', 'b,1,1.5,-9,2'
@@ -174,9 +177,10 @@ contains
   subroutine check_results(tests)
     type(tests_type), intent(inout) :: tests
     character(len=:), allocatable :: directory, deck
-    type(model_type) :: other, model
+    class(model_type), allocatable :: other, model
     integer :: p
 
+    allocate (other, model)
     call make_folder(directory)
     deck = changed(block(''), '*ELASTIC| 1e4, 0.3', '*CAM CLAY, OCR=1.5| 1.0, 0.2, 0.04, 2.2, 0.3')
     deck = changed(changed(deck, 'SHAPE=ALL', 'SHAPE=BOX| 0, 0.5, 0, 2'), '*PHASE, NAME=start|', '*PHASE, NAME=start|'// &
@@ -233,11 +237,12 @@ contains
   function trouble(deck) result(text)
     character(len=*), intent(in) :: deck
     character(len=:), allocatable :: text
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (analysis, model)
     text = ''
     call parse_deck('test.inp', deck, analysis, messages, error)
     if (allocated(error)) then
@@ -251,10 +256,11 @@ contains
   !> *RESET DISPLACEMENTS alone leaves the strain by which a material has softened, STRAINS=YES does not.
   subroutine check_softened(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     character(len=:), allocatable :: deck
     integer :: turn
 
+    allocate (model)
     deck = changed(block(''), '*UNIT WEIGHT', '*MOHR COULOMB| 10, 20, 0|*SOFTENING, LENGTH=10| 1, 10, 0, 0.1|*UNIT WEIGHT')
     do turn = 1, 2
       if (turn == 2) deck = changed(deck, 'DISPLACEMENTS', 'DISPLACEMENTS, STRAINS=YES')
@@ -303,14 +309,15 @@ contains
   !> even in effective stresses and none in the water.
   subroutine check_one_pressure(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(balance_type) :: balance
     type(correction_type) :: correction
     type(error_type), allocatable :: error
     real(wp) :: spread_of_cell
     integer :: c
 
+    allocate (model, step)
     call make(joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, 0, 1, 1| Y, 0, 8, 8|*MATERIAL, NAME=clay|'// &
       '*CAM CLAY| 1, 0.2, 0.04, 2.2, 0.3|*UNDRAINED, TYPE=A|*UNIT WEIGHT| 20|'// &
       '*BODY, NAME=all, MATERIAL=clay, SHAPE=BOX| 0, 1, 0, 5|*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL|'// &
@@ -352,10 +359,11 @@ contains
   subroutine make(deck, model)
     character(len=*), intent(in) :: deck
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('test.inp', deck, analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) then

@@ -49,11 +49,12 @@ contains
     type(step_type), intent(out) :: step
     !> Modulus, Poisson's ratio and further cards of the material.
     character(len=*), intent(in), optional :: material
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: soil
 
+    allocate (analysis)
     soil = '1000, 0.3'
     if (present(material)) soil = material
     call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
@@ -83,13 +84,14 @@ contains
   !> A step that is taken: reactions carry the weight, work is the mean load times the path, the parts have their time.
   subroutine check_taken(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
-    type(state_type) :: before
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    class(state_type), allocatable :: before
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     real(wp) :: path
 
+    allocate (model, step, before)
     call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
     before = model%state
     call go(model, step, 0.25_wp, 1.0_wp, solution, error)
@@ -117,12 +119,13 @@ contains
   !> The load increment of a step by the displacement of each of its solves.
   subroutine check_compliance(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     real(wp) :: sunk, square
 
+    allocate (model, step)
     call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
     call solve(0.25_wp, 0.0_wp)
     square = solution%compliance%square
@@ -157,14 +160,15 @@ contains
   !> The second step is told where it stands and goes on from the loads of the first.
   subroutine check_second(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(soil_type), pointer :: soil
-    type(state_type) :: before
+    class(state_type), allocatable :: before
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     real(wp) :: path
 
+    allocate (model, step, before)
     call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
     call go(model, step, 0.25_wp, 1.0_wp, solution, error)
     model%state%progress%step = 7
@@ -191,13 +195,14 @@ contains
   !> A step that moves a node too far is not taken; one that may go as far as it does is.
   subroutine check_too_far(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
-    type(state_type) :: before
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    class(state_type), allocatable :: before
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     real(wp) :: move
 
+    allocate (model, step, before)
     call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
     before = model%state
     call go(model, step, 1.0_wp, 1.0e-6_wp, solution, error)
@@ -216,12 +221,13 @@ contains
   !> A step that pushes points out of the mesh has the reason and the cause of that.
   subroutine check_lost_point(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
-    type(state_type) :: before
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    class(state_type), allocatable :: before
     type(solution_type) :: solution
     type(error_type), allocatable :: error
 
+    allocate (model, step, before)
     call build('*PRESCRIBE|every, X, -0.4|every, Y, 0.01', model, step)
     before = model%state
     call go(model, step, 1.0_wp, 10.0_wp, solution, error)
@@ -237,12 +243,13 @@ contains
   subroutine check_too_long(tests)
     type(tests_type), intent(inout) :: tests
     character(len=*), parameter :: phase = '*FIX|base, ALL|*GRAVITY|0, -1|*CONTROLS, STEPS=4, SMALLEST STEP=0.5, '
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     real(wp) :: by_factors
 
+    allocate (model, step)
     call build(phase//'STEP ERROR=1e-9', model, step)
     call go(model, step, 0.25_wp, 1.0_wp, solution, error)
     call tests%check('the error of a step has its time', step%profile%watch%calls(part_step_error) == 1)
@@ -270,13 +277,14 @@ contains
   !> Hold tests are done once each, when their load factor is reached up to rounding, and leave the state alone.
   subroutine check_constant_load_due(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(script_type) :: script
     type(test_observer_type) :: observer
-    type(state_type) :: before
+    class(state_type), allocatable :: before
     type(error_type), allocatable :: error
 
+    allocate (model, step, before)
     call build('*FIX|base, ALL|*GRAVITY|0, -1|*CONSTANT LOAD TEST, REPEATS=3|0.5, 1.5', model, step)
     script%answers = [scripted_outcome_type()]
     allocate (script%asked(0))

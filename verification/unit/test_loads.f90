@@ -56,10 +56,11 @@ contains
     type(step_type), intent(out) :: step
     !> Why there is none, empty when there is one.
     character(len=:), allocatable, intent(out) :: message
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     message = ''
     call parse_deck('block.inp', joined(text), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
@@ -92,11 +93,12 @@ contains
   subroutine check_weight(tests, basis)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: basis
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     character(len=:), allocatable :: message
     real(wp) :: total(2), moments(2, 2), centre(2)
 
+    allocate (model, step)
     call build(deck('PLANE STRAIN', basis, '*PHASE, NAME=one, LOAD FACTOR=3|*FIX|base, ALL|*GRAVITY|0.5, -1|*END PHASE|'), &
       model, step, message)
     call tests%check(basis//': the deck of the weight is good', len(message) == 0)
@@ -122,11 +124,12 @@ contains
   subroutine check_tractions(tests)
     type(tests_type), intent(inout) :: tests
     character(len=*), parameter :: top = '*SURFACE, NAME=top, TYPE=SEGMENT|0.7, 0.8, 0.2, 0.8|'
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     character(len=:), allocatable :: message
     real(wp) :: total(2), moments(2, 2)
 
+    allocate (model, step)
     call build(deck('PLANE STRAIN', 'STANDARD', top//'*PHASE, NAME=one, LOAD FACTOR=2|*FIX|base, ALL|'// &
       '*TRACTION, SURFACE=top|3, -4|*END PHASE|'), model, step, message)
     call measure(model, step, 0.5_wp, total, moments)
@@ -147,12 +150,13 @@ contains
   !> The paper's way: the outermost points carry the traction, all of it.
   subroutine check_carried(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     character(len=:), allocatable :: message
     real(wp) :: total(2), moments(2, 2), wanted(2, 2)
     integer :: i
 
+    allocate (model, step)
     call build(deck('PLANE STRAIN', 'STANDARD', '*SURFACE, NAME=top, TYPE=SEGMENT|0.7, 0.8, 0.2, 0.8|'// &
       '*PHASE, NAME=one, LOAD FACTOR=2|*FIX|base, ALL|*TRACTION, SURFACE=top, CARRIER=POINTS|3, -4|*END PHASE|'), &
       model, step, message)
@@ -172,11 +176,12 @@ contains
   !> A load given again goes on from its former value; others stay.
   subroutine check_phases(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     character(len=:), allocatable :: message
     real(wp) :: total(2), moments(2, 2)
 
+    allocate (model, step)
     call build(deck('PLANE STRAIN', 'STANDARD', '*SURFACE, NAME=top, TYPE=SEGMENT|1, 0.8, 0, 0.8|'// &
       '*PHASE, NAME=one, LOAD FACTOR=2|*FIX|base, ALL|side, X|*GRAVITY|0, -1|*TRACTION, SURFACE=top|3, -4|*END PHASE|'// &
       '*PHASE, NAME=two, LOAD FACTOR=0.5|*FIX|side, FREE|*PRESCRIBE|base, X, 0.4|*TRACTION, SURFACE=top|0, -2|*END PHASE|'), &
@@ -207,11 +212,12 @@ contains
   !> A phase with initial stresses begins with all of its loads: the stresses are those under them.
   subroutine check_start_in_balance(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     character(len=:), allocatable :: message
     real(wp) :: total(2), moments(2, 2)
 
+    allocate (model, step)
     call build(deck('PLANE STRAIN', 'STANDARD', '*SURFACE, NAME=top, TYPE=SEGMENT|1, 0.8, 0, 0.8|'// &
       '*PHASE, NAME=one, LOAD FACTOR=2|*INITIAL, TYPE=K0|0.8, 0.5|*FIX|base, ALL|side, X|*GRAVITY|0, -1|'// &
       '*TRACTION, SURFACE=top|0, -4|*END PHASE|'), model, step, message)
@@ -255,11 +261,12 @@ contains
   !> Axisymmetry counts per radian: a ring from r = 0.2 to 0.7 under a vertical traction of 4.
   subroutine check_ring(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     character(len=:), allocatable :: message
     real(wp) :: total(2), moments(2, 2)
 
+    allocate (model, step)
     call build(deck('AXISYMMETRIC', 'STANDARD', '*SURFACE, NAME=top, TYPE=SEGMENT|0.7, 0.8, 0.2, 0.8|'// &
       '*PHASE, NAME=one|*FIX|base, ALL|*TRACTION, SURFACE=top|0, -4|*END PHASE|'), model, step, message)
     call tests%check('the deck of the ring is good', len(message) == 0)
@@ -270,10 +277,11 @@ contains
   !> A surface that touches nothing, or that cannot slide, is refused with its name.
   subroutine check_refusals(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     character(len=:), allocatable :: message
 
+    allocate (model, step)
     call build(deck('PLANE STRAIN', 'STANDARD', '*SURFACE, NAME=air, TYPE=SEGMENT|2, 1.4, 1.6, 1.4|*PHASE, NAME=one|'// &
       '*FIX|base, ALL|*END PHASE|'), model, step, message)
     call tests%check('a surface in the air is refused', index(message, "surface 'air' touches no element") > 0)

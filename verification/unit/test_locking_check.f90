@@ -34,10 +34,11 @@ contains
     !> A line of the deck.
     character(len=*), intent(in) :: treatment
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 2|Y, 0, 2, 2|'// &
       '*METHOD, BASIS=SPLINE2G|*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|100, 0.3|'// &
       '*MOHR COULOMB|1, 20, 0|'//treatment//'*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|'// &
@@ -64,9 +65,10 @@ contains
   !> What counts as scatter.
   subroutine check_scatter(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     integer :: i
 
+    allocate (model)
     call new_model('', model)
     associate (points => model%state%points)
       do i = 1, 3
@@ -113,9 +115,10 @@ contains
     character(len=*), intent(in) :: treatment
     real(wp), intent(in) :: scatter
     character(len=:), allocatable :: text
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(test_observer_type) :: observer
 
+    allocate (model)
     call new_model(treatment, model)
     model%state%points%stress(:3, :) = alternating(model, scatter*shear)
     call check_locking(model, observer)

@@ -41,12 +41,13 @@ contains
     !> Words of the deck; no strength for an elastic material.
     character(len=*), intent(in) :: element, basis, poisson, strength
     real(wp), intent(in) :: factor
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(error_type), allocatable :: error
     character(len=:), allocatable :: plastic
 
+    allocate (analysis, model)
     plastic = ''
     if (len(strength) > 0) plastic = '*MOHR COULOMB|'//strength//'|'
     call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT='//element// &

@@ -51,11 +51,12 @@ contains
     !> Type of the model, element and a line of the grid, and the block.
     character(len=*), intent(in) :: kind, element, along_z, box
     character(len=:), allocatable :: notes
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(error_type), allocatable :: error
 
+    allocate (analysis, model)
     call parse_deck('block.inp', joined('*MODEL, TYPE='//kind//'|*GRID, ELEMENT='//element//'|X, 0, 2, 2|Y, 0, 3, 3'//along_z// &
       '|*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|100, 0.3|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|'// &
       box//'|*PHASE, NAME=load|*PRESCRIBE|base, Y, -1|*FIX|base, X|*END PHASE|'), analysis, messages, error)
@@ -82,10 +83,11 @@ contains
     type(model_type), intent(out) :: model
     !> Why it could not be built; empty when it was.
     character(len=:), allocatable, intent(out) :: report
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     report = ''
     call parse_deck('test.inp', text, analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
@@ -102,9 +104,10 @@ contains
     logical, intent(in) :: tensor, averaged
     !> Nodes of the space.
     integer, intent(in) :: nodes
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     character(len=:), allocatable :: report
 
+    allocate (model)
     call build(deck('ELEMENT=QUAD4', 'BASIS='//basis, 'BOX| 0.5, 1, 1, 1'), model, report)
     call tests%check(basis//' is built', len(report) == 0)
     call tests%check(basis//' has its degree', model%space%degree == degree)
@@ -122,10 +125,11 @@ contains
   !> Domains of the first step: in a full cell they tile it, in axisymmetry as in the plane.
   subroutine check_domains(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     character(len=:), allocatable :: report, text
     integer :: at
 
+    allocate (model)
     text = deck('ELEMENT=QUAD4', 'BASIS=GIMP', 'BOX| 0.5, 1, 1, 1')
     call build(text, model, report)
     call tests%close('half lengths of a quarter of a cell', maxval(abs(model%state%points%half_size - 0.0625_wp)), &
@@ -156,9 +160,10 @@ contains
   subroutine expect(tests, grid, method, set, message)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: grid, method, set, message
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     character(len=:), allocatable :: report
 
+    allocate (model)
     call build(deck(grid, method, set), model, report)
     call tests%check(grid//' with '//method//' is refused: '//message, index(report, message) > 0 .and. &
       index(report, new_line('a')) == 0)

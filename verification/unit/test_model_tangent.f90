@@ -36,14 +36,15 @@ contains
   real(wp) function tangent_error(strength) result(error)
     !> Cards of the strength.
     character(len=*), intent(in) :: strength
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(error_type), allocatable :: failure
     type(batch_type) :: batch
     real(wp), allocatable :: tangent(:, :, :)
     integer :: compared
 
+    allocate (analysis, model)
     call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 1, 2|Y, 0, 1, 2|'// &
       '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|200, 0.33|'//strength// &
       '*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|*PHASE, NAME=load|*FIX|base, ALL|*GRAVITY|0, -1|*END PHASE|'), &

@@ -148,10 +148,11 @@ contains
   subroutine build(text, model)
     character(len=*), intent(in) :: text
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('block.inp', joined(text), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the deck of the test is not good'
@@ -257,10 +258,11 @@ contains
     integer, intent(in) :: points
     real(wp), intent(in) :: tolerance
     character(len=:), allocatable :: label
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     real(wp) :: worst, area
 
+    allocate (model, step)
     label = kind//' '//element//' '//method//': '
     call deformed(kind, element, points, method//', INTEGRATION=CELL', '', '', model, step)
     call find_imbalance(model, step, worst)
@@ -276,9 +278,10 @@ contains
   subroutine check_points(tests)
     type(tests_type), intent(inout) :: tests
     type(test_observer_type) :: observer
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
 
+    allocate (model, step)
     call deformed('PLANE STRAIN', 'QUAD4', 4, 'BASIS=GIMP', '', '', model, step)
     call tests%check('without stress nothing is out of balance', step%cut%share <= 0.0_wp)
     model%state%points%stress(:3, :) = -7.0_wp
@@ -314,11 +317,12 @@ contains
   !> A surface on one side of the block: resultant and moment of a pressure on it are those of the deformed side.
   subroutine check_part(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     real(wp) :: side(2), middle(2), moment(2)
     integer :: k
 
+    allocate (model, step)
     call deformed('PLANE STRAIN', 'TRI6', 6, 'BASIS=STANDARD, INTEGRATION=CELL', ', BOX|0.6, 1.6, 0.87, 0.87', '', &
       model, step)
     side = matmul(gradient(:2, :2), [-0.94_wp, 0.0_wp])
@@ -340,9 +344,10 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), parameter :: soil = '*MOHR COULOMB|1e6, 20, 0|'
     type(test_observer_type) :: observer
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
 
+    allocate (model, step)
     call deformed('PLANE STRAIN', 'TRI6', 6, 'BASIS=STANDARD, INTEGRATION=CELL', '', '', model, step, soil)
     call tests%check('the outline of a body that can yield is carried', size(model%outlines) == 1)
     call tests%check('and nothing is integrated inside of it', .not. allocated(step%bodies))
@@ -382,9 +387,10 @@ contains
       '*MATERIAL, NAME=rock|*ELASTIC|1000, 0.3|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*MOHR COULOMB|1, 20, 0|', &
       tail = '*NSET, NSET=base, PLANE=Y|0|*PHASE, NAME=p|*FIX|base, Y|*END PHASE|'
     type(test_observer_type) :: observer
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
 
+    allocate (model, step)
     call build(head//'*METHOD, INTEGRATION=CELL|*BODY, NAME=a, MATERIAL=soil, SHAPE=BOX|0, 1.5, 0, 1|'// &
       '*BODY, NAME=b, MATERIAL=soil, SHAPE=BOX|1.5, 2.7, 0, 1|*BODY, NAME=c, MATERIAL=rock, SHAPE=BOX|0, 1, 1, 2|'// &
       '*BODY, NAME=d, MATERIAL=soil, SHAPE=BOX|2, 3, 1.5, 2|'//tail, model)
@@ -411,8 +417,9 @@ contains
     character(len=*), parameter :: head = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 3, 6|Y, 0, 2, 4|'// &
       '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=b, MATERIAL=soil, SHAPE=BOX|', &
       tail = '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=s, TYPE=OUTLINE, BODY=b|*PHASE, NAME=p|*FIX|base, Y|'
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     call build(head//'0, 2, 0, 1|*METHOD, INTEGRATION=CELL|'//tail//'*END PHASE|', model)
     call tests%check('the outline of a body that ends on grid lines is not carried', size(model%outlines) == 0)
     call build(head//'0, 2, 0, 1.1|*METHOD, INTEGRATION=CELL|'//tail//'*END PHASE|', model)
@@ -429,8 +436,9 @@ contains
     character(len=*), parameter :: head = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 3, 6|Y, 0, 2, 4|'// &
       '*METHOD, INTEGRATION=CELL|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=b, MATERIAL=soil, SHAPE=', &
       tail = '|*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=s, TYPE=OUTLINE, BODY=b|*PHASE, NAME=p|*FIX|base, Y|*END PHASE|'
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     ! Divided to half a cell the edge as drawn would have 4e12 parts.
     call build(head//'BOX|0, 1e12, 0, 1.1'//tail, model)
     call tests%check('a body that ends far outside of the grid is carried', size(model%outlines) == 1)
@@ -448,10 +456,11 @@ contains
   !> An outline that does not bound its points any more is left alone.
   subroutine check_lost(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     integer :: c
 
+    allocate (model, step)
     call deformed('PLANE STRAIN', 'TRI6', 3, 'BASIS=STANDARD, INTEGRATION=CELL', '', '', model, step)
     model%state%points%volume = model%state%points%volume/1.09_wp
     call prepare(model, step)

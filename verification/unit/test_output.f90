@@ -105,10 +105,11 @@ contains
     type(tests_type), intent(inout) :: tests
     !> Where files may be written.
     character(len=*), intent(in) :: directory
-    type(model_type) :: model, fresh, other
+    class(model_type), allocatable :: model, fresh, other
     type(error_type), allocatable :: error
     integer, parameter :: mark(2) = [11, -12]
 
+    allocate (model, fresh, other)
     call make_model(model)
     call make_model(fresh)
     call disturb(model)
@@ -177,7 +178,7 @@ contains
     type(tests_type), intent(inout) :: tests
     !> Where files may be written.
     character(len=*), intent(in) :: directory
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(stress_error_type) :: estimate
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
@@ -185,6 +186,7 @@ contains
     real(wp), allocatable :: corners(:, :)
     integer :: p
 
+    allocate (model)
     call make_model(model)
     call disturb(model)
     estimate%at_point = [0.1_wp, 0.2_wp, 0.3_wp]
@@ -244,10 +246,11 @@ contains
     type(tests_type), intent(inout) :: tests
     !> Directory that the recorder makes.
     character(len=*), intent(in) :: directory
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(error_type), allocatable :: error
     character(len=:), allocatable :: whole, continued, header
 
+    allocate (model)
     call run_steps(model, directory//'/whole', 6, .false., error)
     call tests%check('a run is recorded', .not. allocated(error))
     call read_text(directory//'/whole/curves.csv', whole, error)
@@ -299,10 +302,11 @@ contains
     logical, intent(in) :: fails
     !> First error of the recorder.
     type(error_type), allocatable, intent(out) :: error
-    type(recorder_type) :: recorder
+    class(recorder_type), allocatable :: recorder
     type(recorder_options_type) :: options
     type(error_type), allocatable :: outcome
 
+    allocate (recorder)
     call make_model(model)
     options%display = display_none
     options%fingerprint = [3, 4]
@@ -320,12 +324,13 @@ contains
     type(tests_type), intent(inout) :: tests
     !> Directory of recorded runs.
     character(len=*), intent(in) :: directory
-    type(model_type) :: model
-    type(recorder_type) :: recorder
+    class(model_type), allocatable :: model
+    class(recorder_type), allocatable :: recorder
     type(recorder_options_type) :: options
     type(error_type), allocatable :: error, outcome
     character(len=:), allocatable :: text
 
+    allocate (model, recorder)
     call make_model(model)
     options%display = display_none
     options%fingerprint = [3, 4]
@@ -355,11 +360,12 @@ contains
     integer, intent(in) :: last
     !> First error of the recorder.
     type(error_type), allocatable, intent(out) :: error
-    type(model_type) :: model
-    type(recorder_type) :: recorder
+    class(model_type), allocatable :: model
+    class(recorder_type), allocatable :: recorder
     type(recorder_options_type) :: options
     type(error_type), allocatable :: outcome
 
+    allocate (model, recorder)
     call make_model(model)
     options%display = display_none
     options%fingerprint = [3, 4]

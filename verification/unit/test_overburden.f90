@@ -152,14 +152,15 @@ contains
     character(len=*), intent(in) :: name, deck
     !> Rise of the interface over the width.
     real(wp), intent(in) :: rise
-    type(model_type) :: model
-    type(analysis_type) :: analysis
+    class(model_type), allocatable :: model
+    class(analysis_type), allocatable :: analysis
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
     type(error_type), allocatable :: error
     real(wp) :: interface_level, vertical, ratio, off
     integer :: p
 
+    allocate (model, analysis)
     call reduced(deck, analysis, expansion, checks)
     call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the layers of the unit tests cannot be built'
@@ -219,12 +220,13 @@ contains
     !> Pressure that the springs of all supports carry already; 0 for none.
     real(wp), intent(in), optional :: pressed
     type(balance_type) :: balance
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
 
+    allocate (analysis, model, step)
     call parse_deck('test.inp', deck, analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the layers of the unit tests cannot be built'

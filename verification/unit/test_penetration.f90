@@ -33,9 +33,10 @@ contains
   !> All tests of the suite.
   subroutine collect_penetration(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
 
+    allocate (model, step)
     call tests%start('penetration')
     call make_model(model, step)
     call check_depth(tests, model)
@@ -48,10 +49,11 @@ contains
   subroutine make_model(model, step)
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('block.inp', joined(block), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the deck of the penetration suite is broken'

@@ -237,14 +237,15 @@ contains
     character(len=*), intent(in) :: name
     !> Sweeps to a residual of 1e-8.
     integer, intent(in) :: bound
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(linear_system_type) :: system
     type(error_type), allocatable :: error
     real(wp), allocatable :: rhs(:), x(:), again(:), places(:, :)
     real(wp) :: yielding
     integer :: a, sweeps, blind
 
+    allocate (model, step)
     call block_model(block, model)
     call elastic_block(model, solver_petsc, step, rhs)
     if (block%yields) call yielding_block(model, step, rhs, yielding)
@@ -286,12 +287,13 @@ contains
   !> What multigrid does not solve, a direct solver does from then on.
   subroutine test_gives_way(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(linear_system_type) :: system
     type(error_type), allocatable :: error
     real(wp), allocatable :: rhs(:), x(:), places(:, :)
 
+    allocate (model, step)
     call block_model(block_type('HEX8', 'STANDARD', 5, poisson=0.4999_wp), model)
     call elastic_block(model, solver_petsc, step, rhs)
     allocate (x(size(rhs)))
@@ -311,12 +313,13 @@ contains
   !> soon as it takes too many sweeps.
   subroutine test_does_not_pay(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(linear_system_type) :: system
     type(error_type), allocatable :: error
     real(wp), allocatable :: rhs(:), x(:), places(:, :)
 
+    allocate (model, step)
     call block_model(block_type('HEX8', 'STANDARD', 5, poisson=0.4999_wp), model)
     call elastic_block(model, solver_petsc, step, rhs)
     allocate (x(size(rhs)))

@@ -75,9 +75,10 @@ contains
   !> scene = offset SCALE + factor model.
   subroutine check_reduced(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(reduction_type) :: step
 
+    allocate (analysis)
     allocate (analysis%histories(2), analysis%phases(1))
     allocate (analysis%phases(1)%stops(2))
     analysis%phases(1)%stops = two_stops()

@@ -31,10 +31,11 @@ contains
   !> Ground of 2 x 2, then a lift of 2 x 1 on it, then another material for that; water and a pressure.
   subroutine check_stages(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(resultants_type) :: load
     integer :: fixed
 
+    allocate (model)
     call make('*UNIT WEIGHT| 18, 20|*MATERIAL, NAME=slag|*ELASTIC| 1e4, 0.3|*UNIT WEIGHT| 12|'// &
       '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 2, 0, 2|'// &
       '*BODY, NAME=lift, MATERIAL=soil, SHAPE=BOX, ACTIVE=NO| 0, 2, 2, 3|'// &
@@ -57,9 +58,10 @@ contains
   !> Shape, reference point and surfaces of a rigid body.
   subroutine check_rigid_body(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     character(len=:), allocatable :: text
 
+    allocate (model)
     call make('*UNIT WEIGHT| 18|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 2, 0, 2|'// &
       '*SURFACE, NAME=top, TYPE=OUTLINE, BODY=ground, BOX| 0, 2, 2, 2|'// &
       '*RIGID BODY, NAME=roller, SHAPE=CIRCLE| 1, 2.5, 0.5|*CONTACT, SURFACE=top, BODY=roller|'// &
@@ -73,12 +75,13 @@ contains
   subroutine make(deck, model)
     character(len=*), intent(in) :: deck
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=*), parameter :: head = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, 0, 2, 2| Y, 0, 3, 3|'// &
       '*NSET, NSET=base, PLANE=Y| 0|*MATERIAL, NAME=soil|*ELASTIC| 1e4, 0.3|'
 
+    allocate (analysis)
     call parse_deck('test.inp', joined(head//deck), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (.not. allocated(error)) return

@@ -118,13 +118,14 @@ contains
     type(scripted_outcome_type), intent(in) :: answers(:)
     !> More parameters of *CONTROLS of phase b; name of the parent of d.
     character(len=*), intent(in) :: controls, last_parent
-    type(run_type), intent(out) :: run
-    type(analysis_type) :: analysis
+    class(run_type), allocatable, intent(out) :: run
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     type(script_type) :: script
     type(run_profile_type) :: profile
 
+    allocate (run, analysis)
     call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4|'// &
       'X, 0, 2, 4|Y, 0, 1, 2|*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=side, PLANE=X|1|*MATERIAL, NAME=soil|*ELASTIC|'// &
       '1000, 0.3|*UNIT WEIGHT|18|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 0.8|'// &
@@ -158,7 +159,7 @@ contains
   !> A child starts with the state and the loads of its parent; steps are counted on.
   subroutine check_child(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
     call make_run([scripted_outcome_type()], '', 'b', run)
     call walk(run, 7)
@@ -186,7 +187,7 @@ contains
   !> Phase b ends at its limit load.
   subroutine check_limit_load(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
     type(scripted_outcome_type), parameter :: first = scripted_outcome_type(compliance=1.0_wp, iterations=9), &
       compliant = scripted_outcome_type(compliance=50.0_wp, iterations=9)
     character(len=*), parameter :: control = ', LIMIT COMPLIANCE=10, SMALLEST STEP=0.5'
@@ -208,7 +209,7 @@ contains
   !> A child that is left out between others is told of, and the run ends with the error.
   subroutine check_last_limit(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
     type(scripted_outcome_type), parameter :: first = scripted_outcome_type(compliance=1.0_wp, iterations=9), &
       compliant = scripted_outcome_type(compliance=50.0_wp, iterations=9)
 
@@ -225,7 +226,7 @@ contains
   !> Phase b loses equilibrium: c, which does not start from it, is run, d, which does, is not.
   subroutine check_lost(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
     call make_run(lost_in_b(1), coarse, 'b', run)
     call walk(run, huge(1))
@@ -247,7 +248,7 @@ contains
   !> Where nothing else is left the run ends as it is, and the step can be tried again.
   subroutine check_lost_alone(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
     call make_run([scripted_outcome_type(converged=.false.)], '', 'b', run)
     call walk(run, huge(1))
@@ -267,7 +268,7 @@ contains
   !> Two are lost, the second one last.
   subroutine check_lost_twice(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
     call make_run([lost_in_b(3), scripted_outcome_type(converged=.false., cause=error_left_mesh)], coarse, 'c', run)
     call walk(run, huge(1))
@@ -281,7 +282,7 @@ contains
   !> Files at all steps of a run in which b is lost: at its first step, or behind some.
   subroutine check_lost_resumed(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run, resumed
+    class(run_type), allocatable :: run, resumed
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
     logical :: same_states, same_words
@@ -339,7 +340,7 @@ contains
   !> A run that goes on from a file ends in the state of one that was not interrupted.
   subroutine check_resumed(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run, resumed
+    class(run_type), allocatable :: run, resumed
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
     integer :: done
@@ -366,10 +367,11 @@ contains
   !> A snapshot brings the ends of phases back.
   subroutine check_snapshot(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
-    type(snapshot_type) :: snapshot
+    class(run_type), allocatable :: run
+    class(snapshot_type), allocatable :: snapshot
     type(phase_type), allocatable :: phases(:)
 
+    allocate (snapshot)
     call make_run([scripted_outcome_type()], '', 'b', run)
     call walk(run, 4)
     call copy_phases(run%model%analysis%phases, phases)

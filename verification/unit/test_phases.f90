@@ -58,9 +58,9 @@ contains
   !> A phase that *STOP ends: the next one begins with the loads and the released forces that were left.
   subroutine check_stop_card(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
-    run = new_run([scripted_outcome_type()], new_line('a')//'*STOP'//new_line('a')//'s, BELOW, 1')
+    call make_run([scripted_outcome_type()], new_line('a')//'*STOP'//new_line('a')//'s, BELOW, 1', run)
     call advance_step_loop(run%model, run%loop, run%observer, run%error)
     call tests%check('a value that is reached ends the phase', .not. allocated(run%error) .and. &
       run%observer%phases == 1 .and. run%model%state%progress%phase_steps == 1)
@@ -93,10 +93,10 @@ contains
       logical, intent(in) :: given
       integer, intent(in) :: interface, tangent
       character(len=*), parameter :: words = "material 'soil': if its tangent is not the derivative of its stress"
-      type(run_type) :: run
+      class(run_type), allocatable :: run
       integer :: at
 
-      run = new_run([lost(), scripted_outcome_type(iterations=9), lost(), scripted_outcome_type(iterations=9)], '')
+      call make_run([lost(), scripted_outcome_type(iterations=9), lost(), scripted_outcome_type(iterations=9)], '', run)
       associate (user => run%model%analysis%materials(1)%user)
         user%given = given
         user%interface = interface
@@ -115,9 +115,9 @@ contains
   !> A window that has changed is told with its cells.
   subroutine check_window(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
-    run = new_run([scripted_outcome_type()], '')
+    call make_run([scripted_outcome_type()], '', run)
     run%loop%report%window%last = 99
     call advance_step_loop(run%model, run%loop, run%observer, run%error)
     call tests%check('a window that has changed is told: '//run%observer%text, index(run%observer%text, &
@@ -128,18 +128,19 @@ contains
   end subroutine check_window
 
   !> A run of two phases, four steps to load factor 8 and two steps to 3.
-  function new_run(answers, controls) result(run)
+  subroutine make_run(answers, controls, run)
     type(scripted_outcome_type), intent(in) :: answers(:)
     !> More parameters of the first phase's *CONTROLS, and lines behind it.
     character(len=*), intent(in) :: controls
-    type(run_type) :: run
-    type(analysis_type) :: analysis
+    class(run_type), allocatable, intent(out) :: run
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     type(script_type) :: script
     type(run_profile_type) :: profile
     character(len=1), parameter :: nl = new_line('a')
 
+    allocate (run, analysis)
     call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl// &
       '*METHOD, BASIS=STANDARD'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
       'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*NSET, NSET=side, PLANE=X'//nl//'1'//nl// &
@@ -156,7 +157,7 @@ contains
     allocate (script%answers, source=answers)
     allocate (run%loop%solver, source=script)
     call begin_step_loop(run%model, profile, run%loop)
-  end function new_run
+  end subroutine make_run
 
   !> Step until the run has ended or cannot go on.
   subroutine to_end(self)
@@ -198,9 +199,9 @@ contains
   !> Steps that converge.
   subroutine check_lengths(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
-    run = new_run([scripted_outcome_type()], '')
+    call make_run([scripted_outcome_type()], '', run)
     call run%to_end()
     call tests%check('steps that converge end on multiples of the first, phase after phase', &
       run%reached([0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
@@ -210,13 +211,13 @@ contains
     call tests%check('the end of each phase is told once', run%observer%phases == 2)
     call tests%check('one solve a step', asked(run) == 6)
     call tests%check('the profile of the run counts the steps', run%loop%step%profile%steps == 6)
-    run = new_run([scripted_outcome_type(iterations=13), scripted_outcome_type(iterations=9), &
+    call make_run([scripted_outcome_type(iterations=13), scripted_outcome_type(iterations=9), &
       scripted_outcome_type(iterations=6), &
-      scripted_outcome_type(iterations=6)], '')
+      scripted_outcome_type(iterations=6)], '', run)
     call run%to_end()
     call tests%check('a hard step halves the next one, easy ones let it grow to the first again', &
       run%reached([0.25_wp, 0.375_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
-    run = new_run([scripted_outcome_type(iterations=6)], ', STEP ERROR=0.01')
+    call make_run([scripted_outcome_type(iterations=6)], ', STEP ERROR=0.01', run)
     call run%to_end()
     call tests%check('steps without error double, within the phase', &
       run%reached([0.25_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
@@ -225,11 +226,11 @@ contains
   !> What a new phase begins with.
   subroutine check_two_phases(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
     integer :: k
 
-    run = new_run([scripted_outcome_type(), scripted_outcome_type(), scripted_outcome_type(), &
-      scripted_outcome_type(iterations=13), scripted_outcome_type()], '')
+    call make_run([scripted_outcome_type(), scripted_outcome_type(), scripted_outcome_type(), &
+      scripted_outcome_type(iterations=13), scripted_outcome_type()], '', run)
     do k = 1, 4
       call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
@@ -255,10 +256,10 @@ contains
   !> Steps that are lost.
   subroutine check_cuts(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
     type(scripted_outcome_type) :: answer
 
-    run = new_run([lost(), scripted_outcome_type()], '')
+    call make_run([lost(), scripted_outcome_type()], '', run)
     call run%to_end()
     call tests%check('a lost step is halved, grows again and comes back to multiples', &
       run%reached([0.125_wp, 0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
@@ -266,7 +267,7 @@ contains
       'increment cut back: the script says no') > 0)
     call tests%check('and left no trace but a solve', asked(run) == 8 .and. &
       abs(run%model%state%points%stress(1, 1) - 7.0_wp) <= rounding)
-    run = new_run([lost(), lost(), scripted_outcome_type(iterations=9)], '')
+    call make_run([lost(), lost(), scripted_outcome_type(iterations=9)], '', run)
     call run%to_end()
     call tests%check('a reason that stays the same is told once, with the number of cuts', &
       index(run%observer%text, 'increment cut back: the script says no') == &
@@ -276,13 +277,13 @@ contains
       abs(run%observer%fraction(1) - 0.0625_wp) <= rounding)
     answer = lost()
     answer%share = 0.4_wp
-    run = new_run([answer, scripted_outcome_type()], '')
+    call make_run([answer, scripted_outcome_type()], '', run)
     call run%to_end()
     call tests%close('a law is given the share it asks for', run%observer%fraction(1), 0.1_wp, rounding)
     answer = lost()
     answer%too_long = .true.
     answer%step_error = 0.014_wp
-    run = new_run([answer, scripted_outcome_type()], ', STEP ERROR=0.01')
+    call make_run([answer, scripted_outcome_type()], ', STEP ERROR=0.01', run)
     call run%to_end()
     call tests%close('a step too long is cut to what its error allows', run%observer%fraction(1), 0.125_wp, rounding)
   end subroutine check_cuts
@@ -290,11 +291,12 @@ contains
   !> A run that cannot go on.
   subroutine check_end(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
-    type(state_type) :: before
+    class(run_type), allocatable :: run
+    class(state_type), allocatable :: before
     type(scripted_outcome_type) :: broken
 
-    run = new_run([scripted_outcome_type(), lost()], '')
+    allocate (before)
+    call make_run([scripted_outcome_type(), lost()], '', run)
     call advance_step_loop(run%model, run%loop, run%observer, run%error)
     before = run%model%state
     call run%to_end()
@@ -310,11 +312,11 @@ contains
     broken = lost()
     broken%broken = .true.
     broken%cause = error_user_material
-    run = new_run([scripted_outcome_type(), broken], '')
+    call make_run([scripted_outcome_type(), broken], '', run)
     call run%to_end()
     call tests%check('a law that is out of order ends it at once', run%error%code == error_user_material .and. &
       asked(run) == 2)
-    run = new_run([scripted_outcome_type(), scripted_outcome_type(fatal=.true.)], '')
+    call make_run([scripted_outcome_type(), scripted_outcome_type(fatal=.true.)], '', run)
     call run%to_end()
     call tests%check('so does an error that ends the run', allocated(run%error) .and. asked(run) == 2 .and. &
       run%observer%steps == 1)
@@ -323,9 +325,9 @@ contains
   !> A load fraction that no step goes beyond.
   subroutine check_limit(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
-    run = new_run([scripted_outcome_type()], '')
+    call make_run([scripted_outcome_type()], '', run)
     run%loop%limit = 0.3_wp
     call advance_step_loop(run%model, run%loop, run%observer, run%error)
     call advance_step_loop(run%model, run%loop, run%observer, run%error)
@@ -347,10 +349,10 @@ contains
   !> The limit load by the compliance of the steps.
   subroutine check_limit_load(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
     real(wp), parameter :: course(6) = [1.0_wp, 4.0_wp, 40.0_wp, 5.0_wp, 12.0_wp, 7.0_wp]
 
-    run = new_run(compliant(course), ', LIMIT COMPLIANCE=10')
+    call make_run(compliant(course), ', LIMIT COMPLIANCE=10', run)
     run%model%analysis%phases = run%model%analysis%phases(:1)
     call run%to_end()
     call tests%check('a step too compliant is bisected down to the smallest', run%reached([0.25_wp, 0.5_wp, 0.625_wp]) &
@@ -364,28 +366,28 @@ contains
     call tests%close('as a share of the phase', run%model%state%progress%limit%knee, 0.5625_wp + &
       0.09375_wp*log(2.0_wp)/log(2.4_wp), rounding)
 
-    run = new_run(compliant(course), ', LIMIT COMPLIANCE=10')
+    call make_run(compliant(course), ', LIMIT COMPLIANCE=10', run)
     call run%to_end()
     call tests%check('a phase that needs the load ends the run', run%error%code == error_not_converged)
     call tests%check('and names it: '//run%error%message, run%error%message == "phase 'first' has ended at its "// &
       'limit load 5.09381, and these phases behind it were not run: ''second''')
     call tests%check('its own end is told', run%observer%phases == 1)
 
-    run = new_run([compliant(course(:3)), lost()], ', LIMIT COMPLIANCE=10')
+    call make_run([compliant(course(:3)), lost()], ', LIMIT COMPLIANCE=10', run)
     run%model%analysis%phases = run%model%analysis%phases(:1)
     call run%to_end()
     call tests%check('equilibrium lost before the refused load ends the bisection', .not. allocated(run%error) .and. &
       run%reached([0.25_wp, 0.5_wp]) .and. index(run%observer%text, 'limit load 3.79588 of this grid') > 0 &
       .and. index(run%observer%text, 'carried is 4, refused 6;') > 0)
 
-    run = new_run([compliant(course(:2)), lost()], ', LIMIT COMPLIANCE=10')
+    call make_run([compliant(course(:2)), lost()], ', LIMIT COMPLIANCE=10', run)
     call run%to_end()
     call tests%check('without a step too compliant it is no limit load', run%error%code == error_not_converged .and. &
       index(run%error%message, 'no equilibrium beyond load factor') > 0)
     call tests%check('and how far the compliance has come is told: '//run%error%message, &
       index(run%error%message, 'the last step was 4.0 times as compliant as the first one') > 0)
 
-    run = new_run(compliant(course), '')
+    call make_run(compliant(course), '', run)
     call run%to_end()
     call tests%check('nor is there one that was not asked for', run%observer%steps == 6 .and. &
       .not. allocated(run%error))
@@ -395,16 +397,16 @@ contains
   !> A run that is resumed within the bisection, or that a host steps there.
   subroutine check_limit_resumed(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run, resumed
+    class(run_type), allocatable :: run, resumed
     type(run_profile_type) :: profile
     integer :: k
 
-    run = new_run(compliant([1.0_wp, 4.0_wp, 40.0_wp, 5.0_wp, 12.0_wp]), ', LIMIT COMPLIANCE=10')
+    call make_run(compliant([1.0_wp, 4.0_wp, 40.0_wp, 5.0_wp, 12.0_wp]), ', LIMIT COMPLIANCE=10', run)
     run%model%analysis%phases = run%model%analysis%phases(:1)
     do k = 1, 3
       call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
-    resumed = new_run(compliant([12.0_wp]), ', LIMIT COMPLIANCE=10')
+    call make_run(compliant([12.0_wp]), ', LIMIT COMPLIANCE=10', resumed)
     resumed%model%analysis%phases = resumed%model%analysis%phases(:1)
     resumed%model%state = run%model%state
     call run%to_end()
@@ -417,7 +419,7 @@ contains
     call tests%check('and at its end nothing is left but to tell so', asked(resumed) == 1 .and. &
       resumed%observer%phases == 1 .and. .not. allocated(resumed%error))
 
-    run = new_run(compliant([1.0_wp, 4.0_wp, 40.0_wp, 5.0_wp]), ', LIMIT COMPLIANCE=10')
+    call make_run(compliant([1.0_wp, 4.0_wp, 40.0_wp, 5.0_wp]), ', LIMIT COMPLIANCE=10', run)
     do k = 1, 3
       call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
@@ -430,15 +432,15 @@ contains
   !> A run that is resumed in a phase, or at its end.
   subroutine check_resumed(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run, resumed
+    class(run_type), allocatable :: run, resumed
     integer :: k, done
 
     do done = 1, 5
-      run = new_run([lost(), scripted_outcome_type(iterations=9)], '')
+      call make_run([lost(), scripted_outcome_type(iterations=9)], '', run)
       do k = 1, done
         call advance_step_loop(run%model, run%loop, run%observer, run%error)
       end do
-      resumed = new_run([scripted_outcome_type(iterations=9)], '')
+      call make_run([scripted_outcome_type(iterations=9)], '', resumed)
       resumed%model%state = run%model%state
       call run%to_end()
       call resumed%to_end()
@@ -446,9 +448,9 @@ contains
         done + resumed%observer%steps)
       call tests%check('and ends in its state', len(state_differences(run%model%state, resumed%model%state)) == 0)
     end do
-    run = new_run([scripted_outcome_type()], '')
+    call make_run([scripted_outcome_type()], '', run)
     call run%to_end()
-    resumed = new_run([scripted_outcome_type()], '')
+    call make_run([scripted_outcome_type()], '', resumed)
     resumed%model%state = run%model%state
     call resumed%to_end()
     call tests%check('at the end of the last phase only this is told', resumed%observer%steps == 0 .and. &
@@ -458,9 +460,9 @@ contains
   !> A run that is stopped.
   subroutine check_stop(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
-    run = new_run([scripted_outcome_type()], '')
+    call make_run([scripted_outcome_type()], '', run)
     run%observer%stop_after = 2
     call run%to_end()
     call tests%check('a run stops between two steps', run%error%code == error_stopped .and. run%reached([0.25_wp, 0.5_wp]))
@@ -473,23 +475,23 @@ contains
   !> Hold tests leave the state as it is.
   subroutine check_constant_load_test(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
     character(len=*), parameter :: wanted = new_line('a')//'*CONSTANT LOAD TEST, REPEATS=3'//new_line('a')//'4'
 
-    run = new_run([scripted_outcome_type()], wanted)
+    call make_run([scripted_outcome_type()], wanted, run)
     call run%to_end()
     call tests%check('a hold test solves again at its load factor', asked(run) == 9 .and. run%observer%steps == 6)
     call tests%check('tells how much the first history has grown', index(run%observer%text, &
       'constant load test at load factor  4.000E+00: after 3 re-solves s has grown by   150.000 %') > 0)
     call tests%close('and restores the state', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
-    run = new_run([scripted_outcome_type(), scripted_outcome_type(), scripted_outcome_type(), lost(), &
-      scripted_outcome_type()], wanted)
+    call make_run([scripted_outcome_type(), scripted_outcome_type(), scripted_outcome_type(), lost(), &
+      scripted_outcome_type()], wanted, run)
     call run%to_end()
     call tests%check('one that is lost is told', index(run%observer%text, &
       'rejected at re-solve 2 (the script says no)') > 0)
     call tests%close('and restored too', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
-    run = new_run([scripted_outcome_type(), scripted_outcome_type(), scripted_outcome_type(), &
-      scripted_outcome_type(fatal=.true.)], wanted)
+    call make_run([scripted_outcome_type(), scripted_outcome_type(), scripted_outcome_type(), &
+      scripted_outcome_type(fatal=.true.)], wanted, run)
     call run%to_end()
     call tests%check('an error that ends the run leaves the last accepted state', allocated(run%error) .and. &
       abs(run%model%state%points%stress(1, 1) - 2.0_wp) <= rounding)
@@ -498,23 +500,23 @@ contains
   !> What is reported the results where a phase ends, and where the run does.
   subroutine check_summary(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
     character(len=*), parameter :: locks = "material 'soil' locks"
 
-    run = new_run([scripted_outcome_type()], '')
+    call make_run([scripted_outcome_type()], '', run)
     call lock()
     call run%to_end()
     call tests%check('locking is told at the end of each phase', occurrences(locks) == 2)
     call tests%check('the points that yield are counted', run%observer%plastic_points == run%model%state%points%count)
-    run = new_run([scripted_outcome_type(), lost()], '')
+    call make_run([scripted_outcome_type(), lost()], '', run)
     call lock()
     call run%to_end()
     call tests%check('and where the run ends before', allocated(run%error) .and. occurrences(locks) == 1)
-    run = new_run([scripted_outcome_type(stabilisation_share=0.06_wp), lost()], ', STABILISATION SHARE=1')
+    call make_run([scripted_outcome_type(stabilisation_share=0.06_wp), lost()], ', STABILISATION SHARE=1', run)
     call run%to_end()
     call tests%check('so is what the stabilisation carried', &
       occurrences('the stabilisation carries more than 5.0 % of the forces in 1 of 1 steps') == 1)
-    run = new_run([scripted_outcome_type(stabilisation_share=0.06_wp)], ', STABILISATION SHARE=1')
+    call make_run([scripted_outcome_type(stabilisation_share=0.06_wp)], ', STABILISATION SHARE=1', run)
     run%model%analysis%phases(2)%controls%stabilisation_share = 1.0_wp
     call run%to_end()
     call tests%check('that is counted phase by phase', occurrences('forces in 4 of 4 steps') == 1 .and. &
@@ -556,11 +558,12 @@ contains
   !> A prescribed set that the material does not follow: warned of once, then the state is restored and the run ends.
   subroutine check_lost_set(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
-    type(state_type) :: before
+    class(run_type), allocatable :: run
+    class(state_type), allocatable :: before
     integer :: k
 
-    run = new_run([scripted_outcome_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
+    allocate (before)
+    call make_run([scripted_outcome_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1', run)
     call advance_step_loop(run%model, run%loop, run%observer, run%error)
     call tests%check('the face behind a pushed set is watched', run%model%state%watched%count > 0 .and. &
       .not. allocated(run%error))
@@ -578,7 +581,7 @@ contains
     call tests%check('one of a quarter ends the run', allocated(run%error))
     if (allocated(run%error)) call tests%check('as a step that is not taken', run%error%code == error_not_converged)
     call tests%check('with the state before the step', len(state_differences(before, run%model%state)) == 0)
-    run = new_run([scripted_outcome_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
+    call make_run([scripted_outcome_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1', run)
     run%model%analysis%phases(2)%prescriptions = run%model%analysis%phases(1)%prescriptions
     do k = 1, 5
       call fall_behind(0.1_wp)

@@ -61,9 +61,10 @@ contains
     type(crude_law_type), intent(in) :: law
     type(bench_type), intent(out) :: bench
     type(error_type), allocatable, intent(out) :: error
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
 
+    allocate (analysis)
     call parse_deck('test.inp', deck, analysis, messages, error)
     if (allocated(error)) return
     allocate (bench%law, source=law)

@@ -37,10 +37,11 @@ contains
     !> The deck, bars for ends of lines.
     character(len=*), intent(in) :: text
     type(bench_type), intent(out) :: bench
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('test.inp', joined(text), analysis, messages, error)
     if (.not. allocated(error)) call make_material_law(analysis%materials(1), analysis%method, &
       analysis%point_test%stress, &

@@ -25,8 +25,9 @@ contains
   !> All tests.
   subroutine collect_point_states(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     call tests%start('point_states')
     call build(0.5_wp, model)
     call check_names(tests, model)
@@ -38,10 +39,11 @@ contains
     !> Horizontal over vertical stress.
     real(wp), intent(in) :: k0
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('layers.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 1, 1|Y, 0, 4, 4|'// &
       '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=rock|*ELASTIC|1e5, 0.3|*UNIT WEIGHT|20|'// &
       '*MATERIAL, NAME=clay|*CAM CLAY, OCR=2|1, 0.2, 0.04, 2.2, 0.3|*UNIT WEIGHT|20|'// &
@@ -93,9 +95,10 @@ contains
   !> Till and sand carry horizontal stresses from a third of the vertical one to three times it; clay and rock more.
   subroutine check_strength(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     integer :: layer
 
+    allocate (model)
     call build(0.5_wp, model)
     layer = count(model%state%points%material == till)
     call tests%check('a layer has four points', layer == 4)

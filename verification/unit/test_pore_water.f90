@@ -106,11 +106,12 @@ contains
   subroutine check_submerged(tests, kind, element, method)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind, element, method
-    type(model_type) :: wet, dry
-    type(step_type) :: wet_step, dry_step
+    class(model_type), allocatable :: wet, dry
+    class(step_type), allocatable :: wet_step, dry_step
     real(wp), allocatable :: wet_load(:, :), dry_load(:, :)
     integer :: turn
 
+    allocate (wet, dry, wet_step, dry_step)
     call make(block_deck(kind, element, method, ' 18, 21', '|*WATER LEVEL, UNIT WEIGHT=10| 0, 2.4'), wet)
     call make(block_deck(kind, element, method, ' 11', ''), dry)
     do turn = 1, 2
@@ -127,10 +128,11 @@ contains
   !> A level that falls by 1 in 4 pushes to the right, by the weight of the water of the present volume below it.
   subroutine check_slope(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp), allocatable :: load(:, :)
 
+    allocate (model, step)
     call make(changed(block_deck('PLANE STRAIN', 'QUAD4', 'STANDARD', ' 18', '|*WATER LEVEL, UNIT WEIGHT=10| '// &
       '0, 3| 4, 2'), 'POLYGON| 0.3, 0| 3.1, 0| 2.6, 1.8| 0.7, 2.3', 'BOX| 1, 3, 0, 3'), model)
     model%state%points%volume = 1.25_wp*model%state%points%volume
@@ -143,10 +145,11 @@ contains
   !> A level that sinks in the second phase acts half way between both in its middle; gravity makes the water heavy.
   subroutine check_ramp(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp), allocatable :: load(:, :)
 
+    allocate (model, step)
     call make(changed(block_deck('PLANE STRAIN', 'QUAD4', 'STANDARD', ' 18, 20', '|*WATER LEVEL, UNIT WEIGHT=10'// &
       '| 0, 2'), 'POLYGON| 0.3, 0| 3.1, 0| 2.6, 1.8| 0.7, 2.3', 'BOX| 1, 3, 0, 2')// &
       joined('*PHASE, NAME=down|*GRAVITY| 0, -2|*WATER LEVEL, UNIT WEIGHT=10| 0, 1|*END PHASE|'), model)
@@ -173,8 +176,9 @@ contains
   !> A body with a level of its own keeps it, and none of its own where it is told so.
   subroutine check_bodies(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     call make(joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, 0, 6, 6| Y, 0, 2, 2|*MATERIAL, NAME=soil|'// &
       '*ELASTIC| 100, 0.3|*UNIT WEIGHT| 18|*BODY, NAME=one, MATERIAL=soil, SHAPE=BOX| 0, 1, 0, 2|'// &
       '*BODY, NAME=two, MATERIAL=soil, SHAPE=BOX| 2, 3, 0, 2|*BODY, NAME=three, MATERIAL=soil, SHAPE=BOX|'// &
@@ -230,11 +234,12 @@ contains
   !> has it already.
   subroutine check_fields(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(points_type), target :: dry
     type(field_list_type) :: list
     real(wp), allocatable :: total(:, :)
 
+    allocate (model)
     call make(changed(block_deck('PLANE STRAIN', 'QUAD4', 'STANDARD', ' 18', '|*WATER LEVEL, UNIT WEIGHT=10| 0, 2.4'), &
       '*UNIT WEIGHT', '*MOHR COULOMB| 10, 20, 0|*SOFTENING, LENGTH=10| 1, 10, 0, 0.1|*UNIT WEIGHT'), model)
     model%state%progress%fraction = 1.0_wp
@@ -268,10 +273,11 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=4), parameter :: texts(*) = ['0   ', '1.37', '4   ', '6.5 ']
     real(wp), parameter :: levels(*) = [0.0_wp, 1.37_wp, 4.0_wp, 6.5_wp]
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     real(wp) :: level, vertical, off
     integer :: i, p
 
+    allocate (model)
     do i = 1, size(levels)
       call make(k0_deck(texts(i)), model)
       level = levels(i)
@@ -311,12 +317,13 @@ contains
   subroutine check_pressure(tests)
     type(tests_type), intent(inout) :: tests
     character(len=:), allocatable :: deck
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp), allocatable :: load(:, :)
     !> Of the block.
     real(wp), parameter :: area = 4.805_wp
 
+    allocate (model, step)
     deck = changed(block_deck('PLANE STRAIN', 'QUAD4', 'STANDARD', ' 0', '|*PRESSURE, SURFACE=all, LEVEL=2.5, '// &
       'UNIT WEIGHT=10'), '*NSET', '*SURFACE, NAME=all, TYPE=OUTLINE, BODY=block|*NSET')
     call make(deck, model)
@@ -392,8 +399,9 @@ contains
     !> First level, and cards of the second phase.
     character(len=*), intent(in) :: level, water
     character(len=:), allocatable :: text
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     call make(joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4| X, 0, 8, 8| Y, 0, 5, 5|'// &
       '*NSET, NSET=base, PLANE=Y| 0|*MATERIAL, NAME=soil|*ELASTIC| 1e4, 0.3|*UNIT WEIGHT| 18, 20|'// &
       '*BODY, NAME=ground, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 8, 0| 8, 4| 3, 4| 3, 2| 0, 2|'// &
@@ -407,11 +415,12 @@ contains
   !> A stage that moves a level does not end before its time; pressures that vary with height do.
   subroutine check_cut(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: scene
+    class(analysis_type), allocatable :: scene
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: deck
 
+    allocate (scene)
     deck = changed(block_deck('PLANE STRAIN', 'QUAD4', 'STANDARD', ' 18', '|*PRESSURE, SURFACE=all|4, 10, 1'), &
       '*NSET', '*SURFACE, NAME=all, TYPE=OUTLINE, BODY=block|*NSET')//joined('*PHASE, NAME=on|*PRESSURE, SURFACE=all|'// &
       '8, 20, 2|*END PHASE|*PHASE, NAME=wet|*WATER LEVEL, UNIT WEIGHT=10|0, 2|*END PHASE|')
@@ -433,10 +442,11 @@ contains
   subroutine make(deck, model)
     character(len=*), intent(in) :: deck
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('test.inp', deck, analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) then

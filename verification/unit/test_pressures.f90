@@ -60,9 +60,10 @@ contains
   !> A pressure that is not small beside the modulus takes the whole load stiffness.
   subroutine check_symmetry(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
 
+    allocate (model, step)
     call make_step('PLANE STRAIN', 'QUAD4', 'STANDARD', 0, '1.9', model, step)
     call tests%check('a pressure of 1.9 % of the modulus leaves the equations symmetric', step%equations%symmetric)
     call make_step('PLANE STRAIN', 'QUAD4', 'STANDARD', 0, '-2.1', model, step)
@@ -76,12 +77,13 @@ contains
     integer, intent(in) :: friction
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
     character(len=2) :: angle
 
+    allocate (analysis)
     write (angle, '(i2)') friction
     text = '*MODEL, TYPE='//kind//'|*GRID, ELEMENT='//trim(element)//'| X, 1, 4, 3| Y, 0, 3, 3|'
     if (kind == '3D') text = text//' Z, 0, 2, 2|'
@@ -124,13 +126,14 @@ contains
     character(len=*), intent(in) :: kind, element, basis
     integer, intent(in) :: friction
     character(len=:), allocatable :: label
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     class(term_type), pointer :: term
     real(wp), allocatable :: u(:, :), v(:, :), w(:, :), force(:, :), change(:, :), found(:)
     real(wp), allocatable :: found_by_differences(:)
     integer :: a, c
 
+    allocate (model, step)
     label = kind//' '//trim(element)//' '//trim(basis)//': '
     call make_step(kind, element, basis, friction, '1', model, step)
     allocate (u(model%mesh%dimension, model%space%node_count))
@@ -204,12 +207,13 @@ contains
   subroutine check_homogeneous(tests, kind, element)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind, element
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp), allocatable :: u(:, :), force(:, :)
     real(wp) :: total(2)
     integer :: a
 
+    allocate (model, step)
     call make_step(kind, element, 'SPLINE2', 0, '1', model, step)
     allocate (u(model%mesh%dimension, model%space%node_count))
     do a = 1, size(u, 2)

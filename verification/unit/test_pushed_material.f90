@@ -20,36 +20,38 @@ contains
   !> All checks.
   subroutine collect_pushed_material(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     call tests%start('pushed_material')
-    model = begun('top, Y, -1', '', '')
+    call begin('top, Y, -1', '', '', model)
     call tests%check('the faces below a plate are watched', model%state%watched%count == 2)
     call tests%close('at the plate', sum(abs(model%state%watched%position(2, :) - 1.0_wp)), 0.0_wp, 1.0e-15_wp)
     call check_lag(tests, model)
-    model = begun('top, Y, 1', '', '')
+    call begin('top, Y, 1', '', '', model)
     call tests%check('a plate that draws away is not', model%state%watched%count == 0)
-    model = begun('top, X, -1', '', '')
+    call begin('top, X, -1', '', '', model)
     call tests%check('nor one that shears', model%state%watched%count == 0)
-    model = begun('top, Y, -1', '*MOVING MESH, NSET=top, AXIS=Y, BASE=0|', '')
+    call begin('top, Y, -1', '*MOVING MESH, NSET=top, AXIS=Y, BASE=0|', '', model)
     call tests%check('nor one that the rows of the mesh follow', model%state%watched%count == 0)
-    model = begun('side, X, -1', '*MOVING MESH, NSET=top, AXIS=Y, BASE=0|', '')
+    call begin('side, X, -1', '*MOVING MESH, NSET=top, AXIS=Y, BASE=0|', '', model)
     call tests%check('across the rows it is', model%state%watched%count == 2)
-    model = begun('top, Y, -1', '*METHOD, BASIS=FEM|', '')
+    call begin('top, Y, -1', '*METHOD, BASIS=FEM|', '', model)
     call tests%check('nor one on a mesh that is carried along', model%state%watched%count == 0)
     call check_phases(tests)
   end subroutine collect_pushed_material
 
   !> A block of 2 by 2 cells at the start of the first phase of a deck of one or two.
-  function begun(first, mesh_card, second) result(model)
+  subroutine begin(first, mesh_card, second, model)
     !> Prescribed in the first phase, a card in front of the bodies, prescribed in the second.
     character(len=*), intent(in) :: first, mesh_card, second
-    type(model_type) :: model
-    type(analysis_type) :: analysis
+    type(model_type), intent(out) :: model
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
 
+    allocate (analysis)
     text = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, 0, 1, 2| Y, 0, 1, 2|*NSET, NSET=base, PLANE=Y| 0|'// &
       '*NSET, NSET=top, PLANE=Y| 1|*NSET, NSET=side, PLANE=X| 1|'//mesh_card// &
       '*MATERIAL, NAME=soil|*ELASTIC| 1e3, 0.3|*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|'// &
@@ -59,7 +61,7 @@ contains
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the block of the test cannot be built'
     call start_phase(model)
-  end function begun
+  end subroutine begin
 
   !> A share of the present phase is pushed.
   subroutine push(model, share)
@@ -103,9 +105,10 @@ contains
   !> A push that goes on in the next phase keeps its lag, one that turns begins anew.
   subroutine check_phases(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
-    model = begun('top, Y, -1', '', 'top, Y, -2')
+    allocate (model)
+    call begin('top, Y, -1', '', 'top, Y, -2', model)
     call push(model, 1.0_wp)
     model%state%watched%position(2, :) = 0.5_wp
     model%state%progress%phase = 2
@@ -113,7 +116,7 @@ contains
     call tests%close('a push that goes on keeps its lag', lag_of(model%state%watched, 1), 0.5_wp, 1.0e-12_wp)
     call push(model, 0.5_wp)
     call tests%close('and adds to it', lag_of(model%state%watched, 2), 0.75_wp, 1.0e-12_wp)
-    model = begun('top, Y, -1', '', 'top, Y, 2')
+    call begin('top, Y, -1', '', 'top, Y, 2', model)
     call push(model, 1.0_wp)
     model%state%progress%phase = 2
     call start_phase(model)

@@ -60,10 +60,11 @@ contains
     real(wp), intent(in) :: factor
     !> Points of an element, 0 for its default.
     integer, intent(in) :: points
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT='//element// &
       '| X, 0, 1, 2| Y, 0, 1, 2|*NSET, NSET=base, PLANE=Y| 0|*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|'//cards// &
       '*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|*PHASE, NAME=load|*FIX| base, ALL|*GRAVITY| 0, -1|*END PHASE|'), &

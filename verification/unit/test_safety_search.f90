@@ -71,14 +71,15 @@ contains
   subroutine make_run(material, controls, run, answers)
     !> Cards of the material behind *ELASTIC; parameters of *SAFETY. Bars are line ends.
     character(len=*), intent(in) :: material, controls
-    type(run_type), intent(out) :: run
+    class(run_type), allocatable, intent(out) :: run
     type(scripted_outcome_type), intent(in), optional :: answers(:)
     type(message_list_type) :: messages
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(script_type) :: script
     type(run_profile_type) :: profile
     type(error_type), allocatable :: error
 
+    allocate (run, analysis)
     call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL|'// &
       '*GRID, ELEMENT=QUAD4|X, 0, 4, 16|Y, 0, 1, 4|*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=left, PLANE=X|0|'// &
       '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'//material// &
@@ -145,7 +146,7 @@ contains
   !> A factor between 1.1 and 1.2.
   subroutine check_search(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
     type(script_type) :: script
 
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, good])
@@ -189,7 +190,7 @@ contains
   !> A body that is lost at 1 is tried below, each time from the parent.
   subroutine check_below(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
     call make_run(soil, moving//', FLOW=DAVIS A', run, [good, good, lost, lost, good, lost, damped, good])
     call search(run)
@@ -202,7 +203,7 @@ contains
   !> A body that no strength holds.
   subroutine check_never(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
     call make_run(soil, moving, run, [good, good, lost])
     call search(run)
@@ -239,7 +240,7 @@ contains
   !> The strength goes on to that of the run-out, with the places.
   subroutine check_runout(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
     type(script_type) :: script
 
     call make_run(soil, fixed//', RUNOUT=1.5', run, [good, good, good, good, lost, lost, damped, lost, lost, damped, &
@@ -268,7 +269,7 @@ contains
   !> *STOP ends the search at the stable factor at which its value is reached.
   subroutine check_stop_card(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
     call make_run(soil, 'TOLERANCE=0.01, RUNOUT=1.5|*STOP|F, ABOVE, 1.05', run, [good])
     call search(run)
@@ -297,7 +298,7 @@ contains
   !> A run that is stopped in the search and goes on.
   subroutine check_stop(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run, whole
+    class(run_type), allocatable :: run, whole
 
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, good])
     run%observer%stop_after = 3
@@ -315,7 +316,7 @@ contains
   !> The method itself: a resumed run ends as one that was not interrupted.
   subroutine check_resumed(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run, resumed
+    class(run_type), allocatable :: run, resumed
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
     integer :: done, k
@@ -343,9 +344,10 @@ contains
   !> Places stay, or follow; the parent is what it was.
   subroutine check_places(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
-    type(state_type) :: parent
+    class(run_type), allocatable :: run
+    class(state_type), allocatable :: parent
 
+    allocate (parent)
     call make_run(soil, fixed, run)
     do while (run%observer%phases < 1)
       call advance_step_loop(run%model, run%loop, run%observer, run%error)
@@ -374,7 +376,7 @@ contains
   !> cells a height come out a tenth too high.
   subroutine check_cut(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
     real(wp), parameter :: factor = 1.5754_wp
     real(wp) :: phi
 
@@ -393,7 +395,7 @@ contains
   !> Materials that cannot be weakened.
   subroutine check_materials(tests)
     type(tests_type), intent(inout) :: tests
-    type(run_type) :: run
+    class(run_type), allocatable :: run
 
     call make_run('', fixed, run)
     call tests%check('a body without strength is refused', allocated(run%error))

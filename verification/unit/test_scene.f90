@@ -59,13 +59,14 @@ contains
     character(len=*), intent(in) :: deck
     character(len=:), allocatable :: text
     character(len=*), parameter :: start = 'warning: ', rest = ' of it lies outside'
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(error_type), allocatable :: error
     integer :: at
 
+    allocate (analysis, model)
     call reduced(deck, analysis, expansion, checks)
     call build_model(analysis, model, error)
     text = ''
@@ -151,11 +152,12 @@ contains
   !> Numbers of points that no brick has come from embedding programs only: the reader refuses them.
   subroutine check_number_of_points(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: reason
 
+    allocate (analysis)
     call parse_deck('test.inp', slice_deck(), analysis, messages, error)
     call require_prismatic(analysis, reason)
     call tests%check('a slice is prismatic', .not. allocated(reason))

@@ -50,10 +50,11 @@ contains
   !> A slice becomes its section; forces come back by the thickness, what goes along z by constants.
   subroutine check_plane(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: model
+    class(analysis_type), allocatable :: model
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
 
+    allocate (model)
     call reduced(slice_deck(), model, expansion, checks)
     call tests%check('a slice becomes one step to plane strain', size(expansion%steps) == 1 .and. &
       model%model == plane_strain .and. model%mesh%element == 'QUAD4' .and. .not. allocated(model%mesh%axes(3)%lines))
@@ -71,10 +72,11 @@ contains
   !> Layers become their first column.
   subroutine check_column(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: model
+    class(analysis_type), allocatable :: model
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
 
+    allocate (model)
     call reduced(layers_deck(), model, expansion, checks)
     call tests%check('layers become a column one cell wide', size(expansion%steps) == 1 .and. &
       size(model%mesh%axes(1)%lines) == 2)
@@ -89,12 +91,13 @@ contains
   !> Twin heaps become the left one.
   subroutine check_half(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: model
+    class(analysis_type), allocatable :: model
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
     logical :: held
     integer :: i
 
+    allocate (model)
     call reduced(twin_deck(), model, expansion, checks)
     call tests%check('twin heaps become one and half of what is between', size(expansion%steps) == 1 .and. &
       size(model%bodies) == 2 .and. size(model%mesh%axes(1)%lines) == 9)
@@ -117,11 +120,12 @@ contains
   !> A block in 3D is halved twice.
   subroutine check_quarter(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: model
+    class(analysis_type), allocatable :: model
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
     character(len=:), allocatable :: deck
 
+    allocate (model)
     deck = changed(slice_deck(), ' 0, 0| 2, 0| 1, 1| 0, 1|', ' 1, 0| 3, 0| 3, 1| 1, 1|')
     deck = changed(deck, ' 2, 4, 0, 0.5, 0, 0.5|', ' 1.5, 2.5, 1, 1.25, 0.125, 0.375|')
     deck = changed(deck, ' 0, 1, 1, 1, 0, 0.5|', ' 1, 3, 1, 1, 0, 0.5|')
@@ -137,14 +141,15 @@ contains
     type(tests_type), intent(inout) :: tests
     real(wp), parameter :: section(2, 4) = reshape([0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
       [2, 4])
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(image_list_type) :: images
     type(error_type), allocatable :: error
     integer :: unit
 
+    allocate (analysis, model)
     call write_stl(figure_file, turned_facets(section, 32, [1.0_wp, 1.0_wp]))
     call reduced(figure_deck(), analysis, expansion, checks)
     open (newunit=unit, file=figure_file, status='old')
@@ -172,11 +177,12 @@ contains
     type(tests_type), intent(inout) :: tests
     real(wp), parameter :: section(2, 4) = reshape([0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
       [2, 4])
-    type(analysis_type) :: model
+    class(analysis_type), allocatable :: model
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
     integer :: unit, i
 
+    allocate (model)
     call reduced(pressed_slice(), model, expansion, checks)
     call tests%check('the surface of a contact stays', size(model%surfaces) == 1)
     call tests%close('the load on a slice of a body is one of unit thickness', model%phases(2)%moves(1)%load, -10.0_wp, 0.0_wp)
@@ -249,17 +255,18 @@ contains
     type(tests_type), intent(inout) :: tests
     !> The deck, and a name for it.
     character(len=*), intent(in) :: deck, name
-    type(analysis_type) :: analysis, scene
+    class(analysis_type), allocatable :: analysis, scene
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
     type(message_list_type) :: messages
-    type(model_type) :: model, whole
+    class(model_type), allocatable :: model, whole
     type(image_list_type) :: images
     type(error_type), allocatable :: error
     logical, allocatable :: taken(:)
     real(wp) :: worst
     integer :: i, k, d
 
+    allocate (analysis, scene, model, whole)
     call reduced(deck, analysis, expansion, checks)
     call build_model(analysis, model, error)
     if (.not. allocated(error)) call parse_deck('test.inp', deck, scene, messages, error)
@@ -292,15 +299,16 @@ contains
   !> its invariants kept.
   subroutine check_stress(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(image_list_type) :: images
     type(error_type), allocatable :: error
     integer :: i, n
     real(wp) :: trace, norm, worst(2)
 
+    allocate (analysis, model)
     call reduced(twin_deck(), analysis, expansion, checks)
     call build_model(analysis, model, error)
     if (allocated(error)) return
@@ -337,13 +345,14 @@ contains
   !> The rollers of a column hold every node of it, yet its cells at the top of the mesh have a free face.
   subroutine check_open_edges(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(error_type), allocatable :: error
     character(len=:), allocatable :: deck
 
+    allocate (analysis, model)
     deck = changed(layers_deck(), ' Y, 0, 3, 6|', ' Y, 0, 2.5, 5|')
     call reduced(deck, analysis, expansion, checks)
     call build_model(analysis, model, error)

@@ -92,9 +92,10 @@ contains
     type(simulation_type), intent(inout) :: run
     !> Height of the grid.
     character(len=*), intent(in) :: top
-    type(problem_type) :: problem
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
 
+    allocate (problem)
     call problem%parse(sample_deck(top), 'sample', error)
     if (.not. allocated(error)) call run%create(problem, error)
     if (allocated(error)) error stop 'the sample deck is broken'
@@ -126,10 +127,11 @@ contains
   !> Stepping and running are the same.
   subroutine check_stepping(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: stepped, whole
+    class(simulation_type), allocatable :: stepped, whole
     type(error_type), allocatable :: error
     integer :: steps
 
+    allocate (stepped, whole)
     call begin(stepped, '1, 4')
     call begin(whole, '1, 4')
     call tests%check('a new analysis is not finished, and its first stage is to come', &
@@ -157,9 +159,10 @@ contains
   !> Two analyses that take turns.
   subroutine check_interleaved(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: a, b, alone_a, alone_b
+    class(simulation_type), allocatable :: a, b, alone_a, alone_b
     type(error_type), allocatable :: error
 
+    allocate (a, b, alone_a, alone_b)
     call begin(alone_a, '1, 4')
     call alone_a%run(error)
     call begin(alone_b, '1.2, 8')
@@ -181,9 +184,10 @@ contains
   !> Shares of a stage.
   subroutine check_share(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
 
+    allocate (run)
     call begin(run, '1, 4')
     call run%advance_to(0.3_wp, error)
     call tests%close('a share of a stage is reached', run%model%state%progress%fraction, 0.3_wp, 1.0e-12_wp)
@@ -198,9 +202,10 @@ contains
   !> Stages of the program's own.
   subroutine check_stages(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
 
+    allocate (run)
     call begin(run, '1, 4')
     call run%run(error)
     call run%set_gravity([0.0_wp, -2.0_wp, 0.0_wp], error)
@@ -231,9 +236,10 @@ contains
   !> A stage that ends before its time.
   subroutine check_cut_stage(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
 
+    allocate (run)
     call begin(run, '1, 4')
     call run%end_stage(error)
     call tests%check('a stage that has not begun is not ended', allocated(error))
@@ -259,10 +265,11 @@ contains
   !> A stage that has ended at its limit load, here one that is put into the state.
   subroutine check_limit_load(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp) :: loads(3)
 
+    allocate (run)
     call begin(run, '1, 4')
     call run%advance_to(0.4_wp, error)
     call get_values(run, 'limit_load', loads, error)
@@ -286,12 +293,13 @@ contains
   !> States kept in memory.
   subroutine check_snapshot(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type), target :: run
-    type(simulation_type) :: straight
-    type(snapshot_type) :: snapshot
+    class(simulation_type), allocatable, target :: run
+    class(simulation_type), allocatable :: straight
+    class(snapshot_type), allocatable :: snapshot
     type(error_type), allocatable :: error
     real(wp), pointer :: view(:, :), again(:, :)
 
+    allocate (run, straight, snapshot)
     call begin(run, '1, 4')
     call begin(straight, '1, 4')
     call run%restore_checkpoint(snapshot, error)
@@ -319,12 +327,13 @@ contains
   !> States in files.
   subroutine check_saved(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type), target :: run
-    type(simulation_type) :: other
+    class(simulation_type), allocatable, target :: run
+    class(simulation_type), allocatable :: other
     type(error_type), allocatable :: error
     real(wp), pointer :: view(:, :), again(:, :)
     character(len=*), parameter :: path = 'test_simulation.h5'
 
+    allocate (run, other)
     call begin(run, '1, 4')
     call begin(other, '1, 4')
     call run%advance(error)
@@ -350,10 +359,11 @@ contains
   !> Forces on points.
   subroutine check_point_forces(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp), allocatable :: force(:, :)
 
+    allocate (run)
     call begin(run, '1, 4')
     allocate (force(2, run%model%state%points%count), source=0.0_wp)
     force(2, :) = -2.0_wp/size(force, 2)
@@ -372,13 +382,14 @@ contains
   !> Values by name.
   subroutine check_values(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type), target :: run
+    class(simulation_type), allocatable, target :: run
     type(error_type), allocatable :: error
     real(wp), pointer :: view(:, :)
     real(wp), allocatable :: values(:)
     character(len=field_name_length), allocatable :: names(:)
     integer :: i, rows, columns, bad
 
+    allocate (run)
     call begin(run, '1, 4')
     call start_strains(run%model%state%points)
     call start_water(run%model%state%points)
@@ -417,11 +428,12 @@ contains
   !> What may go wrong.
   subroutine check_errors(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
-    type(problem_type) :: problem
+    class(simulation_type), allocatable :: run
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
     real(wp) :: nothing, infinite
 
+    allocate (run, problem)
     call run%create(problem, error)
     call tests%check('no model without a problem', allocated(error))
     call problem%parse('*MODDEL, TYPE=PLANE STRAIN'//newline, 'bad', error)
@@ -460,12 +472,13 @@ contains
   !> Laws of the program's own.
   subroutine check_own_laws(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
-    type(problem_type) :: problem
+    class(simulation_type), allocatable :: run
+    class(problem_type), allocatable :: problem
     type(hooke_type) :: hooke
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
 
+    allocate (run, problem)
     hooke = model_of_elasticity()
     call problem%set_material('soil', hooke, error)
     call problem%parse(sample_deck('1, 4'), 'sample', error)
@@ -502,11 +515,12 @@ contains
   !> How long stages last and when they start, as they are counted and as laws are told.
   subroutine check_times(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
-    type(problem_type) :: problem
+    class(simulation_type), allocatable :: run
+    class(problem_type), allocatable :: problem
     type(timed_type) :: timed
     type(error_type), allocatable :: error
 
+    allocate (run, problem)
     timed%hooke_type = model_of_elasticity()
     timed%state_count = 1
     call problem%set_material('soil', timed, error)
@@ -553,13 +567,14 @@ contains
   !> The error by the length of a step knows how long the step lasts: of s = (s0 + C e)/(1 + t), whole and in halves.
   subroutine check_time_of_step_error(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
-    type(problem_type) :: problem
+    class(simulation_type), allocatable :: run
+    class(problem_type), allocatable :: problem
     type(relaxing_type) :: relaxing
     type(error_type), allocatable :: error
     real(wp), parameter :: lasts = 0.5_wp, whole = 1.0_wp/(1.0_wp + lasts), half = 1.0_wp/(1.0_wp + 0.5_wp*lasts)
     real(wp) :: values(1)
 
+    allocate (run, problem)
     relaxing%hooke_type = model_of_elasticity()
     call problem%set_material('soil', relaxing, error)
     call problem%parse(sample_deck('1, 4'), 'sample', error)
@@ -579,10 +594,11 @@ contains
   !> A side is set free over a stage that is ended early: what is left of its force falls to nothing over the next one.
   subroutine check_release_cut(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run, whole
+    class(simulation_type), allocatable :: run, whole
     type(error_type), allocatable :: error
     real(wp) :: start, final
 
+    allocate (run, whole)
     call begin(whole, '1, 4')
     call whole%run(error)
     start = place(whole)
@@ -634,11 +650,12 @@ contains
   !> A scene that is reduced.
   subroutine check_reduced(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
-    type(problem_type) :: problem
+    class(simulation_type), allocatable :: run
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
 
+    allocate (run, problem)
     text = '*MODEL, TYPE=AUTO'//newline//'*METHOD, BASIS=STANDARD'//newline// &
       '*GRID, ELEMENT=HEX8'//newline//'X, 0, 2, 4'//newline//'Y, 0, 2, 4'// &
       newline//'Z, 0, 1, 2'//newline//'*NSET, NSET=base, PLANE=Y'//newline//'0'//newline// &
@@ -669,10 +686,11 @@ contains
   !> Threads of the program.
   subroutine check_threads(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run, single
+    class(simulation_type), allocatable :: run, single
     type(error_type), allocatable :: error
     integer :: before
 
+    allocate (run, single)
     before = omp_get_max_threads()
     call omp_set_num_threads(3)
     call begin(run, '1, 4')

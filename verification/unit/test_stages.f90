@@ -56,9 +56,10 @@ contains
     type(simulation_type), intent(inout) :: run
     !> Parameters of *METHOD, and the phases behind that of gravity.
     character(len=*), intent(in) :: method, phases
-    type(problem_type) :: problem
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
 
+    allocate (problem)
     call problem%parse('*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 4, 8'//nl//'Y, 0, 4, 8'//nl// &
       '*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*NSET, NSET=left, PLANE=X'//nl//'0'//nl//'*NSET, NSET=right, PLANE=X'// &
       nl//'4'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl//'2e4, 0.3'//nl//'*UNIT WEIGHT'//nl//'20'//nl// &
@@ -105,11 +106,12 @@ contains
   subroutine check_first_balance(tests, method)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: method
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp), allocatable :: before(:, :), after(:, :)
     real(wp) :: load
 
+    allocate (run)
     call begin(run, method, phase('*DEACTIVATE'//nl//'pit'))
     call finish_phase(run, error)
     call tests%check(method//': the ground stands', .not. allocated(error))
@@ -140,10 +142,11 @@ contains
     !> huge where there is no equation (components, nodes).
     real(wp), allocatable, intent(out) :: residual(:, :)
     real(wp), intent(out) :: load
-    type(step_type), target :: step
+    class(step_type), allocatable, target :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: rest(:, :)
 
+    allocate (step)
     call initialise_step(run%model, step, error)
     if (allocated(error)) error stop 'a step of the suite of stages cannot begin'
     allocate (rest, source=step%forces%external)
@@ -160,10 +163,11 @@ contains
   !> Who is there, phase by phase; what is not there is neither a point nor a surface point of the model.
   subroutine check_lists(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     integer :: all_points
 
+    allocate (run)
     call begin(run, 'BASIS=STANDARD, INTEGRATION=CELL', phase('*DEACTIVATE'//nl//'pit'//nl//'*ACTIVATE'//nl//'lift')// &
       phase('*ACTIVATE'//nl//'pit'))
     associate (model => run%model, state => run%model%state)
@@ -208,11 +212,12 @@ contains
   !> Ground that heaves into a lift that comes as drawn is an error, not for one that is put on it.
   subroutine check_overlap(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     integer :: i
     character(len=*), parameter :: fill(2) = ['SHAPE', 'LEVEL']
 
+    allocate (run)
     do i = 1, 2
       call begin(run, 'BASIS=STANDARD, INTEGRATION=CELL', phase('*GRAVITY'//nl//'0, 20')// &
         phase('*ACTIVATE, FILL='//fill(i)//nl//'lift'))
@@ -251,11 +256,12 @@ contains
   !> A lift has no stress and no weight when it comes, all of it at the end, and displacements count from its place.
   subroutine check_lift(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp), allocatable :: load(:)
     real(wp) :: drawn, gap
 
+    allocate (run)
     call begin(run, 'BASIS=STANDARD, INTEGRATION=CELL', phase('*ACTIVATE'//nl//'lift'))
     call finish_phase(run, error)
     run%model%state%progress%phase = 2
@@ -316,12 +322,13 @@ contains
   !> What is there and what is taken out ride on the mesh, each once, and are found again; a body that waits stays.
   subroutine check_ride(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
-    type(step_type), target :: step
-    type(state_type) :: before
+    class(simulation_type), allocatable :: run
+    class(step_type), allocatable, target :: step
+    class(state_type), allocatable :: before
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :)
 
+    allocate (run, step, before)
     call begin_pit(run, step, u)
     before = run%model%state
     call convect(run%model, step, u, error)
@@ -384,13 +391,14 @@ contains
     character(len=*), parameter :: names(6) = [character(len=40) :: 'material point', 'tracer', &
       'material point that is not there', 'material point that is taken out', 'surface point that is taken out', &
       'place under a body that comes']
-    type(simulation_type) :: run
-    type(step_type), target :: step
+    class(simulation_type), allocatable :: run
+    class(step_type), allocatable, target :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :)
     integer(long) :: number
     integer :: i
 
+    allocate (run, step)
     do i = 1, size(names)
       call begin_pit(run, step, u)
       select case (i)
@@ -433,11 +441,12 @@ contains
   !> Another material: the stress stays, the weight goes to the new one over the phase.
   subroutine check_material(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp), allocatable :: stress(:, :), weight(:), before(:, :), after(:, :)
     real(wp) :: load
 
+    allocate (run)
     call begin(run, 'BASIS=STANDARD', phase('*CHANGE MATERIAL'//nl//'bank, heavy'))
     call finish_phase(run, error)
     allocate (stress, source=run%model%state%points%stress)
@@ -464,11 +473,12 @@ contains
   !> A stage that is ended half way leaves half of the weight of its lift, and the stage behind it brings the rest.
   subroutine check_early_end(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp), allocatable :: before(:, :), after(:, :), area(:, :)
     real(wp) :: half, load
 
+    allocate (run)
     call begin(run, 'BASIS=STANDARD', '*PHASE, NAME=lift'//nl//'*ACTIVATE'//nl//'lift'//nl// &
       '*DEACTIVATE'//nl//'pit'//nl//'*CONTROLS, STEPS=2, TOLERANCE=1e-9'//nl//'*END PHASE'//nl// &
       phase('*GRAVITY'//nl//'0, -1'))

@@ -43,10 +43,11 @@ contains
   !> What is asked for.
   subroutine check_attempts(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(attempt_type) :: attempt
     type(controls_type) :: controls
 
+    allocate (model)
     model%cell_size = 0.5_wp
     call tests%close('a node may move by a share of a cell', largest_move(model, four), 0.25_wp, rounding)
     call tests%check('sub-steps are asked for', is_dampable(model, four))

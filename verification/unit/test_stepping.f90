@@ -104,13 +104,14 @@ contains
   end function is_restored
 
   !> A fresh trial: four steps a phase.
-  function trial() result(it)
-    type(trial_type) :: it
-    type(analysis_type) :: analysis
+  subroutine start(it)
+    class(trial_type), allocatable, intent(out) :: it
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=1), parameter :: nl = new_line('a')
 
+    allocate (it, analysis)
     call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl// &
       '*METHOD, BASIS=STANDARD'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
       'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl// &
@@ -124,7 +125,7 @@ contains
     call start_phase(it%model)
     it%model%state%progress%step = 3
     it%controls = it%model%analysis%phases(1)%controls
-  end function trial
+  end subroutine start
 
   !> A solve that is lost.
   pure type(scripted_outcome_type) function lost()
@@ -145,18 +146,18 @@ contains
   !> What solvers have failed is the state's when a step is accepted, and the state's when one begins.
   subroutine check_failed_solvers(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
 
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(failed_solvers=1)])
     call tests%check('a solver that failed is remembered with the step', it%outcome%accepted .and. &
       it%model%state%progress%failed_solvers == 1)
-    it = trial()
+    call start(it)
     it%model%state%progress%failed_solvers = 2
     call it%go([scripted_outcome_type()])
     call tests%check('a run that is continued begins with what had failed', failures(it%step%system) == 2 .and. &
       it%model%state%progress%failed_solvers == 2)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(converged=.false., residual=0.5_wp, undamped=huge(1.0_wp), failed_solvers=3)])
     call tests%check('of a step that is lost nothing is remembered', it%is_restored() .and. &
       it%model%state%progress%failed_solvers == 0)
@@ -165,9 +166,9 @@ contains
   !> The static step converges.
   subroutine check_converged(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
 
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(iterations=4, residual=2.0e-7_wp, undamped=3.0e-7_wp, move=0.1_wp, &
       step_error=0.02_wp)])
     call tests%check('a static step that converges is accepted', it%outcome%accepted .and. it%outcome%static)
@@ -185,13 +186,13 @@ contains
     end associate
     call tests%check('iterations and error are told to the length of steps', it%outcome%static_iterations == 4 .and. &
       abs(it%outcome%step_error - 0.02_wp) <= 0.0_wp)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(undamped=1.0e-6_wp)])
     call tests%check('a residual at the tolerance is accepted', it%outcome%accepted)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(undamped=1.01e-6_wp)])
     call tests%check('one above it is not, whatever the solver says', it%is_restored())
-    it = trial()
+    call start(it)
     it%model%analysis%method%basis = basis_fem
     call it%go([scripted_outcome_type()])
     call tests%check('a carried mesh has no cells to cross', it%script%asked(1)%largest_move > 1.0e300_wp)
@@ -200,9 +201,9 @@ contains
   !> The static step is lost, and nothing else is tried.
   subroutine check_lost(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
 
-    it = trial()
+    call start(it)
     it%controls%damping = .false.
     call it%go([lost()])
     call tests%check('a lost step is not accepted and leaves no trace', it%is_restored())
@@ -217,9 +218,9 @@ contains
   !> Sub-steps bring the load in, and a static solve ends them.
   subroutine check_substeps(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
 
-    it = trial()
+    call start(it)
     call it%go([lost(), damped(0.5_wp), damped(5.0e-4_wp), scripted_outcome_type(undamped=4.0e-7_wp)])
     call tests%check('sub-steps and a static solve carry the load', it%outcome%accepted .and. it%solves_taken() == 3)
     call tests%check('which is not a static step', .not. it%outcome%static)
@@ -237,21 +238,21 @@ contains
       call tests%close('and tells the last residual without damping', record%out_of_balance, 4.0e-7_wp, 0.0_wp)
     end associate
     call tests%check('the log says why', index(it%observer%text, 'static step rejected (the script says no)') > 0)
-    it = trial()
+    call start(it)
     call it%go([lost(), damped(0.5_wp), scripted_outcome_type(undamped=9.0e-7_wp, damping_share=0.2_wp)])
     call tests%check('a damped sub-step that needs no damping is accepted', it%outcome%accepted .and. &
       size(it%script%asked) == 3)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(converged=.false., move=9.0_wp), damped(0.5_wp, 5, 0.1_wp), &
       scripted_outcome_type(undamped=9.0e-7_wp)])
     call tests%close('the largest move of a step is that of solves that were taken', it%record%largest_move, 0.1_wp, 0.0_wp)
-    it = trial()
+    call start(it)
     call it%go([lost(), damped(0.5_wp), damped(2.0e-6_wp), scripted_outcome_type(undamped=1.1e-6_wp, &
       damping_share=1.0e-9_wp)])
     call tests%check('a residual above the tolerance is not accepted however small the damping', it%is_restored())
     call tests%check('all sub-steps are tried', size(it%script%asked) == 7)
     call tests%check('and the reason is that', index(it%outcome%reason, 'not carried without damping') > 0)
-    it = trial()
+    call start(it)
     it%controls%tolerance = 1.0e-2_wp
     call it%go([lost(), damped(0.5_wp)])
     call tests%close('a looser tolerance of the deck is that of sub-steps too', it%script%asked(2)%tolerance, 1.0e-2_wp, &
@@ -261,11 +262,11 @@ contains
   !> How the damping changes.
   subroutine check_damping(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
     real(wp), allocatable :: ratio(:)
     integer :: k
 
-    it = trial()
+    call start(it)
     call it%go([lost(), lost(), damped(0.5_wp, 5, 0.1_wp), damped(0.5_wp, 6, 0.1_wp), damped(0.5_wp, 5, 0.13_wp), &
       damped(0.5_wp, 9, 0.26_wp), damped(0.5_wp)])
     associate (asked => it%script%asked)
@@ -277,18 +278,18 @@ contains
     call tests%close('so does one of half the largest move', ratio(4), 1.0_wp, 1.0e-12_wp)
     call tests%close('one beyond the largest move damps more', ratio(5), 1.5_wp, 1.0e-12_wp)
     call tests%check('the end of sub-steps is no equilibrium', it%is_restored() .and. it%record%rejected == 2)
-    it = trial()
+    call start(it)
     it%model%state%progress%damping = 3.0_wp
     call it%go([lost(), damped(0.5_wp, 2), damped(5.0e-4_wp), scripted_outcome_type()])
     call tests%close('the damping that has worked is the first one of the next step', it%script%asked(2)%damping, &
       3.0_wp, 0.0_wp)
     call tests%close('and is remembered', it%model%state%progress%damping, 1.5_wp, 0.0_wp)
-    it = trial()
+    call start(it)
     it%controls%max_substeps = 1000
     call it%go([lost()])
     call tests%check('damping beyond all bounds ends the sub-steps', it%is_restored() .and. &
       size(it%script%asked) < 40 .and. it%outcome%reason == 'the script says no')
-    it = trial()
+    call start(it)
     allocate (it%step%lumped(1), source=1.0_wp)
     allocate (it%step%forces%internal(2, 1), source=0.0_wp)
     call it%go([lost()])
@@ -299,9 +300,9 @@ contains
   !> The static solve at the end of sub-steps is lost.
   subroutine check_lost_static(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
 
-    it = trial()
+    call start(it)
     it%controls%max_substeps = 20
     call it%go([lost(), damped(5.0e-4_wp), lost(), damped(2.0e-4_wp), damped(4.0e-5_wp), scripted_outcome_type()])
     associate (asked => it%script%asked)
@@ -318,34 +319,34 @@ contains
   !> When sub-steps are not tried.
   subroutine check_no_substeps(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
     type(scripted_outcome_type) :: answer
 
     answer = lost()
     answer%share = 0.3_wp
-    it = trial()
+    call start(it)
     call it%go([answer])
     call tests%check('a law that asks for less gets a shorter step', it%is_restored() .and. size(it%script%asked) == 1)
     call tests%close('of the length it asks for', it%outcome%share, 0.3_wp, 0.0_wp)
     answer = lost()
     answer%too_long = .true.
     answer%step_error = 0.4_wp
-    it = trial()
+    call start(it)
     call it%go([answer])
     call tests%check('so does a step that its error finds too long', it%is_restored() .and. it%outcome%too_long .and. &
       size(it%script%asked) == 1 .and. abs(it%outcome%step_error - 0.4_wp) <= 0.0_wp)
-    it = trial()
+    call start(it)
     it%model%analysis%method%basis = basis_fem
     call it%go([lost()])
     call tests%check('so does a carried mesh', it%is_restored() .and. size(it%script%asked) == 1)
-    it = trial()
+    call start(it)
     call it%go([lost(), damped(5.0e-4_wp), scripted_outcome_type()], 0.26_wp)
     call tests%check('so does a step longer than the first one', it%is_restored() .and. size(it%script%asked) == 1)
-    it = trial()
+    call start(it)
     it%model%loading%prescribed(1, 1) = 0.1_wp
     call it%go([lost(), damped(5.0e-4_wp), scripted_outcome_type()], 0.08_wp)
     call tests%check('so do prescribed displacements above 0.3 of it', it%is_restored() .and. size(it%script%asked) == 1)
-    it = trial()
+    call start(it)
     it%model%loading%prescribed(1, 1) = 0.1_wp
     call it%go([lost(), damped(5.0e-4_wp), scripted_outcome_type()], 0.07_wp)
     call tests%check('below it they are damped', it%outcome%accepted .and. size(it%script%asked) == 3)
@@ -354,30 +355,30 @@ contains
   !> What no shorter step mends.
   subroutine check_unrecoverable(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
     type(scripted_outcome_type) :: singular, broken
 
     singular = lost()
     singular%cause = error_singular
-    it = trial()
+    call start(it)
     it%model%state%progress%step = 0
     call it%go([singular])
     call tests%check('singular equations of the first step end the run', it%is_restored() .and. it%outcome%unrecoverable .and. &
       it%outcome%cause == error_singular .and. size(it%script%asked) == 1)
-    it = trial()
+    call start(it)
     call it%go([singular, damped(5.0e-4_wp), scripted_outcome_type()])
     call tests%check('those of a later one are damped', it%outcome%accepted .and. .not. it%outcome%unrecoverable)
     broken = lost()
     broken%broken = .true.
     broken%cause = error_user_material
-    it = trial()
+    call start(it)
     call it%go([broken])
     call tests%check('a law that is out of order ends the run', it%is_restored() .and. it%outcome%unrecoverable .and. &
       size(it%script%asked) == 1 .and. it%outcome%cause == error_user_material)
-    it = trial()
+    call start(it)
     call it%go([lost(), damped(0.5_wp), broken, scripted_outcome_type()])
     call tests%check('also in a sub-step', it%is_restored() .and. it%outcome%unrecoverable .and. size(it%script%asked) == 3)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), broken, scripted_outcome_type()])
     call tests%check('and while the load is held', it%is_restored() .and. it%outcome%unrecoverable .and. &
       size(it%script%asked) == 2 .and. it%outcome%cause == error_user_material)
@@ -386,79 +387,79 @@ contains
   !> A step that is too compliant is left at once, wherever that shows.
   subroutine check_compliance(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
 
-    it = limited()
+    call start_limited(it)
     call it%go([scripted_outcome_type(compliance=20.0_wp)])
     call tests%check('a step as compliant as LIMIT COMPLIANCE allows is accepted', it%outcome%accepted .and. &
       .not. it%outcome%at_limit)
-    it = limited()
+    call start_limited(it)
     call it%go([scripted_outcome_type(compliance=20.1_wp, stabilisation_share=0.05_wp), scripted_outcome_type()])
     call tests%check('one more compliant is refused before it is held', it%is_restored() .and. it%outcome%at_limit .and. &
       size(it%script%asked) == 1)
     call tests%check('without a word of damping', .not. allocated(it%observer%text) .and. it%outcome%cause == &
       error_not_converged)
     call tests%check('and says why', index(it%outcome%reason, 'times as compliant as the first one') > 0)
-    it = limited()
+    call start_limited(it)
     call it%go([scripted_outcome_type(compliance=12.0_wp, stabilisation_share=0.05_wp), &
       scripted_outcome_type(compliance=4.0_wp, stabilisation_share=0.05_wp), &
       scripted_outcome_type(compliance=4.1_wp, stabilisation_share=0.05_wp), scripted_outcome_type()])
     call tests%check('the displacements of holds count, and end them', it%is_restored() .and. it%outcome%at_limit .and. &
       size(it%script%asked) == 3)
-    it = limited()
+    call start_limited(it)
     call it%go([lost(), damped(0.5_wp), scripted_outcome_type(damping_share=0.4_wp, undamped=0.4_wp, &
       compliance=21.0_wp), &
       scripted_outcome_type()])
     call tests%check('so do those of sub-steps', it%is_restored() .and. it%outcome%at_limit .and. &
       size(it%script%asked) == 3)
-    it = limited()
+    call start_limited(it)
     call it%go([lost(), damped(5.0e-4_wp), scripted_outcome_type(compliance=21.0_wp)])
     call tests%check('also where the load is carried without damping', it%is_restored() .and. it%outcome%at_limit)
-    it = limited()
+    call start_limited(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), &
       scripted_outcome_type(damping_share=0.4_wp, &
       undamped=0.4_wp, compliance=21.0_wp), scripted_outcome_type()])
     call tests%check('also of those in a hold', it%is_restored() .and. it%outcome%at_limit .and. &
       size(it%script%asked) == 3 .and. .not. allocated(it%observer%text))
-    it = limited()
+    call start_limited(it)
     call it%go([scripted_outcome_type(compliance=12.0_wp, stabilisation_share=0.05_wp), &
       scripted_outcome_type(compliance=4.0_wp)])
     call tests%check('loads are counted from the start of the step, in holds too', it%outcome%accepted .and. &
       all(abs(it%script%asked%start - 0.1_wp) <= 0.0_wp) .and. abs(it%record%start - 0.1_wp) <= 0.0_wp)
     call tests%close('the record has the displacements of all solves', it%record%compliance%work, 16.0_wp, 0.0_wp)
     call tests%close('and the load of the first', it%record%compliance%square, 1.0_wp, 0.0_wp)
-    it = limited()
+    call start_limited(it)
     call it%go([lost(), damped(0.5_wp), damped(5.0e-4_wp), scripted_outcome_type()])
     call tests%check('nor do sub-steps count it anew', all(abs(it%script%asked%start - 0.1_wp) <= 0.0_wp))
-    it = limited()
+    call start_limited(it)
     call it%go([scripted_outcome_type(converged=.false., compliance=21.0_wp, residual=0.5_wp, undamped=0.5_wp), &
       damped(0.5_wp), damped(5.0e-4_wp), scripted_outcome_type()])
     call tests%check('a solve that is lost has no compliance', it%outcome%accepted)
-    it = limited()
+    call start_limited(it)
     it%controls%limit_compliance = 0.0_wp
     call it%go([scripted_outcome_type(compliance=1.0e9_wp)])
     call tests%check('unless it is asked for nothing ends a step for it', it%outcome%accepted)
   end subroutine check_compliance
 
   !> A trial at a tenth of the phase whose first step had a compliance of two, with ten times that allowed.
-  function limited() result(it)
-    type(trial_type) :: it
+  subroutine start_limited(it)
+    class(trial_type), allocatable, intent(out) :: it
 
-    it = trial()
+    call start(it)
     it%model%state%progress%fraction = 0.1_wp
     it%model%state%progress%limit%first = 2.0_wp
     it%controls%limit_compliance = 10.0_wp
-  end function limited
+  end subroutine start_limited
 
   !> Re-equilibration at constant load.
   subroutine check_reequilibrations(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
 
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.01_wp)])
     call tests%check('a share at its bound is not held', it%outcome%accepted .and. it%record%reequilibrations == 0)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
       scripted_outcome_type(stabilisation_share=0.02_wp), &
       scripted_outcome_type(stabilisation_share=0.005_wp, undamped=2.0e-7_wp)])
@@ -471,20 +472,20 @@ contains
       all(it%script%allowed == it%controls%max_iterations*[1, 3, 3]))
     call tests%check('with the whole stabilisation', all(abs(it%script%asked%stabilisation - 1.0_wp) <= 0.0_wp))
     call tests%close('the record tells the residual of the last hold', it%record%out_of_balance, 2.0e-7_wp, 0.0_wp)
-    it = trial()
+    call start(it)
     it%controls%stabilisation_fade = 0.5_wp
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
       scripted_outcome_type(stabilisation_share=0.02_wp), &
       scripted_outcome_type(stabilisation_share=0.005_wp)])
     call tests%check('or one that fades from hold to hold', &
       all(abs(it%script%asked%stabilisation - [1.0_wp, 0.5_wp, 0.25_wp]) <= 0.0_wp))
-    it = trial()
+    call start(it)
     it%controls%stabilisation_fade = 1.0e-4_wp
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
       scripted_outcome_type(stabilisation_share=0.02_wp), &
       scripted_outcome_type(stabilisation_share=0.005_wp)])
     call tests%check('down to a millionth', abs(it%script%asked(3)%stabilisation - 1.0e-6_wp) <= 0.0_wp)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
       scripted_outcome_type(stabilisation_share=0.011_wp)])
     call tests%check('a share that stays is not accepted', it%is_restored() .and. it%record%reequilibrations == 3 .and. &
@@ -492,7 +493,7 @@ contains
     call tests%check('and told', index(it%outcome%reason, 'the stabilisation carries') == 1 .and. &
       it%outcome%worst_label == 0 .and. .not. it%outcome%unrecoverable)
     call tests%check('in the log, too', index(it%observer%text, 're-equilibration does not bring it below') > 0)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
       scripted_outcome_type(stabilisation_share=0.005_wp, undamped=2.0e-6_wp)])
     call tests%check('nor is a hold out of balance', it%is_restored())
@@ -501,27 +502,27 @@ contains
   !> A hold that is lost.
   subroutine check_lost_reequilibrations(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
 
-    it = trial()
+    call start(it)
     it%controls%damping = .false.
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost()])
     call tests%check('a lost hold is not accepted', it%is_restored() .and. size(it%script%asked) == 2 .and. &
       it%record%rejected == 1)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
       scripted_outcome_type(stabilisation_share=0.005_wp)])
     call tests%check('sub-steps may carry it', it%outcome%accepted .and. it%solves_taken() == 3 .and. &
       it%record%reequilibrations == 1)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
       scripted_outcome_type(stabilisation_share=0.02_wp), scripted_outcome_type(stabilisation_share=0.005_wp)])
     call tests%check('and it is held again where they leave too much', it%outcome%accepted .and. it%record%reequilibrations == 2)
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(0.5_wp)])
     call tests%check('without them the step is rejected', it%is_restored() .and. index(it%observer%text, &
       're-equilibration rejected (the load is not carried') > 0)
-    it = trial()
+    call start(it)
     it%model%analysis%method%basis = basis_fem
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
       scripted_outcome_type(stabilisation_share=0.005_wp)])
@@ -532,17 +533,17 @@ contains
   !> Errors that end the run leave the state of the last accepted step.
   subroutine check_fatal(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
     type(scripted_outcome_type) :: fatal
 
     fatal = scripted_outcome_type(fatal=.true.)
-    it = trial()
+    call start(it)
     call it%go([fatal])
     call tests%check('an error of the static step is handed on', allocated(it%error) .and. it%is_restored())
-    it = trial()
+    call start(it)
     call it%go([lost(), damped(0.5_wp), fatal])
     call tests%check('one of a sub-step too, with the state restored', allocated(it%error) .and. it%is_restored())
-    it = trial()
+    call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), fatal])
     call tests%check('and one of a hold', allocated(it%error) .and. it%is_restored())
   end subroutine check_fatal
@@ -550,22 +551,22 @@ contains
   !> What is not a number is not small.
   subroutine check_not_numbers(tests)
     type(tests_type), intent(inout) :: tests
-    type(trial_type) :: it
+    class(trial_type), allocatable :: it
     type(scripted_outcome_type) :: answer
     real(wp) :: nan
 
     nan = ieee_value(1.0_wp, ieee_quiet_nan)
     answer = scripted_outcome_type()
     answer%undamped = nan
-    it = trial()
+    call start(it)
     call it%go([answer])
     call tests%check('a residual that is not a number is not accepted', it%is_restored())
     answer = scripted_outcome_type()
     answer%stabilisation_share = nan
-    it = trial()
+    call start(it)
     call it%go([answer])
     call tests%check('nor a share of the stabilisation', it%is_restored())
-    it = trial()
+    call start(it)
     call it%go([lost(), damped(nan)])
     call tests%check('nor a share of the damping', it%is_restored())
   end subroutine check_not_numbers

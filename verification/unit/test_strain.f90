@@ -164,9 +164,10 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: text
     type(simulation_type), intent(inout) :: run
-    type(problem_type) :: problem
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
 
+    allocate (problem)
     call problem%parse(text, 'block', error)
     if (.not. allocated(error)) call run%create(problem, error)
     if (.not. allocated(error)) call run%run(error)
@@ -194,11 +195,12 @@ contains
   !> A biaxial run of six steps to the stretches 1.1 and 0.7; a second phase sets strains to zero and stretches on.
   subroutine check_biaxial(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     character(len=*), parameter :: on = '*PHASE, NAME=on|*RESET DISPLACEMENTS|*FIX|right, X|*PRESCRIBE|'// &
       'top, Y, -0.07|*CONTROLS, STEPS=2|*END PHASE|'
     real(wp), parameter :: volume = log(1.1_wp*0.7_wp), first = log(1.1_wp), second = log(0.7_wp)
 
+    allocate (run)
     call run_deck(tests, block('*ELASTIC|1000, 0.3', '*METHOD, BASIS=FEM'), run)
     call tests%close('a biaxial run has the logarithms of its stretches', distance(run, 'point_strain', [first, &
       second, 0.0_wp, 0.0_wp]), 0.0_wp, 1.0e-9_wp)
@@ -223,9 +225,10 @@ contains
       '*SOFTENING, TYPE=LINEAR, REGULARISATION=NONE|2, 15, 0, 0.5'
     character(len=11), parameter :: kinematics(2) = [character(len=11) :: 'LOGARITHMIC', 'JAUMANN']
     real(wp), parameter :: tolerance(2) = [1.0e-9_wp, 3.0e-2_wp]
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     integer :: k
 
+    allocate (run)
     do k = 1, 2
       call run_deck(tests, block(soil, '*METHOD, BASIS=FEM, KINEMATICS='//trim(kinematics(k))), run)
       associate (points => run%model%state%points)
@@ -242,10 +245,11 @@ contains
   !> Under a pressure that cells share, strains are those that the law has seen: their volume is that of the points.
   subroutine check_locking(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(field_list_type) :: list
     real(wp), allocatable :: volume(:)
 
+    allocate (run)
     call run_deck(tests, joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 4|Y, 0, 1.5, 3|'// &
       '*MATERIAL, NAME=clay|*ELASTIC|1000, 0.49|*MOHR COULOMB|5, 0, 0|*UNIT WEIGHT|18|*METHOD, BASIS=STANDARD|'// &
       '*BODY, NAME=block, MATERIAL=clay, SHAPE=BOX|0, 1.2, 0, 1|*NSET, NSET=base, PLANE=Y|0|'// &
@@ -267,10 +271,11 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), parameter :: cards(3) = [character(len=26) :: '*FIELD, STRAIN=NO', '*FIELD, VTK=NO, HDF5=NO', &
       '*FIELD, VTK=NO']
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     integer :: i, rows, columns
 
+    allocate (run)
     do i = 1, 3
       call run_deck(tests, block('*ELASTIC|1000, 0.3', '*METHOD, BASIS=FEM|'//trim(cards(i))), run)
       call tests%check(trim(cards(i))//': strains are carried if results show them', &
@@ -285,13 +290,14 @@ contains
   !> The first picture and the first results show the initial stresses.
   subroutine check_start(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run, start
-    type(problem_type) :: problem
+    class(simulation_type), allocatable :: run, start
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory, text, bytes
     type(field_list_type) :: list
     real(wp), allocatable :: stress(:, :)
 
+    allocate (run, start, problem)
     call problem%parse(joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=TRI6|X, 0, 2, 2|Y, 0, 2, 2|'// &
       '*MATERIAL, NAME=sand|*ELASTIC|20000, 0.3|*UNIT WEIGHT|18|*BODY, NAME=ground, MATERIAL=sand, SHAPE=ALL|'// &
       '*METHOD, BASIS=STANDARD, INTEGRATION=POINTS|*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=left, PLANE=X|0|'// &

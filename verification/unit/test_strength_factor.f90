@@ -277,10 +277,11 @@ contains
   !> Materials that bodies are of in a phase: not those that a phase before has changed, nor of bodies that are gone.
   subroutine check_materials_in_use(tests)
     type(tests_type), intent(inout) :: tests
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     character(len=*), parameter :: names = 'abc'
     integer :: i
 
+    allocate (analysis)
     allocate (analysis%bodies(2), analysis%materials(3), analysis%phases(3))
     do i = 1, 3
       analysis%materials(i)%name = names(i:i)

@@ -30,8 +30,9 @@ contains
   subroutine collect_stress_error(tests)
     !> Gains the checks.
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     call tests%start('stress_error')
     call check_linear_fields(tests, 'QUAD4', 'STANDARD', rounding)
     call check_linear_fields(tests, 'QUAD8', 'STANDARD', rounding)
@@ -65,12 +66,13 @@ contains
     type(model_type), intent(out) :: model
     !> Points a cell, those of the element when not given.
     integer, intent(in), optional :: points
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
     logical :: solid
 
+    allocate (analysis)
     solid = any(element == [character(len=8) :: 'HEX8', 'WEDGE15'])
     text = '*MODEL, TYPE='//merge('3D          ', 'PLANE STRAIN', solid)//'|*GRID, ELEMENT='//element// &
       '|X, 0, 1, 5|Y, 0, 1.5, 8|'
@@ -115,9 +117,10 @@ contains
     character(len=*), intent(in) :: element, basis
     !> What is allowed.
     real(wp), intent(in) :: tolerance
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(stress_error_type) :: estimate
 
+    allocate (model)
     call build(element, basis, '0, 0.93, 0, 0.81', model)
     call tests%check(element//' '//basis//' is built, of two materials', maxval(model%state%points%material) == 2)
     if (model%state%points%count == 0) return
@@ -138,10 +141,11 @@ contains
     !> Gains the checks.
     type(tests_type), intent(inout) :: tests
     real(wp), parameter :: amplitude = 0.2_wp
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(stress_error_type) :: estimate
     integer :: p, column, row, inner
 
+    allocate (model)
     call build('QUAD4', 'STANDARD', '0, 1, 0, 0.75', model)
     associate (points => model%state%points)
       points%material = 1
@@ -170,10 +174,11 @@ contains
     character(len=*), intent(in) :: element, basis
     !> Degree of the displacement.
     integer, intent(in) :: degree
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(stress_error_type) :: estimate
     integer :: p, inner
 
+    allocate (model)
     call build(element, basis, '0, 0.93, 0, 0.81', model, points=merge(64, 16, element == 'HEX8'))
     associate (points => model%state%points)
       points%material = 1
@@ -200,10 +205,11 @@ contains
     !> Stress away from the error; that around the error is -1.
     real(wp), intent(in) :: far
     real(wp), parameter :: amplitude = 0.2_wp
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(stress_error_type) :: small, large
     integer :: p, column, row, inner
 
+    allocate (model)
     call build('QUAD4', 'STANDARD', '0, 1, 0, 0.75', model)
     inner = 0
     associate (points => model%state%points)
@@ -237,10 +243,11 @@ contains
   subroutine check_words(tests)
     !> Gains the checks.
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(stress_error_type) :: estimate
     character(len=:), allocatable :: line, warning
 
+    allocate (model)
     call build('QUAD4', 'STANDARD', '0, 0.93, 0, 0.81', model)
     model%state%points%stress = 0.0_wp
     model%state%points%stress(2, :) = -0.8_wp
@@ -269,9 +276,10 @@ contains
   !> carry in all; points of the surface are not looked at one by one.
   subroutine check_reaction(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(stress_error_type) :: estimate
 
+    allocate (model)
     call build('QUAD4', 'STANDARD', '0, 0.93, 0, 0.81', model)
     model%state%points%stress = 0.0_wp
     model%state%points%stress(2, :) = -1.2_wp
@@ -291,9 +299,10 @@ contains
   subroutine check_surface(tests)
     !> Gains the checks.
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(stress_error_type) :: estimate
 
+    allocate (model)
     call build('QUAD4', 'STANDARD', '0, 0.93, 0, 0.81', model)
     model%state%points%stress = 0.0_wp
     model%state%points%stress(2, :) = -0.8_wp
@@ -314,9 +323,10 @@ contains
   subroutine check_few_points(tests)
     !> Gains the checks.
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(stress_error_type) :: estimate
 
+    allocate (model)
     call build('QUAD4', 'STANDARD', '0, 0.02, 0, 0.02', model)
     model%state%points%stress = 0.0_wp
     model%state%points%stress(1, :) = 1.0_wp
@@ -329,10 +339,11 @@ contains
   subroutine check_threads(tests)
     !> Gains the checks.
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(stress_error_type) :: one, three
     integer :: threads, p
 
+    allocate (model)
     call build('TRI6', 'STANDARD', '0, 0.93, 0, 0.81', model)
     do p = 1, model%state%points%count
       model%state%points%stress(:, p) = [sin(3.0_wp*p), cos(7.0_wp*p), sin(5.0_wp*p), cos(2.0_wp*p)]

@@ -47,10 +47,11 @@ contains
     character(len=*), intent(in) :: basis, kind
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     ! No strains: points are moved without the results of an evaluation.
     call parse_deck('test.inp', joined('*FIELD, STRAIN=NO|*MODEL, TYPE=PLANE STRAIN|'// &
       '*GRID, ELEMENT=QUAD4| X, -1, 3, 8| Y, -1, 3, 8|*METHOD, BASIS='//basis//'|*MATERIAL, NAME=soil|'// &
@@ -80,13 +81,14 @@ contains
   subroutine check_springs(tests, basis, kind)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: basis, kind
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(supports_type), pointer :: supports
     real(wp), allocatable :: u(:, :), force(:, :), linear(:, :), block(:, :, :, :)
     real(wp) :: total(2)
     integer :: a, b, k, n
 
+    allocate (model, step)
     call make_step(basis, kind, model, step)
     supports => supports_of(step)
     allocate (u(2, model%space%node_count), force(2, model%space%node_count), &
@@ -128,12 +130,13 @@ contains
   !> A surface that is off its plane is pulled back although nothing moves in the step.
   subroutine check_gap(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
     type(supports_type), pointer :: supports
     type(error_type), allocatable :: error
     real(wp), allocatable :: force(:, :), still(:, :)
 
+    allocate (model, step)
     call make_step('SPLINE2', 'NORMAL', model, step)
     supports => supports_of(step)
     model%state%surface%position = model%state%surface%position &
@@ -149,13 +152,14 @@ contains
   subroutine check_areas(tests, basis)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: basis
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :)
     real(wp) :: expected(2), total(2)
     integer :: a
 
+    allocate (model, step)
     call make_step(basis, 'ALL', model, step)
     allocate (u(2, model%space%node_count))
     do a = 1, model%space%node_count

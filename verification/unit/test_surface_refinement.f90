@@ -39,10 +39,11 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind, more
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('test.inp', joined('*MODEL, TYPE='//kind//'|'//head//more//'*MOVE, BODY=plate|0, -0.1|*END PHASE|'), &
       analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
@@ -92,10 +93,11 @@ contains
   subroutine check_stretched(tests, kind)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     real(wp) :: before(8), longest, shortest
     integer :: drawn, fine
 
+    allocate (model)
     call build(tests, kind, '', model)
     drawn = count(model%state%surface%surface == 1)
     call refine_surfaces(model)
@@ -161,9 +163,10 @@ contains
   !> What is loaded, and what bends, is left as it is.
   subroutine check_others(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     integer :: others, i, n
 
+    allocate (model)
     call build(tests, 'PLANE STRAIN', '*TRACTION, SURFACE=top|0, -1|', model)
     n = model%state%surface%count
     call stretch(model, 3.0_wp)

@@ -61,10 +61,11 @@ contains
     character(len=*), intent(in) :: phase
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
+    allocate (analysis)
     call parse_deck('block.inp', joined(block//'*PHASE, NAME=one, TIME=2|'//phase//'|*END PHASE|'), analysis, &
       messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
@@ -92,10 +93,11 @@ contains
   !> The internal force is that of the soil, the supports and the spring; the spring's is its formula.
   subroutine check_residual(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp), allocatable :: u(:, :), spring(:, :)
 
+    allocate (model, step)
     call make_step('*FIX|base, ALL|*GRAVITY|0, -1|*SUPPORT, SURFACE=side, TYPE=NORMAL', model, step)
     allocate (u, source=spread([0.02_wp, -0.01_wp], 2, model%space%node_count))
     allocate (spring, source=force_named(step, 'force of the spring', u))
@@ -117,10 +119,11 @@ contains
   !> The matrix times a direction is the change of the residual along it, all terms at work.
   subroutine check_tangent(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
 
+    allocate (model, step)
     ! A pressure that is not small beside the modulus, so that its whole stiffness is in the matrix.
     call make_step('*FIX|base, ALL|*GRAVITY|0, -1|*PRESSURE, SURFACE=top|300|*SUPPORT, SURFACE=side, TYPE=NORMAL', &
       model, step)
@@ -136,11 +139,12 @@ contains
   !> The linear force of prescribed displacements is the matrix times them, with the spring in it.
   subroutine check_prescribed(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: still(:, :), v(:, :), linear(:, :), ahead(:, :), back(:, :)
 
+    allocate (model, step)
     call make_step('*FIX|base, ALL|*GRAVITY|0, -1|*SUPPORT, SURFACE=side, TYPE=NORMAL', model, step)
     ! A spring that is stretched already: what it pulls with at the start is no answer to a displacement.
     call keep_values(model%state%kept, position_reached, reshape([0.3_wp], [1, 1]))
@@ -165,14 +169,15 @@ contains
   !> state has its own.
   subroutine check_history(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
-    type(step_type), target :: step
-    type(state_type) :: before
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
+    class(state_type), allocatable :: before
     type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     real(wp) :: moved
 
+    allocate (model, step, before)
     call make_step('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
     before = model%state
     associate (controls => model%analysis%phases(1)%controls)
@@ -229,9 +234,10 @@ contains
   !> A force that is not a number loses the solve and is named.
   subroutine check_message(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
 
+    allocate (run)
     call tests%put_off_traps()
     call begin(run, ieee_value(1.0_wp, ieee_quiet_nan))
     call run%run(error)
@@ -247,9 +253,10 @@ contains
     !> Stiffness.
     real(wp), intent(in) :: k
     logical, intent(in), optional :: no_spring
-    type(problem_type) :: problem
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
 
+    allocate (problem)
     call problem%parse(joined(block//'*PHASE, NAME=one|*FIX|base, ALL|*GRAVITY|0, -1|*CONTROLS, STEPS=4|*END PHASE|'), &
       'block', error)
     if (.not. allocated(error)) call run%create(problem, error)
@@ -261,10 +268,11 @@ contains
   !> The spring in an analysis: column of curves.csv, restart file, snapshot.
   subroutine check_analysis(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: whole, half, other, without
+    class(simulation_type), allocatable :: whole, half, other, without
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory, text
 
+    allocate (whole, half, other, without)
     call make_folder(directory)
     call begin(whole, stiffness)
     call whole%record(directory//'/out', error)

@@ -95,9 +95,10 @@ contains
     class(diffusion_type), intent(in) :: term
     !> Cards of the phase between bars.
     character(len=*), intent(in) :: more
-    type(problem_type) :: problem
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
 
+    allocate (problem)
     call problem%parse(joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 0.125, 1|Y, 0, 3, 24|'// &
       '*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=all, BOX|0, 0.125, 0, 3|*MATERIAL, NAME=soil|*ELASTIC|1000, 0|'// &
       '*UNIT WEIGHT|1e-2|*BODY, NAME=column, MATERIAL=soil, SHAPE=BOX|0, 0.125, 0, 1|'// &
@@ -139,11 +140,12 @@ contains
   !> The displacement beside a scalar that does not press is what it is alone; the scalar is linear.
   subroutine check_alone(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: beside, alone
+    class(simulation_type), allocatable :: beside, alone
     type(diffusion_type) :: term
     type(error_type), allocatable :: error
     character(len=*), parameter :: weight = 'base, ALL|*GRAVITY|0, -1|'
 
+    allocate (beside, alone)
     term = new_diffusion(0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp)
     term%level = [0.0_wp, 1.0_wp]
     term%value = [0.0_wp, q_top]
@@ -171,10 +173,11 @@ contains
   subroutine check_one_way(tests)
     type(tests_type), intent(inout) :: tests
     real(wp), parameter :: alpha = 2.0_wp
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(diffusion_type) :: term
     type(error_type), allocatable :: error
 
+    allocate (run)
     term = new_diffusion(0.0_wp, 3.0_wp, alpha, 0.0_wp)
     term%level = [0.0_wp, 1.0_wp]
     term%value = [0.0_wp, q_top]
@@ -196,11 +199,12 @@ contains
     real(wp), parameter :: c = 1.0_wp, k = 0.1_wp, alpha = 20.0_wp, beta = 30.0_wp, dt = 0.25_wp
     real(wp), parameter :: turn = cos(pi*h), m = h*(5.0_wp + 3.0_wp*turn)/8.0_wp
     real(wp), parameter :: squeeze = alpha*beta/young*h*(1.0_wp + turn)/2.0_wp, flow = 2.0_wp*k*(1.0_wp - turn)/h
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(diffusion_type) :: term
     type(error_type), allocatable :: error
     real(wp) :: exact
 
+    allocate (run)
     term = new_diffusion(c, k, alpha, beta)
     term%level = [0.0_wp, 1.0_wp]
     call begin(run, term, 'base, ALL|')
@@ -251,10 +255,11 @@ contains
   subroutine check_closed_body(tests)
     type(tests_type), intent(inout) :: tests
     real(wp), parameter :: c = 1.0_wp, alpha = 20.0_wp, beta = 30.0_wp
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp), allocatable :: before(:)
 
+    allocate (run)
     call begin(run, new_diffusion(c, 0.1_wp, alpha, beta), 'base, ALL|')
     allocate (before(run%model%state%points%count), source=q_top)
     call bring_along(run%model, before)
@@ -268,13 +273,14 @@ contains
   subroutine check_tangent(tests)
     type(tests_type), intent(inout) :: tests
     real(wp), parameter :: step_of_difference = 1.0e-6_wp
-    type(simulation_type) :: run
-    type(step_type) :: step
+    class(simulation_type), allocatable :: run
+    class(step_type), allocatable :: step
     type(diffusion_type) :: term
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :), v(:, :), along(:), by_matrix(:), ahead(:), back(:)
     integer :: i
 
+    allocate (run, step)
     term = new_diffusion(2.0_wp, 300.0_wp, 700.0_wp, 40.0_wp)
     term%level(1) = 0.0_wp
     call begin(run, term, 'base, ALL|*GRAVITY|0, -1|')
@@ -328,9 +334,10 @@ contains
   subroutine check_carried(tests)
     type(tests_type), intent(inout) :: tests
     real(wp), parameter :: rise = 0.7_wp
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
 
+    allocate (run)
     call begin(run, diffusion_free(), '*PRESCRIBE|all, Y, 0.7|')
     call bring_along(run%model, q_top*run%model%state%points%position(2, :))
     call run%run(error)
@@ -344,10 +351,11 @@ contains
   !> Each field has its own reference and tolerance; the worst one decides.
   subroutine check_norm(tests)
     type(tests_type), intent(inout) :: tests
-    type(step_type) :: step
+    class(step_type), allocatable :: step
     real(wp) :: ratio
     integer :: worst
 
+    allocate (step)
     call add_field(step%unknowns, 'displacement', 2, 4)
     call add_field(step%unknowns, field, 1, 4, tolerance_ratio=10.0_wp)
     step%field_of = [1, 2, 1, 2]
@@ -365,10 +373,11 @@ contains
   !> the iteration never finds it.
   subroutine check_lost_step(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(diffusion_type) :: term
     type(error_type), allocatable :: error
 
+    allocate (run)
     term = new_diffusion(1.0_wp, 1.0e-3_wp, 0.0_wp, 0.0_wp)
     term%level = [0.0_wp, 1.0_wp]
     term%value = [0.0_wp, q_top]
@@ -390,13 +399,14 @@ contains
   !> Snapshot and restart file bring both fields back, bit for bit.
   subroutine check_kept(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: whole, half, other
-    type(snapshot_type) :: snapshot
+    class(simulation_type), allocatable :: whole, half, other
+    class(snapshot_type), allocatable :: snapshot
     type(diffusion_type) :: term
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
     character(len=*), parameter :: weight = 'base, ALL|*GRAVITY|0, -1|'
 
+    allocate (whole, half, other, snapshot)
     term = new_diffusion(1.0_wp, 0.1_wp, 20.0_wp, 30.0_wp)
     term%level = [0.0_wp, 1.0_wp]
     term%value = [0.0_wp, q_top]
@@ -435,10 +445,11 @@ contains
   !> Two terms that mean different fields by one name; a scalar that is not a number.
   subroutine check_mistakes(tests)
     type(tests_type), intent(inout) :: tests
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     type(diffusion_type) :: term
     type(error_type), allocatable :: error
 
+    allocate (run)
     term = diffusion_free()
     call begin(run, term, 'base, ALL|')
     call term%need_field('displacement', 2)

@@ -53,13 +53,14 @@ contains
     !> Name of the check; type of the model, method, bodies, lines of *FIX; part of the sentence, nothing when
     !> none is due.
     character(len=*), intent(in) :: name, kind, method, bodies, fixities, expected
-    type(analysis_type) :: analysis
-    type(model_type) :: model
-    type(step_type) :: step
+    class(analysis_type), allocatable :: analysis
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
 
+    allocate (analysis, model, step)
     text = '*MODEL, TYPE='//kind//'|*GRID, ELEMENT='//merge('HEX8 ', 'QUAD4', kind == '3D')//'|X, 0, 4, 4|Y, 0, 8, 8'
     if (kind == '3D') text = text//'|Z, 0, 1, 1'
     text = text//'|*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=left, PLANE=X|0|*NSET, NSET=corner, BOX|0, 0, 0, 0'// &

@@ -92,9 +92,10 @@ contains
     type(simulation_type), intent(inout) :: run
     !> A model of the program's own in place of the deck's.
     type(hooke_type), intent(in), optional :: hooke
-    type(problem_type) :: problem
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
 
+    allocate (problem)
     if (present(hooke)) call problem%set_material('soil', hooke, error)
     call problem%parse(sample_deck(), 'sample', error)
     if (.not. allocated(error)) call run%create(problem, error)
@@ -147,12 +148,13 @@ contains
   subroutine check_laws(tests, value)
     type(tests_type), intent(inout) :: tests
     real(wp), intent(in) :: value
-    type(simulation_type) :: run
-    type(problem_type) :: problem
+    class(simulation_type), allocatable :: run
+    class(problem_type), allocatable :: problem
     type(error_type), allocatable :: error
     character(len=9), parameter :: names(3) = ['a stress ', 'a state  ', 'a tangent']
     integer :: wrong, from_step
 
+    allocate (run, problem)
     do from_step = 1, 2
       do wrong = 1, 3
         call begin(run, hooke_of(wrong, from_step, value))
@@ -186,8 +188,9 @@ contains
   subroutine check_loads(tests, value)
     type(tests_type), intent(inout) :: tests
     real(wp), intent(in) :: value
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
 
+    allocate (run)
     call begin_and_step(run)
     run%model%loading%gravity_final(2) = value
     call refuse(tests, run, 'a gravity', value, 'the load at node')
@@ -210,7 +213,7 @@ contains
   subroutine check_states(tests, value)
     type(tests_type), intent(inout) :: tests
     real(wp), intent(in) :: value
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
     character(len=24), parameter :: names(16) = [character(len=24) :: 'position', 'initial position', &
       'local coordinate', 'volume', 'initial volume', 'weight', 'half size', 'stress', 'state', 'deformation gradient', &
       'area', 'area vector', 'normal', 'position', 'reaction', 'position']
@@ -218,6 +221,7 @@ contains
     character(len=24), parameter :: of_what(16) = [character(len=24) :: ('material point 2', k=1, 10), &
       ('surface point 1', k=1, 3), 'node 3', 'node 3', 'surface point 1']
 
+    allocate (run)
     do k = 1, size(names)
       call begin_and_step(run)
       call spoil(run, k, value)
@@ -257,8 +261,9 @@ contains
   subroutine check_progress(tests, value)
     type(tests_type), intent(inout) :: tests
     real(wp), intent(in) :: value
-    type(simulation_type) :: run
+    class(simulation_type), allocatable :: run
 
+    allocate (run)
     call begin_and_step(run)
     run%model%state%progress%damping = value
     call refuse(tests, run, 'a damping', value, 'damping')
