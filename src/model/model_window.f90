@@ -68,7 +68,8 @@ contains
 
   !> Widen the window of a process of a team by the cells that its own places have moved to and those around them: what
   !> lies beyond the window would be taken for lost, or for material at the wall of the mesh. It follows when the points
-  !> have gone to their processes (qsmpm_division), which are found by these cells. The positions are new, the cells old.
+  !> have gone to their processes (qsmpm_division), which are found by these cells. The positions are new, the cells may
+  !> be old.
   subroutine reach_own(model)
     type(model_type), intent(inout) :: model
     type(window_type) :: whole, needed, old

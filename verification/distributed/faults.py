@@ -44,11 +44,11 @@ def let_go() -> str:
 
 def killed(place: Place) -> None:
     """One of two ranks is killed: all end in ten seconds, not with 0, and the run goes on from its file to the same bytes."""
-    deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "1.2"), steps=80, more="*RESTART, EVERY=5\n")
+    deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "1.2"), steps=60, more="*RESTART, EVERY=5\n")
     whole = place.run("qsmpm-mpi", deck, "whole", ranks=2)
-    run = end_one(place, deck, 2, 21, signal.SIGKILL)
+    run = end_one(place, deck, 2, 12, signal.SIGKILL)
     expect(run.code != 0 and not run.log.rstrip().endswith("finished"), f"exit code {run.code}")
-    expect(len(run.rows()) < 80, "it had ended before")
+    expect(len(run.rows()) < 60, "it had ended before")
     rest = place.run("qsmpm-mpi", deck, "long", ranks=2, restart=run.folder / "restart.h5")
     expect_same_bytes(whole, rest)
 

@@ -61,7 +61,7 @@ def faces(place: Place) -> None:
 
 def cut_back(place: Place) -> None:
     """A step that is cut back, after points have gone to other ranks, begins again from the points of the step before."""
-    for run in travels(place, "cut", carried(3, 1.6), 3):
+    for run in travels(place, "cut", carried(3, 1.6), 2):
         expect("increment cut back" in run.log, "no step was cut back")
 
 

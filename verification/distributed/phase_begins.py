@@ -80,7 +80,7 @@ def rest_and_branches(place: Place) -> None:
 FREED = """*PHASE, NAME=freed
 *FIX
 left, FREE
-*CONTROLS, STEPS=4, TOLERANCE=1E-8
+*CONTROLS, STEPS=3, TOLERANCE=1E-8
 *END PHASE
 """
 
