@@ -26,7 +26,7 @@ module qsmpm_convection
   use qsmpm_soil_points, only: soil_type, soil_of, find_point_results, take_point_results
   use qsmpm_surface_basis, only: turn_areas
   use qsmpm_point_location, only: activation_type, relocate
-  use qsmpm_model_window, only: follow_material
+  use qsmpm_model_window, only: follow_material, reach_own
   use qsmpm_rigid_bodies, only: rigid_body_number
   use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_moving_rows, only: scale_rows, carry_rows, is_tangled
@@ -81,8 +81,13 @@ contains
       else if (model%analysis%moving_mesh%active) then
         call move_rows(model, displacement)
       end if
-      ! Where a team shares the model its window follows when the points have gone to their processes.
-      if (.not. (allocated(error) .or. is_divided(model%part))) call follow_material(model)
+      if (.not. allocated(error)) then
+        if (is_divided(model%part)) then
+          call reach_own(model)
+        else
+          call follow_material(model)
+        end if
+      end if
       if (.not. allocated(error)) call find_again(model%mesh, model%cell_size, model%part, model%state, error)
     end if
     if (allocated(error)) return

@@ -172,19 +172,25 @@ contains
     call reset_division(model, loop)
   end subroutine take_parts
 
-  !> Divide a model anew whose largest part has grown by much against the others.
+  !> Divide a model anew whose largest part has grown by much against the others, and one whose state was written: a run
+  !> that goes on from the file shares the points as they lie there, and is to give the bytes of this one.
   subroutine even_parts(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
+    logical :: has_grown, is_written
 
     if (.not. is_divided(model%part)) return
-    if (.not. unevenness(model) > most_growth*loop%unevenness) return
+    has_grown = unevenness(model) > most_growth*loop%unevenness
+    associate (every => model%analysis%output%restart_every)
+      is_written = every > 0 .and. modulo(model%state%progress%step, max(1, every)) == 0
+    end associate
+    if (.not. (has_grown .or. is_written)) return
     call divide_anew(model, error)
     call agree(loop%team, error)
     if (allocated(error)) return
-    call observer%note(division_text(model))
+    if (has_grown) call observer%note(division_text(model))
     call reset_division(model, loop)
   end subroutine even_parts
 

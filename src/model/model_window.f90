@@ -8,6 +8,7 @@ module qsmpm_model_window
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_grid, basis_fem
   use qsmpm_body_stages, only: link_points
+  use qsmpm_cell_numbers, only: number_all
   use qsmpm_diagnostics, only: diagnostics_type
   use qsmpm_first_window, only: is_windowed, least_margin, usual_margin
   use qsmpm_grid, only: grid_type, whole_window, pieces_of
@@ -21,13 +22,14 @@ module qsmpm_model_window
   use qsmpm_model_space, only: make_space
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_own_marks, only: mark_own
+  use qsmpm_own_part, only: own_of
   use qsmpm_points, only: carried_type, copy_points
   use qsmpm_sorting, only: order_columns
   use qsmpm_space, only: node_label, refresh_space
   implicit none
   private
 
-  public :: follow_material, lay_window, restore, return_to_window, place_mesh, fit_window
+  public :: follow_material, reach_own, lay_window, restore, return_to_window, place_mesh, fit_window
 
 contains
 
@@ -64,8 +66,51 @@ contains
     call move_window(model, window, pieces_of(grid))
   end subroutine follow_material
 
+  !> Widen the window of a process of a team by the cells that its own places have moved to and those around them: what
+  !> lies beyond the window would be taken for lost, or for material at the wall of the mesh. It follows when the points
+  !> have gone to their processes (qsmpm_division), which are found by these cells. The positions are new, the cells may
+  !> be old.
+  subroutine reach_own(model)
+    type(model_type), intent(inout) :: model
+    type(window_type) :: whole, needed, old
+    type(grid_type) :: grid
+    logical :: any_point
+
+    if (.not. is_windowed(model%analysis)) return
+    grid = grid_of(model%analysis)
+    whole = whole_window(grid)
+    old = model%state%window
+    if (old == whole) return
+    any_point = .false.
+    associate (state => model%state, part => model%part)
+      call add_own(state%points, part%points)
+      call add_own(state%surface, part%surface)
+      call add_own(state%tracers, part%tracers)
+      call add_own(state%watched, part%watched)
+      call add_own(state%inactive%unloading, part%unloading)
+      call add_own(state%inactive%unloading_surface, part%unloading_surface)
+      call add_own(state%inactive%feet, part%feet)
+    end associate
+    if (.not. any_point) return
+    needed = widen(needed, [1, 1, 1], whole)
+    if (holds(old, needed)) return
+    call lay_window(model, hull(old, needed))
+    call number_all(model, old, model%state%window)
+
+  contains
+
+    !> Add the cells around own places of a set.
+    subroutine add_own(carried, marks)
+      class(carried_type), intent(in) :: carried
+      logical, allocatable, intent(in) :: marks(:)
+
+      call add_carried(model, grid, carried, needed, any_point, own_of(marks, carried%count) .and. &
+        carried%cell(:carried%count) > 0)
+    end subroutine add_own
+  end subroutine reach_own
+
   !> Add the cells around the places of what rides on the mesh.
-  subroutine add_carried(model, grid, carried, needed, any_point)
+  subroutine add_carried(model, grid, carried, needed, any_point, chosen)
     type(model_type), intent(in) :: model
     type(grid_type), intent(in) :: grid
     !> What rides on the mesh.
@@ -74,16 +119,21 @@ contains
     type(window_type), intent(inout) :: needed
     !> Whether there have been any.
     logical, intent(inout) :: any_point
+    !> Which of them; all when absent.
+    logical, intent(in), optional :: chosen(:)
     type(window_type) :: part
+    logical :: mask(carried%count)
     integer :: a
 
-    if (carried%count == 0) return
+    mask = .true.
+    if (present(chosen)) mask = chosen
+    if (.not. any(mask)) return
     do a = 1, model%mesh%dimension
       if (model%analysis%moving_mesh%active .and. a == model%analysis%moving_mesh%axis) then
         part%last(a) = size(grid%axes(a)%lines) - 1
       else
-        call cells_over(grid%axes(a)%lines, minval(carried%position(a, :carried%count)), &
-          maxval(carried%position(a, :carried%count)), part%first(a), part%last(a))
+        call cells_over(grid%axes(a)%lines, minval(carried%position(a, :carried%count), mask=mask), &
+          maxval(carried%position(a, :carried%count), mask=mask), part%first(a), part%last(a))
       end if
     end do
     if (.not. any_point) needed = part

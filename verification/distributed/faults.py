@@ -34,15 +34,39 @@ def laws(place: Place) -> None:
         expect(len(shared.rows()) == 2 and (shared.folder / "restart.h5").is_file(), f"{kind}: the steps before are not whole")
 
 
+def let_go() -> str:
+    """A block that rests beside a wall, is freed from it while its force fades, and is carried away."""
+    deck = plane("0, 1, 0, 1.5", phase="*FIX\nbase, Y\nleft, X\n*GRAVITY\n0, -1", steps=6, more="*RESTART, EVERY=1\n")
+    for name, words, steps in (("freed", "*FIX\nbase, X\nleft, FREE", 8), ("carried", "*PRESCRIBE\nbase, X, 1.2", 50)):
+        deck += f"*PHASE, NAME={name}\n{words}\n*CONTROLS, STEPS={steps}, TOLERANCE=1E-8\n*END PHASE\n"
+    return deck
+
+
 def killed(place: Place) -> None:
-    """One of three ranks is killed: all end in ten seconds, not with 0, and the run goes on from its file to the same bytes."""
-    deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "1.2"), steps=120, more="*RESTART, EVERY=10\n")
-    whole = place.run("qsmpm-mpi", deck, "whole", ranks=3)
-    run = end_one(place, deck, 3, 31, signal.SIGKILL)
+    """One of two ranks is killed: all end in ten seconds, not with 0, and the run goes on from its file to the same bytes."""
+    deck = plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "1.2"), steps=60, more="*RESTART, EVERY=5\n")
+    whole = place.run("qsmpm-mpi", deck, "whole", ranks=2)
+    run = end_one(place, deck, 2, 12, signal.SIGKILL)
     expect(run.code != 0 and not run.log.rstrip().endswith("finished"), f"exit code {run.code}")
-    expect(len(run.rows()) < 120, "it had ended before")
-    rest = place.run("qsmpm-mpi", deck, "long", ranks=3, restart=run.folder / "restart.h5")
+    expect(len(run.rows()) < 60, "it had ended before")
+    rest = place.run("qsmpm-mpi", deck, "long", ranks=2, restart=run.folder / "restart.h5")
     expect_same_bytes(whole, rest)
+
+
+def killed_in_writing(place: Place) -> None:
+    """Each of three ranks is killed at many moments of a run that does little but write restart files: the last one is good, and
+    the run goes on from it to the same bytes."""
+    deck = let_go()
+    whole = place.run("qsmpm-mpi", deck, "whole", ranks=3)
+    unfinished = 0
+    for moment in range(18):
+        at = Place(place.build, place.work / f"{moment}")
+        at.work.mkdir()
+        run = end_one(at, deck, 3, 3 + moment, signal.SIGKILL, victim=moment % 3, after=0.0013 * moment)
+        expect(run.code != 0 and len(run.rows()) < 64, f"moment {moment}: it had ended before")
+        unfinished += len(list((run.folder / "parts").glob("restart_*.h5"))) != 3
+        expect_same_bytes(whole, at.run("qsmpm-mpi", deck, "long", ranks=3, restart=run.folder / "restart.h5"))
+    expect(unfinished > 2, f"only {unfinished} of the moments fall into the writing of a file")
 
 
 def full_disk(place: Place) -> None:
@@ -63,8 +87,8 @@ def full_disk(place: Place) -> None:
             shutil.copytree(full.folder / "parts", place.work / "parts")
     finally:
         subprocess.run(["umount", str(disk)], check=False)
-    place.run("qsmpm-mpi", deck, "room", ranks=2, restart=place.work / "last.h5")
+    place.run("qsmpm", deck, "room", restart=place.work / "last.h5")
 
 
 CHECKS: list[Check] = [laws, killed, full_disk]
-LONG_CHECKS: list[Check] = []
+LONG_CHECKS: list[Check] = [killed_in_writing]

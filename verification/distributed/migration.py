@@ -61,9 +61,15 @@ def faces(place: Place) -> None:
 
 def cut_back(place: Place) -> None:
     """A step that is cut back, after points have gone to other ranks, begins again from the points of the step before."""
-    for run in travels(place, "cut", carried(3, 1.6), 4):
+    for run in travels(place, "cut", carried(3, 1.6), 2):
         expect("increment cut back" in run.log, "no step was cut back")
 
 
-CHECKS: list[Check] = [faces, cut_back]
+def strides(place: Place) -> None:
+    """A step of six cells, beyond the part of the grid that a rank looks at, is taken as on one process."""
+    _, shared = travels(place, "stride", carried(1, 1.6).replace("*CONTROLS, ", "*CONTROLS, MAX DISPLACEMENT=10, "), 2)
+    expect("cut back" not in shared.log, "the step was cut back")
+
+
+CHECKS: list[Check] = [faces, cut_back, strides]
 LONG_CHECKS: list[Check] = [corners]

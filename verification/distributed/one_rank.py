@@ -57,9 +57,13 @@ back, Z
 """
 
 
+LOST = cut(2, 0.3, 500.0, 1, solver="MUMPS").replace("*CONTROLS, ", "*CONTROLS, DAMPING=NO, SMALLEST STEP=0.1, ")
+"""A weight that no increment of which is carried."""
+
+
 def compare(place: Place, name: str, deck: str, bound: int, tolerance: float = 1.0e-4) -> Run:
     """Run a deck with MUMPS and with PETSC: curves, sweeps of the hardest correction, no fallback."""
-    direct = place.run("qsmpm-mpi", deck.replace("{solver}", "MUMPS"), f"{name}-mumps")
+    direct = place.run("qsmpm", deck.replace("{solver}", "MUMPS"), f"{name}-mumps")
     swept = place.run("qsmpm-mpi", deck.replace("{solver}", "PETSC"), f"{name}-petsc")
     apart, sweeps = distance(direct, swept), swept.profile["most_sweeps"]
     expect(swept.profile["solver"] == "PETSc GAMG", f"{name}: {swept.profile['solver']} solved in the end")
@@ -81,36 +85,34 @@ def same_bytes(place: Place) -> None:
     column = TOP / "input/column_logarithmic.inp"
     scenes = {"column": column.read_text()}
     for word in ("MUMPS", "MUMPS, PRECISION=SINGLE", "KRYLOV", "CHOLMOD"):
-        scenes[word.split("=")[-1].lower()] = cut(6, 0.3, 4.0, 2, solver=word)
+        scenes[word.split("=")[-1].lower()] = cut(6, 0.3, 4.0, 1, solver=word)
     for name, deck in scenes.items():
         alone = place.run("qsmpm", deck, f"{name}-alone")
-        for ranks in (0, 1):
+        for ranks in (0,) if name == "column" else (1,):
             other = place.run("qsmpm-mpi", deck, f"{name}-{ranks}", ranks)
             expect(alone.curves == other.curves, f"{name}: other curves with {ranks or 'no'} mpirun -n")
 
 
 def unit_tests(place: Place) -> None:
     """The unit tests of PETSc and of the other solvers hold in the program of many processes, rows of three ranks too."""
-    said = place.call(place.build / "run_unit_tests-mpi", "petsc_solver", "linear_solver", "linear_system")
+    said = place.call(place.build / "run_unit_tests-mpi", "petsc_solver", "linear_solver", "linear_system", "petsc_ranks")
     expect(", 0 failed" in said, said)
-    for ranks in ("1", "3"):
-        said = place.call("mpirun", "-n", ranks, place.build / "run_unit_tests-mpi", "petsc_ranks")
-        expect(said.count("passed, 0 failed") == int(ranks), f"{ranks} ranks: {said}")
+    said = place.call("mpirun", "-n", "3", place.build / "run_unit_tests-mpi", "petsc_ranks")
+    expect(said.count("passed, 0 failed") == 3, f"3 ranks: {said}")
 
 
 def multigrid_solves(place: Place) -> None:
-    """PETSC takes few sweeps and gives the curves of MUMPS: elastic and failing bodies, splines, wedges, a slope."""
+    """PETSC takes few sweeps and gives the curves of MUMPS: elastic and failing bodies, splines, wedges."""
     compare(place, "elastic", cut(8, 0.3, 2.0, 1, strength="", solver="{solver}", wide=1.0), 20)
-    compare(place, "failing", cut(8, 0.3, 7.5, 5, solver="{solver}"), 40)
-    compare(place, "splines", cut(5, 0.3, 6.0, 2, solver="{solver}", method=SPLINES), 40)
+    compare(place, "failing", cut(6, 0.3, 7.5, 3, solver="{solver}"), 40)
+    compare(place, "splines", cut(4, 0.3, 6.0, 2, solver="{solver}", method=SPLINES), 40)
     compare(place, "wedges", shortened("slope_e200_coarse.inp", 15), 90)
-    compare(place, "slope", shortened("slope_grid.inp", 15), 45)
 
 
 def multigrid_solves_larger(place: Place) -> None:
     """The same of larger bodies, nearly incompressible ones too, and of a slope on fine splines."""
     compare(place, "elastic", cut(14, 0.3, 2.0, 1, strength="", solver="{solver}", wide=1.0), 20)
-    compare(place, "failing", cut(14, 0.3, 7.5, 5, solver="{solver}"), 45)
+    compare(place, "failing", cut(14, 0.3, 7.5, 5, solver="{solver}"), 40)
     compare(place, "incompressible", cut(14, 0.495, 6.2, 4, solver="{solver}"), 60)
     compare(place, "splines", cut(8, 0.3, 6.0, 2, solver="{solver}", method=SPLINES), 40)
     fine = shortened("slope_grid.inp", 15).replace("X, 0, 5, 50", "X, 0, 5, 200").replace("Y, 0, 1, 10", "Y, 0, 1, 40")
@@ -126,9 +128,9 @@ def shortened(name: str, factor: int) -> str:
 
 def gives_way(place: Place) -> None:
     """Where multigrid does not get there a direct solver does, the log says so, and the answer is that of MUMPS."""
-    deck = cut(8, 0.49999999, 3.0, 2, strength="", solver="{solver}")
+    deck = cut(8, 0.49999999, 3.0, 1, strength="", solver="{solver}")
     deck = deck.replace("*UNIT WEIGHT", "*VOLUMETRIC LOCKING, TYPE=NONE\n*UNIT WEIGHT")
-    direct = place.run("qsmpm-mpi", deck.replace("{solver}", "MUMPS"), "direct")
+    direct = place.run("qsmpm", deck.replace("{solver}", "MUMPS"), "direct")
     swept = place.run("qsmpm-mpi", deck.replace("{solver}", "PETSC"), "swept")
     expect("PETSc GAMG does not precondition the equations: factors of double precision" in swept.log, swept.log)
     expect("PETSc" not in swept.profile["solver"], swept.profile["solver"])
@@ -150,7 +152,7 @@ def repeats(place: Place) -> None:
 
 def continues(place: Place) -> None:
     """A run with PETSC that is continued from its restart file gives the bytes of one that went through."""
-    deck = cut(6, 0.3, 7.0, 20, solver="PETSC", restart="*RESTART, EVERY=1\n")
+    deck = cut(4, 0.3, 7.0, 20, solver="PETSC", restart="*RESTART, EVERY=1\n")
     through = place.run("qsmpm-mpi", deck, "through")
     part = place.stop("qsmpm-mpi", deck, "part", rows=5)
     expect(len(part.rows()) < len(through.rows()), "the run was through before it was stopped")
@@ -162,9 +164,8 @@ def exit_codes(place: Place) -> None:
     """What mpirun returns is the exit code of the program, and a run that fails ends MPI in order."""
     wrong = place.run("qsmpm-mpi", "*HEADNG\n", "wrong", ranks=1, code=2)
     expect("HEADNG" in wrong.said and "without calling" not in wrong.said, wrong.said)
-    deck = cut(2, 0.3, 500.0, 1, solver="MUMPS")
-    alone = place.run("qsmpm", deck, "alone", code=None)
-    lost = place.run("qsmpm-mpi", deck, "lost", ranks=1, code=None)
+    alone = place.run("qsmpm", LOST, "alone", code=None)
+    lost = place.run("qsmpm-mpi", LOST, "lost", ranks=1, code=None)
     expect(alone.code == lost.code and alone.code in (3, 4), f"codes {alone.code} and {lost.code}")
     expect("without calling" not in lost.said, lost.said)
 

@@ -103,8 +103,9 @@ def pictures(place: Place) -> None:
 
 
 def seals(folder: pathlib.Path) -> list[str]:
-    """Names of the parts of the restart file."""
-    return sorted(p.name for p in (folder / "parts").glob("restart_*.h5"))
+    """Names of the parts of the restart file; those of one that was being written are there too."""
+    index = (folder / "restart.h5").read_bytes()
+    return sorted(p.name for p in (folder / "parts").glob("restart_*.h5") if p.name.encode() in index)
 
 
 def stopped_by_disk(place: Place, deck: str, name: str) -> Run:

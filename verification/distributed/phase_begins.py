@@ -77,6 +77,19 @@ def rest_and_branches(place: Place) -> None:
     same_as_alone(place, "points", GROUND.format(method=STANDARD))
 
 
+FREED = """*PHASE, NAME=freed
+*FIX
+left, FREE
+*CONTROLS, STEPS=3, TOLERANCE=1E-8
+*END PHASE
+"""
+
+
+def freed_fixity(place: Place) -> None:
+    """What a fixity carried is lowered over the phase that frees it, also where the model is divided anew on the way."""
+    agrees(place, "freed", plane("0, 2, 0, 1.5", steps=2, more="*RESTART, EVERY=1\n") + FREED, (2,), SAME)
+
+
 def more_rests(place: Place) -> None:
     """The same with cells and smooth functions, and stresses that the soil does not bear."""
     gimp = GROUND.format(method="BASIS=GIMP, INTEGRATION=POINTS, KINEMATICS=LOGARITHMIC")
@@ -106,5 +119,5 @@ def divided_anew(place: Place) -> None:
     expect(told > 1, f"divided {told} times")
 
 
-CHECKS: list[Check] = [rest_and_branches]
+CHECKS: list[Check] = [rest_and_branches, freed_fixity]
 LONG_CHECKS: list[Check] = [more_rests, divided_anew]

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import argparse
 import pathlib
+import resource
 import sys
 import tempfile
 
 import faults
 import many_ranks
 import migration
+import named_scenes
 import one_rank
 import parts
 import phase_begins
@@ -23,9 +25,11 @@ import shared_meshes
 import shared_scenes
 from support import TOP, Place
 
-MODULES = [one_rank, many_ranks, migration, shared_scenes, shared_meshes, phase_begins, faults, parts]
+MODULES = [one_rank, many_ranks, migration, shared_scenes, shared_meshes, named_scenes, phase_begins, faults, parts]
 CHECKS = [check for module in MODULES for check in module.CHECKS]
 LONG_CHECKS = [check for module in MODULES for check in module.LONG_CHECKS]
+CPU_SECONDS = 60
+"""What the short part may take, all processes together; printed beside what it took."""
 
 
 def main() -> int:
@@ -51,6 +55,8 @@ def main() -> int:
             except (AssertionError, OSError) as wrong:
                 failed += 1
                 print(f"FAILED {name}\n       {wrong}", flush=True)
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    print(f"{used.ru_utime + used.ru_stime:.1f} CPU seconds{'' if words.long else f' of {CPU_SECONDS}'}")
     print(f"{len(checks) - failed} passed, {failed} failed")
     return 1 if failed else 0
 

@@ -4,14 +4,14 @@ module test_linear_system
   use testing, only: tests_type
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_band, solver_mumps, solver_krylov, precision_double, &
-    precision_single, keep_no, keep_yes
+  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_band, solver_mumps, solver_krylov, solver_petsc, &
+    precision_double, precision_single, keep_no, keep_yes
   use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_incomplete_solver, only: incomplete_solver_type, make_incomplete_solver
   use qsmpm_krylov, only: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system, factorise_system, solve_system, &
-    end_system, begin_step, failures
+    end_system, begin_step, failures, sweeps_of_multigrid
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
   use deck_matrices, only: block_type, block_model, elastic_block, yielding_block
@@ -50,6 +50,7 @@ contains
     call test_kept_factor(tests)
     call test_single_gives_way(tests)
     call test_krylov_gives_way(tests)
+    call test_sweeps_that_pay(tests)
   end subroutine collect_linear_system
 
   !> Incomplete factors and both methods on a random sparse matrix.
@@ -268,6 +269,19 @@ contains
     call tests%check('until the next start', .not. system%indefinite)
     call end_system(system)
   end subroutine test_krylov_gives_way
+
+  !> Sweeps of multigrid: those for which AUTO takes no factors by the digits that are asked for, all where PETSC is named.
+  subroutine test_sweeps_that_pay(tests)
+    type(tests_type), intent(inout) :: tests
+
+    associate (by_itself => solver_choice_type(solver_auto, precision_double, keep_no), &
+        named => solver_choice_type(solver_petsc, precision_double, keep_no))
+      call tests%check('sweeps that pay for four digits', sweeps_of_multigrid(by_itself, 1.0e-4_wp) == 18)
+      call tests%check('for eight', sweeps_of_multigrid(by_itself, 1.0e-8_wp) == 36)
+      call tests%check('for less than one', sweeps_of_multigrid(by_itself, 0.5_wp) == 5)
+      call tests%check('and all where multigrid is named', sweeps_of_multigrid(named, 1.0e-1_wp) == 200)
+    end associate
+  end subroutine test_sweeps_that_pay
 
   !> A random sparse matrix with a dominant diagonal.
   subroutine random_matrix(n, symmetric, matrix)
