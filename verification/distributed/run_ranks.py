@@ -16,6 +16,7 @@ import tempfile
 import faults
 import many_ranks
 import migration
+import more_scenes
 import one_rank
 import parts
 import phase_begins
@@ -23,7 +24,7 @@ import shared_meshes
 import shared_scenes
 from support import TOP, Place
 
-MODULES = [one_rank, many_ranks, migration, shared_scenes, shared_meshes, phase_begins, faults, parts]
+MODULES = [one_rank, many_ranks, migration, shared_scenes, more_scenes, shared_meshes, phase_begins, faults, parts]
 CHECKS = [check for module in MODULES for check in module.CHECKS]
 LONG_CHECKS = [check for module in MODULES for check in module.LONG_CHECKS]
 
