@@ -10,7 +10,7 @@
 !> first one solves.
 module qsmpm_joint_system
   use qsmpm_kinds, only: wp, long
-  use qsmpm_agreement, only: agree
+  use qsmpm_agreement, only: agree, any_of
   use qsmpm_analysis, only: solver_choice_type, solver_petsc
   use qsmpm_equations, only: equations_type, number_equations, one_triangle
   use qsmpm_error, only: error_type, fail, error_other
@@ -29,7 +29,7 @@ module qsmpm_joint_system
   private
 
   public :: joint_system_type, start_joint_system, begin_joint_system, end_joint_system, factorise_jointly, &
-    solve_jointly
+    solve_jointly, preconditions_only, bring_matrix, solve_by_factors
 
   character(len=*), parameter :: no_rows = 'rigid bodies that are loaded have equations that run through all '// &
     'processes: the first one solves them, PETSc GAMG too'
@@ -447,9 +447,6 @@ contains
     type(sparse_matrix_type), intent(in) :: matrix
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
-    real(wp), allocatable :: values(:)
-    integer, allocatable :: first(:)
-    integer :: k
 
     if (team%ranks == 1) then
       call factorise_system(system, matrix, error)
@@ -459,18 +456,42 @@ contains
       if (allocated(failure)) call give_way(joint, team, system, equations, matrix, error)
       return
     end if
-    call collect(team, matrix%values(joint%sent), values, first)
-    if (team%rank == 0) then
-      joint%matrix%values = 0.0_wp
-      do k = 1, size(values)
-        associate (entry => joint%matrix%values(joint%place(k)))
-          entry = entry + values(k)
-        end associate
-      end do
-      call factorise_system(system, joint%matrix, error)
-    end if
+    call bring_matrix(joint, team, matrix)
+    if (team%rank == 0) call factorise_system(system, joint%matrix, error)
     call agree(team, error)
   end subroutine factorise_jointly
+
+  !> Bring new values of the matrix to the first process where that one solves; what it has factorised stays.
+  subroutine bring_matrix(joint, team, matrix)
+    type(joint_system_type), intent(inout) :: joint
+    type(team_type), intent(in) :: team
+    !> Of this process.
+    type(sparse_matrix_type), intent(in) :: matrix
+    real(wp), allocatable :: values(:)
+    integer, allocatable :: first(:)
+    integer :: k
+
+    if (team%ranks == 1 .or. joint%together) return
+    call collect(team, matrix%values(joint%sent), values, first)
+    if (team%rank > 0) return
+    joint%matrix%values = 0.0_wp
+    do k = 1, size(values)
+      associate (entry => joint%matrix%values(joint%place(k)))
+        entry = entry + values(k)
+      end associate
+    end do
+  end subroutine bring_matrix
+
+  !> Whether what was factorised last is no more than a preconditioner, whoever solves.
+  logical function preconditions_only(joint, team, system) result(only)
+    type(joint_system_type), intent(in) :: joint
+    type(team_type), intent(in) :: team
+    type(linear_system_type), intent(in) :: system
+
+    only = joint%together
+    if (team%rank == 0 .and. .not. joint%together) only = system%solver%approximate
+    only = any_of(team, only)
+  end function preconditions_only
 
   !> Solve for the matrix taken last.
   subroutine solve_jointly(joint, team, system, equations, matrix, rhs, tolerance, x, error)
@@ -488,8 +509,7 @@ contains
     real(wp), intent(out) :: x(:)
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
-    real(wp), allocatable :: values(:), all_rhs(:), all_x(:)
-    integer, allocatable :: first(:)
+    real(wp), allocatable :: all_rhs(:), all_x(:)
 
     if (team%ranks == 1) then
       call solve_system(system, matrix, rhs, tolerance, x, error)
@@ -502,16 +522,62 @@ contains
       if (allocated(error)) return
     end if
     allocate (all_rhs(joint%count), all_x(joint%count))
-    call collect(team, rhs(joint%own), values, first)
+    call collect_rhs(joint, team, rhs, all_rhs)
     all_x = 0.0_wp
-    if (team%rank == 0) then
-      all_rhs(joint%own_number) = values
-      call solve_system(system, joint%matrix, all_rhs, tolerance, all_x, error)
+    if (team%rank == 0) call solve_system(system, joint%matrix, all_rhs, tolerance, all_x, error)
+    call spread_solution(joint, team, all_x, x, error)
+  end subroutine solve_jointly
+
+  !> Solve by the factors taken last, which are more than a preconditioner.
+  subroutine solve_by_factors(joint, team, system, rhs, x, error)
+    type(joint_system_type), intent(in) :: joint
+    type(team_type), intent(in) :: team
+    type(linear_system_type), intent(inout) :: system
+    !> Right-hand side, good at own equations (equations).
+    real(wp), intent(in) :: rhs(:)
+    !> Solution, good at all equations of this process.
+    real(wp), intent(out) :: x(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: all_rhs(joint%count), all_x(joint%count)
+
+    if (team%ranks == 1) then
+      call system%solver%solve(rhs, x, error)
+      return
     end if
+    call collect_rhs(joint, team, rhs, all_rhs)
+    all_x = 0.0_wp
+    if (team%rank == 0) call system%solver%solve(all_rhs, all_x, error)
+    call spread_solution(joint, team, all_x, x, error)
+  end subroutine solve_by_factors
+
+  !> Bring the right-hand sides of all to the first process.
+  subroutine collect_rhs(joint, team, rhs, all_rhs)
+    type(joint_system_type), intent(in) :: joint
+    type(team_type), intent(in) :: team
+    !> Of this process (equations), and of all.
+    real(wp), intent(in) :: rhs(:)
+    real(wp), intent(out) :: all_rhs(:)
+    real(wp), allocatable :: values(:)
+    integer, allocatable :: first(:)
+
+    call collect(team, rhs(joint%own), values, first)
+    all_rhs = 0.0_wp
+    if (team%rank == 0) all_rhs(joint%own_number) = values
+  end subroutine collect_rhs
+
+  !> Give all processes their parts of the solution, unless there is none.
+  subroutine spread_solution(joint, team, all_x, x, error)
+    type(joint_system_type), intent(in) :: joint
+    type(team_type), intent(in) :: team
+    !> Of all equations, on the first process; of this process (equations).
+    real(wp), intent(inout) :: all_x(:)
+    real(wp), intent(out) :: x(:)
+    type(error_type), allocatable, intent(inout) :: error
+
     x = 0.0_wp
     call agree(team, error)
     if (allocated(error)) return
     call spread_from(team, 0, all_x)
     x = all_x(joint%number)
-  end subroutine solve_jointly
+  end subroutine spread_solution
 end module qsmpm_joint_system

@@ -8,20 +8,23 @@
 !> leave half of the error of one step and their difference is the other half: hence the factor 2.
 !> Hyperelastic steps have none, however long: the stress does not know the path.
 module qsmpm_step_error
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: any_of
   use qsmpm_error, only: error_type
   use qsmpm_finite, only: all_usable, is_usable
   use qsmpm_law, only: law_slot_type, tangent_none, tangent_consistent
   use qsmpm_half_step_law, only: half_step_law_type, make_half_step_law
+  use qsmpm_joint_system, only: bring_matrix, preconditions_only, solve_by_factors, solve_jointly
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: own_cells
   use qsmpm_integration, only: integration_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluation_type, evaluate, prepare_evaluation
   use qsmpm_equations, only: gather
-  use qsmpm_linear_system, only: solve_system
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
   use qsmpm_term_sums, only: add_all_blocks
   use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_team, only: team_type, largest, total
   implicit none
   private
 
@@ -56,6 +59,7 @@ contains
     type(soil_type), pointer :: soil
     type(integration_type), pointer :: integration
     real(wp) :: residual(step%equations%count), move(step%equations%count)
+    logical :: own(step%equations%count)
 
     soil => soil_of(step%terms)
     integration => integration_of(soil, step%configuration_type)
@@ -66,21 +70,26 @@ contains
       call walk_along(integration, model, model%laws, u, whole)
       call walk_along(integration, model, halved, u, walk)
     end associate
-    if (.not. (whole%ok .and. walk%ok)) then
+    if (any_of(step%team, .not. (whole%ok .and. walk%ok))) then
       errors = step_error_type(huge(1.0_wp), huge(1.0_wp))
       return
     end if
-    errors%path = 2.0_wp*stress_distance(integration%weight, whole%results%stress, walk%results%stress)
-    if (step%equations%count == 0) return
-    if (.not. any(abs(displacement(:, :model%space%node_count)) > 0.0_wp)) return
-    residual = 0.0_wp
-    call gather(step%equations, whole%force - walk%force, residual)
-    if (.not. any(abs(residual) > 0.0_wp)) return
-    call respond_to(model, step, displacement, residual, move, error)
-    if (allocated(error)) return
-    errors%position = huge(1.0_wp)
-    if (all_usable(size(move), move)) errors%position = 2.0_wp*maxval(abs(move), mask=step%field_of == 1) &
-      /maxval(abs(displacement(:, :model%space%node_count)))
+    errors%path = 2.0_wp*stress_distance(step%team, counted_volumes(model, integration), whole%results%stress, &
+      walk%results%stress)
+    if (total(step%team, int(step%equations%count, long)) == 0) return
+    associate (u => displacement(:, :model%space%node_count))
+      if (.not. any_of(step%team, any(abs(u) > 0.0_wp))) return
+      residual = 0.0_wp
+      call gather(step%equations, whole%force - walk%force, residual)
+      own = step%field_of > 0
+      if (.not. any_of(step%team, any(own .and. abs(residual) > 0.0_wp))) return
+      call respond_to(model, step, displacement, residual, move, error)
+      if (allocated(error)) return
+      errors%position = huge(1.0_wp)
+      if (any_of(step%team, .not. all_usable(size(move), move))) return
+      errors%position = 2.0_wp*largest(step%team, maxval(abs(move), mask=step%field_of == 1)) &
+        /largest(step%team, maxval(abs(u)))
+    end associate
   end subroutine measure_step_error
 
   !> Displacements that answer a residual: by the last factors of the step or, where these are no more than a
@@ -97,12 +106,14 @@ contains
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
 
-    if (step%system%solver%approximate) then
+    if (preconditions_only(step%joint, step%team, step%system)) then
       call evaluate_step(model, step, displacement, tangent_consistent)
       call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
-      call solve_system(step%system, step%matrix, residual, digits_of_move, move, error)
+      call bring_matrix(step%joint, step%team, step%matrix)
+      call solve_jointly(step%joint, step%team, step%system, step%equations, step%matrix, residual, digits_of_move, &
+        move, error)
     else
-      call step%system%solver%solve(residual, move, error)
+      call solve_by_factors(step%joint, step%team, step%system, residual, move, error)
     end if
   end subroutine respond_to
 
@@ -137,23 +148,39 @@ contains
     call evaluate(integration, model%state%points, laws, displacement, tangent_none, evaluation)
   end subroutine walk_along
 
-  !> |sigma_2 - sigma_1| / |sigma_1|, root mean squares over the volume.
-  pure real(wp) function stress_distance(weight, whole, walk)
+  !> Volumes of the integration points; none of those in cells that other processes answer for.
+  pure function counted_volumes(model, integration) result(volumes)
+    type(model_type), intent(in) :: model
+    type(integration_type), intent(in) :: integration
+    real(wp) :: volumes(size(integration%weight))
+    logical :: own(integration%group_count)
+    integer :: g
+
+    volumes = integration%weight
+    own = own_cells(model%part, integration%cell(:integration%group_count))
+    do g = 1, integration%group_count
+      if (.not. own(g)) volumes(integration%first(g):integration%first(g + 1) - 1) = 0.0_wp
+    end do
+  end function counted_volumes
+
+  !> |sigma_2 - sigma_1| / |sigma_1|, root mean squares over the volume of all processes.
+  real(wp) function stress_distance(team, weight, whole, walk)
+    type(team_type), intent(in) :: team
     !> Volumes of the points (n).
     real(wp), intent(in) :: weight(:)
     !> Stresses of the whole step and of the walk in halves (4 or 6, n).
     real(wp), intent(in) :: whole(:, :), walk(:, :)
-    real(wp) :: difference, total
+    !> Of the difference and of the stress.
+    real(wp) :: squares(2)
     integer :: q
 
-    difference = 0.0_wp
-    total = 0.0_wp
+    squares = 0.0_wp
     do q = 1, size(weight)
-      difference = difference + weight(q)*sum((walk(:, q) - whole(:, q))**2)
-      total = total + weight(q)*sum(whole(:, q)**2)
+      squares = squares + weight(q)*[sum((walk(:, q) - whole(:, q))**2), sum(whole(:, q)**2)]
     end do
+    squares = total(team, squares)
     stress_distance = 0.0_wp
-    if (total > 0.0_wp) stress_distance = sqrt(difference/total)
-    if (.not. (is_usable(sqrt(total)) .and. is_usable(stress_distance))) stress_distance = 0.5_wp*huge(1.0_wp)
+    if (squares(2) > 0.0_wp) stress_distance = sqrt(squares(1)/squares(2))
+    if (.not. (is_usable(sqrt(squares(2))) .and. is_usable(stress_distance))) stress_distance = 0.5_wp*huge(1.0_wp)
   end function stress_distance
 end module qsmpm_step_error

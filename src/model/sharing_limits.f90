@@ -1,6 +1,5 @@
 !> What a team of processes cannot share yet: it is refused by name, before anything is computed.
 module qsmpm_sharing_limits
-  use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, basis_fem, carrier_points
   use qsmpm_cell_sharing, only: has_boxes
   use qsmpm_error, only: error_type, fail, error_deck
@@ -34,7 +33,6 @@ contains
         'bodies that are integrated inside of their outlines (*METHOD, INTEGRATION=CELL of bodies that cut cells)')
       do p = 1, size(analysis%phases)
         if (any(analysis%phases(p)%tractions%carrier == carrier_points)) call add(list, 'CARRIER=POINTS of *TRACTION')
-        if (analysis%phases(p)%controls%step_error > 0.0_wp) call add(list, 'STEP ERROR of *CONTROLS')
       end do
     end associate
     if (allocated(model%loading%point_force)) call add(list, 'forces on material points')

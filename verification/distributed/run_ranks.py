@@ -17,6 +17,7 @@ import tempfile
 import faults
 import many_ranks
 import migration
+import more_scenes
 import named_scenes
 import one_rank
 import parts
@@ -25,7 +26,7 @@ import shared_meshes
 import shared_scenes
 from support import TOP, Place
 
-MODULES = [one_rank, many_ranks, migration, shared_scenes, shared_meshes, named_scenes, phase_begins, faults, parts]
+MODULES = [one_rank, many_ranks, migration, shared_scenes, more_scenes, shared_meshes, named_scenes, phase_begins, faults, parts]
 CHECKS = [check for module in MODULES for check in module.CHECKS]
 LONG_CHECKS = [check for module in MODULES for check in module.LONG_CHECKS]
 CPU_SECONDS = 60

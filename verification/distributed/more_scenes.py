@@ -1,0 +1,65 @@
+"""Checks of several ranks against one process: steps as long as their error allows."""
+
+from __future__ import annotations
+
+from many_ranks import STANDARD, WEIGHT, interrupted, plane
+from shared_scenes import LOADED, SAME
+from support import Check, Place, Run, distance, expect
+
+JAUMANN = STANDARD.replace("LOGARITHMIC", "JAUMANN")
+# What an iterated solution leaves of the position's error, where PETSC solves and its sweeps are others.
+NEAR = 1.0e-3
+
+
+PRESSED = WEIGHT + "\n*PRESSURE, SURFACE=top\n1"
+SHEARED = "*FIX\nbase, ALL\nceiling, Y\n*PRESCRIBE\nceiling, X, 0.015\n*GRAVITY\n0, -1"
+
+
+def yielding(method: str = JAUMANN, solver: str = "", phase: str = PRESSED, error: str = "1E-3") -> str:
+    """A block that yields under a pressure, in steps that their error cuts and lets grow."""
+    deck = plane("0, 2, 0, 1.5", method, phase, more=LOADED)
+    deck = deck.replace("*UNIT WEIGHT", "*MOHR COULOMB\n3.3, 25, 5\n*UNIT WEIGHT").replace("*METHOD", solver + "*METHOD")
+    deck = deck.replace("*MATERIAL", "*NSET, NSET=ceiling, PLANE=Y\n1.5\n*MATERIAL")
+    return deck.replace("STEPS=5, TOLERANCE=1E-8", f"STEPS=4, STEP ERROR={error}, TOLERANCE=1E-9, STABILISATION SHARE=1")
+
+
+def column(run: Run, name: str) -> list[float]:
+    """Values of a column of the curves."""
+    place = run.curves.decode().splitlines()[0].split(",").index(name)
+    return [row[place] for row in run.rows()]
+
+
+def expect_same_steps(alone: Run, shared: Run, bound: float) -> None:
+    """Curves and errors of the steps are those of one process, which cut some."""
+    expect(distance(alone, shared) <= bound, f"{distance(alone, shared):.1e} from one process")
+    errors = [column(run, "step_error") for run in (alone, shared)]
+    apart = max(abs(a - b) for a, b in zip(*errors, strict=True)) / max(errors[0])
+    expect(apart <= bound and len(errors[0]) > 8, f"{len(errors[0])} steps, errors {apart:.1e} from one process")
+
+
+def step_errors(place: Place) -> None:
+    """Steps are as long by their error as those of one process: at points, in cells, solved by PETSC and in single precision."""
+    cells = JAUMANN.replace("INTEGRATION=POINTS", "INTEGRATION=CELL")
+    for name, deck, program, bound in (
+        ("points", yielding(), "qsmpm", SAME),
+        ("cells", yielding(cells, "*SOLVER, TYPE=MUMPS, PRECISION=SINGLE\n"), "qsmpm", SAME),
+        ("petsc", yielding(solver="*SOLVER, TYPE=PETSC\n"), "qsmpm-mpi", NEAR),
+    ):
+        alone = place.run(program, deck, name)
+        for ranks in (1, 2, 3):
+            expect_same_steps(alone, place.run("qsmpm-mpi", deck, f"{name}-{ranks}", ranks=ranks), bound)
+
+
+def sheared_by_errors(place: Place) -> None:
+    """Soil that is sheared between walls, where the stresses err more than the places; a run that ranks leave is gone on with by others."""
+    deck = yielding(phase=SHEARED)
+    alone = place.run("qsmpm", deck, "alone")
+    done = len(interrupted(place, deck, 3, 20).rows())
+    expect(done < len(alone.rows()), "it was not stopped")
+    interrupted(place, deck, 2, done + 20, restart=True)
+    rest = place.run("qsmpm-mpi", deck, "long", ranks=1, restart=place.work / "long" / "restart.h5")
+    expect_same_steps(alone, rest, SAME)
+
+
+CHECKS: list[Check] = []
+LONG_CHECKS: list[Check] = [step_errors, sheared_by_errors]
