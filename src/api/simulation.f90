@@ -284,12 +284,16 @@ contains
     class(simulation_type), intent(inout) :: self
     !> (dimension, points)
     real(wp), intent(in) :: force(:, :)
-    !> Set when there are not as many as points.
+    !> Set when there are not as many as points, or several processes share the model: none has the points of all.
     type(error_type), allocatable, intent(out) :: error
 
     call need_model(self, error)
     if (.not. allocated(error)) call need_numbers(reshape(force, [size(force)]), error)
     if (allocated(error)) return
+    if (self%loop%team%ranks > 1) then
+      call fail(error, error_other, 'forces on the points want a model that one process has')
+      return
+    end if
     if (any(shape(force) /= [self%model%mesh%dimension, self%model%state%points%count])) then
       call fail(error, error_other, 'forces on the points want '//integer_text(self%model%mesh%dimension)// &
         ' components for each of '//integer_text(self%model%state%points%count)//' points')

@@ -1,6 +1,6 @@
 !> What a team of processes cannot share yet: it is refused by name, before anything is computed.
 module qsmpm_sharing_limits
-  use qsmpm_analysis, only: analysis_type, basis_fem, carrier_points
+  use qsmpm_analysis, only: analysis_type, basis_fem
   use qsmpm_cell_sharing, only: has_boxes
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_model, only: model_type
@@ -20,7 +20,6 @@ contains
     !> error_deck: everything that stands in the way, by its keyword.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: list
-    integer :: p
 
     if (ranks == 1) return
     list = ''
@@ -31,9 +30,6 @@ contains
       end if
       if (any(model%outlines%integrates)) call add(list, &
         'bodies that are integrated inside of their outlines (*METHOD, INTEGRATION=CELL of bodies that cut cells)')
-      do p = 1, size(analysis%phases)
-        if (any(analysis%phases(p)%tractions%carrier == carrier_points)) call add(list, 'CARRIER=POINTS of *TRACTION')
-      end do
     end associate
     if (allocated(model%loading%point_force)) call add(list, 'forces on material points')
     if (len(list) == 0) return

@@ -1,9 +1,9 @@
-"""Checks of several ranks against one process: steps as long as their error allows."""
+"""Checks of several ranks against one process: steps as long as their error allows, tractions on material points."""
 
 from __future__ import annotations
 
-from many_ranks import STANDARD, WEIGHT, interrupted, plane
-from shared_scenes import LOADED, SAME
+from many_ranks import STANDARD, WEIGHT, agrees, interrupted, plane
+from shared_scenes import LOADED, LOADS, SAME, carried
 from support import Check, Place, Run, distance, expect
 
 JAUMANN = STANDARD.replace("LOGARITHMIC", "JAUMANN")
@@ -61,5 +61,27 @@ def sheared_by_errors(place: Place) -> None:
     expect_same_steps(alone, rest, SAME)
 
 
+def on_points(deck: str) -> str:
+    """The tractions of a deck on its outermost material points."""
+    return deck.replace("*PRESSURE, SURFACE=top\n3", "*TRACTION, SURFACE=top\n0.5, -3").replace("SURFACE=top\n", "SURFACE=top, CARRIER=POINTS\n")
+
+
+def carrying_points(place: Place) -> None:
+    """Points that carry tractions: in boxes, rings, domains and cells, through the boxes of ranks, in two phases; ranks leave, others go on."""
+    agrees(place, "loads", on_points(plane("0, 2, 0, 1.5", phase=LOADS, more=LOADED)), (2, 3, 7), SAME)
+    agrees(place, "ring", on_points(plane("0.5, 2, 0, 1.5", phase=LOADS, more=LOADED, model="AXISYMMETRIC")), (3,), SAME)
+    for basis, ways in (("GIMP", "POINTS"), ("SPLINE2G", "CELL"), ("SPLINE3", "POINTS")):
+        method = f"BASIS={basis}, INTEGRATION={ways}, KINEMATICS=LOGARITHMIC"
+        agrees(place, basis.lower(), on_points(plane("0, 2, 0, 1.5", method, LOADS, more=LOADED)), (2, 4), SAME)
+    more = "*PHASE, NAME=more\n*TRACTION, SURFACE=top, CARRIER=POINTS\n-2, -5\n*CONTROLS, STEPS=3, TOLERANCE=1E-9\n*END PHASE\n"
+    agrees(place, "carried", on_points(carried("1.6")) + more, (2, 3, 4), SAME)
+    deck = on_points(carried("1.2").replace("STEPS=16", "STEPS=200"))
+    alone = place.run("qsmpm", deck, "alone")
+    done = len(interrupted(place, deck, 3, 20).rows())
+    interrupted(place, deck, 2, done + 20, restart=True)
+    rest = place.run("qsmpm-mpi", deck, "long", ranks=4, restart=place.work / "long" / "restart.h5")
+    expect(distance(alone, rest) <= SAME, f"{distance(alone, rest):.1e} from a run that went through")
+
+
 CHECKS: list[Check] = []
-LONG_CHECKS: list[Check] = [step_errors, sheared_by_errors]
+LONG_CHECKS: list[Check] = [step_errors, sheared_by_errors, carrying_points]

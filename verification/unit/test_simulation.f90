@@ -369,6 +369,10 @@ contains
     force(2, :) = -2.0_wp/size(force, 2)
     call run%set_point_force(force(:, 2:), error)
     call tests%check('forces want one for each point', allocated(error))
+    run%loop%team%ranks = 2
+    call run%set_point_force(force, error)
+    call tests%check('and a model that is not shared', allocated(error))
+    run%loop%team%ranks = 1
     call run%set_point_force(force, error)
     call run%run(error)
     call tests%close('forces on points are carried with the weight', carried(run), weight + 2.0_wp, &

@@ -10,7 +10,9 @@ module qsmpm_dead_loads
   use qsmpm_point_location, only: activation_type
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: is_divided
   use qsmpm_pore_water, only: water_forces, update_pore_pressure
+  use qsmpm_sorting, only: place_in_order
   use qsmpm_space, only: shape_values_type
   use qsmpm_term, only: term_type, role_external
   implicit none
@@ -165,7 +167,8 @@ contains
     end associate
   end subroutine add_surface_tractions
 
-  !> Tractions on the outermost material points, as the paper has it (section 3.1).
+  !> Tractions on the outermost material points, as the paper has it (section 3.1). A process of a team knows them by
+  !> their numbers, and loads its nodes by those that it has, copies among them.
   subroutine add_carried_tractions(model, activation, fraction, force)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
@@ -174,14 +177,18 @@ contains
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     type(shape_values_type) :: place
+    integer, allocatable :: number(:)
     real(wp) :: traction(3)
-    integer :: i, s
+    integer :: i, p, s
 
+    if (is_divided(model%part)) number = int(model%state%points%number)
     do i = 1, size(model%carrying_point)
       s = model%carrying_surface(i)
       if (model%loading%carrier(s) /= carrier_points) cycle
-      call basis_at(model%mesh, model%space, activation, model%state%points, model%state%points, &
-        model%carrying_point(i), place)
+      p = model%carrying_point(i)
+      if (allocated(number)) p = place_in_order(number, p)
+      if (p == 0) cycle
+      call basis_at(model%mesh, model%space, activation, model%state%points, model%state%points, p, place)
       traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
         fraction)*model%carrying_area(i)
       call spread_force(place, traction, force)
