@@ -18,8 +18,10 @@ module qsmpm_division
   use qsmpm_error, only: error_type, fail, error_deck, error_other
   use qsmpm_exchange, only: hand_over
   use qsmpm_first_window, only: least_margin, usual_margin
-  use qsmpm_grid_window, only: window_type, operator(==), cells_of, holds, widen
+  use qsmpm_grid, only: grid_type
+  use qsmpm_grid_window, only: window_type, operator(==), cells_of, cells_over, holds, hull, widen
   use qsmpm_model, only: model_type
+  use qsmpm_model_mesh, only: grid_of
   use qsmpm_model_window, only: fit_window, lay_window
   use qsmpm_own_marks, only: link_histories, mark_own
   use qsmpm_own_part, only: own_part_type, is_divided, own_of, reset_copies
@@ -30,7 +32,7 @@ module qsmpm_division
   use qsmpm_ring_exchange, only: rows_beyond
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_surface_refinement, only: refine_surfaces
-  use qsmpm_space, only: node_label
+  use qsmpm_space, only: node_label, node_position
   use qsmpm_team, only: team_type, largest, total
   use qsmpm_text, only: integer_text, real_text
   implicit none
@@ -434,19 +436,43 @@ contains
     call mark_own(model)
   end subroutine look_at
 
-  !> Lay the window around the points where it is another one; a process without points keeps its own.
+  !> Lay the window around the points where it is another one; a process without points keeps its own. The reactions of
+  !> the step that has moved them act where they were, and stay in it.
   subroutine follow_points(model, anew)
     type(model_type), intent(inout) :: model
     logical, intent(in) :: anew
-    type(window_type) :: used
+    type(window_type) :: used, window
     integer :: a
 
     used = cells_used(model)
     if (used%first(1) > used%last(1)) return
     a = least_margin(model%analysis)
-    if (anew .or. .not. holds(model%state%window, widen(used, [a, a, a], whole_of(model)))) &
-      call lay_window(model, with_margin(model, used))
+    if (.not. anew .and. holds(model%state%window, widen(used, [a, a, a], whole_of(model)))) return
+    window = with_margin(model, used)
+    if (.not. anew) call add_loaded_cells(model, window)
+    call lay_window(model, window)
   end subroutine follow_points
+
+  !> Add the cells around the nodes at which there are forces to a window.
+  pure subroutine add_loaded_cells(model, window)
+    type(model_type), intent(in) :: model
+    type(window_type), intent(inout) :: window
+    type(window_type) :: around
+    type(grid_type) :: grid
+    real(wp) :: place(model%mesh%dimension)
+    integer :: a, i
+
+    grid = grid_of(model%analysis)
+    do i = 1, model%space%node_count
+      if (.not. (any(abs(model%state%reactions(:, i)) > 0.0_wp) .or. &
+        any(abs(model%state%released(:, i)) > 0.0_wp))) cycle
+      place = node_position(model%space, model%mesh, i)
+      do a = 1, size(place)
+        call cells_over(grid%axes(a)%lines, place(a), place(a), around%first(a), around%last(a))
+      end do
+      window = hull(window, around)
+    end do
+  end subroutine add_loaded_cells
 
   !> Numbers of the points of histories, 0 for none.
   pure function numbers_of(model) result(numbers)

@@ -66,8 +66,9 @@ def cut_back(place: Place) -> None:
 
 
 def strides(place: Place) -> None:
-    """A step of six cells, beyond the part of the grid that a rank looks at, is taken as on one process."""
-    _, shared = travels(place, "stride", carried(1, 1.6).replace("*CONTROLS, ", "*CONTROLS, MAX DISPLACEMENT=10, "), 2)
+    """A step of sixteen cells, beyond the part of the grid that a rank looks at, is taken as on one process, with its reactions."""
+    deck = carried(1, 4.0).replace("*CONTROLS, ", "*CONTROLS, MAX DISPLACEMENT=30, ").replace("X, 0, 3, 12", "X, 0, 8, 32")
+    _, shared = travels(place, "stride", deck, 2)
     expect("cut back" not in shared.log, "the step was cut back")
 
 

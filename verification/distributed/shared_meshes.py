@@ -12,6 +12,17 @@ TUTORIAL = TOP / "docs" / "tutorial"
 # Soil that locks: one pressure for several cells, where these are small.
 STIFF = "*ELASTIC\n200, 0.49\n*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE"
 
+LOOSE = """*MATERIAL, NAME=loose
+*ELASTIC
+100, 0.3
+*VOLUMETRIC LOCKING, TYPE=NONE
+*UNIT WEIGHT
+10
+*BODY, NAME=loose, MATERIAL=loose, SHAPE=BOX
+0, 2, 1, 1.5
+*POINTS, BODY=loose, PER ELEMENT=4
+"""
+
 
 def read_mesh(deck: str, corners: bool = False) -> str:
     """The deck of `plane` on a mesh of triangles that is written out, with six nodes each or three, wider to the right."""
@@ -63,8 +74,8 @@ def repeats(place: Place) -> None:
 
 
 def patches(place: Place) -> None:
-    """Triangles of three nodes that share pressures two by two: the pairs are those of one process."""
-    deck = plane("0, 2, 0, 1.5").replace("*ELASTIC\n200, 0.3", STIFF)
+    """Triangles of three nodes that share pressures two by two, and those above that share none, are those of one process."""
+    deck = plane("0, 2, 0, 1", more=LOOSE).replace("*ELASTIC\n200, 0.3", STIFF, 1)
     agrees(place, "read", read_mesh(deck, corners=True), (3,), SAME)
 
 
