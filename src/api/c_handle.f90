@@ -34,9 +34,9 @@ module qsmpm_c_handle
 
   !> What a handle stands for.
   type :: handle_type
-    type(problem_type) :: problem
-    type(simulation_type) :: simulation
-    type(snapshot_type) :: snapshot
+    class(problem_type), allocatable :: problem
+    class(simulation_type), allocatable :: simulation
+    class(snapshot_type), allocatable :: snapshot
     type(logger_type) :: logger
     !> The deck that was read last has been initialised: materials given now would belong to nothing.
     logical :: initialised = .false.

@@ -56,6 +56,7 @@ contains
     pointer = c_null_ptr
     status = int(error_other, c_int)
     allocate (handle, stat=failed)
+    if (failed == 0) allocate (handle%problem, handle%simulation, handle%snapshot, stat=failed)
     if (failed /= 0) return
     handle%message = ''
     pointer = c_loc(handle)

@@ -39,11 +39,12 @@ contains
     type(model_type), intent(inout) :: model
     !> Set when the scene or the model is not good for it.
     type(error_type), allocatable, intent(out) :: error
-    type(analysis_type) :: reduced
+    class(analysis_type), allocatable :: reduced
     type(expansion_type) :: now
     type(reduction_check_type), allocatable :: checks(:)
-    type(model_type) :: fresh
+    class(model_type), allocatable :: fresh
 
+    allocate (reduced, fresh)
     call reduce_scene(scene, reduced, now, checks)
     if (.not. same_steps(expansion, now)) then
       call fail(error, error_other, 'with these cards the scene is not what it was reduced to; name the type '// &

@@ -106,11 +106,11 @@ contains
     type(whole_scene_type), intent(inout) :: whole
     type(model_type), intent(in) :: model
     type(plan_items_type), intent(inout) :: items
-    type(model_type) :: counted
+    class(model_type), allocatable :: counted
     logical :: held(model%mesh%cell_count)
     integer :: equations
 
-    counted = model
+    allocate (counted, source=model)
     call count_equations(counted, equations)
     held = .false.
     held(model%state%points%cell) = .true.
@@ -150,7 +150,7 @@ contains
   subroutine plan_equations(model, items)
     type(model_type), intent(in) :: model
     type(plan_items_type), intent(inout) :: items
-    type(model_type) :: first
+    class(model_type), allocatable :: first
     type(step_type) :: step
     type(load_step_type) :: solver
     type(solution_type) :: solution
@@ -160,7 +160,7 @@ contains
     integer :: equations
 
     call add_heading(items, 'first step')
-    first = model
+    allocate (first, source=model)
     call count_equations(first, equations)
     if (equations > most_for_plan) then
       call add_item(items, 'not made', 'more than '//integer_text(most_for_plan)//' equations')

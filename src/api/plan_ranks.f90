@@ -66,11 +66,11 @@ contains
     integer, intent(out) :: own(:), copies(:), equations(:)
     !> There are too few cells with material.
     logical, intent(out) :: short
-    type(model_type) :: shared
+    class(model_type), allocatable :: shared
     integer, allocatable :: cell(:), owner(:), of_node(:)
     integer :: r, a
 
-    shared = model
+    allocate (shared, source=model)
     own = 0
     copies = 0
     equations = 0

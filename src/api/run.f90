@@ -76,9 +76,10 @@ contains
     character(len=:), allocatable, intent(out) :: warnings
     !> Set when the deck or the model is not good.
     type(error_type), allocatable, intent(out) :: error
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
 
+    allocate (analysis)
     call read_deck(path, scene, messages, error)
     warnings = message_text(messages)
     if (allocated(error)) return
@@ -120,8 +121,8 @@ contains
     character(len=:), allocatable, intent(out) :: report
     !> 0, or the code of the error.
     integer, intent(out) :: exit_code
-    type(model_type) :: model
-    type(analysis_type) :: scene
+    class(model_type), allocatable :: model
+    class(analysis_type), allocatable :: scene
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
     type(error_type), allocatable :: error
@@ -129,6 +130,7 @@ contains
 
     exit_code = 0
     summary = ''
+    allocate (model, scene)
     call load_deck(path, plugins, scene, expansion, checks, model, report, error)
     if (scene%point_test%given .and. .not. allocated(error)) then
       call point_law(scene, law, error)
@@ -157,8 +159,8 @@ contains
     character(len=:), allocatable, intent(out) :: report
     !> 0, or the code of the error.
     integer, intent(out) :: exit_code
-    type(model_type) :: model
-    type(analysis_type) :: scene
+    class(model_type), allocatable :: model
+    class(analysis_type), allocatable :: scene
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
     type(whole_scene_type) :: whole
@@ -167,6 +169,7 @@ contains
 
     exit_code = 0
     text = ''
+    allocate (model, scene)
     ! gfortran cannot see that bounds of what is not allocated are not looked at.
     allocate (checks(0))
     call omp_set_num_threads(1)
@@ -196,13 +199,14 @@ contains
     character(len=:), allocatable, intent(out) :: report
     !> 0 when the run finished; else the code of the error, or 128 plus the number of the signal.
     integer, intent(out) :: exit_code
-    type(problem_type) :: problem
-    type(simulation_type) :: simulation
+    class(problem_type), allocatable :: problem
+    class(simulation_type), allocatable :: simulation
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
     type(team_type) :: team, sharing
 
     exit_code = 0
+    allocate (problem, simulation)
     team = team_world()
     call problem%read(request%deck, error)
     report = problem%messages

@@ -15,7 +15,7 @@ module qsmpm_snapshot
     logical :: taken = .false.
     !> Materials there were.
     integer :: materials = 0
-    type(state_type), private :: state
+    class(state_type), allocatable, private :: state
     type(loading_type), private :: loading
     type(kept_phase_type), allocatable, private :: kept_phases(:)
     type(phase_type), allocatable, private :: phases(:), model_phases(:)
@@ -33,7 +33,7 @@ contains
     !> The copy.
     type(snapshot_type), intent(out) :: snapshot
 
-    snapshot%state = model%state
+    allocate (snapshot%state, source=model%state)
     snapshot%loading = model%loading
     call copy_kept(model%kept_phases, snapshot%kept_phases)
     call copy_phases(phases, snapshot%phases)

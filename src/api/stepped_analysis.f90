@@ -111,7 +111,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Who may share the model as it is built; this process alone where it is not given.
     type(team_type), intent(in), optional :: team
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(team_type) :: sharing
     type(settings_type) :: settings
     type(law_slot_type), allocatable :: laws(:)
@@ -132,6 +132,7 @@ contains
     self%messages = problem%messages
     self%scene = problem%scene
     call mark_own(problem%materials, self%scene)
+    allocate (analysis)
     call reduce_scene(self%scene, analysis, self%expansion, self%checks)
     call own_laws(problem%materials, analysis, laws, error)
     ! Results of a scene that is larger than its model are made of the whole model.
@@ -153,17 +154,23 @@ contains
     class(stepped_analysis_type), intent(inout) :: self
     type(error_type), allocatable :: error
     type(run_profile_type) :: profile
-    type(model_type) :: empty
-    type(step_loop_type) :: at_rest
 
     if (.not. self%ready) return
     call self%finish_record(error)
     call end_step_loop(self%loop, profile)
-    self%loop = at_rest
-    self%model = empty
+    call clear(self%model, self%loop)
     self%ready = .false.
     if (allocated(self%outcome)) deallocate (self%outcome)
   end subroutine destroy
+
+  !> No model, and a loop at rest.
+  subroutine clear(model, loop)
+    type(model_type), intent(out) :: model
+    type(step_loop_type), intent(out) :: loop
+
+    associate (unused => model, unused_loop => loop)
+    end associate
+  end subroutine clear
 
   !> Set when there is no model.
   subroutine need_model(self, error)
@@ -474,11 +481,12 @@ contains
     character(len=*), intent(in) :: cards
     !> Set when they are not good, or the model cannot take them; it is then as it was.
     type(error_type), allocatable, intent(out) :: error
-    type(analysis_type) :: extended
+    class(analysis_type), allocatable :: extended
     type(added_lines_type) :: lines
     character(len=:), allocatable :: warnings
 
     call need_model(self, error)
+    allocate (extended)
     if (.not. allocated(error)) call read_added_cards(self%scene, cards, extended, lines, warnings, error)
     if (.not. allocated(error)) call need_no_column(self, extended, error)
     if (allocated(error)) return

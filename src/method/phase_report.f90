@@ -245,7 +245,7 @@ contains
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
     character(len=:), allocatable, intent(out) :: text
-    type(model_type) :: whole
+    class(model_type), allocatable :: whole
     type(step_type) :: start
     type(connectivity_type) :: connectivity
     type(error_type), allocatable :: error
@@ -255,7 +255,7 @@ contains
       call describe_unsupported_parts(model, step, text)
       return
     end if
-    whole = model
+    allocate (whole, source=model)
     call join_model(whole, error)
     if (.not. allocated(error)) call ready_terms(whole, start, connectivity, error)
     if (.not. allocated(error)) call describe_unsupported_parts(whole, start, text)

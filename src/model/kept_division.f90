@@ -56,10 +56,10 @@ contains
     integer, intent(in) :: number
     type(team_type), intent(in) :: team
     type(error_type), allocatable, intent(out) :: error
-    type(state_type) :: present
+    class(state_type), allocatable :: present
     type(own_part_type) :: part
 
-    present = model%state
+    allocate (present, source=model%state)
     part = model%part
     associate (kept => model%kept_phases(number))
       model%part = kept%part

@@ -2,6 +2,9 @@
 !>
 !> `state_type` is what a step changes and what a rejected step, a constant-load test or a restart puts back
 !> as a whole; the rest is fixed after the model is built.
+!>
+!> Where no time goes, a copy of a model is `class(model_type), allocatable`: gfortran copies and frees that by one
+!> call, and writes a page of code for another one into every procedure.
 module qsmpm_model
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, not_ended

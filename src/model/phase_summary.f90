@@ -52,12 +52,12 @@ contains
     integer, intent(in) :: number
     type(resultants_type), intent(out) :: load
     integer, intent(out) :: fixed
-    type(model_type) :: phased
+    class(model_type), allocatable :: phased
     real(wp), allocatable :: by_water(:, :)
     integer :: d
 
     d = model%mesh%dimension
-    phased = model
+    allocate (phased, source=model)
     phased%state%progress%phase = number
     call resume_phase(phased)
     call take_bodies(phased, number)

@@ -33,8 +33,8 @@ module qsmpm_whole_scene
   !> The scene beside its model.
   type :: whole_scene_type
     type(expansion_type) :: expansion
-    !> The scene with what pictures show of it.
-    type(model_type) :: model
+    !> The scene with what pictures show of it, where there is a reduction.
+    class(model_type), allocatable :: model
     !> Node of the model that each node of the scene moves with, and the signs of its motion.
     integer, allocatable :: node(:)
     real(wp), allocatable :: sign(:, :)
@@ -70,6 +70,7 @@ contains
 
     whole%expansion = expansion
     if (.not. is_reduced(whole)) return
+    allocate (whole%model)
     whole%model%analysis = scene
     whole%model%analysis%materials = model%analysis%materials
     whole%model%notes = ''
@@ -297,11 +298,11 @@ contains
     type(model_type), intent(in) :: model
     !> One reduction a line, then the totals.
     character(len=:), allocatable, intent(out) :: text
-    type(model_type) :: counted
+    class(model_type), allocatable :: counted
     integer :: before, after, s
 
     text = ''
-    counted = model
+    allocate (counted, source=model)
     call count_equations(counted, after)
     call count_equations(whole%model, before)
     do s = 1, size(whole%expansion%steps)

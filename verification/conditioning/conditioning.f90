@@ -139,11 +139,12 @@ contains
     !> Share of a cell.
     real(wp), intent(in) :: cut
     real(wp), intent(out) :: scaled, plain
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp), allocatable :: matrix(:, :), roots(:)
     integer :: i
 
+    allocate (model, step)
     call build_block(basis, kind, cut, model)
     call start_phase(model)
     if (kind == 'moved') call move_up(0.25_wp*cut, model)
@@ -182,10 +183,11 @@ contains
   integer function spurious_modes(basis)
     !> Element, basis, integration.
     character(len=*), intent(in) :: basis(3)
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     real(wp), allocatable :: matrix(:, :), values(:)
 
+    allocate (model, step)
     call build_block(basis, 'corner', 0.1_wp, model, free=.true.)
     call start_phase(model)
     call stiffness(model, step, matrix)
@@ -202,13 +204,14 @@ contains
     type(model_type), intent(out) :: model
     !> Held nowhere.
     logical, intent(in), optional :: free
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
     character(len=80) :: box
     real(wp) :: high(3), size_of_block
 
+    allocate (analysis)
     size_of_block = merge(2.0_wp, 4.0_wp, basis(1) == 'HEX8')
     high = size_of_block
     if (kind == 'corner') high = high + cut

@@ -153,8 +153,8 @@ contains
     integer, intent(in) :: points, dimension, n, steps
     !> What was measured.
     type(outcome_type), intent(out) :: outcome
-    type(model_type) :: model
-    type(step_type) :: step
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
     type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
@@ -162,6 +162,7 @@ contains
     real(wp) :: start, finish
     integer :: k
 
+    allocate (model, step)
     field%dimension = dimension
     field%amplitude = [0.08_wp, 0.08_wp, 0.0_wp]
     if (dimension == 3) field%amplitude = [0.06_wp, -0.045_wp, 0.03_wp]
@@ -250,7 +251,7 @@ contains
     integer, intent(in) :: points, dimension, n
     !> The model.
     type(model_type), intent(out) :: model
-    type(analysis_type) :: analysis
+    class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=*), parameter :: deck = 'manufactured.inp', letter = 'XYZ'
@@ -258,6 +259,7 @@ contains
     character(len=8) :: element
     integer :: unit, a, k
 
+    allocate (analysis)
     open (newunit=unit, file=deck, action='write', status='replace')
     k = index(method//'@', '@')
     element = 'QUAD4'

@@ -143,11 +143,12 @@ contains
     subroutine solve(damping, solution)
       real(wp), intent(in) :: damping
       type(solution_type), intent(out) :: solution
-      type(simulation_type) :: run
-      type(step_type) :: step
+      class(simulation_type), allocatable :: run
+      class(step_type), allocatable :: step
       type(load_step_type) :: solver
       type(error_type), allocatable :: error
 
+      allocate (run, step)
       call begin(run, 'TOLERANCE=1e-6')
       call start_phase(run%model)
       call solver%solve(run%model, step, run%model%analysis%phases(1)%controls, &

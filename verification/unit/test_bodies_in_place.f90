@@ -136,11 +136,12 @@ contains
     function notes_of(move, factor) result(notes)
       character(len=*), intent(in) :: move, factor
       character(len=:), allocatable :: notes
-      type(analysis_type) :: analysis
-      type(model_type) :: model
+      class(analysis_type), allocatable :: analysis
+      class(model_type), allocatable :: model
       type(message_list_type) :: messages
       type(error_type), allocatable :: error
 
+      allocate (analysis, model)
       call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|'//head//box//'*METHOD, BASIS=GIMP, '// &
         'INTEGRATION=CELL|*NSET, NSET=plate, BOX|1, 2, 3, 3|*MOVING MESH, NSET=plate, AXIS=Y|*PHASE, NAME=press, '// &
         'LOAD FACTOR='//factor//'|*FIX|base, ALL|*PRESCRIBE|plate, Y, -'//move//'|*END PHASE|'), analysis, messages, error)

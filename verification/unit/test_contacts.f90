@@ -508,10 +508,11 @@ contains
     !> Vertical force on the block of a body with tension that goes up by 0.01.
     real(wp) function force_of_lifting(tool)
       character(len=*), intent(in) :: tool
-      type(model_type) :: model
-      type(step_type) :: step
+      class(model_type), allocatable :: model
+      class(step_type), allocatable :: step
       real(wp), allocatable :: u(:, :), push(:, :)
 
+      allocate (model, step)
       call make_step(tool, 'TENSION=YES', '|0, 0.02', model, step)
       allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
       call evaluate_step(model, step, u, tangent_none)
@@ -695,8 +696,9 @@ contains
     !> A plane at or above the block, which has one stress.
     subroutine make_rest(plane)
       character(len=*), intent(in) :: plane
-      type(step_type) :: step
+      class(step_type), allocatable :: step
 
+      allocate (step)
       call make_step('SHAPE=PLANE|'//plane, 'FRICTION ANGLE=30', '|0, -0.02', model, step)
       call end_system(step%system)
       do p = 1, model%state%points%count

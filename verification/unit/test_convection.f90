@@ -254,11 +254,12 @@ contains
     !> One kind of them.
     subroutine check_group(element, method, kind)
       character(len=*), intent(in) :: element, method, kind
-      type(model_type) :: model
-      type(step_type) :: step
+      class(model_type), allocatable :: model
+      class(step_type), allocatable :: step
       type(error_type), allocatable :: error
       real(wp), allocatable :: volume(:)
 
+      allocate (model, step)
       call build(element, method, '', model, step)
       ! The treatment is that of the law slot: all points of a group share the volume change.
       model%laws%pressure_factor = 0.1_wp
@@ -344,11 +345,12 @@ contains
     subroutine check_one(what, kind)
       character(len=*), intent(in) :: what
       integer, intent(in) :: kind
-      type(model_type) :: model
-      type(step_type) :: step
+      class(model_type), allocatable :: model
+      class(step_type), allocatable :: step
       type(error_type), allocatable :: error
       real(wp), allocatable :: still(:, :)
 
+      allocate (model, step)
       call build('QUAD4', 'BASIS=STANDARD', '', model, step)
       allocate (still(2, model%space%node_count), source=0.0_wp)
       select case (kind)

@@ -230,10 +230,11 @@ contains
     !> A deck without any message.
     subroutine silent(text)
       character(len=*), intent(in) :: text
-      type(analysis_type) :: analysis
+      class(analysis_type), allocatable :: analysis
       character(len=:), allocatable :: report
       logical :: good
 
+      allocate (analysis)
       call read_text(joined(text), analysis, report, good)
       call tests%check('nothing to warn of; found: '//report, good .and. len(report) == 0)
     end subroutine silent
@@ -241,10 +242,11 @@ contains
     !> The deck with more behind it and one text in the place of another has one message, a warning.
     subroutine warned(more, old, new, keyword, sentence)
       character(len=*), intent(in) :: more, old, new, keyword, sentence
-      type(analysis_type) :: analysis
+      class(analysis_type), allocatable :: analysis
       character(len=:), allocatable :: report, text
       logical :: good
 
+      allocate (analysis)
       text = joined(block//more)
       if (len(old) > 0) text = changed(text, old, new)
       call read_text(text, analysis, report, good)

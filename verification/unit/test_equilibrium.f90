@@ -345,13 +345,14 @@ contains
       character(len=*), intent(in) :: name, material, phase, reason
       real(wp), intent(in) :: weight
       integer, intent(in) :: newton, iterations, cause
-      type(model_type) :: model
-      type(step_type) :: step
+      class(model_type), allocatable :: model
+      class(step_type), allocatable :: step
       type(target_type) :: goal
       real(wp), allocatable :: load(:, :)
       type(solution_type) :: solution
       type(controls_type) :: controls
 
+      allocate (model, step)
       call build('BASIS=STANDARD', material, weight, phase, model, step, goal, load)
       controls%newton = newton
       controls%max_iterations = iterations
@@ -367,13 +368,14 @@ contains
 
     !> A block that the first correction of a great weight would turn inside out takes half of it, and half of that.
     subroutine check_halved()
-      type(model_type) :: model
-      type(step_type) :: step
+      class(model_type), allocatable :: model
+      class(step_type), allocatable :: step
       type(target_type) :: goal
       real(wp), allocatable :: load(:, :)
       type(solution_type) :: solution
       type(controls_type) :: controls
 
+      allocate (model, step)
       call build('BASIS=STANDARD', elastic, 2.0e3_wp, fixed, model, step, goal, load)
       controls%max_iterations = 40
       call solve_equilibrium(model, step, goal, controls, solution)
@@ -383,13 +385,14 @@ contains
 
     !> A point that has no stress to begin with: there is no residual, and none is told.
     subroutine check_start()
-      type(model_type) :: model
-      type(step_type) :: step
+      class(model_type), allocatable :: model
+      class(step_type), allocatable :: step
       type(target_type) :: goal
       real(wp), allocatable :: load(:, :)
       type(solution_type) :: solution
       type(controls_type) :: controls
 
+      allocate (model, step)
       call build('BASIS=STANDARD', elastic, 18.0_wp, fixed, model, step, goal, load)
       model%state%points%state(1, 3) = -1.0_wp
       call solve_equilibrium(model, step, goal, controls, solution)
@@ -497,12 +500,13 @@ contains
       logical, intent(in) :: line_search
       type(solution_type), intent(out) :: solution
       integer, intent(out) :: count
-      type(model_type) :: model
-      type(step_type) :: step
+      class(model_type), allocatable :: model
+      class(step_type), allocatable :: step
       type(target_type) :: goal
       real(wp), allocatable :: load(:, :)
       type(controls_type) :: controls
 
+      allocate (model, step)
       call build('BASIS=STANDARD', yielding, 36.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
       controls%line_search = line_search
       controls%max_iterations = 60

@@ -295,12 +295,13 @@ contains
     !> A deck with another lip is not built.
     subroutine refused(set, message, name)
       character(len=*), intent(in) :: set, message, name
-      type(analysis_type) :: analysis
+      class(analysis_type), allocatable :: analysis
       type(message_list_type) :: messages
       type(error_type), allocatable :: error
       character(len=:), allocatable :: text
       integer :: at
 
+      allocate (analysis)
       text = deck('ELEMENT=QUAD4', 'BASIS=STANDARD')
       at = index(text, 'BOX'//new_line('a')//' 9')
       text = text(:at - 1)//joined(set)//text(at + len('BOX| 9, 9.5, 0.5, 0.75'):)

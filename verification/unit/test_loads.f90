@@ -242,10 +242,11 @@ contains
     subroutine check_one(words, length, normals)
       character(len=*), intent(in) :: words
       real(wp), intent(in) :: length, normals(2)
-      type(model_type) :: model
-      type(step_type) :: step
+      class(model_type), allocatable :: model
+      class(step_type), allocatable :: step
       character(len=:), allocatable :: message
 
+      allocate (model, step)
       call build(deck('PLANE STRAIN', 'STANDARD', '*SURFACE, NAME=s, '//words//'|*PHASE, NAME=one|*FIX|base, ALL|'// &
         '*GRAVITY|0, -1|*END PHASE|'), model, step, message)
       call tests%check(words//' is a surface', len(message) == 0)

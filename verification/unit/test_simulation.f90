@@ -715,9 +715,10 @@ contains
     !> An analysis with threads that cannot be had is not made.
     subroutine refuse_threads(count)
       integer, intent(in) :: count
-      type(simulation_type) :: other
-      type(problem_type) :: problem
+      class(simulation_type), allocatable :: other
+      class(problem_type), allocatable :: problem
 
+      allocate (other, problem)
       call problem%parse(sample_deck('1, 4'), 'sample', error)
       other%threads = count
       call other%create(problem, error)

@@ -3,6 +3,9 @@
 !> A test is a sentence and a condition. A suite is a subroutine that takes `tests`, starts itself
 !> by name and makes its checks; `run_unit_tests` calls the suites. A failed check is printed with
 !> its figures and counted, and the run goes on.
+!>
+!> A test holds what is deep, as a model or a simulation, in a polymorphic variable: gfortran copies and frees that by
+!> one call, and writes a page of code for another one into every procedure.
 module testing
   use, intrinsic :: iso_fortran_env, only: output_unit
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
