@@ -19,11 +19,12 @@ import migration
 import one_rank
 import parts
 import phase_begins
+import restarts
 import shared_meshes
 import shared_scenes
 from support import TOP, Place
 
-MODULES = [one_rank, many_ranks, migration, shared_scenes, shared_meshes, phase_begins, faults, parts]
+MODULES = [one_rank, many_ranks, migration, shared_scenes, shared_meshes, phase_begins, faults, parts, restarts]
 CHECKS = [check for module in MODULES for check in module.CHECKS]
 LONG_CHECKS = [check for module in MODULES for check in module.LONG_CHECKS]
 
