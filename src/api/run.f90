@@ -203,7 +203,7 @@ contains
     class(simulation_type), allocatable :: simulation
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
-    type(team_type) :: team, sharing
+    type(team_type) :: team
 
     exit_code = 0
     allocate (problem, simulation)
@@ -211,10 +211,7 @@ contains
     call problem%read(request%deck, error)
     report = problem%messages
     simulation%threads = request%threads
-    ! A state that is read is that of the whole model.
-    sharing = team
-    if (len(request%restart) > 0) sharing = team_type()
-    if (.not. allocated(error)) call simulation%create(problem, error, sharing)
+    if (.not. allocated(error)) call simulation%create(problem, error, team)
     if (.not. allocated(error)) call refuse_sharing(simulation%model, team%ranks, error)
     simulation%loop%team = team
     call agree(team, error)

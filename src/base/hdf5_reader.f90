@@ -14,7 +14,8 @@ module qsmpm_hdf5_reader
   implicit none
   private
 
-  public :: reader_type, open_reader, get_array, get_attribute, find_group, list_group, note_reason, close_reader
+  public :: reader_type, open_reader, get_array, get_attribute, find_group, list_group, note_reason, close_reader, &
+    open_dataset, compare_shape
 
   !> A file that is being read.
   type :: reader_type

@@ -31,13 +31,18 @@ contains
     if (model%analysis%mesh%kind == mesh_grid) pieces = pieces_of(grid_of(model%analysis))
   end function pieces_in
 
-  !> Numbers in the whole mesh of cells of the window.
-  pure function whole_cells(model, cell) result(number)
+  !> Numbers in the whole mesh of cells of a window.
+  pure function whole_cells(model, cell, window) result(number)
     type(model_type), intent(in) :: model
     integer, intent(in) :: cell(:)
+    !> That of the model unless given.
+    type(window_type), intent(in), optional :: window
     integer :: number(size(cell))
+    type(window_type) :: from
 
-    number = renumbered(model%state%window, whole_of(model), pieces_in(model), cell)
+    from = model%state%window
+    if (present(window)) from = window
+    number = renumbered(from, whole_of(model), pieces_in(model), cell)
   end function whole_cells
 
   !> Numbers in the window of cells of the whole mesh; 0 for one that it has not.

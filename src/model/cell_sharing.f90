@@ -20,7 +20,7 @@ module qsmpm_cell_sharing
   implicit none
   private
 
-  public :: share_model, has_boxes
+  public :: share_model, share_by_cells, has_boxes
 
 contains
 
@@ -41,23 +41,34 @@ contains
     class(cell_owners_type), allocatable, intent(out) :: owners
     !> There are too few cells with material.
     logical, intent(out) :: short
-    type(box_owners_type) :: boxes
-    type(part_owners_type) :: parts
     integer, allocatable :: own(:)
     integer :: p
 
-    associate (team => model%part%team, points => model%state%points)
+    associate (points => model%state%points)
       own = pack([(p, p=1, points%count)], own_of(model%part%points, points%count))
-      if (has_boxes(model%analysis)) then
-        call share_grid(team, grid_of(model%analysis), whole_cells(model, points%cell(own)), spread(1, 1, size(own)), &
-          ranks, boxes, short)
-        allocate (owners, source=boxes)
-      else
-        call share_mesh(team, model%mesh, whole_cells(model, points%cell(own)), ranks, rows, parts, short)
-        allocate (owners, source=parts)
-      end if
+      call share_by_cells(model, whole_cells(model, points%cell(own)), ranks, rows, owners, short)
     end associate
   end subroutine share_model
+
+  !> The same by the cells of points that are not there yet.
+  subroutine share_by_cells(model, cell, ranks, rows, owners, short)
+    type(model_type), intent(in) :: model
+    !> Of the points that this process counts, by their numbers in the whole mesh.
+    integer, intent(in) :: cell(:)
+    integer, intent(in) :: ranks, rows
+    class(cell_owners_type), allocatable, intent(out) :: owners
+    logical, intent(out) :: short
+    type(box_owners_type) :: boxes
+    type(part_owners_type) :: parts
+
+    if (has_boxes(model%analysis)) then
+      call share_grid(model%part%team, grid_of(model%analysis), cell, spread(1, 1, size(cell)), ranks, boxes, short)
+      allocate (owners, source=boxes)
+    else
+      call share_mesh(model%part%team, model%mesh, cell, ranks, rows, parts, short)
+      allocate (owners, source=parts)
+    end if
+  end subroutine share_by_cells
 
   !> Share a mesh: a cell weighs as many points as it has.
   subroutine share_mesh(team, mesh, cell, ranks, rows, owners, short)

@@ -50,8 +50,8 @@ module qsmpm_division
 
   character(len=*), parameter :: lost = 'material points, or what they carry, were lost between the processes'
 
-  public :: share_cells, divide_model, settle_part, divide_anew, division_text, join_model, look_at_all, &
-    migrate_points, unevenness, ring_of
+  public :: share_cells, divide_model, enter_team, refuse_short, settle_part, settle_near, divide_anew, division_text, &
+    join_model, look_at_all, migrate_points, unevenness, ring_of, rows_of
 
 contains
 
@@ -68,31 +68,55 @@ contains
     call share_cells(model, team%ranks, short)
     if (short) then
       deallocate (model%part%owners)
-      call fail(error, error_deck, 'the material lies in too few cells of the mesh to be shared by '// &
-        integer_text(team%ranks)//' processes')
+      call refuse_short(team%ranks, error)
       return
     end if
+    call enter_team(model, team)
+    call settle_part(model)
+  end subroutine divide_model
+
+  !> There are fewer cells with material than a team must have.
+  subroutine refuse_short(ranks, error)
+    integer, intent(in) :: ranks
+    type(error_type), allocatable, intent(out) :: error
+
+    call fail(error, error_deck, 'the material lies in too few cells of the mesh to be shared by '// &
+      integer_text(ranks)//' processes')
+  end subroutine refuse_short
+
+  !> A whole model is that of a team, which has not shared it yet.
+  subroutine enter_team(model, team)
+    type(model_type), intent(inout) :: model
+    type(team_type), intent(in) :: team
+
+    if (is_divided(model%part)) return
     model%part%team = team
     model%part%ring = ring_of(model%analysis)
     model%part%history_number = numbers_of(model)
     call carry_by_number(model)
-    call settle_part(model)
-  end subroutine divide_model
+  end subroutine enter_team
 
   !> Keep the part of a model that is this process's, the owners of the cells being known.
   subroutine settle_part(model)
     !> Its points are those of the whole model, or some that hold all that are near.
     type(model_type), intent(inout) :: model
+
+    call number_all(model, model%state%window, whole_of(model))
+    call settle_near(model)
+  end subroutine settle_part
+
+  !> The same with the cells numbered as in the whole mesh.
+  subroutine settle_near(model)
+    type(model_type), intent(inout) :: model
     integer :: b
 
-    associate (part => model%part, inactive => model%state%inactive)
+    associate (part => model%part, unloading => model%state%inactive%unloading)
       call select_points(model%state%points, [1], part%like)
-      part%taken_out = [(any(inactive%unloading%body == b), b=1, size(model%analysis%bodies))]
+      part%taken_out = total(part%team, [(count(unloading%body == b, kind=long), b=1, size(model%analysis%bodies))]) > 0
     end associate
-    call number_all(model, model%state%window, whole_of(model))
     call take_near(model)
     call look_at(model, .true.)
-  end subroutine settle_part
+  end subroutine settle_near
 
   !> Divide a model that is divided in another way, by its points as they lie now: they go to their new processes.
   subroutine divide_anew(model, error)

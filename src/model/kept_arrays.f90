@@ -5,7 +5,7 @@ module qsmpm_kept_arrays
   implicit none
   private
 
-  public :: kept_array_type, kept_arrays_type, lay_array, kept_values, keep_values, renumber_nodal
+  public :: kept_array_type, kept_arrays_type, lay_array, kept_values, keep_values, renumber_nodal, clear_nodal
 
   type :: kept_array_type
     !> Unique, without a slash: a name in the restart file.
@@ -79,6 +79,14 @@ contains
       call move_alloc(values, kept%list(i)%values)
     end do
   end subroutine renumber_nodal
+
+  !> Nodal arrays of zeros for so many nodes.
+  pure subroutine clear_nodal(kept, nodes)
+    type(kept_arrays_type), intent(inout) :: kept
+    integer, intent(in) :: nodes
+
+    call renumber_nodal(kept, spread(0, 1, nodes))
+  end subroutine clear_nodal
 
   !> Place in the list, 0 where there is none.
   pure integer function place_of(kept, name) result(place)

@@ -30,7 +30,8 @@ module qsmpm_recorder
   use qsmpm_picture_files, only: write_fields, write_way_of_failure
   use qsmpm_picture_list, only: picture_list_type, read_collection
   use qsmpm_posix, only: signal_received
-  use qsmpm_restart, only: write_restart
+  use qsmpm_restart, only: write_restart, writes_kept_phases
+  use qsmpm_step_length, only: phase_is_complete
   use qsmpm_results, only: results_folder, write_mesh_results
   use qsmpm_team, only: team_type
   use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
@@ -289,12 +290,17 @@ contains
     call write_pictures(recorder, model, error)
   end subroutine show_start
 
-  !> Whether the scene is larger than the model: its images are made from the whole.
+  !> Whether the scene is larger than the model: its images are made from the whole. So are restart files with ends of
+  !> phases, which are due after some steps and where a phase ends.
   logical function needs_model(self, model)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
 
     needs_model = model%mesh%dimension > 0 .and. is_reduced(self%options%whole)
+    if (needs_model .or. .not. writes_kept_phases(model)) return
+    associate (progress => model%state%progress)
+      needs_model = is_multiple(progress%step, model%analysis%output%restart_every) .or. phase_is_complete(progress)
+    end associate
   end function needs_model
 
   !> A step was accepted: its row, and what is due.

@@ -5,7 +5,8 @@
 !> error, as is one whose arrays have other sizes, whose numbers are out of their ranges
 !> (`qsmpm_state_check`) or whose bytes do not give its checksum.
 !>
-!> The file of a model that is divided is in parts (qsmpm_restart_parts).
+!> The file of a model that is divided is in parts (qsmpm_restart_parts). Several processes divide the model by the file
+!> that they read (qsmpm_restart_division).
 module qsmpm_restart
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: has_stages
@@ -14,24 +15,25 @@ module qsmpm_restart
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     save_image
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, find_group, note_reason, close_reader
-  use qsmpm_model, only: model_type, state_type, kept_phase_type
+  use qsmpm_hdf5_rows, only: count_components
+  use qsmpm_model, only: model_type, state_type, kept_phase_type, progress_type
   use qsmpm_number_text, only: integer_text
   use qsmpm_own_part, only: is_divided
   use qsmpm_phase_tree, only: is_wanted
   use qsmpm_point_selection, only: select_points
   use qsmpm_points, only: points_type, surface_points_type, allocate_surface_points, allocate_watched
-  use qsmpm_grid_window, only: window_type
   use qsmpm_model_window, only: restore
-  use qsmpm_restart_fields, only: put_carried, get_carried, put_kept, get_kept
+  use qsmpm_restart_division, only: read_divided
+  use qsmpm_restart_fields, only: put_carried, get_carried, put_kept, get_kept, get_mesh
   use qsmpm_restart_parts, only: node_values_type, put_shared_state, put_own_state, save_restart_parts, &
     remove_restart_parts, check_parts, share_reason, start_joined, finish_joined, lay_joined, put_node_values
   use qsmpm_restart_progress, only: put_progress, get_progress
-  use qsmpm_state_check, only: check_state, window_reason
+  use qsmpm_state_check, only: check_state
   use qsmpm_team, only: team_type
   implicit none
   private
 
-  public :: write_restart, read_restart, text_fingerprint
+  public :: write_restart, read_restart, writes_kept_phases, text_fingerprint
 
   !> Layout of the file, in one piece or in parts; another one is refused.
   integer, parameter :: layout = 18, layout_in_parts = 19
@@ -94,6 +96,18 @@ contains
     end if
   end subroutine write_restart
 
+  !> Whether the file of a model has ends of phases: they are written whole.
+  pure logical function writes_kept_phases(model) result(writes)
+    type(model_type), intent(in) :: model
+    integer :: i
+
+    writes = .false.
+    if (.not. allocated(model%kept_phases)) return
+    do i = 1, size(model%kept_phases)
+      writes = writes .or. is_in_file(model, model%state%progress%phase, model%kept_phases(i)%phase)
+    end do
+  end function writes_kept_phases
+
   !> Whether the end of a phase is in the file of a state: a phase behind the present one starts from it. The present
   !> one is kept when it ends, also in a run that goes on from its end.
   pure logical function is_in_file(model, present, number)
@@ -142,7 +156,7 @@ contains
     call put_kept(image, group//'/terms', state%kept)
   end subroutine put_state
 
-  !> Read the state back. The model is unchanged after an error.
+  !> Read the state back. Alone, the model is unchanged after an error.
   subroutine read_restart(path, model, fingerprint, error, team)
     !> Name of the file.
     character(len=*), intent(in) :: path
@@ -167,18 +181,64 @@ contains
     call share_reason(readers, reader)
     if (in_parts .and. .not. allocated(reader%reason)) call check_parts(readers, reader)
     call share_reason(readers, reader)
+    if (readers%ranks > 1) then
+      call get_divided(reader, in_parts, readers, model, error)
+      return
+    end if
     state = model%state
     if (in_parts) call start_joined(reader, model, state, nodes)
     call get_state(reader, '', model, in_parts, state)
     call get_kept_phases(reader, model, state%progress%phase, kept_phases)
     call close_reader(reader, error)
-    call agree(readers, error)
     if (allocated(error)) return
     if (in_parts) call lay_joined(model, state)
     call restore(state, model)
     if (in_parts) call put_node_values(model, nodes)
     call move_alloc(kept_phases, model%kept_phases)
   end subroutine read_restart
+
+  !> Divide the model by the state of an open file, with the ends of phases that are in it.
+  subroutine get_divided(reader, in_parts, team, model, error)
+    type(reader_type), intent(inout) :: reader
+    logical, intent(in) :: in_parts
+    type(team_type), intent(in) :: team
+    type(model_type), intent(inout) :: model
+    !> The same on all processes.
+    type(error_type), allocatable, intent(out) :: error
+    type(kept_phase_type), allocatable :: kept_phases(:)
+    type(progress_type) :: progress
+    type(error_type), allocatable :: failure
+    integer :: i, most
+
+    most = points_of_bodies(model)
+    progress = model%state%progress
+    if (.not. allocated(reader%reason)) call get_progress(reader, '/progress', progress)
+    associate (numbers => kept_numbers(reader, model, progress%phase))
+      allocate (kept_phases(size(numbers)))
+      call share_reason(team, reader)
+      do i = 1, size(numbers)
+        if (allocated(reader%reason) .or. allocated(error)) exit
+        call read_divided(reader, end_of(numbers(i)), .false., team, most, model, error)
+        kept_phases(i) = kept_phase_type(numbers(i), model%state, model%part)
+      end do
+    end associate
+    if (.not. (allocated(reader%reason) .or. allocated(error))) &
+      call read_divided(reader, '', in_parts, team, most, model, error)
+    call close_reader(reader, failure)
+    if (allocated(failure)) call move_alloc(failure, error)
+    call agree(team, error)
+    call move_alloc(kept_phases, model%kept_phases)
+  end subroutine get_divided
+
+  !> Material points of all bodies.
+  pure integer function points_of_bodies(model) result(points)
+    type(model_type), intent(in) :: model
+
+    associate (state => model%state)
+      points = state%points%count + state%inactive%points%count + state%inactive%unloading%count
+    end associate
+    if (model%part%built_points > 0) points = int(model%part%built_points)
+  end function points_of_bodies
 
   !> Get the ends of phases that the present one or a later one starts from.
   subroutine get_kept_phases(reader, model, present, kept_phases)
@@ -187,25 +247,36 @@ contains
     !> Phase of the state in the file.
     integer, intent(in) :: present
     type(kept_phase_type), allocatable, intent(out) :: kept_phases(:)
-    integer :: numbers(size(model%analysis%phases)), i, n
+    integer :: i
+
+    associate (numbers => kept_numbers(reader, model, present))
+      allocate (kept_phases(size(numbers)))
+      do i = 1, size(numbers)
+        kept_phases(i)%phase = numbers(i)
+        kept_phases(i)%state = model%state
+        if (.not. allocated(reader%reason)) call get_state(reader, end_of(numbers(i)), &
+          model, .false., kept_phases(i)%state)
+      end do
+    end associate
+  end subroutine get_kept_phases
+
+  !> Phases whose ends are in a file and wanted.
+  function kept_numbers(reader, model, present) result(numbers)
+    type(reader_type), intent(inout) :: reader
+    type(model_type), intent(in) :: model
+    !> Phase of the state in the file.
+    integer, intent(in) :: present
+    integer, allocatable :: numbers(:)
+    integer :: i
     logical :: there
 
-    n = 0
-    do i = 1, size(numbers)
+    allocate (numbers(0))
+    do i = 1, size(model%analysis%phases)
       if (allocated(reader%reason) .or. .not. is_in_file(model, present, i)) cycle
       call find_group(reader, end_of(i), there)
-      if (.not. there) cycle
-      n = n + 1
-      numbers(n) = i
+      if (there) numbers = [numbers, i]
     end do
-    allocate (kept_phases(n))
-    do i = 1, n
-      kept_phases(i)%phase = numbers(i)
-      kept_phases(i)%state = model%state
-      if (.not. allocated(reader%reason)) call get_state(reader, end_of(numbers(i)), &
-        model, .false., kept_phases(i)%state)
-    end do
-  end subroutine get_kept_phases
+  end function kept_numbers
 
   !> Get a state of a group.
   subroutine get_state(reader, group, model, in_parts, state)
@@ -233,27 +304,6 @@ contains
     if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
     if (in_parts) call finish_joined(state)
   end subroutine get_state
-
-  !> Get the part of the grid, where its nodes are, and the forces at them.
-  subroutine get_mesh(reader, group, model, state)
-    type(reader_type), intent(inout) :: reader
-    character(len=*), intent(in) :: group
-    type(model_type), intent(in) :: model
-    type(state_type), intent(inout) :: state
-    integer, allocatable :: window(:)
-
-    allocate (window(6), source=0)
-    call get_array(reader, group//'/mesh/window', window)
-    call note_reason(reader, window_reason(window, model))
-    if (any(window /= [state%window%first, state%window%last])) then
-      ! Another part of the grid: as many nodes as it has.
-      state%window = window_type(window(:3), window(4:))
-      deallocate (state%coordinates, state%reactions, state%released)
-    end if
-    call get_array(reader, group//'/mesh/coordinates', state%coordinates)
-    call get_array(reader, group//'/mesh/reactions', state%reactions)
-    call get_array(reader, group//'/mesh/released', state%released)
-  end subroutine get_mesh
 
   !> Material and surface points, those that are there and the others: as many of each as the phase in the file has, and
   !> not more than the bodies.
@@ -304,11 +354,14 @@ contains
       type(points_type), intent(inout) :: points
       type(points_type) :: sized
       integer, allocatable :: cells(:)
+      integer :: states
 
       call get_array(reader, name//'/cell', cells)
       if (.not. allocated(cells)) return
       left = left - size(cells)
-      if (size(cells) == points%count) return
+      ! Where no points are left they have carried what others do, or there have been none.
+      states = count_components(reader, name//'/state')
+      if (size(cells) == points%count .and. states == size(points%state, 1)) return
       call select_points(like, spread(1, 1, size(cells)), sized)
       points = sized
     end subroutine size_points

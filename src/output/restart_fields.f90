@@ -3,13 +3,17 @@ module qsmpm_restart_fields
   use qsmpm_kinds, only: wp, long
   use qsmpm_hdf5_image, only: image_type, put_group, put_array, put_attribute
   use qsmpm_hdf5_reader, only: reader_type, get_array, get_attribute, note_reason
+  use qsmpm_hdf5_rows, only: get_rows
   use qsmpm_kept_arrays, only: kept_arrays_type
+  use qsmpm_grid_window, only: window_type
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_state_check, only: window_reason
   use qsmpm_field_list, only: field_type, field_list_type
   use qsmpm_points, only: carried_type
   implicit none
   private
 
-  public :: put_carried, get_carried, put_kept, get_kept
+  public :: put_carried, get_carried, get_some, put_kept, get_kept, get_mesh
 
 contains
 
@@ -58,6 +62,27 @@ contains
       call get_array(reader, group//'/'//kept%list(i)%name, kept%list(i)%values)
     end do
   end subroutine get_kept
+
+  !> Get the part of the grid, where its nodes are, and the forces at them.
+  subroutine get_mesh(reader, group, model, state)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    type(model_type), intent(in) :: model
+    type(state_type), intent(inout) :: state
+    integer, allocatable :: window(:)
+
+    allocate (window(6), source=0)
+    call get_array(reader, group//'/mesh/window', window)
+    call note_reason(reader, window_reason(window, model))
+    if (any(window /= [state%window%first, state%window%last])) then
+      ! Another part of the grid: as many nodes as it has.
+      state%window = window_type(window(:3), window(4:))
+      deallocate (state%coordinates, state%reactions, state%released)
+    end if
+    call get_array(reader, group//'/mesh/coordinates', state%coordinates)
+    call get_array(reader, group//'/mesh/reactions', state%reactions)
+    call get_array(reader, group//'/mesh/released', state%released)
+  end subroutine get_mesh
 
   !> Put all fields of a carried set.
   subroutine put_carried(image, group, carried)
@@ -111,6 +136,37 @@ contains
       if (.not. allocated(reader%reason)) call get_field(reader, group//'/'//trim(list%fields(i)%name), list%fields(i))
     end do
   end subroutine get_carried
+
+  !> Get some of a carried set with all their fields.
+  subroutine get_some(reader, group, rows, all_rows, carried)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    !> Their places in the file, rising, and how many the set has.
+    integer, intent(in) :: rows(:), all_rows
+    !> As many, carrying what those of the model do.
+    class(carried_type), intent(inout), target :: carried
+    type(field_list_type) :: list
+    integer :: i, found
+
+    found = all_rows
+    call get_attribute(reader, group, 'count', found)
+    if (found /= all_rows) call note_reason(reader, group//' has another size than it says')
+    call carried%list_fields(list)
+    do i = 1, list%count
+      associate (field => list%fields(i), path => group//'/'//trim(list%fields(i)%name))
+        if (allocated(reader%reason) .or. size(rows) == 0) exit
+        if (field%point_count() == 0) then
+          call get_field(reader, path, field)
+        else if (associated(field%labels)) then
+          call get_rows(reader, path, rows, all_rows, field%labels)
+        else if (associated(field%numbers)) then
+          call get_rows(reader, path, rows, all_rows, field%numbers)
+        else if (associated(field%reals)) then
+          call get_rows(reader, path, rows, all_rows, field%reals)
+        end if
+      end associate
+    end do
+  end subroutine get_some
 
   !> Get the values of a field.
   subroutine get_field(reader, path, field)

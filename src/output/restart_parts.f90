@@ -14,7 +14,7 @@ module qsmpm_restart_parts
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_hdf5_image, only: image_type, dataset_type, put_group, put_array, put_attribute, save_image, discard_image
   use qsmpm_hdf5_reader, only: reader_type, get_array, note_reason
-  use qsmpm_kept_arrays, only: kept_arrays_type
+  use qsmpm_kept_arrays, only: kept_arrays_type, clear_nodal
   use qsmpm_model, only: model_type, state_type
   use qsmpm_part_files, only: join_rows, part_name, parts_folder
   use qsmpm_path, only: directory_of
@@ -33,7 +33,7 @@ module qsmpm_restart_parts
   private
 
   public :: node_values_type, put_shared_state, put_own_state, save_restart_parts, remove_restart_parts, check_parts, &
-    share_reason, start_joined, finish_joined, lay_joined, put_node_values
+    share_reason, start_joined, finish_joined, lay_joined, get_node_values, put_node_values
 
   !> Values at nodes by their labels: reactions and released forces (dimension, labels), what terms keep.
   type :: node_values_type
@@ -318,13 +318,23 @@ contains
     type(model_type), intent(in) :: model
     type(state_type), intent(inout) :: state
     type(node_values_type), intent(out) :: nodes
-    integer :: i
 
     state%window = whole_of(model)
+    call get_node_values(reader, state%kept, nodes)
+  end subroutine start_joined
+
+  !> Get the nodal values of all parts.
+  subroutine get_node_values(reader, kept, nodes)
+    type(reader_type), intent(inout) :: reader
+    !> What terms keep.
+    type(kept_arrays_type), intent(in) :: kept
+    type(node_values_type), intent(out) :: nodes
+    integer :: i
+
     call get_array(reader, '/mesh/node_labels', nodes%labels)
     call get_array(reader, '/mesh/node_reactions', nodes%reactions)
     call get_array(reader, '/mesh/node_released', nodes%released)
-    nodes%kept = state%kept
+    nodes%kept = kept
     do i = 1, kept_count(nodes%kept)
       if (.not. nodes%kept%list(i)%nodal) cycle
       deallocate (nodes%kept%list(i)%values)
@@ -332,7 +342,7 @@ contains
     end do
     if (.not. (allocated(nodes%labels) .and. allocated(nodes%reactions) .and. allocated(nodes%released))) &
       call note_reason(reader, 'its nodes have lost a value')
-  end subroutine start_joined
+  end subroutine get_node_values
 
   !> Bring the points of all parts into the order that they have on one process.
   subroutine finish_joined(state)
@@ -368,7 +378,6 @@ contains
   subroutine lay_joined(model, state)
     type(model_type), intent(inout) :: model
     type(state_type), intent(inout) :: state
-    integer :: i
 
     state%window = model%state%window
     state%coordinates = model%state%coordinates
@@ -377,11 +386,7 @@ contains
     model%state = state
     call look_at_all(model)
     state = model%state
-    do i = 1, kept_count(state%kept)
-      associate (kept => state%kept%list(i))
-        if (kept%nodal) kept%values = spread(kept%values(:, 1)*0.0_wp, 2, model%space%node_count)
-      end associate
-    end do
+    call clear_nodal(state%kept, model%space%node_count)
   end subroutine lay_joined
 
   !> Put values at the nodes of a model that have them.

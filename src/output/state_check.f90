@@ -15,19 +15,24 @@ module qsmpm_state_check
   implicit none
   private
 
-  public :: check_state, window_reason
+  public :: check_state, places_reason, window_reason
+
+  character(len=*), parameter :: misfit = ' in it cannot be those of this analysis'
 
 contains
 
   !> What of a state cannot be; empty when all can.
-  function check_state(state, model) result(reason)
+  function check_state(state, model, window) result(reason)
     type(state_type), intent(in) :: state
     !> A model built from the same deck.
     type(model_type), intent(in) :: model
+    !> In which the cells are numbered; that of the state unless given.
+    type(window_type), intent(in), optional :: window
     character(len=:), allocatable :: reason
     integer :: cells, i
 
     cells = cell_count(state%window, model)
+    if (present(window)) cells = cell_count(window, model)
     reason = ''
     if (.not. progress_good(state%progress, size(model%analysis%phases))) reason = 'the progress'
     if (.not. carried_good(state%points, 1, cells)) reason = 'the material points'
@@ -44,8 +49,22 @@ contains
         if (.not. finite_table(state%kept%list(i)%values)) reason = state%kept%list(i)%name
       end do
     end if
-    if (len(reason) > 0) reason = reason//' in it cannot be those of this analysis'
+    if (len(reason) > 0) reason = reason//misfit
   end function check_state
+
+  !> What is wrong with the cells that places are in; empty when nothing is.
+  pure function places_reason(cell, lowest, window, model, what) result(reason)
+    !> Numbers in a window, and the lowest there may be.
+    integer, intent(in) :: cell(:), lowest
+    type(window_type), intent(in) :: window
+    type(model_type), intent(in) :: model
+    !> What they are of.
+    character(len=*), intent(in) :: what
+    character(len=:), allocatable :: reason
+
+    reason = ''
+    if (any(cell < lowest .or. cell > cell_count(window, model))) reason = what//misfit
+  end function places_reason
 
   !> What is wrong with a part of the grid; empty when nothing is.
   pure function window_reason(window, model) result(reason)

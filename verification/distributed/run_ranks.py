@@ -22,11 +22,13 @@ import named_scenes
 import one_rank
 import parts
 import phase_begins
+import restarts
 import shared_meshes
 import shared_scenes
 from support import TOP, Place
 
-MODULES = [one_rank, many_ranks, migration, shared_scenes, more_scenes, shared_meshes, named_scenes, phase_begins, faults, parts]
+MODULES = [one_rank, many_ranks, migration, shared_scenes, more_scenes, shared_meshes, named_scenes, phase_begins, faults, parts,
+           restarts]
 CHECKS = [check for module in MODULES for check in module.CHECKS]
 LONG_CHECKS = [check for module in MODULES for check in module.LONG_CHECKS]
 CPU_SECONDS = 60

@@ -1,0 +1,325 @@
+!> A restart file read by the processes of a team, each of which gets its part of the state. The cells are shared by the
+!> places of all points, of which every process looks at some; then it goes through the cells of all, block by block,
+!> and reads what the points carry that are its own or in its ring. What all processes know is read by all.
+!>
+!> What cannot be read or be of this analysis is noted, the same on all processes.
+module qsmpm_restart_division
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_active_bodies, only: has_stages
+  use qsmpm_agreement, only: any_of
+  use qsmpm_cell_numbers, only: number_all, whole_cells, whole_of
+  use qsmpm_cell_sharing, only: has_boxes, share_by_cells
+  use qsmpm_division, only: enter_team, join_model, refuse_short, rows_of, settle_near
+  use qsmpm_error, only: error_type
+  use qsmpm_grid_window, only: window_type, operator(==)
+  use qsmpm_hdf5_reader, only: reader_type, get_attribute, note_reason
+  use qsmpm_hdf5_rows, only: block_rows, count_components, count_rows, get_rows
+  use qsmpm_kept_arrays, only: clear_nodal
+  use qsmpm_lowered_laws, only: fit_laws
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_window, only: lay_window, return_to_window
+  use qsmpm_point_delivery, only: number_order
+  use qsmpm_point_selection, only: select_points, select_surface_points
+  use qsmpm_points, only: points_type, surface_points_type, allocate_surface_points, allocate_watched
+  use qsmpm_restart_fields, only: get_carried, get_kept, get_mesh, get_some
+  use qsmpm_restart_parts, only: node_values_type, get_node_values, put_node_values, share_reason
+  use qsmpm_restart_progress, only: get_progress
+  use qsmpm_state_check, only: check_state, places_reason
+  use qsmpm_surface_refinement, only: needs_refining
+  use qsmpm_team, only: team_type
+  implicit none
+  private
+
+  public :: read_divided
+
+  character(len=*), parameter :: points_words = 'the material points', surface_words = 'the surface points'
+
+contains
+
+  !> Get a state of a group, and divide the model by it. What the model was is lost.
+  subroutine read_divided(reader, group, in_parts, team, most, model, error)
+    type(reader_type), intent(inout) :: reader
+    !> Empty for the root.
+    character(len=*), intent(in) :: group
+    !> The rows of points are those of parts.
+    logical, intent(in) :: in_parts
+    type(team_type), intent(in) :: team
+    !> Material points of all bodies.
+    integer, intent(in) :: most
+    !> Built from the same deck, whole or divided.
+    type(model_type), intent(inout) :: model
+    !> error_deck: there are too few cells with material.
+    type(error_type), allocatable, intent(out) :: error
+    type(node_values_type) :: nodes
+    type(window_type) :: window
+    type(points_type) :: like
+    integer :: count
+    logical :: short
+
+    call enter_team(model, team)
+    call drop_points(model, like)
+    call get_known_to_all(reader, group, in_parts, like, model, window, nodes)
+    if (.not. has_boxes(model%analysis) .and. .not. allocated(reader%reason)) call look_at_whole(model)
+    count = count_rows(reader, group//'/points/cell')
+    call count_points(reader, group, count, most, model)
+    call share_reason(team, reader)
+    if (allocated(reader%reason)) return
+    call share_cells(reader, group//'/points', count, window, model, short)
+    if (allocated(reader%reason)) return
+    if (short) call refuse_short(team%ranks, error)
+    if (short) return
+    call get_near(reader, group, in_parts, window, like, model)
+    call note_reason(reader, check_state(model%state, model, whole_of(model)))
+    call share_reason(team, reader)
+    if (allocated(reader%reason)) return
+    call settle_near(model)
+    if (in_parts) call clear_nodal(model%state%kept, model%space%node_count)
+    if (in_parts) call put_node_values(model, nodes)
+    call fit_laws(model)
+    if (any_of(team, needs_refining(model))) call join_model(model, error)
+  end subroutine read_divided
+
+  !> The material and surface points that are there give way to those of a file.
+  subroutine drop_points(model, like)
+    type(model_type), intent(inout) :: model
+    !> One that carries what all of them do.
+    type(points_type), intent(out) :: like
+    integer :: none(0)
+
+    like = model%part%like
+    if (model%state%points%count > 0) call select_points(model%state%points, [1], like)
+    call select_points(like, none, model%state%points)
+    associate (inactive => model%state%inactive, d => size(like%position, 1))
+      if (inactive%points%count > 0) call select_points(like, none, inactive%points)
+      if (inactive%unloading%count > 0) call select_points(like, none, inactive%unloading)
+      call allocate_surface_points(model%state%surface, d, 0)
+      call allocate_surface_points(inactive%surface, d, 0)
+      call allocate_surface_points(inactive%unloading_surface, d, 0)
+    end associate
+  end subroutine drop_points
+
+  !> Get what all processes know, and look at the part of the grid that it is numbered in. Cells are numbered as in the
+  !> whole grid then.
+  subroutine get_known_to_all(reader, group, in_parts, like, model, window, nodes)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    logical, intent(in) :: in_parts
+    type(points_type), intent(in) :: like
+    type(model_type), intent(inout) :: model
+    !> In which the file numbers its cells.
+    type(window_type), intent(out) :: window
+    !> Nodal values where the file is in parts.
+    type(node_values_type), intent(out) :: nodes
+    type(state_type) :: state
+
+    state = model%state
+    window = whole_of(model)
+    call get_progress(reader, group//'/progress', state%progress)
+    if (in_parts) then
+      call get_node_values(reader, state%kept, nodes)
+      state%reactions = 0.0_wp
+      state%released = 0.0_wp
+    else
+      call get_mesh(reader, group, model, state)
+      window = state%window
+    end if
+    call get_places(reader, group, like, model, state)
+    call get_attribute(reader, group//'/mesh', 'plate', state%plate)
+    if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model, window))
+    if (allocated(reader%reason)) return
+    model%state%progress = state%progress
+    if (.not. in_parts) then
+      call return_to_window(model, window)
+      call clear_nodal(model%state%kept, model%space%node_count)
+    end if
+    call get_kept(reader, group//'/terms', model%state%kept, nodal=.not. in_parts)
+    state%kept = model%state%kept
+    model%state = state
+    call number_all(model, window, whole_of(model))
+  end subroutine get_known_to_all
+
+  !> Get tracers, watched places, feet and the bodies that wait.
+  subroutine get_places(reader, group, like, model, state)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    type(points_type), intent(in) :: like
+    type(model_type), intent(in) :: model
+    type(state_type), intent(inout) :: state
+    integer :: count
+
+    call get_carried(reader, group//'/tracers', state%tracers)
+    call allocate_watched(state%watched, model%mesh%dimension, count_rows(reader, group//'/watched/cell'))
+    call get_carried(reader, group//'/watched', state%watched)
+    associate (inactive => state%inactive)
+      call get_carried(reader, group//'/feet', inactive%feet)
+      call size_points(reader, group//'/inactive_points', count_rows(reader, group//'/inactive_points/cell'), like, &
+        inactive%points)
+      call get_carried(reader, group//'/inactive_points', inactive%points)
+      count = count_rows(reader, group//'/inactive_surface/cell')
+      call allocate_surface_points(inactive%surface, model%mesh%dimension, count)
+      call get_carried(reader, group//'/inactive_surface', inactive%surface)
+    end associate
+  end subroutine get_places
+
+  !> Room for material points; where none are left they have carried what others do, or there have been none.
+  subroutine size_points(reader, name, count, like, points)
+    type(reader_type), intent(inout) :: reader
+    !> The group of the set in the file.
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: count
+    type(points_type), intent(in) :: like
+    type(points_type), intent(inout) :: points
+    type(points_type) :: sized
+    integer :: states
+
+    states = count_components(reader, name//'/state')
+    if (count == 0 .and. states == size(points%state, 1)) return
+    call select_points(like, spread(1, 1, count), sized)
+    points = sized
+  end subroutine size_points
+
+  !> A grid that is shared in parts is looked at whole.
+  subroutine look_at_whole(model)
+    type(model_type), intent(inout) :: model
+
+    if (.not. model%state%window == whole_of(model)) call lay_window(model, whole_of(model))
+  end subroutine look_at_whole
+
+  !> Note where the file has other numbers of material points than the bodies.
+  subroutine count_points(reader, group, count, most, model)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    !> Points that are there, and those of all bodies.
+    integer, intent(in) :: count, most
+    type(model_type), intent(in) :: model
+    integer :: all
+
+    all = count + model%state%inactive%points%count + count_rows(reader, group//'/unloading_points/cell')
+    if (has_stages(model%analysis)) then
+      if (all > most) call note_reason(reader, 'it has more material points than the bodies')
+    else if (count /= most) then
+      call note_reason(reader, group//'/points has another size than in this analysis')
+    end if
+  end subroutine count_points
+
+  !> Share the cells by the points that are there, of which every process looks at as many.
+  subroutine share_cells(reader, name, count, window, model, short)
+    type(reader_type), intent(inout) :: reader
+    !> The group of the points, and how many they are.
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: count
+    type(window_type), intent(in) :: window
+    type(model_type), intent(inout) :: model
+    !> There are too few cells with material.
+    logical, intent(out) :: short
+    integer, allocatable :: rows(:), cell(:)
+    integer :: i
+
+    short = .false.
+    associate (team => model%part%team)
+      rows = [(i, i=first_of(team%rank), first_of(team%rank + 1) - 1)]
+      allocate (cell(size(rows)), source=1)
+      call get_rows(reader, name//'/cell', rows, count, cell)
+      call note_reason(reader, places_reason(cell, 1, window, model, points_words))
+      call share_reason(team, reader)
+      if (allocated(reader%reason)) return
+      call share_by_cells(model, whole_cells(model, cell, window), team%ranks, rows_of(model%analysis), &
+        model%part%owners, short)
+    end associate
+
+  contains
+
+    !> First point that a process looks at.
+    pure integer function first_of(rank)
+      integer, intent(in) :: rank
+
+      first_of = 1 + int(int(count, long)*rank/model%part%team%ranks)
+    end function first_of
+  end subroutine share_cells
+
+  !> Get the points that are own or in the ring; their cells are numbered as in the whole grid then.
+  subroutine get_near(reader, group, in_parts, window, like, model)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    logical, intent(in) :: in_parts
+    type(window_type), intent(in) :: window
+    type(points_type), intent(in) :: like
+    type(model_type), intent(inout) :: model
+
+    call near_points('/points', model%state%points)
+    call near_points('/unloading_points', model%state%inactive%unloading)
+    call near_surface('/surface', model%state%surface)
+    call near_surface('/unloading_surface', model%state%inactive%unloading_surface)
+
+  contains
+
+    !> Material points; those of parts in the order that they have on one process.
+    subroutine near_points(name, points)
+      character(len=*), intent(in) :: name
+      type(points_type), intent(inout) :: points
+      type(points_type) :: got
+      integer, allocatable :: rows(:)
+      integer :: count
+
+      call find_near(reader, group//name, window, 1, points_words, model%part%ring, model, rows, count)
+      call size_points(reader, group//name, size(rows), like, points)
+      call get_some(reader, group//name, rows, count, points)
+      if (allocated(reader%reason)) return
+      if (in_parts) then
+        call select_points(points, number_order(points%number), got)
+        points = got
+      end if
+      points%cell = whole_cells(model, points%cell, window)
+    end subroutine near_points
+
+    !> Surface points.
+    subroutine near_surface(name, points)
+      character(len=*), intent(in) :: name
+      type(surface_points_type), intent(inout) :: points
+      type(surface_points_type) :: got
+      integer, allocatable :: rows(:)
+      integer :: count
+
+      call find_near(reader, group//name, window, 0, surface_words, model%part%ring - 1, model, rows, count)
+      call allocate_surface_points(points, model%mesh%dimension, size(rows))
+      call get_some(reader, group//name, rows, count, points)
+      if (allocated(reader%reason)) return
+      if (in_parts) then
+        call select_surface_points(points, number_order(points%number), got)
+        points = got
+      end if
+      points%cell = whole_cells(model, points%cell, window)
+    end subroutine near_surface
+  end subroutine get_near
+
+  !> Rows of a set whose cells are own or in some rows of cells around these.
+  subroutine find_near(reader, group, window, lowest, words, ring, model, rows, count)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    type(window_type), intent(in) :: window
+    !> Lowest number of a cell.
+    integer, intent(in) :: lowest
+    !> What they are.
+    character(len=*), intent(in) :: words
+    integer, intent(in) :: ring
+    type(model_type), intent(in) :: model
+    integer, allocatable, intent(out) :: rows(:)
+    !> Of all.
+    integer, intent(out) :: count
+    integer, allocatable :: block(:), cell(:)
+    integer :: first, i
+
+    count = count_rows(reader, group//'/cell')
+    allocate (rows(0))
+    do first = 1, count, block_rows
+      block = [(i, i=first, min(first + block_rows - 1, count))]
+      cell = spread(lowest, 1, size(block))
+      call get_rows(reader, group//'/cell', block, count, cell)
+      call note_reason(reader, places_reason(cell, lowest, window, model, words))
+      if (allocated(reader%reason)) return
+      associate (part => model%part)
+        rows = [rows, pack(block, part%owners%near(part%team%rank, ring, whole_cells(model, cell, window)))]
+      end associate
+    end do
+  end subroutine find_near
+end module qsmpm_restart_division
