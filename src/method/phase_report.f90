@@ -3,9 +3,9 @@
 !> Nothing here decides anything.
 module qsmpm_phase_report
   use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: phase_type
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
-  use qsmpm_division, only: join_model
   use qsmpm_error, only: error_type, error_not_converged
   use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
   use qsmpm_grid_window, only: window_type, cells_of, operator(==)
@@ -240,12 +240,12 @@ contains
     end if
   end function failure_text
 
-  !> Say which pieces hang on nothing. Of a model that a team shares the whole is put together for it.
+  !> Say which pieces hang on nothing. Each process of a team looks at its part as it stands now.
   subroutine find_unsupported_parts(model, step, text)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
     character(len=:), allocatable, intent(out) :: text
-    class(model_type), allocatable :: whole
+    class(model_type), allocatable :: present
     type(step_type) :: start
     type(connectivity_type) :: connectivity
     type(error_type), allocatable :: error
@@ -255,10 +255,9 @@ contains
       call describe_unsupported_parts(model, step, text)
       return
     end if
-    allocate (whole, source=model)
-    call join_model(whole, error)
-    if (.not. allocated(error)) call ready_terms(whole, start, connectivity, error)
-    if (.not. allocated(error)) call describe_unsupported_parts(whole, start, text)
+    allocate (present, source=model)
+    call ready_terms(present, start, connectivity, error)
+    if (.not. any_of(model%part%team, allocated(error))) call describe_unsupported_parts(present, start, text)
   end subroutine find_unsupported_parts
 
   !> A share in percent.

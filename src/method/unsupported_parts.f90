@@ -4,14 +4,22 @@
 !> neighbours. A piece is held when no rigid motion of it satisfies the fixities of its nodes and the surfaces that
 !> are supported: the matrix sum r r' over its fixed components, r the rigid motions there, has full rank.
 module qsmpm_unsupported_parts
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: any_of
+  use qsmpm_analysis, only: mesh_grid
+  use qsmpm_exchange, only: hand_over
   use qsmpm_integration, only: integration_type
-  use qsmpm_space, only: node_position
+  use qsmpm_space, only: node_label, node_position
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: is_divided, own_of
+  use qsmpm_owner_copies, only: copy_values
+  use qsmpm_points, only: place_of
+  use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_initialisation, only: step_type
   use qsmpm_grid_window, only: operator(==)
   use qsmpm_soil_points, only: soil_type, soil_of
   use qsmpm_term_sums, only: mark_anchored
+  use qsmpm_team, only: smallest, total
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -23,9 +31,19 @@ module qsmpm_unsupported_parts
   !> Rigid motions in the plane and in space; in axisymmetry one.
   integer, parameter :: most_motions = 6
 
+  !> Pieces of the material, by the lowest names of their nodes.
+  type :: piece_type
+    integer :: name = 0
+    !> Material points of all processes, and the lowest number of one among them.
+    integer :: points = 0, first = 0
+    logical :: held = .false.
+    !> Box around the points.
+    real(wp) :: low(3) = 0.0_wp, high(3) = 0.0_wp
+  end type piece_type
+
 contains
 
-  !> Say which pieces hang on nothing: empty when all are held.
+  !> Say which pieces hang on nothing: empty when all are held. The processes of a team do so together.
   subroutine describe_unsupported_parts(model, step, text)
     !> The model, its state as it stands.
     type(model_type), intent(in) :: model
@@ -33,31 +51,27 @@ contains
     type(step_type), intent(in), target :: step
     !> A sentence without its end.
     character(len=:), allocatable, intent(out) :: text
-    integer :: root(model%space%node_count), piece(model%state%points%count), n, number, pieces
-    logical :: held(model%space%node_count)
+    integer :: root(model%space%node_count), of_node(model%space%node_count), of_point(model%state%points%count), n
+    type(piece_type), allocatable :: pieces(:)
     type(soil_type), pointer :: soil
-    character(len=:), allocatable :: one
 
     text = ''
-    if (.not. step%window == model%state%window .or. step%at_points%group_count == 0) return
+    if (.not. is_divided(model%part) .and. (.not. step%window == model%state%window .or. &
+      step%at_points%group_count == 0)) return
     do n = 1, size(root)
       root(n) = n
     end do
     call join_groups(step%at_points, root)
     soil => soil_of(step%terms)
     if (allocated(soil%integration)) call join_groups(soil%integration, root)
-    call find_held(model, step, root, held)
-    call find_pieces(step%at_points, root, piece)
-    pieces = 0
-    do n = 1, size(root)
-      if (held(n)) cycle
-      number = count(piece == n)
-      if (number == 0) cycle
-      pieces = pieces + 1
-      call piece_text(model, piece == n, one)
-      if (pieces == 1) text = one
-    end do
-    if (pieces > 1) text = text//', one of '//integer_text(pieces)//' such pieces'
+    call name_pieces(model, root, of_node)
+    call find_pieces(step%at_points, of_node, of_point)
+    call list_pieces(model, of_point, pieces)
+    call measure_pieces(model, of_point, pieces)
+    call find_held(model, step, of_node, pieces)
+    pieces = pack(pieces, .not. pieces%held)
+    if (size(pieces) > 0) text = piece_text(pieces(1), model%mesh%dimension)
+    if (size(pieces) > 1) text = text//', one of '//integer_text(size(pieces))//' such pieces'
   end subroutine describe_unsupported_parts
 
   !> Join the nodes that the groups of points see, group by group.
@@ -95,43 +109,159 @@ contains
     end do
   end function first_of
 
-  !> Which pieces, by their first nodes, are held.
-  subroutine find_held(model, step, root, held)
+  !> Names of the pieces: the lowest name of a node of each, on all processes. Every group that a node belongs to is
+  !> known to its owner, so that the owners' names for nodes of others make pieces whole that several processes have.
+  subroutine name_pieces(model, root, name)
+    type(model_type), intent(in) :: model
+    !> First node here of the piece of each node (nodes).
+    integer, intent(in) :: root(:)
+    integer, intent(out) :: name(:)
+    real(wp) :: told(1, size(root))
+    integer :: n, lowest(size(root))
+    logical :: lower(size(root))
+
+    do n = 1, size(root)
+      name(n) = n
+      if (model%analysis%mesh%kind == mesh_grid) name(n) = node_label(model%space, model%mesh, n)
+    end do
+    do
+      lowest = huge(lowest)
+      do n = 1, size(root)
+        lowest(root(n)) = min(lowest(root(n)), name(n))
+      end do
+      name = lowest(root)
+      if (.not. is_divided(model%part)) return
+      told(1, :) = real(name, wp)
+      call copy_values(model%part%team, model%part%node_copies, told)
+      lower = told(1, :) > 0.0_wp .and. nint(told(1, :)) < name
+      if (.not. any_of(model%part%team, any(lower))) return
+      where (lower) name = nint(told(1, :))
+    end do
+  end subroutine name_pieces
+
+  !> The pieces that have material points, by their names.
+  subroutine list_pieces(model, of_point, pieces)
+    type(model_type), intent(in) :: model
+    !> Name of the piece of each point (points).
+    integer, intent(in) :: of_point(:)
+    type(piece_type), allocatable, intent(out) :: pieces(:)
+    integer, allocatable :: names(:), first(:)
+    integer(long), allocatable :: all_names(:)
+    integer :: r
+
+    allocate (names, source=different(pack(of_point, own_of(model%part%points, size(of_point)) .and. of_point > 0)))
+    associate (team => model%part%team)
+      ! The same to every process.
+      call hand_over(team, [(int(names, long), r=1, team%ranks)], [(1 + size(names)*r, r=0, team%ranks)], all_names, &
+        first)
+    end associate
+    associate (of_all => different(int(all_names)))
+      allocate (pieces(size(of_all)))
+      pieces%name = of_all
+    end associate
+  end subroutine list_pieces
+
+  !> Different ones of some numbers, rising.
+  pure function different(numbers) result(sorted)
+    integer, intent(in) :: numbers(:)
+    integer, allocatable :: sorted(:)
+    integer :: order(size(numbers))
+
+    call order_columns(reshape(numbers, [1, size(numbers)]), order)
+    sorted = numbers(order)
+    sorted = [pack(sorted(:size(order) - 1), sorted(:size(order) - 1) /= sorted(2:)), sorted(max(1, size(order)):)]
+  end function different
+
+  !> Points, the first of them and the box of each piece, over all processes.
+  subroutine measure_pieces(model, of_point, pieces)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: of_point(:)
+    type(piece_type), intent(inout) :: pieces(:)
+    real(wp) :: least(7, size(pieces)), place(3)
+    integer(long) :: held(size(pieces)), before(size(pieces)), number(size(of_point))
+    integer :: names(size(pieces)), p, k
+    logical :: own(size(of_point))
+
+    names = pieces%name
+    own = own_of(model%part%points, size(of_point))
+    number = [(int(p, long), p=1, size(number))]
+    if (is_divided(model%part)) number = model%state%points%number
+    held = 0
+    least = huge(least)
+    associate (points => model%state%points, team => model%part%team)
+      do p = 1, size(of_point)
+        k = place_in_order(names, of_point(p))
+        if (k == 0 .or. .not. own(p)) cycle
+        held(k) = held(k) + 1
+        place = place_of(points, p)
+        least(:, k) = min(least(:, k), [place, -place, real(number(p), wp)])
+      end do
+      pieces%points = int(total(team, held))
+      least = reshape(smallest(team, reshape(least, [size(least)])), shape(least))
+      before = [(count(own .and. number < nint(least(7, k), long), kind=long), k=1, size(pieces))]
+      pieces%first = int(total(team, before)) + 1
+    end associate
+    do k = 1, size(pieces)
+      pieces(k)%low = least(:3, k)
+      pieces(k)%high = -least(4:6, k)
+    end do
+  end subroutine measure_pieces
+
+  !> Which pieces are held.
+  subroutine find_held(model, step, of_node, pieces)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
-    !> First node of the piece of each node (nodes).
-    integer, intent(in) :: root(:)
-    !> Held, at the first nodes (nodes).
-    logical, intent(out) :: held(:)
+    !> Name of the piece of each node (nodes).
+    integer, intent(in) :: of_node(:)
+    type(piece_type), intent(inout) :: pieces(:)
     real(wp), allocatable :: matrix(:, :, :)
     real(wp) :: motion(most_motions), centre(model%mesh%dimension), size_of_mesh
-    logical :: anchored(size(root))
-    integer :: n, j, m, motions
+    integer(long) :: holds(size(pieces))
+    logical :: anchored(size(of_node)), own(size(of_node))
+    integer :: names(size(pieces)), n, j, k, m, motions
 
     motions = merge(3, most_motions, model%mesh%dimension == 2)
     if (step%at_points%axisymmetric) motions = 1
-    centre = 0.5_wp*(minval(model%mesh%coordinates, dim=2) + maxval(model%mesh%coordinates, dim=2))
-    size_of_mesh = maxval(maxval(model%mesh%coordinates, dim=2) - minval(model%mesh%coordinates, dim=2))
-    allocate (matrix(motions, motions, size(root)), source=0.0_wp)
-    do n = 1, size(root)
+    call measure_mesh(model, centre, size_of_mesh)
+    allocate (matrix(motions, motions, size(pieces)), source=0.0_wp)
+    ! What is held against the ground holds its piece, in which way is not asked.
+    anchored = .false.
+    call mark_anchored(step%terms, anchored)
+    holds = 0
+    own = own_of(model%part%nodes, size(of_node))
+    names = pieces%name
+    do n = 1, size(of_node)
+      k = place_in_order(names, of_node(n))
+      if (k == 0) cycle
+      if (anchored(n)) holds(k) = 1
+      if (.not. own(n)) cycle
       do j = 1, model%mesh%dimension
         if (.not. model%loading%constrained(j, n)) cycle
         call rigid_motions((node_position(model%space, model%mesh, n) - centre)/size_of_mesh, j, motions, motion)
         do m = 1, motions
-          matrix(:, m, root(n)) = matrix(:, m, root(n)) + motion(m)*motion(:motions)
+          matrix(:, m, k) = matrix(:, m, k) + motion(m)*motion(:motions)
         end do
       end do
     end do
-    do n = 1, size(root)
-      held(n) = root(n) == n .and. has_full_rank(matrix(:, :, n))
-    end do
-    ! What is held against the ground holds its piece, in which way is not asked.
-    anchored = .false.
-    call mark_anchored(step%terms, anchored)
-    do n = 1, size(root)
-      if (anchored(n)) held(root(n)) = .true.
+    holds = total(model%part%team, holds)
+    matrix = reshape(total(model%part%team, reshape(matrix, [size(matrix)])), shape(matrix))
+    do k = 1, size(pieces)
+      pieces(k)%held = holds(k) > 0 .or. has_full_rank(matrix(:, :, k))
     end do
   end subroutine find_held
+
+  !> Middle and size of the mesh that all processes look at.
+  subroutine measure_mesh(model, centre, size_of_mesh)
+    type(model_type), intent(in) :: model
+    real(wp), intent(out) :: centre(:), size_of_mesh
+    real(wp) :: ends(2*size(centre))
+
+    associate (coordinates => model%mesh%coordinates, d => size(centre))
+      ends = smallest(model%part%team, [minval(coordinates, dim=2), -maxval(coordinates, dim=2)])
+      centre = 0.5_wp*(ends(:d) - ends(d + 1:))
+      size_of_mesh = maxval(-ends(d + 1:) - ends(:d))
+    end associate
+  end subroutine measure_mesh
 
   !> A component of the rigid motions at a place.
   pure subroutine rigid_motions(x, j, motions, motion)
@@ -179,12 +309,12 @@ contains
     end do
   end function has_full_rank
 
-  !> First node of the piece of each material point.
-  pure subroutine find_pieces(at_points, root, piece)
+  !> Name of the piece of each material point.
+  pure subroutine find_pieces(at_points, name, piece)
     !> Material points in groups.
     type(integration_type), intent(in) :: at_points
-    !> First node of the piece of each node (nodes).
-    integer, intent(in) :: root(:)
+    !> Name of the piece of each node (nodes).
+    integer, intent(in) :: name(:)
     !> (points)
     integer, intent(out) :: piece(:)
     integer :: g, q
@@ -192,50 +322,29 @@ contains
     piece = 0
     do g = 1, at_points%group_count
       do q = at_points%first(g), at_points%first(g + 1) - 1
-        piece(at_points%source(q)) = root(at_points%nodes(at_points%node_first(g)))
+        piece(at_points%source(q)) = name(at_points%nodes(at_points%node_first(g)))
       end do
     end do
   end subroutine find_pieces
 
   !> One piece in words.
-  subroutine piece_text(model, member, text)
-    type(model_type), intent(in) :: model
-    !> The points of the piece (points).
-    logical, intent(in) :: member(:)
-    !> The words.
-    character(len=:), allocatable, intent(out) :: text
-    real(wp) :: low(3), high(3)
+  function piece_text(piece, d) result(text)
+    type(piece_type), intent(in) :: piece
+    !> Coordinates of a place.
+    integer, intent(in) :: d
+    character(len=:), allocatable :: text
     character(len=120) :: box
-    integer :: p, d
 
-    d = model%mesh%dimension
-    low = huge(1.0_wp)
-    high = -huge(1.0_wp)
-    do p = 1, size(member)
-      if (.not. member(p)) cycle
-      low(:d) = min(low(:d), model%state%points%position(:, p))
-      high(:d) = max(high(:d), model%state%points%position(:, p))
-    end do
-    p = first_true(member)
-    if (count(member) == 1) then
-      write (box, '(a,3(1x,es11.4))') ' at', low(:d)
-      text = 'material point '//integer_text(p)//trim(box)//' hangs on nothing'
+    if (piece%points == 1) then
+      write (box, '(a,3(1x,es11.4))') ' at', piece%low(:d)
+      text = 'material point '//integer_text(piece%first)//trim(box)//' hangs on nothing'
       return
     end if
-    text = 'a piece of '//integer_text(count(member))//' material points, '//integer_text(p)//' among them, between'
-    write (box, '(3(1x,es11.4))') low(:d)
+    text = 'a piece of '//integer_text(piece%points)//' material points, '//integer_text(piece%first)// &
+      ' among them, between'
+    write (box, '(3(1x,es11.4))') piece%low(:d)
     text = text//trim(box)//' and'
-    write (box, '(3(1x,es11.4))') high(:d)
+    write (box, '(3(1x,es11.4))') piece%high(:d)
     text = text//trim(box)//' hangs on nothing that holds it'
-  end subroutine piece_text
-
-  !> First of the places that are true.
-  pure integer function first_true(member) result(place)
-    !> Some are true.
-    logical, intent(in) :: member(:)
-
-    do place = 1, size(member)
-      if (member(place)) return
-    end do
-  end function first_true
+  end function piece_text
 end module qsmpm_unsupported_parts

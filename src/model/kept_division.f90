@@ -58,9 +58,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(state_type), allocatable :: present
     type(own_part_type) :: part
+    integer, allocatable :: history(:)
 
     allocate (present, source=model%state)
     part = model%part
+    allocate (history, source=model%history_point)
     associate (kept => model%kept_phases(number))
       model%part = kept%part
       call restore(kept%state, model)
@@ -74,6 +76,8 @@ contains
     end associate
     model%part = part
     call restore(present, model)
+    ! Points of histories are looked for anew where the model is divided only.
+    if (.not. is_divided(part)) model%history_point = history
     ! A window that was laid again has the loads of the phase that was looked at.
     call resume_phase(model)
   end subroutine change_kept

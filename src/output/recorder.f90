@@ -290,17 +290,15 @@ contains
     call write_pictures(recorder, model, error)
   end subroutine show_start
 
-  !> Whether the scene is larger than the model: its images are made from the whole. So are restart files with ends of
-  !> phases, which are due after some steps and where a phase ends.
+  !> Whether the scene is larger than the model, whose images are made from the whole, or a restart file is due that has
+  !> ends of phases.
   logical function needs_model(self, model)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
 
-    needs_model = model%mesh%dimension > 0 .and. is_reduced(self%options%whole)
-    if (needs_model .or. .not. writes_kept_phases(model)) return
-    associate (progress => model%state%progress)
-      needs_model = is_multiple(progress%step, model%analysis%output%restart_every) .or. phase_is_complete(progress)
-    end associate
+    needs_model = is_reduced(self%options%whole)
+    if (.not. needs_model .and. writes_kept_phases(model)) needs_model = phase_is_complete(model%state%progress) .or. &
+      is_multiple(model%state%progress%step, model%analysis%output%restart_every)
   end function needs_model
 
   !> A step was accepted: its row, and what is due.
@@ -523,9 +521,7 @@ contains
     !> Set when something could not be written.
     type(error_type), allocatable, intent(out) :: error
 
-    if (recorder%restart_step /= model%state%progress%step) then
-      call save_restart(recorder, model, error)
-    end if
+    if (recorder%restart_step /= model%state%progress%step) call save_restart(recorder, model, error)
     ! A disk that took a file no longer takes no picture either; a signal leaves what a run
     ! without the interruption would have left.
     if (allocated(error) .or. outcome%code == error_other) return
