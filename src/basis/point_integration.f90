@@ -1,11 +1,11 @@
 !> Integration at the material points: STANDARD, GIMP, splines, and FEM with its Gauss points.
 !>
-!> Points that see the functions at their place are grouped by cells. Points that see averages over
-!> their domains are grouped by the block of functions their domain reaches: those well inside of a
-!> cell, and those on both sides of a face, an edge or a corner. In space, where a block has up to 64 nodes and to add it
-!> to the matrix costs more than to form it, blocks that begin at the same function and differ along x and y only are
-!> one group, with the largest extents: a third of the pairs to add, and twice the products. Where the points of a cell
-!> share their pressure the cell is the group, with the union of the blocks.
+!> Points that see the functions at their place are grouped by cells. Points that see averages over their domains are
+!> grouped by the block of functions their domain reaches: those well inside of a cell, and those on both sides of a
+!> face, an edge or a corner. In space, where a block has up to 64 nodes and to add it to the matrix costs more than
+!> to form it, blocks that begin at the same function and differ along x and y only are one group, with the largest
+!> extents: a third of the pairs to add, and twice the products. Where the points of a cell share their pressure the
+!> cell is the group, with the union of the blocks.
 module qsmpm_point_integration
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type

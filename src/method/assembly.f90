@@ -4,10 +4,10 @@
 !> With the law's Q (first Piola-Kirchhoff stress on the start of the step) and A = dQ/dF,
 !>   f_ia = sum V Q_ij N_a,j      K_iakb = sum V N_a,j A_ijkl N_b,l
 !> on the start configuration; in axisymmetry the hoop component F_33 = 1 + u_r/r adds N_a/r.
-!> Threads take chunks of groups in turns. A thread evaluates the groups of its chunk, each into a block of its own, and
-!> adds them when the chunks before have been added: in group order, so that the result does not depend on the number of
-!> threads. It adds from its own cache, while others evaluate; and there is no more than one chunk of blocks a thread. Points of a material with a pressure factor share one pressure in their group
-!> (qsmpm_uniform_pressure).
+!> Threads take chunks of groups in turns. A thread evaluates the groups of its chunk, each into a block of its own,
+!> and adds them when the chunks before have been added: in group order, so that the result does not depend on the
+!> number of threads. It adds from its own cache, while others evaluate; and there is no more than one chunk of blocks
+!> a thread. Points of a material with a pressure factor share one pressure in their group (qsmpm_uniform_pressure).
 module qsmpm_assembly
   !$ use omp_lib, only: omp_get_max_threads, omp_get_thread_num
   use qsmpm_kinds, only: wp
@@ -131,9 +131,9 @@ contains
     allocate (results%plastic(count))
   end subroutine size_results
 
-  !> Stresses, internal forces and, when asked for, stiffness: added to a matrix when there is one. Where a point cannot be
-  !> updated those behind it are asked too: the share of the step to be tried next is the smallest that any point asks for,
-  !> however the points are shared by threads and processes.
+  !> Stresses, internal forces and, when asked for, stiffness: added to a matrix when there is one. Where a point
+  !> cannot be updated those behind it are asked too: the share of the step to be tried next is the smallest that any
+  !> point asks for, however the points are shared by threads and processes.
   subroutine evaluate(integration, points, laws, displacement, tangent, evaluation, equations, first_stencil, matrix, &
     prescribed)
     type(integration_type), intent(in) :: integration

@@ -179,14 +179,17 @@ contains
     type(shape_values_type) :: place
     integer, allocatable :: number(:)
     real(wp) :: traction(3)
+    logical :: divided
     integer :: i, p, s
 
-    if (is_divided(model%part)) number = int(model%state%points%number)
+    divided = is_divided(model%part)
+    allocate (number(merge(model%state%points%count, 0, divided)))
+    number = int(model%state%points%number(:size(number)))
     do i = 1, size(model%carrying_point)
       s = model%carrying_surface(i)
       if (model%loading%carrier(s) /= carrier_points) cycle
       p = model%carrying_point(i)
-      if (allocated(number)) p = place_in_order(number, p)
+      if (divided) p = place_in_order(number, p)
       if (p == 0) cycle
       call basis_at(model%mesh, model%space, activation, model%state%points, model%state%points, p, place)
       traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
