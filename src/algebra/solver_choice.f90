@@ -29,6 +29,8 @@ module qsmpm_solver_choice
   integer, parameter :: single_symmetric = 30000, single_unsymmetric = 10000, least_for_krylov = 100000
   !> Unsymmetric equations in three dimensions, of all processes, from which the multigrid of PETSc pays.
   integer, parameter :: least_for_multigrid = 50000
+  !> The same where several processes solve together: the others wait while the first one factorises.
+  integer, parameter :: least_together = 8000
 
 contains
 
@@ -105,7 +107,7 @@ contains
     integer, intent(in) :: dimension
 
     solve_together = kind == solver_auto .and. with_petsc() .and. .not. symmetric .and. dimension == 3 .and. &
-      n >= least_for_multigrid
+      n >= least_together
   end function solve_together
 
   !> Whether the band solver is the fastest.

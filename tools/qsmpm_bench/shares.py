@@ -12,7 +12,7 @@ from qsmpm_bench.blocks import STANDARD, factor_rate
 from qsmpm_bench.context import Bench
 from qsmpm_bench.decks import INPUT, NO_HOLD, block, first_steps, scene
 from qsmpm_bench.machine import blas_of, dgemm_rate
-from qsmpm_bench.measure import BenchError, Deck, Sample, Spread, cpu, memory_mib
+from qsmpm_bench.measure import BenchError, Deck, Sample, Spread, cpu, interleave, memory_mib
 from qsmpm_bench.tables import Result, Table
 from qsmpm_verify.results import Curves, read_curves
 
@@ -99,15 +99,16 @@ def threads(bench: Bench) -> Result:
     decks = scenes(bench)
     if not bench.quick:
         decks += [block("block in the plane", "PLANE STRAIN", 70, 9, STANDARD, 10), block("cube", "3D", 13, 8, STANDARD, 5)]
-    one, two = bench.times(decks, 1), bench.times(decks, 2)
+    runs = interleave({f"{deck.name}, {count}": bench.job(deck, count) for deck in decks for count in (1, 2)}, bench.repeat, bench.tell)
     table = Table("threads", ["scene", "equations", "wall s, 1 thread", "wall s, 2 threads", "speed-up", "CPU s, 2 threads",
                               "same bytes"],
                   title="One and two threads",
                   note="Bytes: curves.csv, restart.h5 and all results files.")
     for deck in decks:
-        first, second = (Spread.of(run.wall for run in runs[deck.name]) for runs in (one, two))
-        table.add(deck.name, one[deck.name][0].figures["equations"], first, second, first.median / second.median, cpu(two[deck.name]),
-                  same_bytes(folder_of(one[deck.name]), folder_of(two[deck.name])))
+        one, two = runs[f"{deck.name}, 1"], runs[f"{deck.name}, 2"]
+        first, second = (Spread.of(run.wall for run in each) for each in (one, two))
+        table.add(deck.name, one[0].figures["equations"], first, second, first.median / second.median, cpu(two),
+                  same_bytes(folder_of(one), folder_of(two)))
     return Result("threads", [table])
 
 

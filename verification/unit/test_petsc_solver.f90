@@ -160,9 +160,9 @@ contains
       choose_solver(solver_own, 100000, 5000, 7500000, .false., 3) == solver_mumps .and. &
       choose_solver(solver_own, 100000, 5000, 7500000, .true., 3) == solver_krylov)
     call tests%check('processes solve together, where there is PETSc', &
-      solve_together(solver_auto, 50000_long, .false., 3) .eqv. with_petsc())
+      solve_together(solver_auto, 8000_long, .false., 3) .eqv. with_petsc())
     call tests%check('not few equations, nor symmetric ones, nor those of the plane', &
-      .not. any([solve_together(solver_auto, 49999_long, .false., 3), &
+      .not. any([solve_together(solver_auto, 7999_long, .false., 3), &
       solve_together(solver_auto, 1000000_long, .true., 3), solve_together(solver_auto, 1000000_long, .false., 2)]))
     call tests%check('nor what the deck gives to another solver', &
       .not. any([solve_together(solver_mumps, 1000000_long, .false., 3), &
