@@ -29,12 +29,14 @@ def against(bench: Bench) -> Result:
     if bench.against is None:
         raise BenchError("against wants --against PROGRAM, the program to compare with")
     samples = bench.times_against(compared(bench))
-    table = Table("against", ["scene", "equations", "iterations", "of the other", "CPU s", "of the other", "times as fast"],
+    table = Table("against", ["scene", "equations", "iterations", "of the other", "CPU s", "of the other", "times as fast",
+                              "evaluation s", "of the other", "times as fast"],
                   title="This program and another one, in turns",
                   note="CPU seconds are the least of the runs of each program.")
     for deck in compared(bench):
         mine, other = samples[deck.name], samples[f"{deck.name} against"]
         least = [min(run.cpu for run in runs) for runs in (mine, other)]
+        evaluation = [min(run.figures["parts"]["evaluation"]["cpu_seconds"] for run in runs) for runs in (mine, other)]
         table.add(deck.name, mine[0].figures["equations"], mine[0].figures["iterations"], other[0].figures.get("iterations"),
-                  *least, least[1] / least[0])
+                  *least, least[1] / least[0], *evaluation, evaluation[1] / evaluation[0])
     return Result("against", [table])
