@@ -1,11 +1,12 @@
 !> Material points and surface points that go from process to process of a team with all that they carry. A point goes
 !> wherever its sender says, to several processes or to none; what comes in stands in the order of the numbers of the
-!> points, so that sums over them do not depend on who sent them.
+!> points, so that sums over them do not depend on who sent them. Most points stay where they are: those are copied once,
+!> and only the others are packed.
 module qsmpm_point_delivery
   use qsmpm_kinds, only: wp, long
   use qsmpm_exchange, only: hand_over
-  use qsmpm_field_list, only: field_list_type
-  use qsmpm_point_selection, only: select_points, select_surface_points
+  use qsmpm_field_list, only: field_list_type, field_type
+  use qsmpm_point_selection, only: select_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points
   use qsmpm_sorting, only: order_columns
   use qsmpm_team, only: team_type, total
@@ -26,17 +27,20 @@ contains
     type(points_type), intent(in), target :: like
     !> What has come, sorted by number.
     type(points_type), intent(out) :: got
-    type(points_type), target :: unsorted
+    type(points_type), target :: come
     real(wp), allocatable :: reals(:)
     integer(long), allocatable :: longs(:)
+    integer, allocatable :: stay(:), order(:)
     integer :: n
 
-    call exchange(team, points, goes, like, reals, longs, n)
-    call select_points(like, spread(1, 1, n), unsorted)
-    call unpack_points(reals, longs, like, unsorted)
-    call select_points(unsorted, number_order(unsorted%number), got)
+    call exchange(team, points, goes, like, stay, reals, longs, n)
+    call select_points(like, spread(1, 1, n), come)
+    call unpack_points(reals, longs, like, come)
+    deallocate (reals, longs)
+    order = number_order([points%number(stay), come%number])
     ! What a process without points does not carry, it carries from now on.
-    if (n == 0) call select_points(like, spread(1, 1, 0), got)
+    call select_points(like, spread(1, 1, size(order)), got)
+    call gather_points(points, stay, come, order, like, got)
   end subroutine deliver_points
 
   !> The same of surface points, all of which carry the same.
@@ -47,39 +51,48 @@ contains
     logical, intent(in) :: goes(:, :)
     !> What has come, sorted by number.
     type(surface_points_type), intent(out) :: got
-    type(surface_points_type), target :: like, unsorted
+    type(surface_points_type), target :: like, come
     real(wp), allocatable :: reals(:)
     integer(long), allocatable :: longs(:)
+    integer, allocatable :: stay(:), order(:)
     integer :: n
 
     call allocate_surface_points(like, size(points%position, 1), 1)
-    call exchange(team, points, goes, like, reals, longs, n)
-    call allocate_surface_points(unsorted, size(points%position, 1), n)
-    call unpack_points(reals, longs, like, unsorted)
-    call select_surface_points(unsorted, number_order(unsorted%number), got)
+    call exchange(team, points, goes, like, stay, reals, longs, n)
+    call allocate_surface_points(come, size(points%position, 1), n)
+    call unpack_points(reals, longs, like, come)
+    order = number_order([points%number(stay), come%number])
+    call allocate_surface_points(got, size(points%position, 1), size(order))
+    call gather_points(points, stay, come, order, like, got)
   end subroutine deliver_surface_points
 
   !> Send what points carry and get what others send.
-  subroutine exchange(team, points, goes, like, their_reals, their_longs, count)
+  subroutine exchange(team, points, goes, like, stay, their_reals, their_longs, count)
     type(team_type), intent(in) :: team
     class(carried_type), intent(in), target :: points, like
     !> (ranks, points)
     logical, intent(in) :: goes(:, :)
-    !> Their numbers, as `pack_points` lays them, and how many points they are of.
+    !> Points that go to the process itself.
+    integer, allocatable, intent(out) :: stay(:)
+    !> Numbers of those of others, as `pack_points` lays them, and how many points they are of.
     real(wp), allocatable, intent(out) :: their_reals(:)
     integer(long), allocatable, intent(out) :: their_longs(:)
     integer, intent(out) :: count
     real(wp), allocatable :: reals(:)
     integer(long), allocatable :: longs(:)
-    integer :: first(team%ranks + 1), reals_each, longs_each, r
+    integer :: first(team%ranks + 1), reals_each, longs_each, r, p
     integer, allocatable :: their_first(:)
+    logical :: leaves(size(goes, 1), size(goes, 2))
 
+    stay = pack([(p, p=1, points%count)], goes(team%rank + 1, :))
+    leaves = goes
+    leaves(team%rank + 1, :) = .false.
     call count_numbers(like, reals_each, longs_each)
     first(1) = 1
     do r = 1, team%ranks
-      first(r + 1) = first(r) + sum(merge(1, 0, goes(r, :)))
+      first(r + 1) = first(r) + sum(merge(1, 0, leaves(r, :)))
     end do
-    call pack_points(points, like, goes, reals, longs)
+    call pack_points(points, like, leaves, reals, longs)
     call hand_over(team, reals, (first - 1)*reals_each + 1, their_reals, their_first)
     call hand_over(team, longs, (first - 1)*longs_each + 1, their_longs, their_first)
     count = size(their_longs)/longs_each
@@ -171,6 +184,48 @@ contains
       end do
     end do
   end subroutine unpack_points
+
+  !> Points that stay and those that have come, in one order.
+  subroutine gather_points(points, stay, come, order, like, got)
+    class(carried_type), intent(in), target :: points
+    !> Those of the points that stay.
+    integer, intent(in) :: stay(:)
+    class(carried_type), intent(in), target :: come
+    !> Places in both together, those that stay first.
+    integer, intent(in) :: order(:)
+    class(carried_type), intent(in), target :: like
+    !> Allocated to all of them.
+    class(carried_type), intent(inout), target :: got
+    type(field_list_type) :: here, others, carried, whole
+    integer :: i, k
+
+    call points%list_fields(here)
+    call come%list_fields(others)
+    call like%list_fields(carried)
+    call got%list_fields(whole)
+    do i = 1, whole%count
+      if (carried%fields(i)%point_count() == 0) cycle
+      do k = 1, size(order)
+        if (order(k) <= size(stay)) then
+          call copy_column(here%fields(i), stay(order(k)), k, whole%fields(i))
+        else
+          call copy_column(others%fields(i), order(k) - size(stay), k, whole%fields(i))
+        end if
+      end do
+    end do
+  end subroutine gather_points
+
+  !> What one point carries of a field.
+  subroutine copy_column(from, column, place, to)
+    type(field_type), intent(in) :: from
+    !> Which of its points, and where it goes.
+    integer, intent(in) :: column, place
+    type(field_type), intent(inout) :: to
+
+    if (associated(from%reals)) to%reals(:, place) = from%reals(:, column)
+    if (associated(from%labels)) to%labels(place) = from%labels(column)
+    if (associated(from%numbers)) to%numbers(place) = from%numbers(column)
+  end subroutine copy_column
 
   !> What points carry in reals, in two sums of their bits: the same whoever has the points and in whatever order,
   !> another one where a bit differs. Sums of the numbers themselves would differ by rounding.
