@@ -26,13 +26,8 @@ contains
     type(reader_type), intent(inout) :: reader
     !> Name of the dataset.
     character(len=*), intent(in) :: path
-    integer(hid_t) :: dataset
-    integer(hsize_t) :: dims(1)
-    integer :: status
 
-    call open_dataset(reader, path, dataset, dims)
-    rows = int(dims(1))
-    if (dataset >= 0) call h5dclose_f(dataset, status)
+    rows = first_extent(reader, path, 1)
   end function count_rows
 
   !> Components of a table of reals; 0 where there is none.
@@ -40,14 +35,24 @@ contains
     type(reader_type), intent(inout) :: reader
     !> Name of the dataset.
     character(len=*), intent(in) :: path
+
+    components = first_extent(reader, path, 2)
+  end function count_components
+
+  !> First extent of a dataset; 0 where there is none.
+  integer function first_extent(reader, path, rank) result(extent)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: path
+    !> Extents that it must have.
+    integer, intent(in) :: rank
     integer(hid_t) :: dataset
-    integer(hsize_t) :: dims(2)
+    integer(hsize_t) :: dims(rank)
     integer :: status
 
     call open_dataset(reader, path, dataset, dims)
-    components = int(dims(1))
+    extent = int(dims(1))
     if (dataset >= 0) call h5dclose_f(dataset, status)
-  end function count_components
+  end function first_extent
 
   !> Rows of a table of reals.
   subroutine get_real_rows(reader, path, rows, all_rows, values)

@@ -116,7 +116,7 @@ contains
     !> First node here of the piece of each node (nodes).
     integer, intent(in) :: root(:)
     integer, intent(out) :: name(:)
-    real(wp) :: told(1, size(root))
+    real(wp) :: of_owner(1, size(root))
     integer :: n, lowest(size(root))
     logical :: lower(size(root))
 
@@ -131,11 +131,11 @@ contains
       end do
       name = lowest(root)
       if (.not. is_divided(model%part)) return
-      told(1, :) = real(name, wp)
-      call copy_values(model%part%team, model%part%node_copies, told)
-      lower = told(1, :) > 0.0_wp .and. nint(told(1, :)) < name
+      of_owner(1, :) = real(name, wp)
+      call copy_values(model%part%team, model%part%node_copies, of_owner)
+      lower = of_owner(1, :) > 0.0_wp .and. nint(of_owner(1, :)) < name
       if (.not. any_of(model%part%team, any(lower))) return
-      where (lower) name = nint(told(1, :))
+      where (lower) name = nint(of_owner(1, :))
     end do
   end subroutine name_pieces
 

@@ -1,7 +1,7 @@
 !> Material points and surface points that go from process to process of a team with all that they carry. A point goes
 !> wherever its sender says, to several processes or to none; what comes in stands in the order of the numbers of the
-!> points, so that sums over them do not depend on who sent them. Most points stay where they are: those are copied once,
-!> and only the others are packed.
+!> points, so that sums over them do not depend on who sent them. Most points stay where they are: those are copied
+!> once, and only the others are packed.
 module qsmpm_point_delivery
   use qsmpm_kinds, only: wp, long
   use qsmpm_exchange, only: hand_over
