@@ -28,8 +28,8 @@ module qsmpm_joint_system
   implicit none
   private
 
-  public :: joint_system_type, start_joint_system, begin_joint_system, end_joint_system, factorise_jointly, &
-    solve_jointly, preconditions_only, bring_matrix, solve_by_factors
+  public :: joint_system_type, start_joint_system, begin_joint_system, leave_joint_system, end_joint_system, &
+    factorise_jointly, solve_jointly, preconditions_only, bring_matrix, solve_by_factors
 
   character(len=*), parameter :: no_rows = 'rigid bodies that are loaded have equations that run through all '// &
     'processes: the first one solves them, PETSc GAMG too'
@@ -144,6 +144,13 @@ contains
 
     if (joint%together) joint%rows%solver%afresh = .true.
   end subroutine begin_joint_system
+
+  !> The solve has ended, and the next one begins afresh: multigrid of all processes is given back.
+  subroutine leave_joint_system(joint)
+    type(joint_system_type), intent(inout) :: joint
+
+    if (joint%together) call joint%rows%solver%forget()
+  end subroutine leave_joint_system
 
   !> Give everything back.
   subroutine end_joint_system(joint)

@@ -67,6 +67,7 @@ module qsmpm_linear_solver
     procedure(pattern_interface), deferred :: analyse_pattern
     procedure(values_interface), deferred :: factorise_values
     procedure(solve_interface), deferred :: solve_factorised
+    procedure :: forget => forget_nothing
     procedure(release_interface), deferred :: release
   end type linear_solver_type
 
@@ -104,6 +105,14 @@ module qsmpm_linear_solver
   end interface
 
 contains
+
+  !> What a factorisation has left is not used again: a solver that holds much may give it back before the next one.
+  subroutine forget_nothing(self)
+    class(linear_solver_type), intent(inout) :: self
+
+    associate (unused => self)
+    end associate
+  end subroutine forget_nothing
 
   !> Analyse a pattern; what was analysed or factorised before is given up.
   subroutine analyse(self, matrix, error)

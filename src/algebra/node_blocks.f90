@@ -1,8 +1,8 @@
 !> Which nodes the equations belong to, for solvers that want a block of rows a node: its components in their order, the
 !> constrained ones too, with places of the nodes where they have some.
 !>
-!> The equations of a node follow one another, and nodes are counted in the order of their equations. A matrix whose
-!> rows are spread over ranks has columns that belong to rows of others behind its own.
+!> The equations of a node follow one another, and nodes are counted in the order of their equations. Where rows are
+!> spread over ranks the nodes are the own ones, and equations of others lie among the own ones in the matrix.
 module qsmpm_node_blocks
   use qsmpm_kinds, only: wp
   implicit none
@@ -16,14 +16,15 @@ module qsmpm_node_blocks
     integer :: components = 0
     !> Number of nodes.
     integer :: count = 0
-    !> Row of each equation among the blocks (n), from 1.
+    !> Row of each equation among the blocks (own equations), from 1.
     integer, allocatable :: row(:)
     !> Place of each node (components, count); not allocated where nodes have none.
     real(wp), allocatable :: places(:, :)
-    !> Communicator of the ranks that share the matrix, as in team_type, and the block rows through all ranks, from 0,
-    !> of the columns behind those of this rank; not allocated where this process has the whole matrix.
+    !> Communicator of the ranks that share the matrix, as in team_type, the equations of the matrix whose rows are those
+    !> of this rank (own equations), and the block rows of the others through all ranks, from 0 (equations); not
+    !> allocated where this process has the whole matrix.
     integer :: communicator = 0
-    integer, allocatable :: outside(:)
+    integer, allocatable :: own(:), outside(:)
   end type node_blocks_type
 
 contains

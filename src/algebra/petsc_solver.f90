@@ -4,7 +4,8 @@
 !>
 !> The matrix is handed over in blocks of a node, constrained components as rows of their own with nothing but a
 !> diagonal, and with the rigid motions where the nodes have places: multigrid must be able to represent them on all its
-!> levels. The rows of a rank are those of this process; columns may belong to rows of others (`node_blocks`).
+!> levels. Of a matrix that ranks share each hands over the rows of its own equations; columns may belong to rows of
+!> others (`node_blocks`).
 module qsmpm_petsc_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_null_ptr
   use qsmpm_kinds, only: wp
@@ -22,7 +23,9 @@ module qsmpm_petsc_solver
     type(c_ptr) :: handle = c_null_ptr
     !> First row of this rank, from 0.
     integer :: first = 0
-    !> Row of each column of the matrix in that of PETSc, through all ranks, from 0.
+    !> Equations whose rows are handed over, and the row of each equation in the matrix of PETSc, through all ranks,
+    !> from 0.
+    integer, allocatable :: own(:)
     integer(c_int), allocatable :: row(:)
     !> Rows of this rank there that no equation has, from 0.
     integer(c_int), allocatable :: empty(:)
@@ -35,6 +38,7 @@ module qsmpm_petsc_solver
     procedure :: analyse_pattern
     procedure :: factorise_values
     procedure :: solve_factorised
+    procedure :: forget
     procedure :: release
   end type petsc_solver_type
 
@@ -65,6 +69,11 @@ module qsmpm_petsc_solver
       real(wp), intent(out) :: x(:)
       type(error_type), allocatable, intent(out) :: error
     end subroutine solve_factorised
+
+    !> Give the multigrid back.
+    module subroutine forget(self)
+      class(petsc_solver_type), intent(inout) :: self
+    end subroutine forget
 
     !> Give matrix and multigrid back.
     module subroutine release(self)

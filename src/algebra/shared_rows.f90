@@ -1,5 +1,5 @@
 !> Equations whose rows are spread over the processes of a team, each with those of its own nodes, solved by all of them
-!> together (PETSc). Columns of rows that belong to others stand behind the own ones, as `node_blocks` says. A process
+!> together (PETSc), which gets them straight from the matrix of all nodes of a process, as `node_blocks` says. A process
 !> asks the owners of the nodes around its own for the numbers of their rows once, when the pattern is new, and gets
 !> their values in each solution: no message is longer than the boundary of its part.
 module qsmpm_shared_rows
@@ -22,9 +22,6 @@ module qsmpm_shared_rows
 
   type :: shared_rows_type
     class(linear_solver_type), allocatable :: solver
-    !> Rows of this process, and where their values stand in its matrix of all its nodes.
-    type(sparse_matrix_type) :: matrix
-    integer, allocatable :: entry(:)
     !> Equations of this process that are own, in their order, and the others by owners.
     integer, allocatable :: own(:), foreign(:)
     !> Own equations whose solution goes to each rank (first: ranks + 1).
@@ -46,12 +43,10 @@ contains
     integer, intent(in) :: labels(:), owner(:)
     real(wp), allocatable, intent(in) :: places(:, :)
     type(error_type), allocatable, intent(out) :: error
-    integer :: own_number(size(equations%number, 1), size(labels)), a, c, n
+    integer :: own_number(size(equations%number, 1), size(labels)), a, c
 
     call end_shared_rows(rows)
     own_number = 0
-    n = 0
-    rows%own = [(a, a=1, equations%count)]
     do a = 1, size(labels)
       if (owner(a) /= team%rank) cycle
       do c = 1, size(own_number, 1)
@@ -59,18 +54,17 @@ contains
       end do
     end do
     call keep_own(equations%count, own_number, rows%own)
-    n = size(rows%own)
-    if (any_of(team, n == 0)) then
+    if (any_of(team, size(rows%own) == 0)) then
       call fail(error, error_other, 'a process has no equation')
       return
     end if
     call make_petsc_solver(equations%symmetric, rows%solver)
-    call find_node_blocks(own_number, n, places, rows%solver%blocks)
+    call find_node_blocks(own_number, size(rows%own), places, rows%solver%blocks)
+    rows%solver%blocks%own = rows%own
     call number_foreign(rows, team, equations, labels, owner, own_number, error)
     call agree(team, error)
     if (allocated(error)) return
-    call lay_out(rows, equations%count, matrix)
-    call rows%solver%analyse(rows%matrix, error)
+    call rows%solver%analyse(matrix, error)
     call agree(team, error)
   end subroutine start_shared_rows
 
@@ -113,7 +107,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: asked(:), first(:), first_asked(:), first_answers(:)
     integer(long), allocatable :: questions(:), answers(:), got(:)
-    integer :: a, c, k, n, r
+    integer :: a, c, k, r
 
     allocate (first(team%ranks + 1), source=1)
     allocate (asked(0))
@@ -127,18 +121,16 @@ contains
     rows%first_given = size(own_number, 1)*(first_asked - 1) + 1
     call hand_over(team, answers, rows%first_given, got, first_answers)
     allocate (rows%foreign(size(got)), source=0)
-    allocate (rows%solver%blocks%outside(count(equations%number(:, asked) > 0)))
+    allocate (rows%solver%blocks%outside(equations%count), source=-1)
     rows%solver%blocks%communicator = team%handle
-    n = 0
     do k = 1, size(asked)
       do c = 1, size(own_number, 1)
         associate (number => equations%number(c, asked(k)), i => size(own_number, 1)*(k - 1) + c)
           if (number == 0) cycle
           if (got(i) < 0) call fail(error, error_other, torn)
           if (allocated(error)) return
-          n = n + 1
           rows%foreign(i) = number
-          rows%solver%blocks%outside(n) = int(got(i))
+          rows%solver%blocks%outside(number) = int(got(i))
         end associate
       end do
     end do
@@ -193,41 +185,6 @@ contains
     end do
   end subroutine answer
 
-  !> The own rows, their own columns first.
-  subroutine lay_out(rows, count, matrix)
-    type(shared_rows_type), intent(inout) :: rows
-    !> Equations of all nodes of this process, and their matrix.
-    integer, intent(in) :: count
-    type(sparse_matrix_type), intent(in) :: matrix
-    integer :: column_of(count), i, k, n
-
-    column_of(rows%own) = [(i, i=1, size(rows%own))]
-    n = size(rows%own)
-    do i = 1, size(rows%foreign)
-      if (rows%foreign(i) == 0) cycle
-      n = n + 1
-      column_of(rows%foreign(i)) = n
-    end do
-    rows%matrix%n = size(rows%own)
-    rows%matrix%symmetric = .false.
-    allocate (rows%matrix%row_first(rows%matrix%n + 1), source=1)
-    do i = 1, rows%matrix%n
-      rows%matrix%row_first(i + 1) = rows%matrix%row_first(i) &
-        + matrix%row_first(rows%own(i) + 1) - matrix%row_first(rows%own(i))
-    end do
-    n = rows%matrix%row_first(rows%matrix%n + 1) - 1
-    allocate (rows%entry(n), rows%matrix%column(n))
-    allocate (rows%matrix%values(n), source=0.0_wp)
-    n = 0
-    do i = 1, rows%matrix%n
-      do k = matrix%row_first(rows%own(i)), matrix%row_first(rows%own(i) + 1) - 1
-        n = n + 1
-        rows%entry(n) = k
-        rows%matrix%column(n) = column_of(matrix%column(k))
-      end do
-    end do
-  end subroutine lay_out
-
   !> Take new values.
   subroutine factorise_shared_rows(rows, team, matrix, error)
     type(shared_rows_type), intent(inout) :: rows
@@ -236,14 +193,20 @@ contains
     type(sparse_matrix_type), intent(in) :: matrix
     !> error_singular: a value is no number, or the method fails.
     type(error_type), allocatable, intent(out) :: error
+    logical :: finite
+    integer :: i
 
-    rows%matrix%values = matrix%values(rows%entry)
-    if (any_of(team, .not. all(ieee_is_finite(rows%matrix%values)))) then
+    finite = .true.
+    do i = 1, size(rows%own)
+      finite = finite .and. all(ieee_is_finite(matrix%values(matrix%row_first(rows%own(i)): &
+        matrix%row_first(rows%own(i) + 1) - 1)))
+    end do
+    if (any_of(team, .not. finite)) then
       call fail(error, error_singular, 'the matrix has a value that is not finite')
       return
     end if
     ! What a solver alone checks of its rows is checked by all of them here.
-    call rows%solver%factorise_values(rows%matrix, error)
+    call rows%solver%factorise_values(matrix, error)
     rows%solver%factorised = .not. allocated(error)
     call agree(team, error)
   end subroutine factorise_shared_rows

@@ -20,6 +20,7 @@ module qsmpm_load_step
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_joint_system, only: leave_joint_system
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_limit_load, only: compliance_type
   use qsmpm_step_solver, only: step_solver_type, attempt_type
@@ -89,6 +90,7 @@ contains
 
     if (.not. is_divided(model%part)) return
     call switch_timer(step%profile%watch, part_convection)
+    call leave_joint_system(step%joint)
     call migrate_points(model, error)
     call agree(model%part%team, error)
     call switch_timer(step%profile%watch, part_control)

@@ -48,12 +48,14 @@ contains
     type(points_type), intent(inout) :: points
     !> Every process gets all.
     logical, intent(in) :: everywhere
-    type(points_type) :: got
+    type(points_type) :: got, none
     logical :: goes(part%team%ranks, points%count)
 
     goes = spread(own, 1, part%team%ranks)
     if (.not. everywhere) goes = goes_to(part, points, own, part%ring)
     call deliver_points(part%team, points, goes, part%like, got)
+    ! An assignment frees what was there when the copy is made.
+    points = none
     points = got
   end subroutine send_points
 

@@ -80,6 +80,7 @@ contains
   end subroutine test_sums
 
   !> Second differences of all ranks, 50 rows of the first and 10 more on each that follows; the solution is a parabola.
+  !> The matrix of a rank has the rows before and behind its own as well, which are not to be taken.
   subroutine test_rows_of_ranks(tests, team)
     type(tests_type), intent(inout) :: tests
     type(team_type), intent(in) :: team
@@ -87,45 +88,55 @@ contains
     type(sparse_matrix_type) :: matrix
     type(error_type), allocatable :: error
     real(wp), allocatable :: x(:), rhs(:), exact(:)
-    integer :: n, first, all_rows, i, k
+    integer :: n, first, all_rows, before, i, k
 
     n = 50 + 10*team%rank
     first = 50*team%rank + 5*team%rank*(team%rank - 1)
     all_rows = int(total(team, int(n, long)))
-    call make_petsc_solver(.true., solver)
-    solver%blocks%communicator = team%handle
-    allocate (solver%blocks%outside(0))
-    matrix%n = n
+    before = merge(1, 0, team%rank > 0)
+    matrix%n = before + n + merge(1, 0, first + n < all_rows)
     matrix%row_first = [1]
     matrix%column = [integer ::]
-    do i = 1, n
-      do k = i - 1, i + 1
-        if (first + k < 1 .or. first + k > all_rows) cycle
-        if (k < 1 .or. k > n) then
-          solver%blocks%outside = [solver%blocks%outside, first + k - 1]
-          matrix%column = [matrix%column, n + size(solver%blocks%outside)]
-        else
-          matrix%column = [matrix%column, k]
-        end if
+    matrix%values = [real(wp) ::]
+    do i = 1, matrix%n
+      do k = max(1, i - 1), min(matrix%n, i + 1)
+        matrix%column = [matrix%column, k]
+        matrix%values = [matrix%values, merge(2.0_wp, -1.0_wp, k == i)]
       end do
+      if (i <= before .or. i > before + n) matrix%values(matrix%row_first(i):) = 7.0_wp
       matrix%row_first = [matrix%row_first, size(matrix%column) + 1]
-    end do
-    allocate (matrix%values(size(matrix%column)), source=-1.0_wp)
-    do i = 1, n
-      where (matrix%column(matrix%row_first(i):matrix%row_first(i + 1) - 1) == i) &
-        matrix%values(matrix%row_first(i):matrix%row_first(i + 1) - 1) = 2.0_wp
     end do
     allocate (x(n), rhs(n), exact(n))
     rhs = 1.0_wp
     exact = [(0.5_wp*(first + i)*(all_rows + 1 - first - i), i=1, n)]
+    call make_petsc_solver(.true., solver)
+    call set_rows(solver%blocks)
     call solver%analyse(matrix, error)
-    if (.not. allocated(error)) call solver%factorise(matrix, error)
+    if (.not. allocated(error)) call solver%factorise_values(matrix, error)
     solver%tolerance = 1.0e-10_wp
-    if (.not. allocated(error)) call solver%solve(rhs, x, error)
+    if (.not. allocated(error)) call solver%solve_factorised(rhs, x, error)
     call tests%check('rows of all ranks: solved', .not. allocated(error))
     call tests%close('rows of all ranks: a parabola', largest(team, maxval(abs(x - exact))/real(all_rows, wp)**2), &
       0.0_wp, 1.0e-6_wp)
+    call solver%forget()
+    if (.not. allocated(error)) call solver%factorise_values(matrix, error)
+    exact = x
+    if (.not. allocated(error)) call solver%solve_factorised(rhs, x, error)
+    call tests%check('rows of all ranks: the same with a multigrid that is made again', .not. allocated(error) .and. &
+      all(abs(x - exact) <= 0.0_wp))
     call solver%destroy()
+
+  contains
+
+    !> Whose the rows are.
+    subroutine set_rows(blocks)
+      type(node_blocks_type), intent(inout) :: blocks
+
+      blocks%communicator = team%handle
+      blocks%own = [(before + i, i=1, n)]
+      blocks%outside = [(first - before + i - 1, i=1, matrix%n)]
+      blocks%outside(blocks%own) = -1
+    end subroutine set_rows
   end subroutine test_rows_of_ranks
 
   !> Two nodes of three with equations, in the order 3, 1; node 3 is held in its first component.

@@ -29,6 +29,11 @@ contains
     call fail(error, error_other, reason)
   end procedure solve_factorised
 
+  module procedure forget
+    associate (unused => self)
+    end associate
+  end procedure forget
+
   module procedure release
     associate (unused => self)
     end associate

@@ -62,6 +62,11 @@ submodule (qsmpm_petsc_solver) petsc_present
       real(c_double), intent(out) :: residual
     end function qsmpm_petsc_solve
 
+    subroutine qsmpm_petsc_forget(handle) bind(c)
+      import :: c_ptr
+      type(c_ptr), value :: handle
+    end subroutine qsmpm_petsc_forget
+
     subroutine qsmpm_petsc_free(handle) bind(c)
       import :: c_ptr
       type(c_ptr), value :: handle
@@ -79,7 +84,9 @@ contains
     integer :: communicator, block, rows, i, status
 
     block = max(1, self%blocks%components)
-    rows = matrix%n
+    self%own = [(i, i=1, matrix%n)]
+    if (allocated(self%blocks%own)) self%own = self%blocks%own
+    rows = size(self%own)
     if (self%blocks%components > 0) rows = block*self%blocks%count
     communicator = solo_communicator()
     if (allocated(self%blocks%outside)) communicator = self%blocks%communicator
@@ -88,21 +95,23 @@ contains
       call fail(error, error_other, 'PETSc did not start')
       return
     end if
+    allocate (self%row(matrix%n))
+    if (allocated(self%blocks%outside)) self%row = self%blocks%outside
     if (self%blocks%components > 0) then
-      self%row = self%first + self%blocks%row - 1
+      self%row(self%own) = self%first + self%blocks%row - 1
     else
-      self%row = [(self%first + i - 1, i=1, matrix%n)]
+      self%row(self%own) = [(self%first + i - 1, i=1, size(self%own))]
     end if
-    if (allocated(self%blocks%outside)) self%row = [self%row, self%blocks%outside]
-    call list_empty(self%row(:matrix%n), self%first, rows, self%empty)
+    call list_empty(self%row(self%own), self%first, rows, self%empty)
     self%afresh = .true.
     allocate (self%b(rows), self%y(rows), source=0.0_c_double)
     allocate (own(rows), source=1_c_int)
     allocate (foreign(rows), source=0_c_int)
-    do i = 1, matrix%n
-      associate (columns => matrix%column(matrix%row_first(i):matrix%row_first(i + 1) - 1))
-        foreign(self%row(i) - self%first + 1) = count(columns > matrix%n)
-        own(self%row(i) - self%first + 1) = size(columns) - foreign(self%row(i) - self%first + 1)
+    do i = 1, size(self%own)
+      associate (columns => self%row(matrix%column(matrix%row_first(self%own(i)):matrix%row_first(self%own(i) + 1) - 1)), &
+        place => self%row(self%own(i)) - self%first + 1)
+        foreign(place) = count(columns < self%first .or. columns >= self%first + rows)
+        own(place) = size(columns) - foreign(place)
       end associate
     end do
     self%handle = qsmpm_petsc_make(communicator, block, rows, own, foreign, merge(1, 0, self%symmetric))
@@ -131,18 +140,19 @@ contains
   module procedure factorise_values
     real(wp) :: usual
     integer(c_int) :: columns(maxval(matrix%row_first(2:matrix%n + 1) - matrix%row_first(:matrix%n)))
-    integer :: i, k, last, status
+    integer :: i, j, k, last, status
 
     status = 0
     usual = 0.0_wp
-    do i = 1, matrix%n
+    do j = 1, size(self%own)
+      i = self%own(j)
       k = matrix%row_first(i)
       last = matrix%row_first(i + 1) - 1
       columns(:last - k + 1) = self%row(matrix%column(k:last))
       status = max(status, qsmpm_petsc_row(self%handle, self%row(i), last - k + 1, columns, matrix%values(k:last)))
       usual = usual + sum(abs(matrix%values(k:last)), matrix%column(k:last) == i)
     end do
-    usual = usual/real(matrix%n, wp)
+    usual = usual/real(size(self%own), wp)
     do i = 1, size(self%empty)
       status = max(status, qsmpm_petsc_row(self%handle, self%empty(i), 1_c_int, self%empty(i:i), [usual]))
     end do
@@ -161,7 +171,7 @@ contains
 
     self%b = 0.0_wp
     do i = 1, size(rhs)
-      self%b(self%row(i) - self%first + 1) = rhs(i)
+      self%b(self%row(self%own(i)) - self%first + 1) = rhs(i)
     end do
     digits = max(1.0_wp, -log10(self%tolerance))
     tried = 0
@@ -178,7 +188,7 @@ contains
     if (.not. self%kept) self%sweeps_a_digit = self%sweeps/digits
     self%sweeps = self%sweeps + tried
     do i = 1, size(x)
-      x(i) = self%y(self%row(i) - self%first + 1)
+      x(i) = self%y(self%row(self%own(i)) - self%first + 1)
     end do
     if (status /= 0) then
       call library_error(status, error)
@@ -203,10 +213,16 @@ contains
     solved = status == 0 .and. residual <= drift*self%tolerance
   end subroutine sweep
 
+  module procedure forget
+    self%afresh = .true.
+    self%kept = .false.
+    if (c_associated(self%handle)) call qsmpm_petsc_forget(self%handle)
+  end procedure forget
+
   module procedure release
     if (c_associated(self%handle)) call qsmpm_petsc_free(self%handle)
     self%handle = c_null_ptr
-    if (allocated(self%row)) deallocate (self%row, self%empty)
+    if (allocated(self%row)) deallocate (self%own, self%row, self%empty)
     if (allocated(self%b)) deallocate (self%b, self%y)
   end procedure release
 

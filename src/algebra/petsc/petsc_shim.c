@@ -24,6 +24,7 @@ int qsmpm_petsc_take(qsmpm_petsc *self, int afresh, int keep);
 double qsmpm_petsc_size(qsmpm_petsc *self);
 int qsmpm_petsc_solve(qsmpm_petsc *self, const double *rhs, double tolerance, int most_sweeps, double *x, int *sweeps,
                       double *residual);
+void qsmpm_petsc_forget(qsmpm_petsc *self);
 void qsmpm_petsc_free(qsmpm_petsc *self);
 
 /* What the solver is made of; reasons and measurements stand in docs/distributed.md. */
@@ -227,6 +228,12 @@ int qsmpm_petsc_solve(qsmpm_petsc *self, const double *rhs, double tolerance, in
     VecResetArray(self->rhs);
     VecResetArray(self->solution);
     return status;
+}
+
+/* Give the multigrid back; the next values are to be taken afresh. */
+void qsmpm_petsc_forget(qsmpm_petsc *self)
+{
+    KSPDestroy(&self->solver);
 }
 
 /* Give everything back. */
