@@ -20,8 +20,8 @@ module qsmpm_node_blocks
     integer, allocatable :: row(:)
     !> Place of each node (components, count); not allocated where nodes have none.
     real(wp), allocatable :: places(:, :)
-    !> Communicator of the ranks that share the matrix, as in team_type, the equations of the matrix whose rows are those
-    !> of this rank (own equations), and the block rows of the others through all ranks, from 0 (equations); not
+    !> Communicator of the ranks that share the matrix, as in team_type, the equations of the matrix whose rows are
+    !> those of this rank (own equations), and the block rows of the others through all ranks, from 0 (equations); not
     !> allocated where this process has the whole matrix.
     integer :: communicator = 0
     integer, allocatable :: own(:), outside(:)

@@ -1,7 +1,7 @@
 !> Equations whose rows are spread over the processes of a team, each with those of its own nodes, solved by all of them
-!> together (PETSc), which gets them straight from the matrix of all nodes of a process, as `node_blocks` says. A process
-!> asks the owners of the nodes around its own for the numbers of their rows once, when the pattern is new, and gets
-!> their values in each solution: no message is longer than the boundary of its part.
+!> together (PETSc). They are taken from the matrix of all nodes of a process, as `node_blocks` says. A process asks
+!> the owners of the nodes around its own for the numbers of their rows once, when the pattern is new, and gets their
+!> values in each solution: no message is longer than the boundary of its part.
 module qsmpm_shared_rows
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp, long

@@ -90,7 +90,6 @@ contains
 
     if (.not. is_divided(model%part)) return
     call switch_timer(step%profile%watch, part_convection)
-    call leave_joint_system(step%joint)
     call migrate_points(model, error)
     call agree(model%part%team, error)
     call switch_timer(step%profile%watch, part_control)
@@ -135,6 +134,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(saved_places_type) :: before
 
+    call leave_joint_system(step%joint)
     call save_places(model, before)
     associate (d => model%mesh%dimension, n => model%space%node_count)
       solution%compliance = compliance_in(step, goal%increment(:d, :n), solution%displacement(:d, :n))

@@ -108,10 +108,12 @@ contains
     allocate (own(rows), source=1_c_int)
     allocate (foreign(rows), source=0_c_int)
     do i = 1, size(self%own)
-      associate (columns => self%row(matrix%column(matrix%row_first(self%own(i)):matrix%row_first(self%own(i) + 1) - 1)), &
+      associate (k => matrix%row_first(self%own(i)), last => matrix%row_first(self%own(i) + 1) - 1, &
         place => self%row(self%own(i)) - self%first + 1)
-        foreign(place) = count(columns < self%first .or. columns >= self%first + rows)
-        own(place) = size(columns) - foreign(place)
+        associate (columns => self%row(matrix%column(k:last)))
+          foreign(place) = count(columns < self%first .or. columns >= self%first + rows)
+          own(place) = size(columns) - foreign(place)
+        end associate
       end associate
     end do
     self%handle = qsmpm_petsc_make(communicator, block, rows, own, foreign, merge(1, 0, self%symmetric))
