@@ -1,9 +1,11 @@
 !> Material points of a model: the bodies of the deck on the mesh.
 !>
-!> A process of a team that shares the model counts the points of every cell, shares the cells, and lays those points
-!> that are in its box or ring, and those of bodies that are not there at the start.
+!> The processes of a team that shares the model count the points of as many cells each, share the cells by what all
+!> have counted, and lay those points that are in their box or ring, and those of bodies that are not there at the
+!> start.
 module qsmpm_model_bodies
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: agree
   use qsmpm_error, only: error_type
   use qsmpm_active_bodies, only: bodies_active, has_stages
   use qsmpm_analysis, only: basis_fem, basis_standard, basis_spline2, basis_spline3, integrate_points, axisymmetric
@@ -18,7 +20,8 @@ module qsmpm_model_bodies
   use qsmpm_model_shapes, only: shape_of
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_points, only: allocate_points, carried_type, place_of
-  use qsmpm_seed_table, only: seed_table_type, start_table, add_to_table, held_by, holds_any, number_seeds
+  use qsmpm_seed_table, only: seed_table_type, start_table, add_to_table, join_counts, held_by, holds_any, &
+    number_seeds
   use qsmpm_seeding, only: seed_list_type, seed_body, seed_even, seed_gauss, seed_fem
   use qsmpm_bodies_in_place, only: has_bodies_in_place, take_out_bodies
   use qsmpm_mesh_measure, only: interpolate, cell_size
@@ -103,14 +106,14 @@ contains
     end do
   end subroutine seed_bodies
 
-  !> Seed a body, and count its points; one process keeps them all, several none yet.
+  !> Seed a body, and count its points; one process keeps them all, several none yet, each of a part of the cells.
   subroutine count_body(model, body, list, table, error)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
     type(seed_list_type), intent(inout) :: list
     type(seed_table_type), intent(inout) :: table
     type(error_type), allocatable, intent(out) :: error
-    integer :: first, before, c
+    integer :: begins(model%part%team%ranks + 1), first, last, before, c, r
 
     before = list%count
     if (.not. is_divided(model%part)) then
@@ -118,12 +121,18 @@ contains
       call add_to_table(list, before + 1, table)
       return
     end if
-    do first = 1, model%mesh%cell_count, chunk
-      call seed_cells(model, body, list, error, [(c, c=first, min(first + chunk - 1, model%mesh%cell_count))])
-      if (allocated(error)) return
-      call add_to_table(list, 1, table)
-      list%count = 0
-    end do
+    associate (team => model%part%team)
+      begins = [(1 + int(int(model%mesh%cell_count, long)*r/team%ranks), r=0, team%ranks)]
+      last = begins(team%rank + 2) - 1
+      do first = begins(team%rank + 1), last, chunk
+        call seed_cells(model, body, list, error, [(c, c=first, min(first + chunk - 1, last))])
+        if (allocated(error)) exit
+        call add_to_table(list, 1, table)
+        list%count = 0
+      end do
+      call agree(team, error)
+      if (.not. allocated(error)) call join_counts(team, body, begins, table)
+    end associate
   end subroutine count_body
 
   !> Seeds of a body in some cells, or in all.

@@ -2,11 +2,13 @@
 !> some of the seeds knows of the others by this.
 module qsmpm_seed_table
   use qsmpm_kinds, only: wp, long
+  use qsmpm_exchange, only: hand_over
   use qsmpm_seed_list, only: seed_list_type
+  use qsmpm_team, only: team_type
   implicit none
   private
 
-  public :: seed_table_type, start_table, add_to_table, held_by, holds_any, number_seeds
+  public :: seed_table_type, start_table, add_to_table, join_counts, held_by, holds_any, number_seeds
 
   type :: seed_table_type
     !> Points, and their volume (cells, bodies).
@@ -40,6 +42,29 @@ contains
       end associate
     end do
   end subroutine add_to_table
+
+  !> Every process of a team has added what a body has in some of the cells; all get all of it.
+  subroutine join_counts(team, body, first, table)
+    type(team_type), intent(in) :: team
+    integer, intent(in) :: body
+    !> Where the cells of each begin, one behind the other (ranks + 1).
+    integer, intent(in) :: first(:)
+    type(seed_table_type), intent(inout) :: table
+    integer(long), allocatable :: points(:)
+    real(wp), allocatable :: volume(:)
+    integer, allocatable :: begins(:)
+    integer :: n, r
+
+    n = first(team%rank + 2) - first(team%rank + 1)
+    associate (own_points => table%points(first(team%rank + 1):first(team%rank + 1) + n - 1, body), &
+      own_volume => table%volume(first(team%rank + 1):first(team%rank + 1) + n - 1, body), &
+      to_each => [(1 + n*r, r=0, team%ranks)])
+      call hand_over(team, [(int(own_points, long), r=1, team%ranks)], to_each, points, begins)
+      call hand_over(team, [(own_volume, r=1, team%ranks)], to_each, volume, begins)
+    end associate
+    table%points(:, body) = int(points)
+    table%volume(:, body) = volume
+  end subroutine join_counts
 
   !> Volume that some bodies hold of every cell.
   pure function held_by(table, chosen) result(held)

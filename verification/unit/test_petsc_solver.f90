@@ -15,6 +15,7 @@ module test_petsc_solver
   use qsmpm_linear_system, only: linear_system_type, start_system, factorise_system, solve_system, end_system, &
     begin_step, failures, kind_for
   use qsmpm_model, only: model_type
+  use qsmpm_seed_table, only: seed_table_type, start_table, join_counts
   use qsmpm_space, only: node_position
   use qsmpm_initialisation, only: step_type
   use qsmpm_team, only: team_type, team_world, total, largest, smallest
@@ -53,6 +54,7 @@ contains
 
     call tests%start('petsc_ranks')
     call test_sums(tests, team_world())
+    call test_counts(tests, team_world())
     if (with_petsc()) call test_rows_of_ranks(tests, team_world())
   end subroutine collect_petsc_ranks
 
@@ -78,6 +80,26 @@ contains
       ieee_is_nan(largest(team, merge(nan, own, team%rank == 0))) .and. &
       ieee_is_nan(smallest(team, merge(nan, own, team%rank == 0))))
   end subroutine test_sums
+
+  !> Cells that each rank has counted a part of, more of them the higher it is; the second of two bodies.
+  subroutine test_counts(tests, team)
+    type(tests_type), intent(inout) :: tests
+    type(team_type), intent(in) :: team
+    type(seed_table_type) :: table
+    integer :: first(team%ranks + 1), c, r
+
+    first = [(1 + 2*r + r*(r - 1)/2, r=0, team%ranks)]
+    call start_table(table, first(team%ranks + 1) - 1, 2)
+    do c = first(team%rank + 1), first(team%rank + 2) - 1
+      table%points(c, 2) = 3*c
+      table%volume(c, 2) = 0.1_wp*c
+    end do
+    call join_counts(team, 2, first, table)
+    call tests%check('cells counted by all ranks: points', all(table%points(:, 1) == 0) .and. &
+      all(table%points(:, 2) == [(3*c, c=1, size(table%points, 1))]))
+    call tests%close('cells counted by all ranks: volume', &
+      maxval(abs(table%volume(:, 2) - [(0.1_wp*c, c=1, size(table%volume, 1))])), 0.0_wp, 0.0_wp)
+  end subroutine test_counts
 
   !> Second differences of all ranks, 50 rows of the first and 10 more on each that follows; the solution is a parabola.
   !> The matrix of a rank has the rows before and behind its own as well, which are not to be taken.
