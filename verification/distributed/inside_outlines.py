@@ -1,0 +1,90 @@
+"""Checks of bodies that are integrated inside of their outlines: cells that hold a part of them and no point, states that come from
+points of other ranks, surfaces that are laid anew in each attempt at a step."""
+
+from __future__ import annotations
+
+from many_ranks import CARRIED, agrees, plane
+from parts import expect_same_results
+from restarts import goes_on
+from shared_scenes import LOADED, SAME
+from support import TOP, Check, Place, Run, expect_same_bytes
+
+CELLS = "BASIS=STANDARD, INTEGRATION=CELL, KINEMATICS=LOGARITHMIC"
+HISTORIES = """*HISTORY, NAME=corner, QUANTITY=DISPLACEMENT, COMPONENT=X
+0.63, -0.09
+*HISTORY, NAME=stress, QUANTITY=STRESS, COMPONENT=XY
+0.4, 0.2
+*HISTORY, NAME=volume, QUANTITY=VOLUME
+"""
+
+
+def turned(element: str, points: int, basis: str, steps: int = 2) -> str:
+    """The turned block under so much pressure on all of its outline that its sides shorten by 5 %; it leans, so that stresses differ."""
+    deck = (TOP / "verification/cases/decks/turned_block.inp").read_text()
+    for old, new in (("ELEMENT=TRI6", f"ELEMENT={element}"), ("PER ELEMENT=12", f"PER ELEMENT={points}"), ("STANDARD", basis),
+                     ("*PRESSURE, SURFACE=all\n1.0", "*PRESSURE, SURFACE=all\n10929.74523\n*TRACTION, SURFACE=side\n900, -2500"),
+                     ("*METHOD", "*SURFACE, NAME=side, TYPE=OUTLINE, BODY=b, BOX\n0.3, 0.9, -0.3, 0.3\n*METHOD"),
+                     ("*PHASE", HISTORIES + "*FIELD, EVERY=2\n*PHASE"), ("STEPS=1", f"STEPS={steps}")):  # fmt: skip
+        deck = deck.replace(old, new, 1)
+    return deck
+
+
+def carried(method: str = CELLS, steps: int = 16, way: str = "1.6") -> str:
+    """A block that cuts cells on three sides and rides through the boxes of the ranks, under loads on its outline."""
+    surfaces = LOADED.replace("0, 2, 1.5, 1.5", "0, 1, 1.42, 1.42").replace("2, 2, 0, 1.5", "0.93, 0.93, 0, 1.42")
+    phase = CARRIED.replace("{way}", way) + "\n*PRESSURE, SURFACE=side\n3\n*TRACTION, SURFACE=top\n0.5, -3"
+    return plane("0.1, 0.93, 0, 1.42", method, phase, steps=steps, more=surfaces + "*FIELD, EVERY=1000\n")
+
+
+def agrees_in_points(place: Place, name: str, deck: str, ranks: tuple[int, ...]) -> None:
+    """Curves of one process, and what its points carry at the end."""
+    agrees(place, name, deck, ranks, SAME)
+    for n in [n for n in ranks if n > 1]:
+        expect_same_results(*(Run(place.work / f"{name}-{end}", 0, "", 0.0) for end in ("alone", str(n))))
+
+
+def pressed(place: Place) -> None:
+    """A block turned in its grid under pressure: triangles, bricks, domains, splines; on many ranks as on one process."""
+    agrees_in_points(place, "quad4", turned("QUAD4", 4, "STANDARD"), (1, 2, 3, 4, 7))
+    for name, element, points, basis, ranks in (("tri6", "TRI6", 12, "STANDARD", 3), ("quad8", "QUAD8", 9, "STANDARD", 2),
+                                                ("gimp", "QUAD4", 4, "GIMP", 3), ("spline2", "QUAD4", 9, "SPLINE2", 4),
+                                                ("spline3", "QUAD4", 16, "SPLINE3", 2)):  # fmt: skip
+        agrees_in_points(place, name, turned(element, points, basis), (ranks,))
+
+
+def rides(place: Place) -> None:
+    """A block whose cut sides ride from rank to rank, and out of boxes of ranks; the same bytes from as many ranks again."""
+    agrees_in_points(place, "quad4", carried(), (1, 2, 3, 4, 7))
+    agrees_in_points(place, "spline2", carried(CELLS.replace("STANDARD", "SPLINE2")), (3,))
+    first, other = (place.run("qsmpm-mpi", carried(), name, ranks=3) for name in ("first", "other"))
+    expect_same_bytes(first, other)
+
+
+def thin() -> str:
+    """A strip of a third of a cell, of one point a cell, that hangs and bends."""
+    deck = plane("", CELLS, "*FIX\nceiling, ALL\n*GRAVITY\n0.4, -0.6", more="*FIELD, EVERY=1000\n")
+    deck = deck.replace("SHAPE=BOX\n", "SHAPE=POLYGON\n0.3, 0.02\n0.38, 0.0\n0.68, 1.77\n0.6, 1.79")
+    for old, new in (("PER ELEMENT=4", "PER ELEMENT=1"), ("*MATERIAL", "*NSET, NSET=ceiling, PLANE=Y\n1.75\n*MATERIAL"),
+                     ("0.9, 1.3", "0.345, 0.04"), ("0.6, 0.3", "0.508, 1.0"), ("200, 0.3", "5E4, 0.3")):  # fmt: skip
+        deck = deck.replace(old, new)
+    return deck
+
+
+def drawn_out() -> str:
+    """A column of one point a cell that hangs and becomes twice as long, near its end four times."""
+    deck = plane("0.1, 0.6, 2.55, 4", CELLS, "*FIX\nceiling, ALL\n*GRAVITY\n0, -1", steps=12, more="*FIELD, EVERY=1000\n")
+    for old, new in (("Y, 0, 2, 8", "Y, -4, 4, 32"), ("PER ELEMENT=4", "PER ELEMENT=1"), ("200, 0.3", "11, 0.0"),
+                     ("*MATERIAL", "*NSET, NSET=ceiling, PLANE=Y\n4\n*MATERIAL"), ("0.9, 1.3", "0.5, 2.6"), ("0.6, 0.3", "0.5, 3.9")):  # fmt: skip
+        deck = deck.replace(old, new)
+    return deck
+
+
+def without_points(place: Place) -> None:
+    """Cells that hold a part of a strip and no point; a column that is drawn out, where states come from points beyond the cells around."""
+    agrees_in_points(place, "strip", thin(), (1, 2, 3, 4, 7))
+    agrees_in_points(place, "smooth", thin().replace("STANDARD", "SPLINE2"), (2,))
+    agrees_in_points(place, "column", drawn_out(), (2, 3, 4))
+
+
+CHECKS: list[Check] = []
+LONG_CHECKS: list[Check] = [pressed, rides, without_points]
