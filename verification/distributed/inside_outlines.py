@@ -3,6 +3,8 @@ points of other ranks, surfaces that are laid anew in each attempt at a step."""
 
 from __future__ import annotations
 
+import re
+
 from many_ranks import CARRIED, agrees, plane
 from parts import expect_same_results
 from restarts import goes_on
@@ -65,16 +67,20 @@ def thin() -> str:
     deck = plane("", CELLS, "*FIX\nceiling, ALL\n*GRAVITY\n0.4, -0.6", more="*FIELD, EVERY=1000\n")
     deck = deck.replace("SHAPE=BOX\n", "SHAPE=POLYGON\n0.3, 0.02\n0.38, 0.0\n0.68, 1.77\n0.6, 1.79")
     for old, new in (("PER ELEMENT=4", "PER ELEMENT=1"), ("*MATERIAL", "*NSET, NSET=ceiling, PLANE=Y\n1.75\n*MATERIAL"),
-                     ("0.9, 1.3", "0.345, 0.04"), ("0.6, 0.3", "0.508, 1.0"), ("200, 0.3", "5E4, 0.3")):  # fmt: skip
+                     ("0.9, 1.3", "0.345, 0.04"), ("0.6, 0.3", "0.508, 1.0"), ("200, 0.3", "5E4, 0.3"),
+                     ("STEPS=5", "STEPS=5, STABILISATION SHARE=1")):  # fmt: skip
         deck = deck.replace(old, new)
     return deck
 
 
 def drawn_out() -> str:
-    """A column of one point a cell that hangs and becomes twice as long, near its end four times."""
-    deck = plane("0.1, 0.6, 2.55, 4", CELLS, "*FIX\nceiling, ALL\n*GRAVITY\n0, -1", steps=12, more="*FIELD, EVERY=1000\n")
-    for old, new in (("Y, 0, 2, 8", "Y, -4, 4, 32"), ("PER ELEMENT=4", "PER ELEMENT=1"), ("200, 0.3", "11, 0.0"),
-                     ("*MATERIAL", "*NSET, NSET=ceiling, PLANE=Y\n4\n*MATERIAL"), ("0.9, 1.3", "0.5, 2.6"), ("0.6, 0.3", "0.5, 3.9")):  # fmt: skip
+    """A column of one point a cell, held above and pulled at its end until parts of it are five times as long."""
+    surface = "*SURFACE, NAME=end, TYPE=OUTLINE, BODY=body, BOX\n0, 1, 3.05, 3.05\n*FIELD, EVERY=1000\n"
+    phase = "*FIX\nceiling, ALL\nall, X\n*GRAVITY\n0, -1\n*TRACTION, SURFACE=end\n0, -135"
+    deck = plane("0.1, 0.6, 3.05, 4", CELLS.replace("LOGARITHMIC", "JAUMANN"), phase, steps=10, more=surface)
+    for old, new in (("Y, 0, 2, 8", "Y, 0, 4, 16"), ("PER ELEMENT=4", "PER ELEMENT=1"), ("200, 0.3", "200, 0.0"),
+                     ("*MATERIAL", "*NSET, NSET=ceiling, PLANE=Y\n4\n*NSET, NSET=all, BOX\n0, 3, 0, 4\n*MATERIAL"),
+                     ("0.9, 1.3", "0.5, 3.6"), ("0.6, 0.3", "0.5, 3.9"), ("STEPS=10", "STEPS=10, STABILISATION SHARE=1")):  # fmt: skip
         deck = deck.replace(old, new)
     return deck
 
@@ -86,5 +92,45 @@ def without_points(place: Place) -> None:
     agrees_in_points(place, "column", drawn_out(), (2, 3, 4))
 
 
+def more_pressed(place: Place) -> None:
+    """A turned block in space, and a ring with cut sides."""
+    space = (TOP / "verification/cases/decks/turned_block_space.inp").read_text()
+    stl = TOP / "verification/cases/decks/turned_block.stl"
+    for old, new in (("WEDGE15", "HEX8"), ("ELEMENT=18", "ELEMENT=8"), ("turned_block.stl", str(stl)), ("SURFACE=all\n1.0", "SURFACE=all\n9000"),
+                     ("STEPS=1", "STEPS=2"), ("*PHASE", HISTORIES.replace("0.63, -0.09", "0, 0.25, 0").replace("0.4, 0.2", "0, 0.2, 0.1")
+                                              + "*FIELD, EVERY=2\n*PHASE")):  # fmt: skip
+        space = space.replace(old, new)
+    agrees_in_points(place, "space", space, (2, 3))
+    agrees_in_points(place, "ring", carried(way="0.0001", steps=3).replace("PLANE STRAIN", "AXISYMMETRIC"), (2, 4))
+
+
+def pit() -> str:
+    """The pit of input/ in elastic ground, on cells that all of its bodies cut, with a street that is loaded from the start."""
+    deck = (TOP / "input/excavation.inp").read_text().replace("*MOHR COULOMB\n 15, 25, 0, 5\n", "")
+    for old, new in (("X, 0, 12, 24\n Y, 0, 8, 16", "X, 0, 12, 11\n Y, 0, 8, 9"), ("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, STABILISATION SHARE=1, "),
+                     ("STEPS=4", "STEPS=3"), ("STEPS=6", "STEPS=3"),
+                     ("*DEACTIVATE\n upper", "*PRESSURE, SURFACE=street\n 10\n*DEACTIVATE\n upper"), ("*PRESSURE, SURFACE=street\n 10\n*CONT", "*PRESSURE, SURFACE=street\n 40\n*CONT")):  # fmt: skip
+        deck = deck.replace(old, new)
+    return deck
+
+
+def staged(place: Place) -> None:
+    """Cut bodies that come, go and change beside a loaded street: their unloading, in cells that they share."""
+    agrees(place, "pit", pit(), (2, 3, 7), SAME)
+
+
+def touched(place: Place) -> None:
+    """Contact with bodies inside of their outlines: a plate that turns on two columns, a strip."""
+    for name, ranks in (("contact_columns", 2), ("contact_strip_turned", 3)):
+        deck = (TOP / f"verification/cases/decks/{name}.inp").read_text()
+        agrees(place, name, re.sub("TOLERANCE=[^,\n]+", "TOLERANCE=1E-9", deck), (ranks,), SAME)
+
+
+def continued(place: Place) -> None:
+    """Ranks leave, others go on: a block with a loaded outline on its way, a pit while bodies go."""
+    goes_on(place, "block", carried(steps=8, way="0.8"), 4)
+    goes_on(place, "pit", pit(), 3)
+
+
 CHECKS: list[Check] = []
-LONG_CHECKS: list[Check] = [pressed, rides, without_points]
+LONG_CHECKS: list[Check] = [pressed, rides, without_points, more_pressed, staged, touched, continued]
