@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import re
 
+import h5py
+import numpy as np
 from many_ranks import CARRIED, agrees, plane
 from parts import expect_same_results
-from restarts import goes_on
+from restarts import ends_at, goes_on, often
 from shared_scenes import LOADED, SAME
-from support import TOP, Check, Place, Run, expect_same_bytes
+from support import TOP, Check, Place, Run, distance, expect, expect_same_bytes
 
 CELLS = "BASIS=STANDARD, INTEGRATION=CELL, KINEMATICS=LOGARITHMIC"
 HISTORIES = """*HISTORY, NAME=corner, QUANTITY=DISPLACEMENT, COMPONENT=X
@@ -39,10 +41,26 @@ def carried(method: str = CELLS, steps: int = 16, way: str = "1.6") -> str:
 
 
 def agrees_in_points(place: Place, name: str, deck: str, ranks: tuple[int, ...]) -> None:
-    """Curves of one process, and what its points carry at the end."""
+    """Curves of one process, what its points carry at the end, and its surface points by their numbers."""
     agrees(place, name, deck, ranks, SAME)
-    for n in [n for n in ranks if n > 1]:
-        expect_same_results(*(Run(place.work / f"{name}-{end}", 0, "", 0.0) for end in ("alone", str(n))))
+    alone = Run(place.work / f"{name}-alone", 0, "", 0.0)
+    for n in ranks:
+        shared = Run(place.work / f"{name}-{n}", 0, "", 0.0)
+        expect_same_surfaces(alone, shared)
+        if n > 1:
+            expect_same_results(alone, shared)
+
+
+def expect_same_surfaces(alone: Run, shared: Run) -> None:
+    """Every surface point is there once, with the number, place and area of one process."""
+    fields = []
+    for run in (alone, shared):
+        with h5py.File(run.folder / "restart.h5") as file:
+            order = np.argsort(file["surface/number"])
+            fields.append([file[f"surface/{name}"][:][order] for name in ("number", "surface", "position", "area_vector")])
+    (numbers, *one), (other_numbers, *other) = fields
+    expect(np.array_equal(numbers, other_numbers), f"numbers of surface points: {numbers}\n{other_numbers}")
+    expect(all(np.allclose(a, b, rtol=0.0, atol=SAME) for a, b in zip(one, other, strict=True)), "other surface points")
 
 
 def pressed(place: Place) -> None:
@@ -52,6 +70,12 @@ def pressed(place: Place) -> None:
                                                 ("gimp", "QUAD4", 4, "GIMP", 3), ("spline2", "QUAD4", 9, "SPLINE2", 4),
                                                 ("spline3", "QUAD4", 16, "SPLINE3", 2)):  # fmt: skip
         agrees_in_points(place, name, turned(element, points, basis), (ranks,))
+
+
+def inside(place: Place) -> None:
+    """Bodies inside of their outlines: a block rides through boxes, its surfaces laid anew; a column is drawn out, with cells without a point."""
+    agrees_in_points(place, "block", carried(steps=8, way="0.8"), (3,))
+    agrees_in_points(place, "column", drawn_out(), (2,))
 
 
 def rides(place: Place) -> None:
@@ -96,8 +120,8 @@ def more_pressed(place: Place) -> None:
     """A turned block in space, and a ring with cut sides."""
     space = (TOP / "verification/cases/decks/turned_block_space.inp").read_text()
     stl = TOP / "verification/cases/decks/turned_block.stl"
-    for old, new in (("WEDGE15", "HEX8"), ("ELEMENT=18", "ELEMENT=8"), ("turned_block.stl", str(stl)), ("SURFACE=all\n1.0", "SURFACE=all\n9000"),
-                     ("STEPS=1", "STEPS=2"), ("*PHASE", HISTORIES.replace("0.63, -0.09", "0, 0.25, 0").replace("0.4, 0.2", "0, 0.2, 0.1")
+    for old, new in (("WEDGE15", "HEX8"), ("ELEMENT=18", "ELEMENT=8"), ("turned_block.stl", str(stl)),
+                     ("SURFACE=all\n1.0", "SURFACE=all\n9000"), ("STEPS=1", "STEPS=2"), ("*PHASE", HISTORIES.replace("0.63, -0.09", "0, 0.25, 0").replace("0.4, 0.2", "0, 0.2, 0.1")
                                               + "*FIELD, EVERY=2\n*PHASE")):  # fmt: skip
         space = space.replace(old, new)
     agrees_in_points(place, "space", space, (2, 3))
@@ -107,9 +131,11 @@ def more_pressed(place: Place) -> None:
 def pit() -> str:
     """The pit of input/ in elastic ground, on cells that all of its bodies cut, with a street that is loaded from the start."""
     deck = (TOP / "input/excavation.inp").read_text().replace("*MOHR COULOMB\n 15, 25, 0, 5\n", "")
-    for old, new in (("X, 0, 12, 24\n Y, 0, 8, 16", "X, 0, 12, 11\n Y, 0, 8, 9"), ("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, STABILISATION SHARE=1, "),
+    for old, new in (("X, 0, 12, 24\n Y, 0, 8, 16", "X, 0, 12, 11\n Y, 0, 8, 9"),
+                     ("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, STABILISATION SHARE=1, "),
                      ("STEPS=4", "STEPS=3"), ("STEPS=6", "STEPS=3"),
-                     ("*DEACTIVATE\n upper", "*PRESSURE, SURFACE=street\n 10\n*DEACTIVATE\n upper"), ("*PRESSURE, SURFACE=street\n 10\n*CONT", "*PRESSURE, SURFACE=street\n 40\n*CONT")):  # fmt: skip
+                     ("*DEACTIVATE\n upper", "*PRESSURE, SURFACE=street\n 10\n*DEACTIVATE\n upper"),
+                     ("*PRESSURE, SURFACE=street\n 10\n*CONT", "*PRESSURE, SURFACE=street\n 40\n*CONT")):  # fmt: skip
         deck = deck.replace(old, new)
     return deck
 
@@ -130,7 +156,13 @@ def continued(place: Place) -> None:
     """Ranks leave, others go on: a block with a loaded outline on its way, a pit while bodies go."""
     goes_on(place, "block", carried(steps=8, way="0.8"), 4)
     goes_on(place, "pit", pit(), 3)
+    deck = often(carried(steps=8, way="0.8"))
+    folder = ends_at(place, deck, "two", 4, 2)
+    rest = place.run("qsmpm-mpi", deck, "two", ranks=3, restart=folder / "restart.h5")
+    through = Run(place.work / "block-through", 0, "", 0.0)
+    expect(distance(through, rest) <= SAME, f"two to three ranks: {distance(through, rest):.1e} from a run that went through")
+    expect_same_surfaces(through, rest)
 
 
-CHECKS: list[Check] = []
+CHECKS: list[Check] = [inside]
 LONG_CHECKS: list[Check] = [pressed, rides, without_points, more_pressed, staged, touched, continued]
