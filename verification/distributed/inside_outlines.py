@@ -7,7 +7,7 @@ import re
 
 import h5py
 import numpy as np
-from many_ranks import CARRIED, agrees, plane
+from many_ranks import CARRIED, WEIGHT, agrees, plane
 from parts import expect_same_results
 from restarts import ends_at, goes_on, often
 from shared_scenes import LOADED, SAME
@@ -145,11 +145,45 @@ def staged(place: Place) -> None:
     agrees(place, "pit", pit(), (2, 3, 7), SAME)
 
 
+# The upper side of a block on a ramp, as a segment of the grid and as its outline, and a load on it that friction bears.
+SIDES = {"SEGMENT": "\n2.292820323027551, 2.092820323027551, 0.907179676972449, 1.292820323027551",
+         "OUTLINE, BODY=block, BOX": "\n0.9, 2.3, 1.2, 2.1"}  # fmt: skip
+PUSHED = "*PHASE, NAME=more\n*TRACTION, SURFACE=top\n2, -6\n*CONTROLS, STEPS=6, TOLERANCE=1e-9\n*END PHASE\n"
+
+
+def mixed() -> str:
+    """Soil that could yield, which a stiff thin wall that cannot leans against: the outline of the one is followed, the other's is not."""
+    wall = "*BODY, NAME=wall, MATERIAL=wall, SHAPE=POLYGON\n1.61, 0\n1.7, 0\n1.75, 1.41\n1.66, 1.41\n*POINTS, BODY=wall, PER ELEMENT=1\n"
+    soil = "*MATERIAL, NAME=wall\n*ELASTIC\n2E4, 0.2\n*UNIT WEIGHT\n24\n*BODY, NAME=body"
+    deck = plane("", CELLS, WEIGHT.replace("0, -1", "0.1, -1"), more="*FIELD, EVERY=1000\n")
+    deck = deck.replace("SHAPE=BOX\n", "SHAPE=POLYGON\n0, 0\n1.6, 0\n1.65, 1.4\n0, 1.4")
+    for old, new in (("*UNIT WEIGHT\n10", "*MOHR COULOMB\n1E5, 30, 0\n*UNIT WEIGHT\n10"), ("*BODY, NAME=body", soil),
+                     ("*METHOD", wall + "*METHOD"), ("STEPS=5", "STEPS=5, STABILISATION SHARE=1")):  # fmt: skip
+        deck = deck.replace(old, new, 1)
+    return deck
+
+
+def side_by_side(place: Place) -> None:
+    """Bodies inside of their outlines beside others: one process's curves, and its words of how far the others are off."""
+    agrees_in_points(place, "mixed", mixed(), (2, 3, 4))
+    logs = [(place.work / f"mixed-{end}/job.log").read_text().splitlines() for end in ("alone", "2", "3", "4")]
+    said = [[line for line in log if "off over its outline" in line] for log in logs]
+    expect(len(said[0]) > 1 and all(lines == said[0] for lines in said), f"{said}")
+
+
 def touched(place: Place) -> None:
     """Contact with bodies inside of their outlines: a plate that turns on two columns, a strip."""
     for name, ranks in (("contact_columns", 2), ("contact_strip_turned", 3)):
         deck = (TOP / f"verification/cases/decks/{name}.inp").read_text()
         agrees(place, name, re.sub("TOLERANCE=[^,\n]+", "TOLERANCE=1E-9", deck), (ranks,), SAME)
+    held = {}
+    for kind, where in SIDES.items():
+        deck = (TOP / "verification/cases/decks/contact_block.inp").read_text().replace("ANGLE=40", "ANGLE=31").replace("1e-6", "1e-9")
+        deck = deck.replace("*METHOD", f"*SURFACE, NAME=top, TYPE={kind}{where}\n*METHOD") + PUSHED
+        agrees(place, kind.split(",")[0].lower(), deck, (3,), SAME)
+        held[kind] = Run(place.work / f"{kind.split(',')[0].lower()}-alone", 0, "", 0.0).rows()[-1]
+    column = [abs(row[-5]) for row in held.values()]
+    expect(abs(column[0] - column[1]) <= 0.02 * column[0], f"the block has slid by {column}")
 
 
 def continued(place: Place) -> None:
@@ -165,4 +199,4 @@ def continued(place: Place) -> None:
 
 
 CHECKS: list[Check] = [inside]
-LONG_CHECKS: list[Check] = [pressed, rides, without_points, more_pressed, staged, touched, continued]
+LONG_CHECKS: list[Check] = [pressed, rides, without_points, more_pressed, staged, side_by_side, touched, continued]
