@@ -78,6 +78,19 @@ def inside(place: Place) -> None:
     agrees_in_points(place, "column", drawn_out(), (2,))
 
 
+def bed() -> str:
+    """A layer of sixty cells by three, cut above and at its ends, that its base carries under a load: ranks look at parts of it."""
+    surfaces = LOADED.replace("0, 2, 1.5, 1.5", "0, 15, 0.63, 0.63").replace("2, 2, 0, 1.5", "14.9, 14.9, 0, 0.63")
+    phase = CARRIED.replace("{way}", "0.7") + "\n*PRESSURE, SURFACE=side\n3\n*TRACTION, SURFACE=top\n0.5, -3"
+    deck = plane("0.1, 14.9, 0, 0.63", CELLS, phase, steps=5, more=surfaces + "*FIELD, EVERY=1000\n")
+    return deck.replace("X, 0, 3, 12", "X, 0, 16, 64").replace("0.9, 1.3", "7.3, 0.6")
+
+
+def far_apart(place: Place) -> None:
+    """A long layer, of whose loaded surface each rank lays a part."""
+    agrees_in_points(place, "bed", bed(), (2, 4, 7))
+
+
 def rides(place: Place) -> None:
     """A block whose cut sides ride from rank to rank, and out of boxes of ranks; the same bytes from as many ranks again."""
     agrees_in_points(place, "quad4", carried(), (1, 2, 3, 4, 7))
@@ -199,4 +212,4 @@ def continued(place: Place) -> None:
 
 
 CHECKS: list[Check] = [inside]
-LONG_CHECKS: list[Check] = [pressed, rides, without_points, more_pressed, staged, side_by_side, touched, continued]
+LONG_CHECKS: list[Check] = [pressed, far_apart, rides, without_points, more_pressed, staged, side_by_side, touched, continued]
