@@ -8,7 +8,8 @@
 !>   sum over points of V grad N_a  =  sum over surface points of N_a a
 !>
 !> for every function. Each integration point takes the state of the nearest material point of its body, one in its own
-!> cell where there is one. docs/methods/bodies.md.
+!> cell where there is one. A process of a team asks the others for it where its cell has none (qsmpm_source_sharing).
+!> docs/methods/bodies.md.
 module qsmpm_body_quadrature
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: shape_functions
@@ -22,10 +23,18 @@ module qsmpm_body_quadrature
   implicit none
   private
 
-  public :: body_quadrature_type, sort_seeds, choose_sources, put_bodies, is_filled
+  public :: body_quadrature_type, told_states_type, sort_seeds, choose_sources, position_of, nearest_in, &
+    nearest_of_body, source_material, put_bodies, is_filled
 
   !> What a body may lack of a cell that it fills: rounding.
   real(wp), parameter :: rounding = 1.0e-9_wp
+
+  !> Material points of other processes that integration points take their states from: materials, volumes, these over
+  !> those at the start (n), stresses (4 or 6, n) and states of the laws (states, n).
+  type :: told_states_type
+    integer, allocatable :: material(:)
+    real(wp), allocatable :: volume(:), volume_ratio(:), stress(:, :), state(:, :)
+  end type told_states_type
 
   !> Integration points sorted by cell; no bodies and no cells where nothing is carried.
   type :: body_quadrature_type
@@ -33,9 +42,11 @@ module qsmpm_body_quadrature
     logical, allocatable :: carried(:)
     !> Those of a cell: first(c) : first(c+1)-1 (cell_count+1).
     integer, allocatable :: first(:)
-    !> Local coordinates (dimension, n), volumes, bodies and material points they take their state from (n).
+    !> Local coordinates (dimension, n), volumes, bodies and material points they take their state from (n): below 0
+    !> one of `told`, 0 in a cell too far from those of this process to matter.
     real(wp), allocatable :: local(:, :), volume(:)
     integer, allocatable :: body(:), source(:)
+    type(told_states_type) :: told
     !> Half lengths of the boxes that they stand for, and ends of these in the cell (dimension, n).
     real(wp), allocatable :: half(:, :), low(:, :), high(:, :)
     !> Share of each cell that carried bodies hold (cell_count).
@@ -70,6 +81,8 @@ contains
     n = quadrature%first(size(volumes) + 1) - 1
     allocate (quadrature%volume(n), quadrature%body(n))
     allocate (quadrature%source(n), source=0)
+    allocate (quadrature%told%material(0), quadrature%told%volume(0), quadrature%told%volume_ratio(0), &
+      quadrature%told%stress(0, 0), quadrature%told%state(0, 0))
     rows = 0
     if (n > 0) rows = size(list%local, 1)
     allocate (quadrature%local(rows, n))
@@ -88,20 +101,19 @@ contains
   end subroutine sort_seeds
 
   !> Find the boxes of the integration points, and the material points that they take their states from.
-  pure subroutine choose_sources(mesh, activation, points, quadrature)
+  pure subroutine choose_sources(mesh, activation, points, in_own_cell, quadrature)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
+    !> Only points in the same cell are known.
+    logical, intent(in) :: in_own_cell
     type(body_quadrature_type), intent(inout) :: quadrature
     real(wp), dimension(mesh%dimension) :: x, low, high
-    real(wp) :: functions(max_nodes)
-    integer :: c, i, k, n
+    integer :: c, i, k
 
     do c = 1, mesh%cell_count
-      n = mesh%cell_first(c + 1) - mesh%cell_first(c)
       do i = quadrature%first(c), quadrature%first(c + 1) - 1
-        call shape_functions(mesh%cell_kind(c), quadrature%local(:, i), functions(:n))
-        x = interpolate(mesh, c, functions(:n), mesh%coordinates)
+        x = position_of(quadrature, mesh, c, i)
         associate (corners => mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1)))
           low = minval(corners, dim=2)
           high = maxval(corners, dim=2)
@@ -111,7 +123,7 @@ contains
         associate (source => quadrature%source(i), body => quadrature%body(i))
           source = 0
           call nearest_in(activation, points, c, body, x, source)
-          if (source > 0) cycle
+          if (source > 0 .or. in_own_cell) cycle
           do k = mesh%vertex_first(c), mesh%vertex_first(c + 1) - 1
             call nearest_in(activation, points, mesh%vertex_neighbour(k), body, x, source)
           end do
@@ -120,6 +132,20 @@ contains
       end do
     end do
   end subroutine choose_sources
+
+  !> Where an integration point of a cell is.
+  pure function position_of(quadrature, mesh, cell, i) result(x)
+    type(body_quadrature_type), intent(in) :: quadrature
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell, i
+    real(wp) :: x(mesh%dimension)
+    real(wp) :: functions(max_nodes)
+    integer :: n
+
+    n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
+    call shape_functions(mesh%cell_kind(cell), quadrature%local(:, i), functions(:n))
+    x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
+  end function position_of
 
   !> The material point of a body in a cell that is nearest to a place, if nearer than the one so far.
   pure subroutine nearest_in(activation, points, cell, body, x, nearest)
@@ -164,6 +190,32 @@ contains
     end do
   end function nearest_of_body
 
+  !> Material of the point that an integration point takes its state from.
+  elemental integer function source_material(quadrature, points, i) result(material)
+    type(body_quadrature_type), intent(in) :: quadrature
+    type(points_type), intent(in) :: points
+    integer, intent(in) :: i
+
+    if (quadrature%source(i) > 0) then
+      material = points%material(quadrature%source(i))
+    else
+      material = quadrature%told%material(-quadrature%source(i))
+    end if
+  end function source_material
+
+  !> Volume of that point.
+  pure real(wp) function source_volume(quadrature, points, i) result(volume)
+    type(body_quadrature_type), intent(in) :: quadrature
+    type(points_type), intent(in) :: points
+    integer, intent(in) :: i
+
+    if (quadrature%source(i) > 0) then
+      volume = points%volume(quadrature%source(i))
+    else
+      volume = quadrature%told%volume(-quadrature%source(i))
+    end if
+  end function source_volume
+
   !> Put carried bodies in the place of what their material points stand for. A point that lies in a cell without a part
   !> of its body is left as it is.
   pure subroutine put_bodies(quadrature, points, pieces)
@@ -181,7 +233,9 @@ contains
           quadrature%first(points%cell(p) + 1) > quadrature%first(points%cell(p)))
       end associate
     end do
-    number = quadrature%first(2:) - quadrature%first(:size(number))
+    do c = 1, size(number)
+      number(c) = count(quadrature%source(quadrature%first(c):quadrature%first(c + 1) - 1) /= 0)
+    end do
     do g = 1, size(pieces%cell)
       number(pieces%cell(g)) = number(pieces%cell(g)) + count(kept(pieces%first(g):pieces%first(g + 1) - 1))
     end do
@@ -199,10 +253,11 @@ contains
     end do
     do c = 1, size(number)
       do i = quadrature%first(c), quadrature%first(c + 1) - 1
+        if (quadrature%source(i) == 0) cycle
         n = next(c)
         next(c) = n + 1
         joint%point(n) = quadrature%source(i)
-        joint%share(n) = quadrature%volume(i)/points%volume(quadrature%source(i))
+        joint%share(n) = quadrature%volume(i)/source_volume(quadrature, points, i)
         joint%local(:, n) = quadrature%local(:, i)
         joint%of_body(n) = .true.
         joint%at_place(n) = all(quadrature%half(:, i) <= tiny(1.0_wp))

@@ -14,7 +14,7 @@ module qsmpm_cell_average
   use qsmpm_law, only: law_slot_type
   use qsmpm_domains, only: domains_type
   use qsmpm_domain_pieces, only: pieces_type, cut_domains, whole_points
-  use qsmpm_body_quadrature, only: body_quadrature_type, put_bodies, is_filled
+  use qsmpm_body_quadrature, only: body_quadrature_type, told_states_type, put_bodies, is_filled
   use qsmpm_cell_fit, only: fit_cell, fit_order, monomials, monomial_count
   use qsmpm_integration, only: integration_type, allocate_integration, set_group_nodes, set_basis, &
     set_average, take_point
@@ -63,9 +63,12 @@ contains
     integration%axisymmetric = is_axisymmetric
     call set_group_nodes(mesh, space, pieces%cell, integration)
     call count_points(mesh, space, pieces, whole, integration%first, own)
+    if (present(bodies)) integration%told = size(bodies%told%material)
+    own = own + integration%told
     call allocate_integration(mesh%dimension, size(points%stress, 1), size(points%state, 1), own, .false., integration)
     inaccurate = 0
-    own = 0
+    own = integration%told
+    if (own > 0) call take_told(bodies%told, integration)
     do g = 1, size(whole)
       if (whole(g)) then
         call points_of_cell(activation, points, pieces, g, bodies, chosen)
@@ -74,10 +77,20 @@ contains
         if (.not. present(counted)) cycle
         if (.not. counted(pieces%cell(g))) inaccurate = before
       else
-        call take_pieces(mesh, space, points, pieces, g, integration)
+        call take_pieces(mesh, space, points, pieces, g, bodies, integration)
       end if
     end do
   end subroutine integrate_in_cells
+
+  !> Start states of points that others have told of.
+  pure subroutine take_told(told, integration)
+    type(told_states_type), intent(in) :: told
+    type(integration_type), intent(inout) :: integration
+
+    integration%stress(:, :integration%told) = told%stress
+    integration%state(:, :integration%told) = told%state
+    integration%volume_ratio(:integration%told) = told%volume_ratio
+  end subroutine take_told
 
   !> The points that a cell owns; of a cell with parts of carried bodies those of the first one.
   pure subroutine points_of_cell(activation, points, pieces, g, bodies, chosen)
@@ -155,13 +168,14 @@ contains
   end subroutine count_points
 
   !> The pieces of a cell as they are.
-  pure subroutine take_pieces(mesh, space, points, pieces, group, integration)
+  pure subroutine take_pieces(mesh, space, points, pieces, group, bodies, integration)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(points_type), intent(in) :: points
     type(pieces_type), intent(in) :: pieces
     !> Number of the group.
     integer, intent(in) :: group
+    type(body_quadrature_type), intent(in), optional :: bodies
     type(integration_type), intent(inout) :: integration
     integer :: first(3), count(3), n, p, q
 
@@ -176,7 +190,13 @@ contains
       else
         call set_basis(mesh, space, group, q, points%local(:, p), integration)
       end if
-      call take_point(points, p, pieces%share(n), q, integration)
+      if (p > 0) then
+        call take_point(points, p, pieces%share(n), q, integration)
+      else
+        integration%weight(q) = pieces%share(n)*bodies%told%volume(-p)
+        integration%material(q) = bodies%told%material(-p)
+        integration%source(q) = p
+      end if
     end do
   end subroutine take_pieces
 

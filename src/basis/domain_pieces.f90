@@ -19,7 +19,8 @@ module qsmpm_domain_pieces
   type :: pieces_type
     !> Cells that hold pieces, rising; the pieces of cell(g) are first(g) : first(g+1)-1.
     integer, allocatable :: cell(:), first(:)
-    !> Material point of each piece and the share of its volume (n).
+    !> Material point of each piece, below 0 one that others have told of (qsmpm_body_quadrature), and the share of its
+    !> volume (n).
     integer, allocatable :: point(:)
     real(wp), allocatable :: share(:)
     !> Lower and upper ends of the pieces (dimension, n); without entries for whole points.

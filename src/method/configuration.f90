@@ -7,12 +7,13 @@ module qsmpm_configuration
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_own_part, only: is_divided
-  use qsmpm_point_location, only: activation_type, activate, sort_points, classify_cells
+  use qsmpm_point_location, only: activation_type, sort_points, classify_cells
   use qsmpm_integration, only: integration_type, place_of, measure_cells
   use qsmpm_model, only: model_type
   use qsmpm_outlines, only: find_bodies
   use qsmpm_point_integration, only: integrate_at_points
-  use qsmpm_ring_exchange, only: learn_active_cells, learn_touched_cells
+  use qsmpm_ring_exchange, only: near_cells, learn_active_cells, learn_touched_cells
+  use qsmpm_source_sharing, only: learn_sources
   implicit none
   private
 
@@ -58,33 +59,31 @@ contains
   end subroutine find_configuration
 
   !> Cells that own points or, where cells are integrated, hold parts of carried bodies. Splines take cells without a
-  !> point for touched, as those that domains reach into. Processes that share a model ask each other for cells beside
-  !> their points; carried bodies are not integrated there (qsmpm_sharing_limits).
+  !> point for touched, as those that domains reach into. Processes that share a model tell each other of cells beside
+  !> their points, and of the states that integration points start from.
   subroutine activate_cells(model, configuration)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(inout) :: configuration
     logical, allocatable :: occupied(:)
 
     associate (c => configuration)
-      if (is_divided(model%part)) then
-        call sort_points(model%mesh, c%volumes, model%state%points, c%activation)
-        call learn_active_cells(model, c%activation)
-        call classify_cells(model%mesh, c%activation, model%loading%open_edge)
-        return
-      end if
       if (allocated(c%bodies)) deallocate (c%bodies)
       if (any(model%outlines%integrates)) then
         allocate (c%bodies)
         call find_bodies(model, c%volumes, .true., c%bodies)
-        allocate (occupied, source=c%bodies%fill > 0.0_wp)
+        allocate (occupied, source=c%bodies%fill > 0.0_wp .and. near_cells(model, model%part%ring))
       end if
       if (model%space%tensor) then
-        call activate(model%mesh, c%volumes, model%state%points, c%activation, model%loading%open_edge)
-        if (allocated(occupied)) c%activation%touched = c%activation%touched .or. occupied
+        call sort_points(model%mesh, c%volumes, model%state%points, c%activation)
       else
-        call activate(model%mesh, c%volumes, model%state%points, c%activation, model%loading%open_edge, occupied)
+        call sort_points(model%mesh, c%volumes, model%state%points, c%activation, occupied)
       end if
-      if (allocated(occupied)) call choose_sources(model%mesh, c%activation, model%state%points, c%bodies)
+      if (is_divided(model%part)) call learn_active_cells(model, c%activation)
+      call classify_cells(model%mesh, c%activation, model%loading%open_edge)
+      if (.not. allocated(occupied)) return
+      if (model%space%tensor) c%activation%touched = c%activation%touched .or. occupied
+      call choose_sources(model%mesh, c%activation, model%state%points, is_divided(model%part), c%bodies)
+      if (is_divided(model%part)) call learn_sources(model, c%activation, c%bodies)
     end associate
   end subroutine activate_cells
 

@@ -25,7 +25,8 @@ module qsmpm_cut_cell_check
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_space, only: shape_values_type, functions_at, node_position
   use qsmpm_body_quadrature, only: body_quadrature_type
-  use qsmpm_outlines, only: find_bodies, flows, seed_outlines
+  use qsmpm_outlines, only: find_bodies, flows
+  use qsmpm_outline_surfaces, only: seed_outlines
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_points, only: points_type
   use qsmpm_observer, only: observer_type
@@ -176,6 +177,8 @@ contains
       n = integration%node_first(g + 1) - integration%node_first(g)
       associate (nodes => integration%nodes(integration%node_first(g):integration%node_first(g + 1) - 1))
         do q = integration%first(g), integration%first(g + 1) - 1
+          ! Of bodies that are integrated inside of their outlines.
+          if (integration%source(q) < 0 .and. integration%source(q) >= -integration%told) cycle
           if (.not. bodies%carried(body_of(model, activation, integration, g, q))) cycle
           b = integration%directions*place_of(integration, g, q)
           do j = 1, integration%directions
@@ -252,7 +255,7 @@ contains
     associate (team => model%part%team)
       call spread_from(team, min(team%ranks - 1, lowest_rank(team, least <= smallest(team, least))), nearest)
     end associate
-    if (nearest(1) > 0) is_curable = .not. flows(model, int(nearest(1)))
+    if (nearest(1) > 0) is_curable = .not. any_of(model%part%team, flows(model, int(nearest(1))))
   end function is_curable
 
   !> What is made of a violation.

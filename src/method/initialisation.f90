@@ -21,7 +21,7 @@ module qsmpm_initialisation
   use qsmpm_place_movers, only: choose_movers
   use qsmpm_ring_exchange, only: list_neighbours
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
-  use qsmpm_outlines, only: lay_surfaces
+  use qsmpm_outline_surfaces, only: lay_surfaces
   use qsmpm_contact_results, only: penetration_type
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_soil_points, only: soil_of, integration_of
@@ -167,7 +167,7 @@ contains
     type(step_type), intent(inout), target :: step
     !> Node lists that couple.
     type(connectivity_type), intent(out) :: connectivity
-    !> Fields that do not fit together.
+    !> Fields that do not fit together, surfaces that processes find in other ways.
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. step%window == model%state%window) call reset(step%configuration_type, step%equations)
@@ -176,7 +176,8 @@ contains
     call list_neighbours(model)
     call find_configuration(model, step%configuration_type)
     call choose_movers(model, step%activation)
-    if (allocated(step%bodies)) call lay_surfaces(model, step%bodies)
+    if (allocated(step%bodies)) call lay_surfaces(model, step%bodies, error)
+    if (allocated(error)) return
     call measure_unloading(model, step%configuration_type)
     call list_unknowns(model, step%terms, step%unknowns, error)
     if (.not. allocated(error)) call prepare_terms(model, step%configuration_type, step%unknowns, step%terms, &

@@ -14,6 +14,7 @@ module qsmpm_unloading
   use qsmpm_configuration, only: configuration_type, find_configuration
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: is_divided
   use qsmpm_point_selection, only: append_points
   use qsmpm_pore_water, only: water_forces, vertical_of
   use qsmpm_points, only: points_type
@@ -43,11 +44,13 @@ contains
     if (.not. model%state%progress%fraction < 1.0_wp) return
     call sum_points(model, configuration, force, weight)
     there = model%state%points
+    if (is_divided(model%part)) model%part%points = [model%part%points, model%part%unloading]
     call append_points(model%state%inactive%unloading, model%state%points)
     call find_configuration(model, whole)
     call sum_points(model, whole, configuration%unloading, configuration%unloading_weight)
     call add_surface_loads(model, whole, configuration%unloading)
     model%state%points = there
+    if (is_divided(model%part)) model%part%points = model%part%points(:there%count)
     configuration%unloading = configuration%unloading - force
     configuration%unloading_weight = configuration%unloading_weight - weight
   end subroutine measure_unloading

@@ -13,16 +13,18 @@ module qsmpm_division
   use qsmpm_analysis, only: analysis_type, integrate_cells, mesh_grid
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_numbers, only: whole_of, number_all, add_places
+  use qsmpm_cell_boxes, only: box_owners_type
   use qsmpm_cell_owners, only: cell_owners_type
   use qsmpm_cell_sharing, only: has_boxes, share_model
   use qsmpm_error, only: error_type, fail, error_deck, error_other
   use qsmpm_exchange, only: hand_over
   use qsmpm_first_window, only: least_margin, usual_margin
   use qsmpm_grid, only: grid_type
-  use qsmpm_grid_window, only: window_type, operator(==), cells_of, cells_over, holds, hull, widen
+  use qsmpm_grid_window, only: window_type, operator(==), cell_place, cells_of, cells_over, holds, hull, widen
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of
   use qsmpm_model_window, only: fit_window, lay_window
+  use qsmpm_outline_surfaces, only: is_laid_anew
   use qsmpm_own_marks, only: link_histories, mark_own
   use qsmpm_own_part, only: own_part_type, is_divided, own_of, reset_copies
   use qsmpm_place_sharing, only: near_ones, send_points, send_surface_points, keep_own_surface, share_places
@@ -282,7 +284,9 @@ contains
           waits = .not. active(model%tracer_body)
         end associate
       end if
-      behind = state%points%count == 0 .and. state%surface%count > 0
+      associate (laid => is_laid_anew(model))
+        behind = state%points%count == 0 .and. .not. all(laid(state%surface%surface))
+      end associate
       behind = behind .or. any(part%tracers .and. state%tracers%cell == 0 .and. .not. waits)
       behind = behind .or. any(part%watched .and. state%watched%cell == 0)
     end associate
@@ -433,7 +437,39 @@ contains
       call add_places(model, state%inactive%unloading, used)
       call add_places(model, state%inactive%unloading_surface, used)
     end associate
+    call add_outlines(model, used)
   end function cells_used
+
+  !> Add the cells near the own box that bodies may hold which are integrated inside of their outlines: those between
+  !> their vertices. They may hold a part of a body and no point.
+  pure subroutine add_outlines(model, used)
+    type(model_type), intent(in) :: model
+    type(window_type), intent(inout) :: used
+    type(window_type) :: held
+    integer :: k, i
+
+    if (.not. is_divided(model%part)) return
+    select type (owners => model%part%owners)
+    type is (box_owners_type)
+      do k = 1, size(model%outlines)
+        if (.not. model%outlines(k)%integrates) cycle
+        held%first = huge(held%first)
+        held%last = -huge(held%last)
+        do i = model%outlines(k)%before + 1, model%outlines(k)%before + model%outlines(k)%count
+          if (model%state%tracers%cell(i) == 0) cycle
+          associate (at => cell_place(owners%whole, owners%pieces, model%state%tracers%cell(i)))
+            held%first = min(held%first, at)
+            held%last = max(held%last, at)
+          end associate
+        end do
+        associate (box => owners%boxes(model%part%team%rank + 1))
+          held%first = max(held%first, box%first - model%part%ring)
+          held%last = min(held%last, box%last + model%part%ring)
+        end associate
+        if (all(held%first <= held%last)) used = hull(used, held)
+      end do
+    end select
+  end subroutine add_outlines
 
   !> A window with the margin that is usual.
   pure type(window_type) function with_margin(model, used) result(window)

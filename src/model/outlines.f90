@@ -5,35 +5,32 @@
 !> a one have theirs there too.
 !>
 !> The vertices of an outline are tracers. At the start of every step one that serves says which part of each cell its
-!> body holds, and the loads on it are laid on its edges or facets as the cells cut them, so that a uniform stress stays
+!> body holds, and the loads on it are laid on it anew (qsmpm_outline_surfaces), so that a uniform stress stays
 !> in equilibrium with its traction however far the body has moved or deformed. A body that reaches beyond the grid is
 !> taken as its part on it (qsmpm_outline_trim). docs/methods/bodies.md.
 module qsmpm_outlines
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
   use qsmpm_material_traits, only: may_yield
-  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, mesh_grid, select_outline, surface_type
+  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, mesh_grid, select_outline
   use qsmpm_basis_traits, only: grid_degree
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: places_for
-  use qsmpm_model_surfaces, only: surface_degree, outline_box
+  use qsmpm_model_surfaces, only: outline_box
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_body_quadrature, only: body_quadrature_type, sort_seeds
   use qsmpm_carried_outline, only: carried_outline_type, divide_polygon, divide_facets, part_sizes, shape_of_outline
-  use qsmpm_facet_seeding, only: seed_facets
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: locate
   use qsmpm_mesh_sets, only: set_tolerance
-  use qsmpm_model_bodies, only: place_seeds
   use qsmpm_outline_quadrature, only: seed_outline_cells
   use qsmpm_outline_seeding, only: bounds_of
   use qsmpm_outline_trim, only: trim_outline, is_trimmed
-  use qsmpm_points, only: carried_type, surface_points_type, allocate_surface_points, set_normals
+  use qsmpm_points, only: carried_type
   use qsmpm_polyhedron, only: polyhedron_type
   use qsmpm_seeding, only: seed_body
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_seed_table, only: seed_table_type
-  use qsmpm_surface_seeding, only: seed_segment
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_agreement, only: any_of
   use qsmpm_own_part, only: own_cells, own_of
@@ -41,7 +38,7 @@ module qsmpm_outlines
   implicit none
   private
 
-  public :: carry_outlines, find_bodies, flows, lay_surfaces, seed_outlines
+  public :: carry_outlines, find_bodies, flows, measures
 
   !> Share of a cell that a body must leave free, or hold, to cut it.
   real(wp), parameter :: cut = 1.0e-6_wp
@@ -51,7 +48,7 @@ module qsmpm_outlines
   real(wp), parameter :: lost = 0.1_wp
   !> Parts of an outline make up a surface when their area is that of its points to this share.
   real(wp), parameter :: same_area = 1.0e-6_wp
-  !> Share of the size of a cell within which an edge touches it: more than seeding takes for touching.
+  !> Share of the size of a cell within which bodies touch.
   real(wp), parameter :: touching = 0.02_wp
   !> No division nearer to another one than so many tolerances of sets.
   real(wp), parameter :: apart = 4.0_wp
@@ -370,152 +367,4 @@ contains
     end associate
     bounds_points = inside > 0.0_wp .and. abs(inside - volume) <= lost*volume
   end function bounds_points
-
-  !> Lay the points of loaded surfaces on the outlines as they are now, cut by the cells.
-  subroutine lay_surfaces(model, bodies)
-    type(model_type), intent(inout) :: model
-    type(body_quadrature_type), intent(in) :: bodies
-    type(seed_list_type) :: list
-    integer, allocatable :: surface(:)
-    real(wp), allocatable :: stretch(:)
-    integer :: k
-
-    allocate (surface(0), stretch(0))
-    do k = 1, size(model%outlines)
-      associate (outline => model%outlines(k))
-        if (size(outline%part) == 0 .or. .not. bodies%carried(outline%body)) cycle
-        call seed_parts(model, bodies, outline, outline%part, list)
-        associate (now => measures(model, vertices_of(model, outline), outline%corner), from => size(surface) + 1)
-          surface = [surface, outline%surface(list%body(from:list%count))]
-          stretch = [stretch, now(outline%part(list%body(from:list%count)))/outline%size(outline%part( &
-            list%body(from:list%count)))]
-        end associate
-      end associate
-    end do
-    if (list%count > 0) call replace_points(model, list, surface, stretch)
-  end subroutine lay_surfaces
-
-  !> Vertices of an outline as they are now.
-  pure function vertices_of(model, outline) result(vertices)
-    type(model_type), intent(in) :: model
-    type(carried_outline_type), intent(in) :: outline
-    real(wp) :: vertices(model%mesh%dimension, outline%count)
-
-    vertices = model%state%tracers%position(:, outline%before + 1:outline%before + outline%count)
-  end function vertices_of
-
-  !> Seeds on all of the outlines.
-  subroutine seed_outlines(model, bodies, list)
-    type(model_type), intent(in) :: model
-    type(body_quadrature_type), intent(in) :: bodies
-    type(seed_list_type), intent(out) :: list
-    integer :: k, i
-
-    do k = 1, size(model%outlines)
-      associate (outline => model%outlines(k))
-        if (bodies%carried(outline%body)) &
-          call seed_parts(model, bodies, outline, [(i, i=1, size(outline%size))], list)
-      end associate
-    end do
-  end subroutine seed_outlines
-
-  !> Seeds on parts of an outline; their `body` is the place in the list of parts.
-  subroutine seed_parts(model, bodies, outline, parts, list)
-    type(model_type), intent(in) :: model
-    type(body_quadrature_type), intent(in) :: bodies
-    type(carried_outline_type), intent(in) :: outline
-    integer, intent(in) :: parts(:)
-    type(seed_list_type), intent(inout) :: list
-    type(body_shape_type) :: shape
-    type(carried_outline_type) :: loaded
-    real(wp) :: vertices(model%mesh%dimension, outline%count)
-    real(wp), allocatable :: boxes(:, :)
-    integer, allocatable :: near(:)
-    logical :: occupied(model%mesh%cell_count)
-    integer :: c, i
-
-    do c = 1, size(occupied)
-      occupied(c) = any(bodies%body(bodies%first(c):bodies%first(c + 1) - 1) == outline%body)
-    end do
-    vertices = vertices_of(model, outline)
-    if (model%mesh%dimension == 3) then
-      loaded%corner = outline%corner(:, parts)
-      call shape_of_outline(loaded, vertices, shape)
-      call seed_facets(model%mesh, occupied, shape%solid, shape%solid%low, shape%solid%high, surface_degree(model), &
-        [(i, i=1, size(parts))], list)
-      return
-    end if
-    call find_boxes(model%mesh, boxes)
-    do i = 1, size(parts)
-      associate (a => vertices(:, outline%corner(1, parts(i))), b => vertices(:, outline%corner(2, parts(i))))
-        near = pack([(c, c=1, size(occupied))], boxes(1, :) <= max(a(1), b(1)) .and. boxes(2, :) <= max(a(2), b(2)) &
-          .and. boxes(3, :) >= min(a(1), b(1)) .and. boxes(4, :) >= min(a(2), b(2)))
-        call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, .true., [a, b], &
-          surface_degree(model), i, list, near)
-      end associate
-    end do
-  end subroutine seed_parts
-
-  !> Boxes around the cells of a plane mesh with what touches them: seeding looks at no other cell.
-  pure subroutine find_boxes(mesh, boxes)
-    type(mesh_type), intent(in) :: mesh
-    !> x and y of the lower corner, then of the upper one (4, cell_count).
-    real(wp), allocatable, intent(out) :: boxes(:, :)
-    real(wp) :: slack
-    integer :: c
-
-    allocate (boxes(4, mesh%cell_count))
-    do c = 1, mesh%cell_count
-      associate (nodes => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1))
-        boxes(:2, c) = [minval(mesh%coordinates(1, nodes)), minval(mesh%coordinates(2, nodes))]
-        boxes(3:, c) = [maxval(mesh%coordinates(1, nodes)), maxval(mesh%coordinates(2, nodes))]
-      end associate
-      slack = touching*maxval(boxes(3:, c) - boxes(:2, c))
-      boxes(:, c) = boxes(:, c) + slack*[-1, -1, 1, 1]
-    end do
-  end subroutine find_boxes
-
-  !> Put seeds in the place of the points of their surfaces.
-  subroutine replace_points(model, list, surface, stretch)
-    type(model_type), intent(inout) :: model
-    type(seed_list_type), intent(in) :: list
-    !> Surface of each seed, and its area over that at the start (seeds).
-    integer, intent(in) :: surface(:)
-    real(wp), intent(in) :: stretch(:)
-    type(surface_points_type) :: old, laid
-    integer, allocatable :: kept(:)
-    integer :: i, n
-
-    old = model%state%surface
-    kept = pack([(i, i=1, old%count)], [(.not. any(surface == old%surface(i)), i=1, old%count)])
-    n = size(kept)
-    call allocate_surface_points(laid, model%mesh%dimension, list%count)
-    call place_seeds(model, list, laid)
-    call allocate_surface_points(model%state%surface, model%mesh%dimension, n + list%count)
-    associate (now => model%state%surface)
-      now%position = reshape([old%position(:, kept), laid%position], shape(now%position))
-      now%initial_position = reshape([old%initial_position(:, kept), laid%position], shape(now%position))
-      now%local = reshape([old%local(:, kept), laid%local], shape(now%position))
-      now%number = [old%number(kept), laid%number + maxval([0_long, old%number])]
-      now%cell = [old%cell(kept), laid%cell]
-      now%surface = [old%surface(kept), surface]
-      now%body = [old%body(kept), (body_of(surface(i)), i=1, size(surface))]
-      now%foot(:n) = old%foot(kept)
-      now%area = [old%area(kept), list%volume(:list%count)/stretch]
-      now%area_vector = reshape([old%area_vector(:, kept), list%vector(:, :list%count)], shape(now%position))
-      now%normal(:, :n) = old%normal(:, kept)
-      now%reaction(:, :n) = old%reaction(:, kept)
-      now%released(:, :n) = old%released(:, kept)
-      call set_normals(now, [(i > n, i=1, now%count)])
-    end associate
-
-  contains
-
-    !> Body of a surface.
-    pure integer function body_of(number)
-      integer, intent(in) :: number
-
-      body_of = old%body(findloc(old%surface, number, dim=1))
-    end function body_of
-  end subroutine replace_points
 end module qsmpm_outlines

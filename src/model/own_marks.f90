@@ -11,7 +11,7 @@ module qsmpm_own_marks
   implicit none
   private
 
-  public :: mark_own, node_owners, link_histories
+  public :: mark_own, mark_own_surface, node_owners, link_histories
 
 contains
 
@@ -24,7 +24,6 @@ contains
     associate (part => model%part, rank => model%part%team%rank)
       part%cells = part%owners%near(rank, 0, whole_cells(model, [(i, i=1, model%mesh%cell_count)]))
       part%points = own_by_cell(model, model%state%points)
-      part%surface = own_by_cell(model, model%state%surface)
       part%unloading = own_by_cell(model, model%state%inactive%unloading)
       part%unloading_surface = own_by_cell(model, model%state%inactive%unloading_surface)
       part%nodes = part%owners%near(rank, 0, part%owners%homes(model%mesh, node_places(model)))
@@ -32,8 +31,16 @@ contains
       part%watched = part%owners%near(rank, 0, part%watched_cell)
       part%feet = part%owners%near(rank, 0, part%foot_cell)
     end associate
+    call mark_own_surface(model)
     call link_histories(model, model%part%history_number, model%part%points)
   end subroutine mark_own
+
+  !> Mark the surface points; called when these are new.
+  subroutine mark_own_surface(model)
+    type(model_type), intent(inout) :: model
+
+    if (is_divided(model%part)) model%part%surface = own_by_cell(model, model%state%surface)
+  end subroutine mark_own_surface
 
   !> Own places of a set by the cells that they are in.
   pure function own_by_cell(model, carried) result(own)

@@ -15,7 +15,7 @@ module qsmpm_ring_exchange
   implicit none
   private
 
-  public :: list_neighbours, learn_active_cells, learn_touched_cells, learn_cell_values
+  public :: list_neighbours, near_cells, learn_active_cells, learn_touched_cells, learn_cell_values
 
   !> Rows of cells beyond the ring that are asked for: a face of the ghost penalty reaches one beyond the functions, and
   !> what lies at the boundary is told by the cells around it.
@@ -50,6 +50,19 @@ contains
 
     owner = merge(part%owners%of_cells(cell), -1, part%owners%near(part%team%rank, part%ring + rows_beyond, cell))
   end function owners_near
+
+  !> Which cells are own or lie in so many rows around these; alone all are own.
+  pure function near_cells(model, rows) result(near)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: rows
+    logical :: near(model%mesh%cell_count)
+    integer :: c
+
+    near = .true.
+    associate (part => model%part)
+      if (is_divided(part)) near = part%owners%near(part%team%rank, rows, whole_cells(model, [(c, c=1, size(near))]))
+    end associate
+  end function near_cells
 
   !> Add the active cells near the own part that have no point here, as full as their owners know them to be.
   subroutine learn_active_cells(model, activation)

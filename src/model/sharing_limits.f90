@@ -28,8 +28,6 @@ contains
       if (allocated(model%contact_pairs) .and. .not. has_boxes(analysis)) then
         if (any(model%contact_pairs%surface == 0)) call add(list, 'ON=BODY of *CONTACT on this mesh')
       end if
-      if (any(model%outlines%integrates)) call add(list, &
-        'bodies that are integrated inside of their outlines (*METHOD, INTEGRATION=CELL of bodies that cut cells)')
     end associate
     if (allocated(model%loading%point_force)) call add(list, 'forces on material points')
     if (len(list) == 0) return

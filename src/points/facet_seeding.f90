@@ -53,6 +53,7 @@ contains
       box(:, 2) = box(:, 2) + slack
       if (any(box(:, 1) > min(solid%high, high)) .or. any(box(:, 2) < max(solid%low, low))) cycle
       call facets_over(solid, box(:2, 1), box(:2, 2), near)
+      list%searched = c
       do i = 1, size(near)
         associate (z => solid%facets(3, :, near(i)))
           if (minval(z) > box(3, 2) .or. maxval(z) < box(3, 1)) cycle

@@ -49,19 +49,15 @@ module qsmpm_point_location
 contains
 
   !> Sort points into cells and classify the cells.
-  pure subroutine activate(mesh, cell_volume, points, activation, open_edge, occupied)
+  pure subroutine activate(mesh, cell_volume, points, activation)
     type(mesh_type), intent(in) :: mesh
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: cell_volume(:)
     type(points_type), intent(in) :: points
     type(activation_type), intent(out) :: activation
-    !> Cells with a free face on the outside of the mesh (cell_count); none when absent.
-    logical, intent(in), optional :: open_edge(:)
-    !> Cells that are active without a point, for they hold a part of a body (cell_count); none when absent.
-    logical, intent(in), optional :: occupied(:)
 
-    call sort_points(mesh, cell_volume, points, activation, occupied)
-    call classify_cells(mesh, activation, open_edge)
+    call sort_points(mesh, cell_volume, points, activation)
+    call classify_cells(mesh, activation)
   end subroutine activate
 
   !> Sort points into cells, and find how full these are.
@@ -71,7 +67,7 @@ contains
     real(wp), intent(in) :: cell_volume(:)
     type(points_type), intent(in) :: points
     type(activation_type), intent(out) :: activation
-    !> Cells that are active without a point (cell_count).
+    !> Cells that are active without a point, for they hold a part of a body (cell_count); none when absent.
     logical, intent(in), optional :: occupied(:)
     integer :: k, c, p
 

@@ -9,8 +9,10 @@ module qsmpm_seed_list
   !> Growing list of seeds; the first `count` are used.
   type :: seed_list_type
     integer :: count = 0
-    !> Owner cell, and number of the body or surface (count).
-    integer, allocatable :: cell(:), body(:)
+    !> Cell that is looked at.
+    integer :: searched = 0
+    !> Owner cell, number of the body or surface, and the cell that was looked at: the owner or one beside it (count).
+    integer, allocatable :: cell(:), body(:), found_in(:)
     !> Local coordinates in the cell (dimension, count).
     real(wp), allocatable :: local(:, :)
     !> Volume of a material point, area of a surface point; per radian in axisymmetry (count).
@@ -40,6 +42,7 @@ contains
     list%count = list%count + 1
     list%cell(list%count) = cell
     list%body(list%count) = body
+    list%found_in(list%count) = list%searched
     list%local(:, list%count) = local
     list%volume(list%count) = volume
     list%vector(:, list%count) = vector
@@ -58,17 +61,19 @@ contains
     n = list%count
     if (n < room) return
     room = max(256, 2*room)
-    allocate (longer%cell(room), longer%body(room), longer%local(dimension, room), &
+    allocate (longer%cell(room), longer%body(room), longer%found_in(room), longer%local(dimension, room), &
       longer%volume(room), longer%vector(dimension, room))
     if (n > 0) then
       longer%cell(:n) = list%cell(:n)
       longer%body(:n) = list%body(:n)
+      longer%found_in(:n) = list%found_in(:n)
       longer%local(:, :n) = list%local(:, :n)
       longer%volume(:n) = list%volume(:n)
       longer%vector(:, :n) = list%vector(:, :n)
     end if
     call move_alloc(longer%cell, list%cell)
     call move_alloc(longer%body, list%body)
+    call move_alloc(longer%found_in, list%found_in)
     call move_alloc(longer%local, list%local)
     call move_alloc(longer%volume, list%volume)
     call move_alloc(longer%vector, list%vector)

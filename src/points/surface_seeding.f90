@@ -110,6 +110,7 @@ contains
       if (present(cells)) c = cells(k)
       if (is_far(corners_of(mesh, c), box)) cycle
       call piece_in_cell(mesh, occupied, follow, c, segment, piece, owner)
+      list%searched = c
       if (owner > 0) call seed_piece(mesh, axisymmetric, owner, segment, piece, degree, surface, list)
     end do
   end subroutine seed_segment

@@ -15,6 +15,7 @@ import sys
 import tempfile
 
 import faults
+import inside_outlines
 import many_ranks
 import migration
 import more_scenes
@@ -28,7 +29,7 @@ import shared_scenes
 from support import TOP, Place
 
 MODULES = [one_rank, many_ranks, migration, shared_scenes, more_scenes, shared_meshes, named_scenes, phase_begins, faults, parts,
-           restarts]
+           restarts, inside_outlines]
 CHECKS = [check for module in MODULES for check in module.CHECKS]
 LONG_CHECKS = [check for module in MODULES for check in module.LONG_CHECKS]
 CPU_SECONDS = 60

@@ -11,6 +11,7 @@ module qsmpm_boundary_stabilisation
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: basis_fem, stabilise_none, stabilise_background, stabilise_ghost
   use qsmpm_background, only: build_background
+  use qsmpm_body_quadrature, only: source_material
   use qsmpm_configuration, only: configuration_type
   use qsmpm_element_ghost, only: build_element_ghost
   use qsmpm_equations, only: equations_type
@@ -127,30 +128,32 @@ contains
     type(configuration_type), intent(in) :: configuration
     !> (known_count); those of cells without a point or a part of a body here are left alone.
     real(wp), intent(inout) :: stiffness(:)
-    integer :: g
+    integer :: g, i
 
     associate (activation => configuration%activation)
       do g = 1, activation%active_count
-        stiffness(g) = smallest_modulus(model, activation%point(activation%first(g):activation%first(g + 1) - 1))
+        stiffness(g) = smallest_modulus(model, model%state%points%material( &
+          activation%point(activation%first(g):activation%first(g + 1) - 1)))
         if (stiffness(g) > 0.0_wp .or. .not. allocated(configuration%bodies)) cycle
         associate (bodies => configuration%bodies, c => activation%active_cell(g))
-          stiffness(g) = smallest_modulus(model, bodies%source(bodies%first(c):bodies%first(c + 1) - 1))
+          stiffness(g) = smallest_modulus(model, source_material(bodies, model%state%points, &
+            [(i, i=bodies%first(c), bodies%first(c + 1) - 1)]))
         end associate
       end do
     end associate
   end subroutine stiffness_of_cells
 
-  !> Smallest Young's modulus of some points, 0 of none.
-  pure real(wp) function smallest_modulus(model, points) result(modulus)
+  !> Smallest Young's modulus of some materials, 0 of none.
+  pure real(wp) function smallest_modulus(model, materials) result(modulus)
     type(model_type), intent(in) :: model
-    integer, intent(in) :: points(:)
+    integer, intent(in) :: materials(:)
     integer :: i
 
     modulus = 0.0_wp
-    if (size(points) == 0) return
+    if (size(materials) == 0) return
     modulus = huge(modulus)
-    do i = 1, size(points)
-      modulus = min(modulus, model%laws(model%state%points%material(points(i)))%law%stiffness_scale)
+    do i = 1, size(materials)
+      modulus = min(modulus, model%laws(materials(i))%law%stiffness_scale)
     end do
   end function smallest_modulus
 
