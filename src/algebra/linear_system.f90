@@ -86,7 +86,7 @@ contains
     type(solver_choice_type), intent(in) :: choice
 
     kind_for = choice%kind
-    if (system%multigrid_failed .and. choice%kind == solver_auto) kind_for = solver_own
+    if ((system%multigrid_failed .or. .not. choice%multigrid) .and. choice%kind == solver_auto) kind_for = solver_own
     if (system%multigrid_failed .and. choice%kind == solver_petsc) kind_for = solver_direct
     if (system%krylov_failed .and. any(choice%kind == [solver_auto, solver_krylov])) kind_for = solver_direct
   end function kind_for

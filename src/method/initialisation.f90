@@ -4,15 +4,18 @@
 !> kept while the active cells and the constraints stay the same.
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
+  use qsmpm_active_bodies, only: materials_active
   use qsmpm_agreement, only: agree, any_of, joint_norm
-  use qsmpm_analysis, only: newton_modified, basis_fem, solver_petsc
+  use qsmpm_analysis, only: newton_modified, basis_fem, solver_petsc, solver_choice_type
   use qsmpm_configuration, only: configuration_type, find_configuration, reset_configuration
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_error, only: error_type
   use qsmpm_exchange, only: spread_from
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_joint_system, only: joint_system_type, start_joint_system, begin_joint_system
+  use qsmpm_law_parameters, only: law_description_type
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
+  use qsmpm_material_traits, only: traits_of
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_marks, only: node_owners
@@ -41,7 +44,10 @@ module qsmpm_initialisation
   private
 
   public :: norm_of_forces, norm_of_volumes, step_type, nodal_forces_type, begin_analysis, add_term, initialise_step, &
-    ready_terms
+    ready_terms, solver_choice
+
+  !> Poisson's ratio of drained or undrained soil above which factors are faster than multigrid (docs/distributed.md).
+  real(wp), parameter :: most_poisson = 0.48_wp
 
   !> Forces of the last evaluation by their role (components, nodes).
   type :: nodal_forces_type
@@ -195,7 +201,7 @@ contains
     integer(long) :: kind(1), own_equations
     logical :: active(size(constrained, 2))
 
-    kind = kind_for(step%system, model%analysis%solver)
+    kind = kind_for(step%system, solver_choice(model))
     call spread_from(step%team, 0, kind)
     step%equations%solver_kind = int(kind(1))
     if (step%team%ranks == 1) return
@@ -205,6 +211,22 @@ contains
     if (solve_together(step%equations%solver_kind, total(step%team, own_equations), step%equations%symmetric, &
       model%mesh%dimension)) step%equations%solver_kind = solver_petsc
   end subroutine choose_kind
+
+  !> What the deck asks for; AUTO takes no multigrid where a material of the phase nearly keeps its volume.
+  pure function solver_choice(model) result(choice)
+    type(model_type), intent(in) :: model
+    type(solver_choice_type) :: choice
+    type(law_description_type) :: traits
+    logical :: active(size(model%analysis%materials))
+    integer :: m
+
+    choice = model%analysis%solver
+    active = materials_active(model%analysis, model%state%progress%phase)
+    do m = 1, size(active)
+      traits = traits_of(model%analysis%materials(m))
+      if (active(m) .and. traits%poisson > most_poisson) choice%multigrid = .false.
+    end do
+  end function solver_choice
 
   !> Make a solver where the pattern or what will solve is new, on any process; it is the first one that solves.
   subroutine start_solver(model, step, changed, places, error)
@@ -225,14 +247,14 @@ contains
     call begin_joint_system(step%joint)
     if (.not. any_of(step%team, anew)) return
     if (step%team%ranks == 1) then
-      call start_system(step%system, model%analysis%solver, step%matrix, step%equations%bandwidth, &
+      call start_system(step%system, solver_choice(model), step%matrix, step%equations%bandwidth, &
         step%equations%symmetric, model%mesh%dimension, error, step%equations%number, places)
     else
       ! What belongs to no node has a negative name and is the first process's.
       labels = [(node_label(model%space, model%mesh, a), a=1, model%space%node_count), &
         (model%space%node_count - a, a=model%space%node_count + 1, all_nodes(step%unknowns))]
       owners = [node_owners(model), spread(0, 1, all_nodes(step%unknowns) - model%space%node_count)]
-      call start_joint_system(step%joint, step%team, step%system, model%analysis%solver, step%equations, step%matrix, &
+      call start_joint_system(step%joint, step%team, step%system, solver_choice(model), step%equations, step%matrix, &
         labels, owners, places, error)
     end if
   end subroutine start_solver

@@ -27,9 +27,9 @@ module qsmpm_division
   use qsmpm_outline_surfaces, only: is_laid_anew
   use qsmpm_own_marks, only: link_histories, mark_own
   use qsmpm_own_part, only: own_part_type, is_divided, own_of, reset_copies
-  use qsmpm_place_sharing, only: near_ones, send_points, send_surface_points, keep_own_surface, share_places
+  use qsmpm_place_sharing, only: near_ones, send_points, send_surface_points, share_places
   use qsmpm_point_delivery, only: fingerprint
-  use qsmpm_point_selection, only: select_points, select_surface_points
+  use qsmpm_point_selection, only: keep_chosen, select_points, select_surface_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type
   use qsmpm_ring_exchange, only: rows_beyond
   use qsmpm_sorting, only: order_columns, place_in_order
@@ -167,36 +167,16 @@ contains
     type(model_type), intent(inout) :: model
 
     associate (part => model%part, state => model%state, inactive => model%state%inactive)
-      call keep_points(part, state%points)
-      call keep_points(part, inactive%unloading)
-      call keep_surface(part, state%surface)
-      call keep_surface(part, inactive%unloading_surface)
+      call keep_chosen(state%points, near_ones(part, state%points, part%ring))
+      call keep_chosen(inactive%unloading, near_ones(part, inactive%unloading, part%ring))
+      call keep_chosen(state%surface, near_ones(part, state%surface, part%ring - 1))
+      call keep_chosen(inactive%unloading_surface, near_ones(part, inactive%unloading_surface, part%ring - 1))
       part%waiting = inactive%points
       part%waiting_surface = inactive%surface
       call select_points(part%waiting, spread(1, 1, 0), inactive%points)
       call select_surface_points(part%waiting_surface, spread(1, 1, 0), inactive%surface)
     end associate
   end subroutine take_near
-
-  !> Keep the material points that are near.
-  subroutine keep_points(part, points)
-    type(own_part_type), intent(in) :: part
-    type(points_type), intent(inout) :: points
-    type(points_type) :: kept
-
-    call select_points(points, near_ones(part, points, part%ring), kept)
-    points = kept
-  end subroutine keep_points
-
-  !> Keep the surface points that are near.
-  subroutine keep_surface(part, points)
-    type(own_part_type), intent(in) :: part
-    type(surface_points_type), intent(inout) :: points
-    type(surface_points_type) :: kept
-
-    call select_surface_points(points, near_ones(part, points, part%ring - 1), kept)
-    points = kept
-  end subroutine keep_surface
 
   !> Rows of cells around own ones whose points an own function sees: half the cells that it reaches over, and one more
   !> where points have domains. All else that depends on cells around is told by their owners (qsmpm_ring_exchange), but
@@ -240,9 +220,10 @@ contains
     before = census(model)
     call send_all(model, .false.)
     associate (state => model%state, inactive => model%state%inactive)
-      if (state%points%count == 0) call keep_own_surface(model%part, state%surface)
+      ! A process without material cannot tell how surface points of others move.
+      if (state%points%count == 0) call keep_chosen(state%surface, near_ones(model%part, state%surface, 0))
       if (state%points%count + inactive%unloading%count == 0) &
-        call keep_own_surface(model%part, inactive%unloading_surface)
+        call keep_chosen(inactive%unloading_surface, near_ones(model%part, inactive%unloading_surface, 0))
     end associate
     call look_at(model, .false.)
     if (any(census(model) /= before)) then

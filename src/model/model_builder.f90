@@ -77,9 +77,6 @@ contains
 
     model%analysis = analysis
     call fill_defaults(model)
-    model%notes = ''
-    if (allocated(model%analysis%method_reason)) model%notes = '*METHOD by default: '// &
-      model%analysis%method_reason//new_line('a')
     if (model%analysis%mesh%kind == mesh_grid) &
       call first_window(model%analysis, grid_of(model%analysis), model%state%window)
     call make_mesh(model, diagnostics)
@@ -88,12 +85,7 @@ contains
     call make_laws(model, diagnostics, own)
     if (diagnostics%count == 0) call check_lowering(model, diagnostics)
     if (diagnostics%count == 0) call choose_locking_treatments(model)
-    if (present(team) .and. diagnostics%count == 0) then
-      if (team%ranks > 1 .and. is_divided_as_built(model%analysis)) then
-        model%part%team = team
-        model%part%ring = ring_of(model%analysis)
-      end if
-    end if
+    if (diagnostics%count == 0) call divide_as_built(model, team)
     if (diagnostics%count == 0) call make_points(model, table, diagnostics)
     if (diagnostics%count == 0) call check_start(model, diagnostics)
     if (diagnostics%count == 0) call check_initial_results(model, diagnostics)
@@ -120,6 +112,17 @@ contains
     call settle_part(model)
   end subroutine build_model
 
+  !> Points of a model of several processes are divided as they are seeded, where that can be.
+  subroutine divide_as_built(model, team)
+    type(model_type), intent(inout) :: model
+    type(team_type), intent(in), optional :: team
+
+    if (.not. present(team)) return
+    if (team%ranks == 1 .or. .not. is_divided_as_built(model%analysis)) return
+    model%part%team = team
+    model%part%ring = ring_of(model%analysis)
+  end subroutine divide_as_built
+
   !> Whether the points of a model can be divided as they are seeded: on grids, but for contact points on bodies, which
   !> soil touches as it is drawn.
   pure logical function is_divided_as_built(analysis) result(is_so)
@@ -134,10 +137,13 @@ contains
     end do
   end function is_divided_as_built
 
-  !> Defaults that depend on other choices.
+  !> Defaults that depend on other choices, and what is to be said of them.
   subroutine fill_defaults(model)
     type(model_type), intent(inout) :: model
 
+    model%notes = ''
+    if (allocated(model%analysis%method_reason)) model%notes = '*METHOD by default: '// &
+      model%analysis%method_reason//new_line('a')
     associate (method => model%analysis%method)
       if (method%stabilisation_factor < 0.0_wp) &
         method%stabilisation_factor = usual_factor(method)

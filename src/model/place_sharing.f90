@@ -4,13 +4,12 @@ module qsmpm_place_sharing
   use qsmpm_kinds, only: wp
   use qsmpm_own_part, only: own_part_type
   use qsmpm_point_delivery, only: deliver_points, deliver_surface_points
-  use qsmpm_point_selection, only: select_surface_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type
   use qsmpm_team, only: total
   implicit none
   private
 
-  public :: near_ones, send_points, send_surface_points, keep_own_surface, share_places
+  public :: near_ones, send_points, send_surface_points, share_places
 
 contains
 
@@ -74,16 +73,6 @@ contains
     call deliver_surface_points(part%team, points, goes, got)
     points = got
   end subroutine send_surface_points
-
-  !> Keep own surface points only: a process without material cannot tell how others move.
-  subroutine keep_own_surface(part, points)
-    type(own_part_type), intent(in) :: part
-    type(surface_points_type), intent(inout) :: points
-    type(surface_points_type) :: kept
-
-    call select_surface_points(points, near_ones(part, points, 0), kept)
-    points = kept
-  end subroutine keep_own_surface
 
   !> What the process whose own it is knows of a place, all know: where it is and was, and its cell.
   subroutine share_places(part, own, cell, carried)

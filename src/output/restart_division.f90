@@ -18,9 +18,9 @@ module qsmpm_restart_division
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: lay_window, return_to_window
-  use qsmpm_point_delivery, only: number_order
-  use qsmpm_point_selection, only: select_points, select_surface_points
-  use qsmpm_points, only: points_type, surface_points_type, allocate_surface_points, allocate_watched
+  use qsmpm_point_delivery, only: sort_by_number
+  use qsmpm_point_selection, only: select_points
+  use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points, allocate_watched
   use qsmpm_restart_fields, only: get_carried, get_kept, get_mesh, get_some
   use qsmpm_restart_parts, only: node_values_type, get_node_values, put_node_values, share_reason
   use qsmpm_restart_progress, only: get_progress
@@ -237,7 +237,8 @@ contains
     end function first_of
   end subroutine share_cells
 
-  !> Get the points that are own or in the ring; their cells are numbered as in the whole grid then.
+  !> Get the points that are own or in the ring, those of parts in the order that they have on one process; their cells
+  !> are numbered as in the whole grid then.
   subroutine get_near(reader, group, in_parts, window, like, model)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
@@ -246,50 +247,39 @@ contains
     type(points_type), intent(in) :: like
     type(model_type), intent(inout) :: model
 
-    call near_points('/points', model%state%points)
-    call near_points('/unloading_points', model%state%inactive%unloading)
-    call near_surface('/surface', model%state%surface)
-    call near_surface('/unloading_surface', model%state%inactive%unloading_surface)
+    associate (ring => model%part%ring, state => model%state)
+      call get_set('/points', 1, points_words, ring, state%points)
+      call get_set('/unloading_points', 1, points_words, ring, state%inactive%unloading)
+      call get_set('/surface', 0, surface_words, ring - 1, state%surface)
+      call get_set('/unloading_surface', 0, surface_words, ring - 1, state%inactive%unloading_surface)
+    end associate
 
   contains
 
-    !> Material points; those of parts in the order that they have on one process.
-    subroutine near_points(name, points)
+    !> Those of a set.
+    subroutine get_set(name, lowest, words, ring, carried)
       character(len=*), intent(in) :: name
-      type(points_type), intent(inout) :: points
-      type(points_type) :: got
+      !> Lowest number of a cell.
+      integer, intent(in) :: lowest
+      !> What they are.
+      character(len=*), intent(in) :: words
+      integer, intent(in) :: ring
+      class(carried_type), intent(inout) :: carried
       integer, allocatable :: rows(:)
       integer :: count
 
-      call find_near(reader, group//name, window, 1, points_words, model%part%ring, model, rows, count)
-      call size_points(reader, group//name, size(rows), like, points)
-      call get_some(reader, group//name, rows, count, points)
+      call find_near(reader, group//name, window, lowest, words, ring, model, rows, count)
+      select type (carried)
+      type is (points_type)
+        call size_points(reader, group//name, size(rows), like, carried)
+      type is (surface_points_type)
+        call allocate_surface_points(carried, model%mesh%dimension, size(rows))
+      end select
+      call get_some(reader, group//name, rows, count, carried)
       if (allocated(reader%reason)) return
-      if (in_parts) then
-        call select_points(points, number_order(points%number), got)
-        points = got
-      end if
-      points%cell = whole_cells(model, points%cell, window)
-    end subroutine near_points
-
-    !> Surface points.
-    subroutine near_surface(name, points)
-      character(len=*), intent(in) :: name
-      type(surface_points_type), intent(inout) :: points
-      type(surface_points_type) :: got
-      integer, allocatable :: rows(:)
-      integer :: count
-
-      call find_near(reader, group//name, window, 0, surface_words, model%part%ring - 1, model, rows, count)
-      call allocate_surface_points(points, model%mesh%dimension, size(rows))
-      call get_some(reader, group//name, rows, count, points)
-      if (allocated(reader%reason)) return
-      if (in_parts) then
-        call select_surface_points(points, number_order(points%number), got)
-        points = got
-      end if
-      points%cell = whole_cells(model, points%cell, window)
-    end subroutine near_surface
+      if (in_parts) call sort_by_number(carried)
+      carried%cell = whole_cells(model, carried%cell, window)
+    end subroutine get_set
   end subroutine get_near
 
   !> Rows of a set whose cells are own or in some rows of cells around these.

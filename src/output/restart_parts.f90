@@ -18,7 +18,7 @@ module qsmpm_restart_parts
   use qsmpm_model, only: model_type, state_type
   use qsmpm_part_files, only: join_rows, part_name, parts_folder
   use qsmpm_path, only: directory_of
-  use qsmpm_point_delivery, only: number_order
+  use qsmpm_point_delivery, only: sort_by_number
   use qsmpm_point_selection, only: select_points, select_surface_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type, watched_points_type
   use qsmpm_posix, only: remove_file, remove_others, rename_file, system_message
@@ -348,30 +348,10 @@ contains
   subroutine finish_joined(state)
     type(state_type), intent(inout) :: state
 
-    call sort_points(state%points)
-    call sort_points(state%inactive%unloading)
-    call sort_surface(state%surface)
-    call sort_surface(state%inactive%unloading_surface)
-
-  contains
-
-    !> Material points by their numbers.
-    subroutine sort_points(points)
-      type(points_type), intent(inout) :: points
-      type(points_type) :: sorted
-
-      call select_points(points, number_order(points%number), sorted)
-      points = sorted
-    end subroutine sort_points
-
-    !> Surface points by their numbers.
-    subroutine sort_surface(points)
-      type(surface_points_type), intent(inout) :: points
-      type(surface_points_type) :: sorted
-
-      call select_surface_points(points, number_order(points%number), sorted)
-      points = sorted
-    end subroutine sort_surface
+    call sort_by_number(state%points)
+    call sort_by_number(state%inactive%unloading)
+    call sort_by_number(state%surface)
+    call sort_by_number(state%inactive%unloading_surface)
   end subroutine finish_joined
 
   !> Look at the part of the grid that a state from parts lies in, and number its cells as there.

@@ -6,14 +6,14 @@ module qsmpm_point_delivery
   use qsmpm_kinds, only: wp, long
   use qsmpm_exchange, only: hand_over
   use qsmpm_field_list, only: field_list_type, field_type
-  use qsmpm_point_selection, only: select_points
+  use qsmpm_point_selection, only: keep_chosen, select_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points
   use qsmpm_sorting, only: order_columns
   use qsmpm_team, only: team_type, total
   implicit none
   private
 
-  public :: deliver_points, deliver_surface_points, number_order, fingerprint
+  public :: deliver_points, deliver_surface_points, sort_by_number, fingerprint
 
 contains
 
@@ -258,6 +258,13 @@ contains
     end do
     sums = mod([total(team, sums(1)), total(team, sums(2))], modulus)
   end function fingerprint
+
+  !> Bring points into the order of their numbers.
+  subroutine sort_by_number(points)
+    class(carried_type), intent(inout) :: points
+
+    call keep_chosen(points, number_order(points%number))
+  end subroutine sort_by_number
 
   !> Order of numbers.
   pure function number_order(numbers) result(order)

@@ -7,7 +7,7 @@ module qsmpm_point_selection
   implicit none
   private
 
-  public :: select_points, select_surface_points, append_points, append_surface_points
+  public :: select_points, select_surface_points, keep_chosen, append_points, append_surface_points
 
 contains
 
@@ -30,6 +30,24 @@ contains
     call allocate_surface_points(to, size(from%position, 1), size(chosen))
     call copy_columns(from, chosen, 0, to)
   end subroutine select_surface_points
+
+  !> Keep some points of a set, in the order that is given.
+  subroutine keep_chosen(carried, chosen)
+    !> Material points or surface points.
+    class(carried_type), intent(inout) :: carried
+    integer, intent(in) :: chosen(:)
+    type(points_type) :: points
+    type(surface_points_type) :: surface
+
+    select type (carried)
+    type is (points_type)
+      call select_points(carried, chosen, points)
+      carried = points
+    type is (surface_points_type)
+      call select_surface_points(carried, chosen, surface)
+      carried = surface
+    end select
+  end subroutine keep_chosen
 
   !> Put points behind others.
   subroutine append_points(more, points)

@@ -254,8 +254,9 @@ module qsmpm_analysis
 
   type :: solver_choice_type
     integer :: kind = solver_auto
-    integer :: precision = precision_auto
-    integer :: keep_factor = keep_auto
+    integer :: precision = precision_auto, keep_factor = keep_auto
+    !> AUTO may take multigrid (no word of the card).
+    logical :: multigrid = .true.
   end type solver_choice_type
 
   !> Fixed components of a node set: zero displacement, or freed again.

@@ -12,7 +12,7 @@ import zlib
 
 import h5py
 from many_ranks import CARRIED, SECONDS, STANDARD, end_one, plane
-from phase_begins import GROUND
+from phase_begins import FREED, GROUND
 from shared_scenes import SAME, SLOPE
 from support import TOP, Check, Place, distance, expect
 
@@ -46,25 +46,29 @@ def ends_at(place: Place, deck: str, name: str, step: int, ranks: int) -> pathli
 
 
 def goes_on(place: Place, name: str, deck: str, *steps: int) -> None:
-    """Three ranks, stopped, go on to the curves and the state of a run that went through, to the byte; two go on from their file, and
-    three from that of one process."""
+    """Three ranks, stopped, go on to the curves and the state of a run that went through, to the byte; two and one go on from their
+    file, and three from that of one process."""
     deck = often(deck)
     through = place.run("qsmpm-mpi", deck, f"{name}-through", ranks=3)
     for step in steps:
-        for wrote, reads in ((3, 3), (3, 2), (0, 3)):
+        for wrote, reads in ((3, 3), (3, 2), (3, 1), (0, 3)):
             folder = ends_at(place, deck, f"{name}-{step}-{wrote}-{reads}", step, wrote)
             rest = place.run("qsmpm-mpi", deck, folder.name, ranks=reads, restart=folder / "restart.h5")
             expect(f"continued from step {step}" in rest.log, f"{name}: it has not ended at step {step}")
             if wrote == reads:
                 for file in ("curves.csv", "restart.h5"):
                     expect((through.folder / file).read_bytes() == (rest.folder / file).read_bytes(), f"{name}, step {step}: other bytes in {file}")
+            left = len(list((folder / "parts").glob("restart_*")))
+            expect(left == (reads if reads > 1 else 0), f"{name}, step {step}: {left} parts of restart files are left of {reads} ranks")
             apart = distance(through, rest)
             expect(apart <= SAME, f"{name}, step {step}, {wrote} to {reads} ranks: {apart:.1e} from a run that went through")
 
 
 def blocks(place: Place) -> None:
-    """A block on its way through the boxes, ground with initial stresses and phases that branch, strengths that are lowered."""
+    """A block on its way through the boxes, and one whose fixity is freed, ground with initial stresses and phases that branch,
+    strengths that are lowered."""
     goes_on(place, "block", plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "0.8"), steps=6), 4)
+    goes_on(place, "fixity", plane("0, 2, 0, 1.5", steps=2) + FREED, 4)
     goes_on(place, "ground", GROUND.format(method=STANDARD), 2, 4)
     goes_on(place, "slope", SLOPE.format(method=STANDARD, words="GEOMETRY=FIXED"), 4)
 
@@ -76,7 +80,7 @@ def bodies(place: Place) -> None:
     goes_on(place, "pit", pit.replace("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, "), 5, 12)
     freed = (TOP / "verification/cases/decks/support_free.inp").read_text()
     goes_on(place, "freed", freed.replace("X, 0, 20, 40\nY, -10, 1, 22", "X, 0, 20, 20\nY, -10, 1, 11"), 2)
-    goes_on(place, "upset", (TOP / "verification/cases/decks/contact_upset.inp").read_text(), 18)
+    goes_on(place, "upset", (TOP / "verification/cases/decks/contact_upset.inp").read_text(), 21)
 
 
 def reseal(path: pathlib.Path) -> None:

@@ -18,9 +18,17 @@ LOOSE = """*MATERIAL, NAME=loose
 *VOLUMETRIC LOCKING, TYPE=NONE
 *UNIT WEIGHT
 10
-*BODY, NAME=loose, MATERIAL=loose, SHAPE=BOX
-0, 2, 1, 1.5
+*BODY, NAME=loose, MATERIAL=loose, SHAPE=POLYGON
+0, 1
+1, 1
+1.125, 1.5
+0, 1.5
 *POINTS, BODY=loose, PER ELEMENT=4
+*BODY, NAME=half, MATERIAL=soil, SHAPE=POLYGON
+1, 1
+1.125, 1
+1.125, 1.5
+*POINTS, BODY=half, PER ELEMENT=4
 """
 
 
@@ -74,7 +82,8 @@ def repeats(place: Place) -> None:
 
 
 def patches(place: Place) -> None:
-    """Triangles of three nodes that share pressures two by two, and those above that share none, are those of one process."""
+    """Triangles of three nodes that share pressures two by two, and those above that share none, one beside its half of a square,
+    are those of one process."""
     deck = plane("0, 2, 0, 1", more=LOOSE).replace("*ELASTIC\n200, 0.3", STIFF, 1)
     agrees(place, "read", read_mesh(deck, corners=True), (3,), SAME)
 

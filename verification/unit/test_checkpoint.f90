@@ -24,6 +24,7 @@ module test_checkpoint
   use qsmpm_phases, only: step_loop_type
   use qsmpm_points, only: points_type, start_strains, start_water
   use qsmpm_restart, only: read_restart, write_restart
+  use qsmpm_restart_parts, only: node_values_type, put_node_values
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
   use qsmpm_snapshot, only: snapshot_type, take_snapshot, restore_checkpoint
@@ -65,12 +66,42 @@ contains
     end do
     call check_window(tests, directory)
     call check_leaders(tests)
+    call check_node_values(tests)
     call check_rows(tests)
     call check_lost_points(tests, 'averaged')
     call check_lost_points(tests, 'plane')
     call check_coverage(tests, all_names)
     call remove_folder(directory)
   end subroutine collect_checkpoint
+
+  !> Values that a file of parts has at some nodes come to these by their labels, in whatever order they stand.
+  subroutine check_node_values(tests)
+    type(tests_type), intent(inout) :: tests
+    integer, parameter :: chosen(3) = [9, 2, 5]
+    type(model_type) :: model
+    type(node_values_type) :: nodes
+    real(wp), allocatable :: kept(:, :)
+    integer :: i, k
+
+    call build('plane', model)
+    call lay_array(model%state%kept, 'of nodes', spread([-1.0_wp], 2, model%space%node_count), nodal=.true.)
+    nodes%labels = [(node_label(model%space, model%mesh, chosen(i)), i=1, 3)]
+    nodes%kept = model%state%kept
+    k = size(nodes%kept%list)
+    nodes%kept%list(k)%values = reshape(real(chosen, wp), [1, 3])
+    nodes%reactions = spread(10.0_wp*chosen, 1, 2)
+    nodes%released = spread(20.0_wp*chosen, 1, 2)
+    model%state%reactions = -10.0_wp
+    model%state%released = -20.0_wp
+    call put_node_values(model, nodes)
+    allocate (kept, source=kept_values(model%state%kept, 'of nodes'))
+    associate (state => model%state, at => [(merge(i, -1, any(chosen == i)), i=1, model%space%node_count)])
+      call tests%check('reactions of parts come to their nodes', same_reals([state%reactions], [spread(10.0_wp*at, 1, 2)]))
+      call tests%check('released forces of parts come to their nodes', &
+        same_reals([state%released], [spread(20.0_wp*at, 1, 2)]))
+      call tests%check('what terms keep of parts comes to its nodes', same_reals([kept], [spread(1.0_wp*at, 1, 1)]))
+    end associate
+  end subroutine check_node_values
 
   !> A block under its weight and a traction, with a tracer; its first phase has begun.
   subroutine build(kind, model)

@@ -4,17 +4,21 @@ module test_linear_system
   use testing, only: tests_type
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_band, solver_mumps, solver_krylov, solver_petsc, &
-    precision_double, precision_single, keep_no, keep_yes
+  use qsmpm_analysis, only: analysis_type, solver_choice_type, solver_auto, solver_band, solver_mumps, solver_krylov, &
+    solver_petsc, precision_double, precision_single, keep_no, keep_yes
   use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_incomplete_solver, only: incomplete_solver_type, make_incomplete_solver
   use qsmpm_krylov, only: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system, factorise_system, solve_system, &
     end_system, begin_step, failures, sweeps_of_multigrid
+  use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_model, only: model_type
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_initialisation, only: step_type, solver_choice
+  use qsmpm_solver_choice, only: solver_own
   use deck_matrices, only: block_type, block_model, elastic_block, yielding_block
+  use deck_samples, only: joined
   implicit none
   private
 
@@ -51,6 +55,7 @@ contains
     call test_single_gives_way(tests)
     call test_krylov_gives_way(tests)
     call test_sweeps_that_pay(tests)
+    call test_soils_that_pay(tests)
   end subroutine collect_linear_system
 
   !> Incomplete factors and both methods on a random sparse matrix.
@@ -273,6 +278,7 @@ contains
   !> Sweeps of multigrid: those for which AUTO takes no factors by the digits that are asked for, all where PETSC is named.
   subroutine test_sweeps_that_pay(tests)
     type(tests_type), intent(inout) :: tests
+    type(linear_system_type) :: system
 
     associate (by_itself => solver_choice_type(solver_auto, precision_double, keep_no), &
         named => solver_choice_type(solver_petsc, precision_double, keep_no))
@@ -281,7 +287,41 @@ contains
       call tests%check('for less than one', sweeps_of_multigrid(by_itself, 0.5_wp) == 5)
       call tests%check('and all where multigrid is named', sweeps_of_multigrid(named, 1.0e-1_wp) == 200)
     end associate
+    associate (of_soil => solver_choice_type(multigrid=.false.))
+      call tests%check('no multigrid where it never pays', kind_for(system, of_soil) == solver_own)
+      call tests%check('but where it is named', &
+        kind_for(system, solver_choice_type(solver_petsc, multigrid=.false.)) == solver_petsc)
+    end associate
   end subroutine test_sweeps_that_pay
+
+  !> AUTO takes no multigrid in phases in which undrained soil is there, or a material that nearly keeps its volume.
+  subroutine test_soils_that_pay(tests)
+    type(tests_type), intent(inout) :: tests
+    type(analysis_type) :: analysis
+    type(model_type) :: model
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    type(solver_choice_type) :: choice
+    logical :: takes(4)
+    integer :: p
+
+    call parse_deck('pit.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 2|Y, 0, 2, 2|'// &
+      '*MATERIAL, NAME=sand|*ELASTIC|100, 0.48|*MATERIAL, NAME=clay|*ELASTIC|100, 0.3|*UNDRAINED, TYPE=A|'// &
+      '*MATERIAL, NAME=gel|*ELASTIC|100, 0.481|*BODY, NAME=ground, MATERIAL=sand, SHAPE=BOX|0, 2, 0, 1|'// &
+      '*BODY, NAME=fill, MATERIAL=clay, SHAPE=BOX, ACTIVE=NO|0, 2, 1, 2|*PHASE, NAME=one|*END PHASE|'// &
+      '*PHASE, NAME=two|*ACTIVATE|fill|*END PHASE|*PHASE, NAME=three|*DEACTIVATE|fill|*END PHASE|'// &
+      '*PHASE, NAME=four|*CHANGE MATERIAL|ground, gel|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    call tests%check('soils that pay: the deck is read', .not. allocated(error))
+    if (allocated(error)) return
+    do p = 1, size(takes)
+      model%state%progress%phase = p
+      choice = solver_choice(model)
+      takes(p) = choice%multigrid
+    end do
+    call tests%check('multigrid for soil that is drained, in the phases that it is alone', &
+      all(takes .eqv. [.true., .false., .true., .false.]))
+  end subroutine test_soils_that_pay
 
   !> A random sparse matrix with a dominant diagonal.
   subroutine random_matrix(n, symmetric, matrix)
