@@ -7,7 +7,7 @@ import re
 
 import h5py
 import numpy as np
-from many_ranks import CARRIED, WEIGHT, agrees, plane
+from many_ranks import CARRIED, agrees, plane
 from parts import expect_same_results
 from restarts import ends_at, goes_on, often
 from shared_scenes import LOADED, SAME
@@ -95,6 +95,7 @@ def rides(place: Place) -> None:
     """A block whose cut sides ride from rank to rank, and out of boxes of ranks; the same bytes from as many ranks again."""
     agrees_in_points(place, "quad4", carried(), (1, 2, 3, 4, 7))
     agrees_in_points(place, "spline2", carried(CELLS.replace("STANDARD", "SPLINE2")), (3,))
+    agrees_in_points(place, "sparse", carried(steps=32).replace("PER ELEMENT=4", "PER ELEMENT=1"), (4, 7))
     first, other = (place.run("qsmpm-mpi", carried(), name, ranks=3) for name in ("first", "other"))
     expect_same_bytes(first, other)
 
@@ -165,10 +166,10 @@ PUSHED = "*PHASE, NAME=more\n*TRACTION, SURFACE=top\n2, -6\n*CONTROLS, STEPS=6, 
 
 
 def mixed() -> str:
-    """Soil that could yield, which a stiff thin wall that cannot leans against: the outline of the one is followed, the other's is not."""
+    """Soil that could yield, which rides with a stiff thin wall that cannot: the outline of the one is followed, the other's is not."""
     wall = "*BODY, NAME=wall, MATERIAL=wall, SHAPE=POLYGON\n1.61, 0\n1.7, 0\n1.75, 1.41\n1.66, 1.41\n*POINTS, BODY=wall, PER ELEMENT=1\n"
     soil = "*MATERIAL, NAME=wall\n*ELASTIC\n2E4, 0.2\n*UNIT WEIGHT\n24\n*BODY, NAME=body"
-    deck = plane("", CELLS, WEIGHT.replace("0, -1", "0.1, -1"), more="*FIELD, EVERY=1000\n")
+    deck = plane("", CELLS, CARRIED.replace("{way}", "0.4"), more="*FIELD, EVERY=1000\n")
     deck = deck.replace("SHAPE=BOX\n", "SHAPE=POLYGON\n0, 0\n1.6, 0\n1.65, 1.4\n0, 1.4")
     for old, new in (("*UNIT WEIGHT\n10", "*MOHR COULOMB\n1E5, 30, 0\n*UNIT WEIGHT\n10"), ("*BODY, NAME=body", soil),
                      ("*METHOD", wall + "*METHOD"), ("STEPS=5", "STEPS=5, STABILISATION SHARE=1")):  # fmt: skip
