@@ -13,6 +13,8 @@ module qsmpm_group_evaluation
   use qsmpm_uniform_pressure, only: find_pressure
   use qsmpm_group_stiffness, only: products_type, allocate_products, find_gradients, add_force, add_stiffness, &
     add_pressure_stiffness
+  use qsmpm_wide_products, only: wide_type, is_wide, allocate_wide, find_wide_gradients, add_wide_force, &
+    add_wide_stiffness
   implicit none
   private
 
@@ -34,6 +36,7 @@ module qsmpm_group_evaluation
     !> Work space of groups of one pressure, empty when there are none.
     type(pressure_type) :: pressure
     type(products_type) :: products
+    type(wide_type) :: wide
     !> Displacement of the group's nodes (dimension*n).
     real(wp), allocatable :: u(:)
   end type work_type
@@ -59,6 +62,7 @@ contains
     components = merge(5, 9, dimension == 2)
     treated = any(laws%pressure_factor > 0.0_wp)
     call allocate_products(dimension, integration%directions, most, nodes, tangent /= tangent_none, work%products)
+    call allocate_wide(dimension, most, nodes, tangent /= tangent_none, work%wide)
     if ((tangent /= tangent_none .or. treated) .and. .not. allocated(work%batch%tangent)) &
       allocate (work%batch%tangent(components, components, most))
     if (allocated(work%u)) return
@@ -132,16 +136,21 @@ contains
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
     integer :: n, m, b, count
-    logical :: treated
+    logical :: treated, wide
 
     n = integration%node_first(group + 1) - integration%node_first(group)
     m = integration%directions
     count = to - from + 1
     b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
     treated = slot%pressure_factor > 0.0_wp .and. count > 1
+    wide = is_wide(d, n) .and. .not. treated
     work%batch%count = count
     associate (batch => work%batch, tensor => work%products%tensor, weight => integration%weight(from:to))
-      call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
+      if (wide) then
+        call find_wide_gradients(n, count, work%u, integration%gradient(b), work%wide, tensor)
+      else
+        call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
+      end if
       call load_gradients(integration, d, from, tensor, batch)
       call load_states(integration, points, from, batch)
       if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
@@ -155,10 +164,19 @@ contains
       if (bad > 0) bad = from - 1 + bad
       if (bad > 0) return
       if (size(results%plastic) > 0) call store_batch(from, batch, results)
-      call add_force(d, m, n, count, weight, batch%piola, integration%gradient(b), tensor, force)
+      if (wide) then
+        call add_wide_force(n, count, weight, batch%piola, integration%gradient(b), tensor, force)
+      else
+        call add_force(d, m, n, count, weight, batch%piola, integration%gradient(b), tensor, force)
+      end if
       if (tangent == tangent_none) return
-      call add_stiffness(d, m, n, count, slot%law%symmetric .or. tangent == tangent_elastic, &
-        from == integration%first(group), weight, integration%gradient(b), batch%tangent, work%products, block)
+      if (wide) then
+        call add_wide_stiffness(n, count, slot%law%symmetric .or. tangent == tangent_elastic, &
+          from == integration%first(group), weight, integration%gradient(b), batch%tangent, work%wide, block)
+      else
+        call add_stiffness(d, m, n, count, slot%law%symmetric .or. tangent == tangent_elastic, &
+          from == integration%first(group), weight, integration%gradient(b), batch%tangent, work%products, block)
+      end if
       if (treated) call add_pressure_stiffness(d, m, n, count, weight, integration%gradient(b), tensor, work%pressure, &
         block)
     end associate
