@@ -2,7 +2,9 @@
 !>
 !> Most pairs have all their components free and all their entries stored; those are added without a question. The
 !> others, at constrained nodes and on the diagonal where one triangle is stored, are added component by component.
+!> Blocks of many nodes in space are added row by row (matrix_rows.c).
 module qsmpm_matrix_blocks
+  use, intrinsic :: iso_c_binding, only: c_int, c_double
   use qsmpm_kinds, only: wp
   use qsmpm_equations, only: equations_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
@@ -10,6 +12,21 @@ module qsmpm_matrix_blocks
   private
 
   public :: add_block, add_products, add_scalar_block, add_diagonal
+
+  !> Nodes from which blocks in space are added row by row.
+  integer, parameter :: fewest_of_rows = 16
+
+  interface
+    !> Add the pairs of nodes that are all free and stored.
+    pure subroutine add_rows(n, offset, free, row_end, symmetric, block, values) bind(c, name='qsmpm_add_rows')
+      import :: c_int, c_double
+      integer(c_int), value :: n
+      integer(c_int), intent(in) :: offset(*), free(*), row_end(*)
+      integer(c_int), value :: symmetric
+      real(c_double), intent(in) :: block(*)
+      real(c_double), intent(inout) :: values(*)
+    end subroutine add_rows
+  end interface
 
 contains
 
@@ -109,6 +126,11 @@ contains
     logical :: free(n)
 
     call find_row_ends(d, n, nodes, number, row_first, row_end, free)
+    if (d == 3 .and. n >= fewest_of_rows) then
+      call add_rows(n, offset, merge(1, 0, free), row_end, merge(1, 0, symmetric), block, values)
+      call add_others(d, n, nodes, offset, number, symmetric, free, row_first, block, values)
+      return
+    end if
     do b = 1, n
       do a = 1, n
         if (offset(a, b) == 0) cycle
@@ -141,6 +163,36 @@ contains
       end do
     end do
   end subroutine add_planes
+
+  !> The pairs that `add_rows` leaves.
+  pure subroutine add_others(d, n, nodes, offset, number, symmetric, free, row_first, block, values)
+    !> Components and nodes.
+    integer, intent(in) :: d, n
+    !> As for `add_pairs`.
+    integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
+    logical, intent(in) :: symmetric, free(n)
+    integer, intent(in) :: row_first(*)
+    real(wp), intent(in) :: block(n, d, d, n)
+    real(wp), intent(inout) :: values(*)
+    integer :: a, b, c, candidates, candidate(n)
+
+    candidates = 0
+    do a = 1, n
+      if (free(a) .and. .not. symmetric) cycle
+      candidates = candidates + 1
+      candidate(candidates) = a
+    end do
+    ! Nodes that are not free as rows, then as columns of those that are; on the diagonal of a triangle all.
+    do b = 1, n
+      do c = 1, merge(candidates, n, free(b))
+        a = c
+        if (free(b)) a = candidate(c)
+        if (offset(a, b) == 0 .or. (free(a) .and. free(b) .and. .not. (symmetric .and. a == b))) cycle
+        call add_pair(d, number(:, nodes(a)), number(:, nodes(b)), offset(a, b), symmetric, row_first, &
+          block(a, :, :, b), values)
+      end do
+    end do
+  end subroutine add_others
 
   !> Where the rows of the nodes of a patch end, and which nodes have all their components free.
   pure subroutine find_row_ends(d, n, nodes, number, row_first, row_end, free)
