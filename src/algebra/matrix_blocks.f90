@@ -17,11 +17,11 @@ module qsmpm_matrix_blocks
   integer, parameter :: fewest_of_rows = 16
 
   interface
-    !> Add the pairs of nodes that are all free and stored.
-    pure subroutine add_rows(n, offset, free, row_end, symmetric, block, values) bind(c, name='qsmpm_add_rows')
+    !> Add all pairs of nodes that are stored, but for those on the diagonal of a triangle.
+    pure subroutine add_rows(n, offset, row_end, symmetric, block, values) bind(c, name='qsmpm_add_rows')
       import :: c_int, c_double
       integer(c_int), value :: n
-      integer(c_int), intent(in) :: offset(*), free(*), row_end(*)
+      integer(c_int), intent(in) :: offset(*), row_end(*)
       integer(c_int), value :: symmetric
       real(c_double), intent(in) :: block(*)
       real(c_double), intent(inout) :: values(*)
@@ -127,8 +127,11 @@ contains
 
     call find_row_ends(d, n, nodes, number, row_first, row_end, free)
     if (d == 3 .and. n >= fewest_of_rows) then
-      call add_rows(n, offset, merge(1, 0, free), row_end, merge(1, 0, symmetric), block, values)
-      call add_others(d, n, nodes, offset, number, symmetric, free, row_first, block, values)
+      call add_rows(n, offset, row_end, merge(1, 0, symmetric), block, values)
+      do a = 1, merge(n, 0, symmetric)
+        if (offset(a, a) /= 0) call add_pair(d, number(:, nodes(a)), number(:, nodes(a)), offset(a, a), symmetric, &
+          row_first, block(a, :, :, a), values)
+      end do
       return
     end if
     do b = 1, n
@@ -163,36 +166,6 @@ contains
       end do
     end do
   end subroutine add_planes
-
-  !> The pairs that `add_rows` leaves.
-  pure subroutine add_others(d, n, nodes, offset, number, symmetric, free, row_first, block, values)
-    !> Components and nodes.
-    integer, intent(in) :: d, n
-    !> As for `add_pairs`.
-    integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
-    logical, intent(in) :: symmetric, free(n)
-    integer, intent(in) :: row_first(*)
-    real(wp), intent(in) :: block(n, d, d, n)
-    real(wp), intent(inout) :: values(*)
-    integer :: a, b, c, candidates, candidate(n)
-
-    candidates = 0
-    do a = 1, n
-      if (free(a) .and. .not. symmetric) cycle
-      candidates = candidates + 1
-      candidate(candidates) = a
-    end do
-    ! Nodes that are not free as rows, then as columns of those that are; on the diagonal of a triangle all.
-    do b = 1, n
-      do c = 1, merge(candidates, n, free(b))
-        a = c
-        if (free(b)) a = candidate(c)
-        if (offset(a, b) == 0 .or. (free(a) .and. free(b) .and. .not. (symmetric .and. a == b))) cycle
-        call add_pair(d, number(:, nodes(a)), number(:, nodes(b)), offset(a, b), symmetric, row_first, &
-          block(a, :, :, b), values)
-      end do
-    end do
-  end subroutine add_others
 
   !> Where the rows of the nodes of a patch end, and which nodes have all their components free.
   pure subroutine find_row_ends(d, n, nodes, number, row_first, row_end, free)

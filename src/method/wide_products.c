@@ -5,13 +5,15 @@
  *
  * Every function is compiled twice where the processor may have AVX2, and the wider one is taken where it has it. */
 #include <stddef.h>
-#include <string.h>
 
 /* Four nodes. */
 enum { WIDTH = 4 };
 typedef double quad __attribute__((vector_size(8 * WIDTH)));
 typedef double loose_quad __attribute__((vector_size(8 * WIDTH), aligned(8), may_alias));
+typedef long long places __attribute__((vector_size(8 * WIDTH)));
 
+/* Set by assignments: what stands for memset and memcpy at this size is slow to start. */
+#define ZERO ((quad){0.0, 0.0, 0.0, 0.0})
 #define INLINE static inline __attribute__((always_inline))
 #if defined(__x86_64__) && defined(__GNUC__)
 #define WIDER __attribute__((target("avx2,fma")))
@@ -36,7 +38,7 @@ INLINE void gradients(int n, int points, const double *u, const double *gradient
         const double *g = gradient + (size_t)3 * n * q;
         quad sum[9];
 
-        memset(sum, 0, sizeof sum);
+        for (a = 0; a < 9; a++) sum[a] = ZERO;
         for (v = 0; v < quads; v++) {
             int start = v < quads - 1 ? WIDTH * v : n - WIDTH;
             quad d[3], s[3];
@@ -59,7 +61,7 @@ INLINE void add_forces(int n, int points, const double *tensor, const double *gr
         quad sum[3];
 
         start = next + WIDTH <= n ? next : n - WIDTH;
-        memset(sum, 0, sizeof sum);
+        for (i = 0; i < 3; i++) sum[i] = ZERO;
         for (q = 0; q < points; q++) {
             const double *g = gradient + (size_t)3 * n * q + start, *t = tensor + 9 * q;
 
@@ -126,7 +128,34 @@ INLINE void scale(int points, const int *point, int triple, const double *weight
     }
 }
 
-/* Three blocks of four nodes `first` and four nodes `second`. */
+/* Store or add four nodes, or as many as there are. */
+INLINE void put(int count, int add, const quad *value, double *to)
+{
+    int a;
+
+    if (count >= WIDTH) {
+        if (add) *(loose_quad *)to += *value;
+        else *(loose_quad *)to = *value;
+    } else {
+        for (a = 0; a < count; a++) to[a] = add ? to[a] + (*value)[a] : (*value)[a];
+    }
+}
+
+/* Rows of a block of four nodes and four nodes from its columns. */
+INLINE void transpose(const quad *value, quad *image)
+{
+    const places even = {0, 4, 2, 6}, odd = {1, 5, 3, 7}, low = {0, 1, 4, 5}, high = {2, 3, 6, 7};
+    quad p = __builtin_shuffle(value[0], value[1], even), q = __builtin_shuffle(value[2], value[3], even);
+
+    image[0] = __builtin_shuffle(p, q, low);
+    image[2] = __builtin_shuffle(p, q, high);
+    p = __builtin_shuffle(value[0], value[1], odd);
+    q = __builtin_shuffle(value[2], value[3], odd);
+    image[1] = __builtin_shuffle(p, q, low);
+    image[3] = __builtin_shuffle(p, q, high);
+}
+
+/* Three blocks of four nodes `first` and four nodes `second`, and their mirror images where these are asked for. */
 INLINE void put_blocks(int n, int add, int triple, int mirrored, int first, int second, quad (*value)[WIDTH],
                        double *block)
 {
@@ -135,19 +164,13 @@ INLINE void put_blocks(int n, int add, int triple, int mirrored, int first, int 
     for (p = 0; p < 3; p++) {
         int i = FIRST[triple][p], k = SECOND[triple][p];
         double *to = block + (size_t)n * (i + 3 * k + 9 * (size_t)second) + first;
-        double *image = block + (size_t)n * (k + 3 * i + 9 * (size_t)first) + second;
+        quad image[WIDTH];
 
-        for (b = 0; b < columns; b++, to += 9 * n) {
-            if (rows == WIDTH) {
-                if (add) *(loose_quad *)to += value[p][b];
-                else *(loose_quad *)to = value[p][b];
-            } else {
-                for (a = 0; a < rows; a++) to[a] = add ? to[a] + value[p][b][a] : value[p][b][a];
-            }
-        }
+        for (b = 0; b < columns; b++) put(rows, add, value[p] + b, to + 9 * (size_t)n * b);
         if (!mirrored) continue;
-        for (a = 0; a < rows; a++, image += 9 * n)
-            for (b = 0; b < columns; b++) image[b] = add ? image[b] + value[p][b][a] : value[p][b][a];
+        to = block + (size_t)n * (k + 3 * i + 9 * (size_t)first) + second;
+        transpose(value[p], image);
+        for (a = 0; a < rows; a++) put(columns, add, image + a, to + 9 * (size_t)n * a);
     }
 }
 
@@ -157,11 +180,13 @@ INLINE void multiply(int terms, const double *panel, const double *other, quad (
     quad sum[3][WIDTH];
     int t, p, b;
 
-    memset(sum, 0, sizeof sum);
+    for (p = 0; p < 3; p++)
+        for (b = 0; b < WIDTH; b++) sum[p][b] = ZERO;
     for (t = 0; t < terms; t++, panel += 3 * WIDTH, other += WIDTH)
         for (b = 0; b < WIDTH; b++)
             for (p = 0; p < 3; p++) sum[p][b] += *(const loose_quad *)(panel + WIDTH * p) * other[b];
-    memcpy(value, sum, sizeof sum);
+    for (p = 0; p < 3; p++)
+        for (b = 0; b < WIDTH; b++) value[p][b] = sum[p][b];
 }
 
 /* K_iakb of some points into a block (a, i, k, b). */
