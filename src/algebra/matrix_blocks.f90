@@ -2,11 +2,11 @@
 !>
 !> Most pairs have all their components free and all their entries stored; those are added without a question. The
 !> others, at constrained nodes and on the diagonal where one triangle is stored, are added component by component.
-!> Blocks of many nodes in space are added row by row (matrix_rows.c).
+!> Blocks of many nodes in space are added row by row (qsmpm_matrix_rows).
 module qsmpm_matrix_blocks
-  use, intrinsic :: iso_c_binding, only: c_int, c_double
   use qsmpm_kinds, only: wp
   use qsmpm_equations, only: equations_type
+  use qsmpm_matrix_rows, only: add_rows
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   implicit none
   private
@@ -15,18 +15,6 @@ module qsmpm_matrix_blocks
 
   !> Nodes from which blocks in space are added row by row.
   integer, parameter :: fewest_of_rows = 16
-
-  interface
-    !> Add all pairs of nodes that are stored, but for those on the diagonal of a triangle.
-    pure subroutine add_rows(n, offset, row_end, symmetric, block, values) bind(c, name='qsmpm_add_rows')
-      import :: c_int, c_double
-      integer(c_int), value :: n
-      integer(c_int), intent(in) :: offset(*), row_end(*)
-      integer(c_int), value :: symmetric
-      real(c_double), intent(in) :: block(*)
-      real(c_double), intent(inout) :: values(*)
-    end subroutine add_rows
-  end interface
 
 contains
 
@@ -127,7 +115,7 @@ contains
 
     call find_row_ends(d, n, nodes, number, row_first, row_end, free)
     if (d == 3 .and. n >= fewest_of_rows) then
-      call add_rows(n, offset, row_end, merge(1, 0, symmetric), block, values)
+      call add_rows(n, offset, row_end, symmetric, block, values)
       do a = 1, merge(n, 0, symmetric)
         if (offset(a, a) /= 0) call add_pair(d, number(:, nodes(a)), number(:, nodes(a)), offset(a, a), symmetric, &
           row_first, block(a, :, :, a), values)

@@ -165,7 +165,7 @@ contains
       if (bad > 0) return
       if (size(results%plastic) > 0) call store_batch(from, batch, results)
       if (wide) then
-        call add_wide_force(n, count, weight, batch%piola, integration%gradient(b), tensor, force)
+        call add_wide_force(n, count, weight, batch%piola, integration%gradient(b), work%wide, tensor, force)
       else
         call add_force(d, m, n, count, weight, batch%piola, integration%gradient(b), tensor, force)
       end if

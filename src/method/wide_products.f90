@@ -1,56 +1,39 @@
 !> The products of qsmpm_group_stiffness for groups in space that see more nodes than an element has: those of splines
 !> and of functions averaged over the domains of points.
 !>
-!> They are formed in blocks of four nodes (wide_products.c). Of the points whose tangent is symmetric, which under a
+!> They are formed in blocks of four nodes (qsmpm_wide_kernels). Of the points whose tangent is symmetric, which under a
 !> law that is not are those that stay elastic, half of the stiffness is formed.
 module qsmpm_wide_products
-  use, intrinsic :: iso_c_binding, only: c_int, c_double
+  use, intrinsic :: iso_c_binding, only: c_int
   use qsmpm_kinds, only: wp
+  use qsmpm_wide_kernels, only: width, find_tensors, add_forces, form_stiffness
+  use qsmpm_wide_kernels_avx2, only: find_tensors_avx2 => find_tensors, add_forces_avx2 => add_forces, &
+    form_stiffness_avx2 => form_stiffness
   implicit none
   private
 
   public :: wide_type, is_wide, allocate_wide, find_wide_gradients, add_wide_force, add_wide_stiffness
 
-  !> Most nodes of an element, nodes of a block, and points of a slice, so that their gradients stay in the cache.
-  integer, parameter :: most_of_element = 20, width = 4, most_points = 64
+  !> Most nodes of an element, and points of a slice, so that their gradients stay in the cache.
+  integer, parameter :: most_of_element = 20, most_points = 64
   !> Differences of a tangent and its transpose, relative to the largest value of its diagonal, that are due to rounding.
   real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
 
   !> Work space; its arrays fit the largest group.
   type :: wide_type
-    !> Displacements of the nodes, component by component, and what the stiffness is made of.
-    real(wp), allocatable :: u(:), scratch(:)
+    !> The processor has AVX2.
+    logical :: avx2 = .false.
+    !> Displacements of the nodes, component by component; what the stiffness is made of (qsmpm_wide_kernels).
+    real(wp), allocatable :: u(:), packed(:), scaled(:), panel(:)
     !> Points of a run, those with a symmetric tangent behind the others.
-    integer(c_int), allocatable :: order(:)
+    integer, allocatable :: order(:)
   end type wide_type
 
   interface
-    !> Displacement gradients (3, 3, points).
-    subroutine wide_gradients(n, points, u, gradient, tensor) bind(c, name='qsmpm_wide_gradients')
-      import :: c_int, c_double
-      integer(c_int), value :: n, points
-      real(c_double), intent(in) :: u(*), gradient(*)
-      real(c_double), intent(out) :: tensor(*)
-    end subroutine wide_gradients
-
-    !> Forces of weighted stresses.
-    subroutine wide_force(n, points, tensor, gradient, force) bind(c, name='qsmpm_wide_force')
-      import :: c_int, c_double
-      integer(c_int), value :: n, points
-      real(c_double), intent(in) :: tensor(*), gradient(*)
-      real(c_double), intent(inout) :: force(*)
-    end subroutine wide_force
-
-    !> Stiffness of the points listed.
-    subroutine wide_stiffness(n, points, point, symmetric, add, weight, gradient, tangent, scratch, block) &
-      bind(c, name='qsmpm_wide_stiffness')
-      import :: c_int, c_double
-      integer(c_int), value :: n, points
-      integer(c_int), intent(in) :: point(*)
-      integer(c_int), value :: symmetric, add
-      real(c_double), intent(in) :: weight(*), gradient(*), tangent(*)
-      real(c_double), intent(inout) :: scratch(*), block(*)
-    end subroutine wide_stiffness
+    !> Whether the processor has AVX2 and FMA, 0 or 1 (processor.c).
+    pure integer(c_int) function has_avx2() bind(c, name='qsmpm_has_avx2')
+      import :: c_int
+    end function has_avx2
   end interface
 
 contains
@@ -77,10 +60,12 @@ contains
     type(wide_type), intent(inout) :: wide
 
     if (.not. is_wide(dimension, nodes)) return
+    wide%avx2 = has_avx2() /= 0
     if (.not. allocated(wide%u)) allocate (wide%u(3*padded(nodes)))
-    if (.not. with_tangent .or. allocated(wide%scratch)) return
-    ! Gradients, and 27 scaled components and 36 numbers of a panel a point.
-    allocate (wide%scratch((3*padded(nodes) + 63)*min(points, most_points)), wide%order(points))
+    if (.not. with_tangent .or. allocated(wide%order)) return
+    associate (n => min(points, most_points))
+      allocate (wide%packed(3*padded(nodes)*n), wide%scaled(27*n), wide%panel(9*width*n), wide%order(points))
+    end associate
   end subroutine allocate_wide
 
   !> Nodes, filled up to whole blocks.
@@ -91,7 +76,7 @@ contains
   end function padded
 
   !> Displacement gradients of points: tensor(3, 3, points).
-  subroutine find_wide_gradients(n, points, u, gradient, wide, tensor)
+  pure subroutine find_wide_gradients(n, points, u, gradient, wide, tensor)
     !> Number of nodes and of points.
     integer, intent(in) :: n
     integer, intent(in) :: points
@@ -112,17 +97,23 @@ contains
       wide%u(first + whole + 1:first + padded(n) - (n - whole)) = 0.0_wp
       wide%u(first + padded(n) - (n - whole) + 1:first + padded(n)) = u(i, whole + 1:)
     end do
-    call wide_gradients(n, points, wide%u, gradient, tensor)
+    if (wide%avx2) then
+      call find_tensors_avx2(n, padded(n)/width, points, wide%u, gradient, tensor)
+    else
+      call find_tensors(n, padded(n)/width, points, wide%u, gradient, tensor)
+    end if
   end subroutine find_wide_gradients
 
   !> Internal forces of points.
-  subroutine add_wide_force(n, points, weight, piola, gradient, tensor, force)
+  pure subroutine add_wide_force(n, points, weight, piola, gradient, wide, tensor, force)
     !> Number of nodes and of points.
     integer, intent(in) :: n
     integer, intent(in) :: points
     !> V (points), and Q (9, points or more).
     real(wp), intent(in) :: weight(:), piola(:, :)
     real(wp), intent(in) :: gradient(*)
+    !> Work space.
+    type(wide_type), intent(in) :: wide
     !> Scratch.
     real(wp), intent(inout) :: tensor(9, points)
     !> (3, n)
@@ -132,11 +123,15 @@ contains
     do q = 1, points
       tensor(:, q) = weight(q)*piola(:9, q)
     end do
-    call wide_force(n, points, tensor, gradient, force)
+    if (wide%avx2) then
+      call add_forces_avx2(n, points, tensor, gradient, force)
+    else
+      call add_forces(n, points, tensor, gradient, force)
+    end if
   end subroutine add_wide_force
 
   !> Stiffness of points, a slice of them at a time.
-  subroutine add_wide_stiffness(n, points, symmetric, first, weight, gradient, tangent, wide, block)
+  pure subroutine add_wide_stiffness(n, points, symmetric, first, weight, gradient, tangent, wide, block)
     !> Number of nodes and of points.
     integer, intent(in) :: n
     integer, intent(in) :: points
@@ -152,15 +147,23 @@ contains
     !> (n, 3, 3, n)
     real(wp), intent(inout) :: block(*)
     integer :: from, to, others
-    logical :: add
+    logical :: whole, add
 
     call sort_points(points, symmetric, tangent, wide%order, others)
     add = .not. first
     from = 1
     do while (from <= points)
-      to = min(merge(others, points, from <= others), from + most_points - 1)
-      call wide_stiffness(n, to - from + 1, wide%order(from:to), merge(0, 1, from <= others), merge(1, 0, add), weight, &
-        gradient, tangent, wide%scratch, block)
+      whole = from > others
+      to = min(merge(points, others, whole), from + most_points - 1)
+      associate (point => wide%order(from:to))
+        if (wide%avx2) then
+          call form_stiffness_avx2(n, padded(n)/width, to - from + 1, point, whole, add, weight, gradient, tangent, &
+            wide%packed, wide%scaled, wide%panel, block)
+        else
+          call form_stiffness(n, padded(n)/width, to - from + 1, point, whole, add, weight, gradient, tangent, &
+            wide%packed, wide%scaled, wide%panel, block)
+        end if
+      end associate
       add = .true.
       from = to + 1
     end do
@@ -173,7 +176,7 @@ contains
     logical, intent(in) :: symmetric
     real(wp), intent(in) :: tangent(9, 9, points)
     !> Places of the points, and how many are not symmetric.
-    integer(c_int), intent(out) :: order(points)
+    integer, intent(out) :: order(points)
     integer, intent(out) :: others
     integer :: q, last
     logical :: whole(points)

@@ -48,7 +48,7 @@ contains
     call tests%close(name//'displacement gradients', maxval(abs(tensor - reshape(matmul(u, reshape(gradient, &
       [n, 3*points])), [3, 3, points]))), 0.0_wp, 1.0e-13_wp)
     force = 1.0_wp
-    call add_wide_force(n, points, weight, tangent(:, 1, :), gradient, tensor, force)
+    call add_wide_force(n, points, weight, tangent(:, 1, :), gradient, wide, tensor, force)
     call tests%close(name//'forces are added', maxval(abs(force - 1.0_wp - forces_of(weight, tangent(:, 1, :), &
       gradient))), 0.0_wp, 1.0e-12_wp)
     expected = stiffness_of(weight, gradient, tangent)
