@@ -13,7 +13,7 @@ module qsmpm_wide_products
 
   !> Most nodes of an element, nodes of a block, and points of a slice, so that their gradients stay in the cache.
   integer, parameter :: most_of_element = 20, width = 4, most_points = 64
-  !> Differences of a tangent and its transpose, relative to the largest value of its diagonal, that are due to rounding.
+  !> Differences of a tangent and its transpose, relative to the largest value of the diagonal, that are rounding.
   real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
 
   !> Work space; its arrays fit the largest group.
@@ -159,8 +159,8 @@ contains
     from = 1
     do while (from <= points)
       to = min(merge(others, points, from <= others), from + most_points - 1)
-      call wide_stiffness(n, to - from + 1, wide%order(from:to), merge(0, 1, from <= others), merge(1, 0, add), weight, &
-        gradient, tangent, wide%scratch, block)
+      call wide_stiffness(n, to - from + 1, wide%order(from:to), merge(0, 1, from <= others), merge(1, 0, add), &
+        weight, gradient, tangent, wide%scratch, block)
       add = .true.
       from = to + 1
     end do
