@@ -17,6 +17,11 @@ module qsmpm_matrix_blocks
   integer, parameter :: fewest_of_rows = 16
 
   interface
+    !> 1 where the processor has registers of four numbers.
+    pure integer(c_int) function row_registers() bind(c, name='qsmpm_row_registers')
+      import :: c_int
+    end function row_registers
+
     !> Add all pairs of nodes that are stored, but for those on the diagonal of a triangle.
     pure subroutine add_rows(n, offset, row_end, symmetric, block, values) bind(c, name='qsmpm_add_rows')
       import :: c_int, c_double
@@ -123,10 +128,12 @@ contains
     real(wp), intent(in) :: block(n, d, d, n)
     real(wp), intent(inout) :: values(*)
     integer :: a, b, row_end(d, n), at
-    logical :: free(n)
+    logical :: free(n), by_rows
 
     call find_row_ends(d, n, nodes, number, row_first, row_end, free)
-    if (d == 3 .and. n >= fewest_of_rows) then
+    by_rows = d == 3 .and. n >= fewest_of_rows
+    if (by_rows) by_rows = row_registers() == 1
+    if (by_rows) then
       call add_rows(n, offset, row_end, merge(1, 0, symmetric), block, values)
       do a = 1, merge(n, 0, symmetric)
         if (offset(a, a) /= 0) call add_pair(d, number(:, nodes(a)), number(:, nodes(a)), offset(a, a), symmetric, &

@@ -23,6 +23,7 @@ struct run { int first, count, offset; };
 #define HAS_WIDER __builtin_cpu_supports("avx2")
 #endif
 
+int qsmpm_row_registers(void);
 void qsmpm_add_rows(int n, const int *offset, const int *row_end, int symmetric, const double *block, double *values);
 
 /* Nodes in the order of their equations, which rises with the ends of their rows; those without any come first. */
@@ -158,6 +159,16 @@ WIDER static void add_rows_wider(int n, const int *offset, const int *row_end, i
     add_rows(n, offset, row_end, symmetric, block, values);
 }
 #endif
+
+/* Whether four numbers fit a register: else entries are added faster one by one. */
+int qsmpm_row_registers(void)
+{
+#ifdef WIDER
+    return HAS_WIDER ? 1 : 0;
+#else
+    return 0;
+#endif
+}
 
 /* Add the pairs of nodes that have a place (offset) and, in a symmetric matrix, are not on the diagonal; components
  * without an equation have no row_end. */

@@ -25,6 +25,7 @@ typedef long long places __attribute__((vector_size(8 * WIDTH)));
 static const int FIRST[3][3] = {{0, 1, 2}, {0, 0, 1}, {1, 2, 2}};
 static const int SECOND[3][3] = {{0, 1, 2}, {1, 2, 2}, {0, 0, 1}};
 
+int qsmpm_wide_registers(void);
 void qsmpm_wide_gradients(int n, int points, const double *u, const double *gradient, double *tensor);
 void qsmpm_wide_force(int n, int points, const double *tensor, const double *gradient, double *force);
 void qsmpm_wide_stiffness(int n, int points, const int *point, int symmetric, int add, const double *weight,
@@ -230,6 +231,16 @@ WIDER static void wider_stiffness(int n, int points, const int *point, int symme
     stiffness(n, points, point, symmetric, add, weight, gradient, tangent, scratch, block);
 }
 #endif
+
+/* Whether four numbers fit a register: else a library of dense matrices is faster. */
+int qsmpm_wide_registers(void)
+{
+#ifdef WIDER
+    return HAS_WIDER ? 1 : 0;
+#else
+    return 0;
+#endif
+}
 
 /* Displacement gradients (3, 3, points) of displacements (quads of nodes, 3), those of the last four nodes that others
  * have counted zero. */

@@ -25,6 +25,11 @@ module qsmpm_wide_products
   end type wide_type
 
   interface
+    !> 1 where the processor has registers of four numbers.
+    pure integer(c_int) function wide_registers() bind(c, name='qsmpm_wide_registers')
+      import :: c_int
+    end function wide_registers
+
     !> Displacement gradients (3, 3, points).
     subroutine wide_gradients(n, points, u, gradient, tensor) bind(c, name='qsmpm_wide_gradients')
       import :: c_int, c_double
@@ -55,13 +60,14 @@ module qsmpm_wide_products
 
 contains
 
-  !> Whether a group is taken here: in space, with more nodes than an element.
+  !> Whether a group is taken here: in space, with more nodes than an element, by a processor of wide registers.
   pure logical function is_wide(dimension, n)
     !> 2 or 3, and the number of nodes.
     integer, intent(in) :: dimension
     integer, intent(in) :: n
 
     is_wide = dimension == 3 .and. n > most_of_element
+    if (is_wide) is_wide = wide_registers() == 1
   end function is_wide
 
   !> Room for groups of some size; what is there already stays.
