@@ -1,9 +1,9 @@
 !> Blocks of many nodes in space, added to a sparse matrix row by row.
 !>
 !> Products over nodes leave a block as (a, i, k, b); a row of the matrix has it as (k, b) for each (i, a). Eight nodes
-!> at a time are turned round, their columns in the order of the matrix. Where the entries of nodes that follow each other
-!> do so in a row, they are added together, and a row is gone through from one end to the other. Every entry is added
-!> once, so that the sums are those of any other order.
+!> at a time are turned round, their columns in the order of the matrix. Where the entries of nodes that follow each
+!> other do so in a row, they are added together, and a row is gone through from one end to the other. Every entry is
+!> added once, so that the sums are those of any other order.
 module qsmpm_matrix_rows
   use, intrinsic :: iso_c_binding, only: c_int, c_double
   use qsmpm_kinds, only: wp
@@ -49,13 +49,15 @@ contains
       end do
       do i = 1, 3
         do e = 1, last
-          if (row_end(i, next + e - 1) > 0) call fetch_row(count(e), runs(:, :, e), row_end(i, next + e - 1), values)
+          if (row_end(i, next + e - 1) == 0) cycle
+          call fetch_row(count(e), runs(:, :, e), row_end(i, next + e - 1), values)
         end do
         do c = 1, first(n + 1) - 1
           rows(c, :last) = block(next:next + last - 1, i, column(c))
         end do
         do e = 1, last
-          if (row_end(i, next + e - 1) > 0) call add_row(count(e), runs(:, :, e), rows(:, e), row_end(i, next + e - 1), values)
+          if (row_end(i, next + e - 1) == 0) cycle
+          call add_row(count(e), runs(:, :, e), rows(:, e), row_end(i, next + e - 1), values)
         end do
       end do
     end do

@@ -2,8 +2,9 @@
 !> internal force and stiffness block.
 !>
 !> Runs of points of one material go to their law together; where the material asks for it they share
-!> one pressure (qsmpm_uniform_pressure). The products over nodes are those of qsmpm_group_stiffness. A
-!> group writes to its own places of the results only.
+!> one pressure (qsmpm_uniform_pressure). The products over nodes are those of qsmpm_group_stiffness, with
+!> more nodes than an element has in space those of qsmpm_wide_products. A group writes to its own
+!> places of the results only.
 module qsmpm_group_evaluation
   use qsmpm_kinds, only: wp, long
   use qsmpm_law, only: law_slot_type, batch_type, tangent_none, tangent_elastic, status_ok
@@ -164,23 +165,36 @@ contains
       if (bad > 0) bad = from - 1 + bad
       if (bad > 0) return
       if (size(results%plastic) > 0) call store_batch(from, batch, results)
-      if (wide) then
-        call add_wide_force(n, count, weight, batch%piola, integration%gradient(b), work%wide, tensor, force)
-      else
-        call add_force(d, m, n, count, weight, batch%piola, integration%gradient(b), tensor, force)
-      end if
-      if (tangent == tangent_none) return
-      if (wide) then
-        call add_wide_stiffness(n, count, slot%law%symmetric .or. tangent == tangent_elastic, &
-          from == integration%first(group), weight, integration%gradient(b), batch%tangent, work%wide, block)
-      else
-        call add_stiffness(d, m, n, count, slot%law%symmetric .or. tangent == tangent_elastic, &
-          from == integration%first(group), weight, integration%gradient(b), batch%tangent, work%products, block)
-      end if
-      if (treated) call add_pressure_stiffness(d, m, n, count, weight, integration%gradient(b), tensor, work%pressure, &
-        block)
+      call add_run(d, m, n, count, wide, slot%law%symmetric .or. tangent == tangent_elastic, &
+        from == integration%first(group), tangent /= tangent_none, weight, integration%gradient(b), work, force, block)
+      if (treated .and. tangent /= tangent_none) call add_pressure_stiffness(d, m, n, count, weight, &
+        integration%gradient(b), tensor, work%pressure, block)
     end associate
   end subroutine evaluate_run
+
+  !> Force and stiffness of a run of points whose law has been asked.
+  subroutine add_run(d, m, n, count, wide, symmetric, first, with_tangent, weight, gradient, work, force, block)
+    !> Dimension, directions of a gradient, nodes and points.
+    integer, intent(in) :: d, m, n, count
+    !> Which products; all tangents are symmetric; there is nothing in the block yet; stiffness is wanted.
+    logical, intent(in) :: wide, symmetric, first, with_tangent
+    !> V (points), and the gradients.
+    real(wp), intent(in) :: weight(:), gradient(*)
+    !> Work space with the stresses and tangents of the points.
+    type(work_type), intent(inout) :: work
+    !> Internal force and stiffness.
+    real(wp), intent(inout) :: force(:), block(:)
+
+    if (wide) then
+      call add_wide_force(n, count, weight, work%batch%piola, gradient, work%products%tensor, force)
+      if (with_tangent) call add_wide_stiffness(n, count, symmetric, first, weight, gradient, work%batch%tangent, &
+        work%wide, block)
+    else
+      call add_force(d, m, n, count, weight, work%batch%piola, gradient, work%products%tensor, force)
+      if (with_tangent) call add_stiffness(d, m, n, count, symmetric, first, weight, gradient, work%batch%tangent, &
+        work%products, block)
+    end if
+  end subroutine add_run
 
   !> Last of the leading points of one material.
   pure integer function end_of_run(material) result(last)

@@ -4,11 +4,8 @@
 !> They are formed in blocks of four nodes (qsmpm_wide_kernels). Of the points whose tangent is symmetric, which under a
 !> law that is not are those that stay elastic, half of the stiffness is formed.
 module qsmpm_wide_products
-  use, intrinsic :: iso_c_binding, only: c_int
   use qsmpm_kinds, only: wp
-  use qsmpm_wide_kernels, only: width, find_tensors, add_forces, form_stiffness
-  use qsmpm_wide_kernels_avx2, only: find_tensors_avx2 => find_tensors, add_forces_avx2 => add_forces, &
-    form_stiffness_avx2 => form_stiffness
+  use qsmpm_wide_kernels, only: width, has_avx2, find_tensors, add_forces, form_stiffness
   implicit none
   private
 
@@ -16,35 +13,28 @@ module qsmpm_wide_products
 
   !> Most nodes of an element, and points of a slice, so that their gradients stay in the cache.
   integer, parameter :: most_of_element = 20, most_points = 64
-  !> Differences of a tangent and its transpose, relative to the largest value of its diagonal, that are due to rounding.
+  !> Differences of a tangent and its transpose, relative to the largest value of the diagonal, that are rounding.
   real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
 
   !> Work space; its arrays fit the largest group.
   type :: wide_type
-    !> The processor has AVX2.
-    logical :: avx2 = .false.
     !> Displacements of the nodes, component by component; what the stiffness is made of (qsmpm_wide_kernels).
     real(wp), allocatable :: u(:), packed(:), scaled(:), panel(:)
     !> Points of a run, those with a symmetric tangent behind the others.
     integer, allocatable :: order(:)
   end type wide_type
 
-  interface
-    !> Whether the processor has AVX2 and FMA, 0 or 1 (processor.c).
-    pure integer(c_int) function has_avx2() bind(c, name='qsmpm_has_avx2')
-      import :: c_int
-    end function has_avx2
-  end interface
-
 contains
 
-  !> Whether a group is taken here: in space, with more nodes than an element.
+  !> Whether a group is taken here: in space, with more nodes than an element, by a processor with wide registers; by
+  !> others the library is faster.
   pure logical function is_wide(dimension, n)
     !> 2 or 3, and the number of nodes.
     integer, intent(in) :: dimension
     integer, intent(in) :: n
 
     is_wide = dimension == 3 .and. n > most_of_element
+    if (is_wide) is_wide = has_avx2() == 1
   end function is_wide
 
   !> Room for groups of some size; what is there already stays.
@@ -60,7 +50,6 @@ contains
     type(wide_type), intent(inout) :: wide
 
     if (.not. is_wide(dimension, nodes)) return
-    wide%avx2 = has_avx2() /= 0
     if (.not. allocated(wide%u)) allocate (wide%u(3*padded(nodes)))
     if (.not. with_tangent .or. allocated(wide%order)) return
     associate (n => min(points, most_points))
@@ -97,23 +86,17 @@ contains
       wide%u(first + whole + 1:first + padded(n) - (n - whole)) = 0.0_wp
       wide%u(first + padded(n) - (n - whole) + 1:first + padded(n)) = u(i, whole + 1:)
     end do
-    if (wide%avx2) then
-      call find_tensors_avx2(n, padded(n)/width, points, wide%u, gradient, tensor)
-    else
-      call find_tensors(n, padded(n)/width, points, wide%u, gradient, tensor)
-    end if
+    call find_tensors(n, padded(n)/width, points, wide%u, gradient, tensor)
   end subroutine find_wide_gradients
 
   !> Internal forces of points.
-  pure subroutine add_wide_force(n, points, weight, piola, gradient, wide, tensor, force)
+  pure subroutine add_wide_force(n, points, weight, piola, gradient, tensor, force)
     !> Number of nodes and of points.
     integer, intent(in) :: n
     integer, intent(in) :: points
     !> V (points), and Q (9, points or more).
     real(wp), intent(in) :: weight(:), piola(:, :)
     real(wp), intent(in) :: gradient(*)
-    !> Work space.
-    type(wide_type), intent(in) :: wide
     !> Scratch.
     real(wp), intent(inout) :: tensor(9, points)
     !> (3, n)
@@ -123,11 +106,7 @@ contains
     do q = 1, points
       tensor(:, q) = weight(q)*piola(:9, q)
     end do
-    if (wide%avx2) then
-      call add_forces_avx2(n, points, tensor, gradient, force)
-    else
-      call add_forces(n, points, tensor, gradient, force)
-    end if
+    call add_forces(n, points, tensor, gradient, force)
   end subroutine add_wide_force
 
   !> Stiffness of points, a slice of them at a time.
@@ -155,15 +134,8 @@ contains
     do while (from <= points)
       whole = from > others
       to = min(merge(points, others, whole), from + most_points - 1)
-      associate (point => wide%order(from:to))
-        if (wide%avx2) then
-          call form_stiffness_avx2(n, padded(n)/width, to - from + 1, point, whole, add, weight, gradient, tangent, &
-            wide%packed, wide%scaled, wide%panel, block)
-        else
-          call form_stiffness(n, padded(n)/width, to - from + 1, point, whole, add, weight, gradient, tangent, &
-            wide%packed, wide%scaled, wide%panel, block)
-        end if
-      end associate
+      call form_stiffness(n, padded(n)/width, to - from + 1, wide%order(from:to), whole, add, weight, gradient, &
+        tangent, wide%packed, wide%scaled, wide%panel, block)
       add = .true.
       from = to + 1
     end do

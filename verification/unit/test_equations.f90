@@ -60,7 +60,8 @@ contains
     call check_held_block(tests)
   end subroutine collect_equations
 
-  !> Blocks of many nodes in space, which are added row by row: two patches that share nodes, numbered against each other.
+  !> Blocks of many nodes in space, which are added row by row: three patches in a ring, so that
+  !> the nodes of one do not follow each other; the last one backwards.
   subroutine check_wide_blocks(tests, n)
     type(tests_type), intent(inout) :: tests
     !> Nodes of a patch.
@@ -69,14 +70,14 @@ contains
     type(connectivity_type) :: connectivity
     type(sparse_matrix_type) :: matrix
     type(error_type), allocatable :: error
-    logical :: constrained(3, 2*n - 5), changed
-    real(wp) :: dense(3*(2*n - 5), 3*(2*n - 5)), sparse(3*(2*n - 5), 3*(2*n - 5))
+    logical :: constrained(3, 3*(n - 5)), changed
+    real(wp) :: dense(9*(n - 5), 9*(n - 5)), sparse(9*(n - 5), 9*(n - 5))
     character(len=16) :: name
     integer :: a, k
 
-    connectivity%count = 2
-    connectivity%first = [1, 1 + n, 1 + 2*n]
-    connectivity%nodes = [(a, a=1, n), (2*n - 4 - a, a=1, n)]
+    connectivity%count = 3
+    connectivity%first = [1, 1 + n, 1 + 2*n, 1 + 3*n]
+    connectivity%nodes = [(a, a=1, n), (n - 5 + a, a=1, n), (1 + modulo(3*n - 10 - a, 3*(n - 5)), a=1, n)]
     constrained = .false.
     constrained(1, 2) = .true.
     constrained(2:3, n - 1) = .true.
