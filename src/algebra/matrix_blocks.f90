@@ -2,14 +2,19 @@
 !>
 !> Most pairs have all their components free and all their entries stored; those are added without a question. The
 !> others, at constrained nodes and on the diagonal where one triangle is stored, are added component by component.
+!> Blocks of many nodes in space are added row by row (qsmpm_matrix_rows).
 module qsmpm_matrix_blocks
   use qsmpm_kinds, only: wp
   use qsmpm_equations, only: equations_type
+  use qsmpm_matrix_rows, only: add_rows
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   implicit none
   private
 
   public :: add_block, add_products, add_scalar_block, add_diagonal
+
+  !> Nodes from which blocks in space are added row by row.
+  integer, parameter :: fewest_of_rows = 16
 
 contains
 
@@ -109,6 +114,14 @@ contains
     logical :: free(n)
 
     call find_row_ends(d, n, nodes, number, row_first, row_end, free)
+    if (d == 3 .and. n >= fewest_of_rows) then
+      call add_rows(n, offset, row_end, symmetric, block, values)
+      do a = 1, merge(n, 0, symmetric)
+        if (offset(a, a) /= 0) call add_pair(d, number(:, nodes(a)), number(:, nodes(a)), offset(a, a), symmetric, &
+          row_first, block(a, :, :, a), values)
+      end do
+      return
+    end if
     do b = 1, n
       do a = 1, n
         if (offset(a, b) == 0) cycle

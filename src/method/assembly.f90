@@ -25,7 +25,7 @@ module qsmpm_assembly
 
   !> Numbers in the blocks of a chunk, so that they stay in the cache until they are added, and chunks of an evaluation,
   !> so that threads have something to take in turns.
-  integer, parameter :: cached = 2**17, chunks = 24
+  integer, parameter :: cached = 2**15, chunks = 24
   !> Points from which an evaluation, some 0.2 microseconds each, is worth waking the threads.
   integer, parameter :: fewest_points = 2000
 

@@ -2,8 +2,9 @@
 !> internal force and stiffness block.
 !>
 !> Runs of points of one material go to their law together; where the material asks for it they share
-!> one pressure (qsmpm_uniform_pressure). The products over nodes are those of qsmpm_group_stiffness. A
-!> group writes to its own places of the results only.
+!> one pressure (qsmpm_uniform_pressure). The products over nodes are those of qsmpm_group_stiffness, with
+!> more nodes than an element has in space those of qsmpm_wide_products. A group writes to its own
+!> places of the results only.
 module qsmpm_group_evaluation
   use qsmpm_kinds, only: wp, long
   use qsmpm_law, only: law_slot_type, batch_type, tangent_none, tangent_elastic, status_ok
@@ -13,6 +14,8 @@ module qsmpm_group_evaluation
   use qsmpm_uniform_pressure, only: find_pressure
   use qsmpm_group_stiffness, only: products_type, allocate_products, find_gradients, add_force, add_stiffness, &
     add_pressure_stiffness
+  use qsmpm_wide_products, only: wide_type, is_wide, allocate_wide, find_wide_gradients, add_wide_force, &
+    add_wide_stiffness
   implicit none
   private
 
@@ -34,6 +37,7 @@ module qsmpm_group_evaluation
     !> Work space of groups of one pressure, empty when there are none.
     type(pressure_type) :: pressure
     type(products_type) :: products
+    type(wide_type) :: wide
     !> Displacement of the group's nodes (dimension*n).
     real(wp), allocatable :: u(:)
   end type work_type
@@ -59,6 +63,7 @@ contains
     components = merge(5, 9, dimension == 2)
     treated = any(laws%pressure_factor > 0.0_wp)
     call allocate_products(dimension, integration%directions, most, nodes, tangent /= tangent_none, work%products)
+    call allocate_wide(dimension, most, nodes, tangent /= tangent_none, work%wide)
     if ((tangent /= tangent_none .or. treated) .and. .not. allocated(work%batch%tangent)) &
       allocate (work%batch%tangent(components, components, most))
     if (allocated(work%u)) return
@@ -132,16 +137,21 @@ contains
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
     integer :: n, m, b, count
-    logical :: treated
+    logical :: treated, wide
 
     n = integration%node_first(group + 1) - integration%node_first(group)
     m = integration%directions
     count = to - from + 1
     b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
     treated = slot%pressure_factor > 0.0_wp .and. count > 1
+    wide = is_wide(d, n) .and. .not. treated
     work%batch%count = count
     associate (batch => work%batch, tensor => work%products%tensor, weight => integration%weight(from:to))
-      call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
+      if (wide) then
+        call find_wide_gradients(n, count, work%u, integration%gradient(b), work%wide, tensor)
+      else
+        call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
+      end if
       call load_gradients(integration, d, from, tensor, batch)
       call load_states(integration, points, from, batch)
       if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
@@ -155,14 +165,36 @@ contains
       if (bad > 0) bad = from - 1 + bad
       if (bad > 0) return
       if (size(results%plastic) > 0) call store_batch(from, batch, results)
-      call add_force(d, m, n, count, weight, batch%piola, integration%gradient(b), tensor, force)
-      if (tangent == tangent_none) return
-      call add_stiffness(d, m, n, count, slot%law%symmetric .or. tangent == tangent_elastic, &
-        from == integration%first(group), weight, integration%gradient(b), batch%tangent, work%products, block)
-      if (treated) call add_pressure_stiffness(d, m, n, count, weight, integration%gradient(b), tensor, work%pressure, &
-        block)
+      call add_run(d, m, n, count, wide, slot%law%symmetric .or. tangent == tangent_elastic, &
+        from == integration%first(group), tangent /= tangent_none, weight, integration%gradient(b), work, force, block)
+      if (treated .and. tangent /= tangent_none) call add_pressure_stiffness(d, m, n, count, weight, &
+        integration%gradient(b), tensor, work%pressure, block)
     end associate
   end subroutine evaluate_run
+
+  !> Force and stiffness of a run of points whose law has been asked.
+  subroutine add_run(d, m, n, count, wide, symmetric, first, with_tangent, weight, gradient, work, force, block)
+    !> Dimension, directions of a gradient, nodes and points.
+    integer, intent(in) :: d, m, n, count
+    !> Which products; all tangents are symmetric; there is nothing in the block yet; stiffness is wanted.
+    logical, intent(in) :: wide, symmetric, first, with_tangent
+    !> V (points), and the gradients.
+    real(wp), intent(in) :: weight(:), gradient(*)
+    !> Work space with the stresses and tangents of the points.
+    type(work_type), intent(inout) :: work
+    !> Internal force and stiffness.
+    real(wp), intent(inout) :: force(:), block(:)
+
+    if (wide) then
+      call add_wide_force(n, count, weight, work%batch%piola, gradient, work%products%tensor, force)
+      if (with_tangent) call add_wide_stiffness(n, count, symmetric, first, weight, gradient, work%batch%tangent, &
+        work%wide, block)
+    else
+      call add_force(d, m, n, count, weight, work%batch%piola, gradient, work%products%tensor, force)
+      if (with_tangent) call add_stiffness(d, m, n, count, symmetric, first, weight, gradient, work%batch%tangent, &
+        work%products, block)
+    end if
+  end subroutine add_run
 
   !> Last of the leading points of one material.
   pure integer function end_of_run(material) result(last)

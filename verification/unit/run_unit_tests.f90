@@ -16,6 +16,7 @@ program run_unit_tests
   use test_element, only: collect_element
   use test_element_face, only: collect_element_face
   use test_quadrature, only: collect_quadrature
+  use test_wide_products, only: collect_wide_products
   use test_zero_modes, only: collect_zero_modes
   use test_mohr_coulomb, only: collect_mohr_coulomb
   use test_softening, only: collect_softening
@@ -223,6 +224,7 @@ program run_unit_tests
   call register('initial_stresses', collect_initial_stresses)
   call register('pushed_material', collect_pushed_material)
   call register('point_bins', collect_point_bins)
+  call register('wide_products', collect_wide_products)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
   call register('point_laws', collect_point_laws)

@@ -55,7 +55,65 @@ contains
     call check_blocks(tests, 2)
     call check_blocks(tests, 3)
     call check_blocks(tests, 4)
+    call check_wide_blocks(tests, 16)
+    call check_wide_blocks(tests, 19)
+    call check_held_block(tests)
   end subroutine collect_equations
+
+  !> Blocks of many nodes in space, which are added row by row: three patches in a ring, so that
+  !> the nodes of one do not follow each other; the last one backwards.
+  subroutine check_wide_blocks(tests, n)
+    type(tests_type), intent(inout) :: tests
+    !> Nodes of a patch.
+    integer, intent(in) :: n
+    type(equations_type) :: equations
+    type(connectivity_type) :: connectivity
+    type(sparse_matrix_type) :: matrix
+    type(error_type), allocatable :: error
+    logical :: constrained(3, 3*(n - 5)), changed
+    real(wp) :: dense(9*(n - 5), 9*(n - 5)), sparse(9*(n - 5), 9*(n - 5))
+    character(len=16) :: name
+    integer :: a, k
+
+    connectivity%count = 3
+    connectivity%first = [1, 1 + n, 1 + 2*n, 1 + 3*n]
+    connectivity%nodes = [(a, a=1, n), (n - 5 + a, a=1, n), (1 + modulo(3*n - 10 - a, 3*(n - 5)), a=1, n)]
+    constrained = .false.
+    constrained(1, 2) = .true.
+    constrained(2:3, n - 1) = .true.
+    constrained(:, 4) = .true.
+    do k = 1, 2
+      equations%symmetric = k == 2
+      write (name, '(i0,a)') n, merge(', one triangle', '              ', k == 2)
+      call number_equations(equations, connectivity, constrained, matrix, changed, error)
+      matrix%values = 0.0_wp
+      call fill(equations, connectivity, matrix, dense, .true.)
+      call to_dense(equations, matrix, sparse)
+      call tests%close('blocks row by row, nodes: '//trim(name), maxval(abs(dense - sparse)), 0.0_wp, 1.0e-13_wp)
+    end do
+  end subroutine check_wide_blocks
+
+  !> A block of many nodes of which but one component is free.
+  subroutine check_held_block(tests)
+    type(tests_type), intent(inout) :: tests
+    type(equations_type) :: equations
+    type(connectivity_type) :: connectivity
+    type(sparse_matrix_type) :: matrix
+    type(error_type), allocatable :: error
+    logical :: constrained(3, 16), changed
+    real(wp) :: dense(48, 48), sparse(48, 48)
+    integer :: a
+
+    connectivity%count = 1
+    connectivity%first = [1, 17]
+    connectivity%nodes = [(a, a=1, 16)]
+    constrained = .true.
+    constrained(2, 9) = .false.
+    call number_equations(equations, connectivity, constrained, matrix, changed, error)
+    call fill(equations, connectivity, matrix, dense, .true.)
+    call to_dense(equations, matrix, sparse)
+    call tests%close('a row of one entry', maxval(abs(dense - sparse)), 0.0_wp, 1.0e-13_wp)
+  end subroutine check_held_block
 
   !> Blocks and scalar blocks of any number of components, whole and in one triangle: nodes that are free, held in part and
   !> held altogether, against a dense matrix. Source: the sums by hand; round-off.
