@@ -547,7 +547,8 @@ contains
     if (.not. allocated(error)) call observer%accepted(model, record, error)
     call agree(loop%team, error)
     if (.not. allocated(error)) call take_parts(model, loop, observer, error)
-    if (.not. allocated(error)) call even_parts(model, loop, observer, error)
+    ! What has been put together is shared as the points lie now.
+    if (.not. (allocated(error) .or. joins)) call even_parts(model, loop, observer, error)
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
       loop%report, observer)
     call switch_timer(loop%step%profile%watch, part_control)

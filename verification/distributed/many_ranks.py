@@ -126,7 +126,7 @@ def chosen_together(place: Place) -> None:
     stiff = [place.run("qsmpm-mpi", cut(14, 0.495, 2.0, 1, solver=solver), f"stiff-{solver}", ranks=2) for solver in ("AUTO", "MUMPS")]
     expect(stiff[0].curves == stiff[1].curves, "AUTO is not MUMPS with soil that nearly keeps its volume")
     deck = cut(14, 0.48, 7.0, 7, restart="*RESTART, EVERY=1\n")
-    deck += deck[deck.index("*PHASE"):].replace("NAME=gravity", "NAME=hold").replace("STEPS=7", "STEPS=12")
+    deck += deck[deck.index("*PHASE"):].replace("NAME=gravity", "NAME=hold").replace("STEPS=7", "STEPS=8")
     alone = place.run("qsmpm", deck, "alone", seconds=300)
     through = place.run("qsmpm-mpi", deck, "through", ranks=2, seconds=300)
     expect(through.log.count("the first one solves") == 1, through.log)
