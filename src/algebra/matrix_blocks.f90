@@ -116,10 +116,7 @@ contains
     call find_row_ends(d, n, nodes, number, row_first, row_end, free)
     if (d == 3 .and. n >= fewest_of_rows) then
       call add_rows(n, offset, row_end, symmetric, block, values)
-      do a = 1, merge(n, 0, symmetric)
-        if (offset(a, a) /= 0) call add_pair(d, number(:, nodes(a)), number(:, nodes(a)), offset(a, a), symmetric, &
-          row_first, block(a, :, :, a), values)
-      end do
+      if (symmetric) call add_diagonal_pairs(d, n, nodes, offset, number, row_first, block, values)
       return
     end if
     do b = 1, n
@@ -154,6 +151,22 @@ contains
       end do
     end do
   end subroutine add_planes
+
+  !> Add the pairs of nodes on the diagonal, of which one triangle is stored.
+  pure subroutine add_diagonal_pairs(d, n, nodes, offset, number, row_first, block, values)
+    !> Components and nodes.
+    integer, intent(in) :: d, n
+    !> As for `add_pairs`.
+    integer, intent(in) :: nodes(n), offset(n, n), number(d, *), row_first(*)
+    real(wp), intent(in) :: block(n, d, d, n)
+    real(wp), intent(inout) :: values(*)
+    integer :: a
+
+    do a = 1, n
+      if (offset(a, a) /= 0) call add_pair(d, number(:, nodes(a)), number(:, nodes(a)), offset(a, a), .true., &
+        row_first, block(a, :, :, a), values)
+    end do
+  end subroutine add_diagonal_pairs
 
   !> Where the rows of the nodes of a patch end, and which nodes have all their components free.
   pure subroutine find_row_ends(d, n, nodes, number, row_first, row_end, free)

@@ -23,7 +23,7 @@ module qsmpm_body_quadrature
   implicit none
   private
 
-  public :: body_quadrature_type, told_states_type, sort_seeds, choose_sources, position_of, nearest_in, &
+  public :: body_quadrature_type, received_states_type, sort_seeds, choose_sources, position_of, nearest_in, &
     nearest_of_body, source_material, put_bodies, is_filled
 
   !> What a body may lack of a cell that it fills: rounding.
@@ -31,10 +31,10 @@ module qsmpm_body_quadrature
 
   !> Material points of other processes that integration points take their states from: materials, volumes, these over
   !> those at the start (n), stresses (4 or 6, n) and states of the laws (states, n).
-  type :: told_states_type
+  type :: received_states_type
     integer, allocatable :: material(:)
     real(wp), allocatable :: volume(:), volume_ratio(:), stress(:, :), state(:, :)
-  end type told_states_type
+  end type received_states_type
 
   !> Integration points sorted by cell; no bodies and no cells where nothing is carried.
   type :: body_quadrature_type
@@ -43,10 +43,10 @@ module qsmpm_body_quadrature
     !> Those of a cell: first(c) : first(c+1)-1 (cell_count+1).
     integer, allocatable :: first(:)
     !> Local coordinates (dimension, n), volumes, bodies and material points they take their state from (n): below 0
-    !> one of `told`, 0 in a cell too far from those of this process to matter.
+    !> one of `received`, 0 in a cell too far from those of this process to matter.
     real(wp), allocatable :: local(:, :), volume(:)
     integer, allocatable :: body(:), source(:)
-    type(told_states_type) :: told
+    type(received_states_type) :: received
     !> Half lengths of the boxes that they stand for, and ends of these in the cell (dimension, n).
     real(wp), allocatable :: half(:, :), low(:, :), high(:, :)
     !> Share of each cell that carried bodies hold (cell_count).
@@ -81,8 +81,8 @@ contains
     n = quadrature%first(size(volumes) + 1) - 1
     allocate (quadrature%volume(n), quadrature%body(n))
     allocate (quadrature%source(n), source=0)
-    allocate (quadrature%told%material(0), quadrature%told%volume(0), quadrature%told%volume_ratio(0), &
-      quadrature%told%stress(0, 0), quadrature%told%state(0, 0))
+    allocate (quadrature%received%material(0), quadrature%received%volume(0), quadrature%received%volume_ratio(0), &
+      quadrature%received%stress(0, 0), quadrature%received%state(0, 0))
     rows = 0
     if (n > 0) rows = size(list%local, 1)
     allocate (quadrature%local(rows, n))
@@ -199,7 +199,7 @@ contains
     if (quadrature%source(i) > 0) then
       material = points%material(quadrature%source(i))
     else
-      material = quadrature%told%material(-quadrature%source(i))
+      material = quadrature%received%material(-quadrature%source(i))
     end if
   end function source_material
 
@@ -212,7 +212,7 @@ contains
     if (quadrature%source(i) > 0) then
       volume = points%volume(quadrature%source(i))
     else
-      volume = quadrature%told%volume(-quadrature%source(i))
+      volume = quadrature%received%volume(-quadrature%source(i))
     end if
   end function source_volume
 

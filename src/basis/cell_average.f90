@@ -14,7 +14,7 @@ module qsmpm_cell_average
   use qsmpm_law, only: law_slot_type
   use qsmpm_domains, only: domains_type
   use qsmpm_domain_pieces, only: pieces_type, cut_domains, whole_points
-  use qsmpm_body_quadrature, only: body_quadrature_type, told_states_type, put_bodies, is_filled
+  use qsmpm_body_quadrature, only: body_quadrature_type, received_states_type, put_bodies, is_filled
   use qsmpm_cell_fit, only: fit_cell, fit_order, monomials, monomial_count
   use qsmpm_integration, only: integration_type, allocate_integration, set_group_nodes, set_basis, &
     set_average, take_point
@@ -63,12 +63,12 @@ contains
     integration%axisymmetric = is_axisymmetric
     call set_group_nodes(mesh, space, pieces%cell, integration)
     call count_points(mesh, space, pieces, whole, integration%first, own)
-    if (present(bodies)) integration%told = size(bodies%told%material)
-    own = own + integration%told
-    call allocate_integration(mesh%dimension, size(points%stress, 1), size(points%state, 1), own, .false., integration)
+    if (present(bodies)) integration%received = size(bodies%received%material)
+    call allocate_integration(mesh%dimension, size(points%stress, 1), size(points%state, 1), &
+      integration%received + own, .false., integration)
+    if (integration%received > 0) call take_received(bodies%received, integration)
     inaccurate = 0
-    own = integration%told
-    if (own > 0) call take_told(bodies%told, integration)
+    own = integration%received
     do g = 1, size(whole)
       if (whole(g)) then
         call points_of_cell(activation, points, pieces, g, bodies, chosen)
@@ -82,15 +82,15 @@ contains
     end do
   end subroutine integrate_in_cells
 
-  !> Start states of points that others have told of.
-  pure subroutine take_told(told, integration)
-    type(told_states_type), intent(in) :: told
+  !> Start states of points of other processes.
+  pure subroutine take_received(received, integration)
+    type(received_states_type), intent(in) :: received
     type(integration_type), intent(inout) :: integration
 
-    integration%stress(:, :integration%told) = told%stress
-    integration%state(:, :integration%told) = told%state
-    integration%volume_ratio(:integration%told) = told%volume_ratio
-  end subroutine take_told
+    integration%stress(:, :integration%received) = received%stress
+    integration%state(:, :integration%received) = received%state
+    integration%volume_ratio(:integration%received) = received%volume_ratio
+  end subroutine take_received
 
   !> The points that a cell owns; of a cell with parts of carried bodies those of the first one.
   pure subroutine points_of_cell(activation, points, pieces, g, bodies, chosen)
@@ -193,8 +193,8 @@ contains
       if (p > 0) then
         call take_point(points, p, pieces%share(n), q, integration)
       else
-        integration%weight(q) = pieces%share(n)*bodies%told%volume(-p)
-        integration%material(q) = bodies%told%material(-p)
+        integration%weight(q) = pieces%share(n)*bodies%received%volume(-p)
+        integration%material(q) = bodies%received%material(-p)
         integration%source(q) = p
       end if
     end do

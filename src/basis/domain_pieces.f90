@@ -19,7 +19,7 @@ module qsmpm_domain_pieces
   type :: pieces_type
     !> Cells that hold pieces, rising; the pieces of cell(g) are first(g) : first(g+1)-1.
     integer, allocatable :: cell(:), first(:)
-    !> Material point of each piece, below 0 one that others have told of (qsmpm_body_quadrature), and the share of its
+    !> Material point of each piece, below 0 one of another process (qsmpm_body_quadrature), and the share of its
     !> volume (n).
     integer, allocatable :: point(:)
     real(wp), allocatable :: share(:)

@@ -51,7 +51,7 @@ module qsmpm_integration
     !> Of the Gauss points: start stress (4 or 6, m), law state (states, m), volume ratio (m).
     real(wp), allocatable :: stress(:, :), state(:, :), volume_ratio(:)
     !> The first of these are no Gauss points', but material points' that are on other processes of a team.
-    integer :: told = 0
+    integer :: received = 0
     !> Displacement gradients of the step to be used in place of those of the functions; unallocated as a
     !> rule (dimension, dimension, n).
     real(wp), allocatable :: given(:, :, :)

@@ -135,7 +135,7 @@ contains
     type(integration_type), intent(inout) :: merged
     integer :: group(size(taken)), g, h, a, b, q, k, n, m, from, to, j
 
-    merged%told = integration%told
+    merged%received = integration%received
     if (allocated(integration%given)) allocate (merged%given, mold=integration%given)
     do g = 1, size(patch)
       group(integration%first(g):integration%first(g + 1) - 1) = g

@@ -178,7 +178,7 @@ contains
       associate (nodes => integration%nodes(integration%node_first(g):integration%node_first(g + 1) - 1))
         do q = integration%first(g), integration%first(g + 1) - 1
           ! Of bodies that are integrated inside of their outlines.
-          if (integration%source(q) < 0 .and. integration%source(q) >= -integration%told) cycle
+          if (integration%source(q) < 0 .and. integration%source(q) >= -integration%received) cycle
           if (.not. bodies%carried(body_of(model, activation, integration, g, q))) cycle
           b = integration%directions*place_of(integration, g, q)
           do j = 1, integration%directions

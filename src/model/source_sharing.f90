@@ -172,12 +172,12 @@ contains
     type(body_quadrature_type), intent(inout) :: quadrature
     integer :: i
 
-    associate (told => quadrature%told)
-      told%material = nint(answers(keys + 1, :))
-      told%volume = answers(keys + 2, :)
-      told%volume_ratio = answers(keys + 3, :)
-      told%stress = answers(numbers + 1:numbers + components, :)
-      told%state = answers(numbers + components + 1:, :)
+    associate (received => quadrature%received)
+      received%material = nint(answers(keys + 1, :))
+      received%volume = answers(keys + 2, :)
+      received%volume_ratio = answers(keys + 3, :)
+      received%stress = answers(numbers + 1:numbers + components, :)
+      received%state = answers(numbers + components + 1:, :)
       quadrature%source(asking) = [(-i, i=1, size(asking))]
     end associate
   end subroutine take_answers
