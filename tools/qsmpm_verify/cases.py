@@ -13,7 +13,8 @@ A file describes one deck and its variants:
     exit_code = 0                 what the program must return
     time_limit = 60               CPU seconds (of a thread) until it is stopped
     expected_to_fail = "..."      why exit code or figures miss, with the figure that is got (see below)
-    command = "run"               run, or point for the test of one material point
+    command = "run"               run, point for the test of one material point, or python: `deck` is a script that
+                                  runs analyses itself, with PROGRAM and --out as words
     replace = [["old", "new"]]    text replacements in a copy of the deck; each must hit once or more
     each = [{n = 16}, {n = 64}]   one case an entry, {n} replaced in its texts (families.py)
     [[case.quantity]]             asked of this variant only
@@ -63,7 +64,7 @@ from qsmpm_verify.traces import TRACES
 from qsmpm_verify.trouble import Trouble
 
 EFFORTS = ("small", "quick", "long")
-COMMANDS = ("run", "point")
+COMMANDS = ("run", "point", "python")
 PLACES = ("last", "first", "max", "min", "every")
 
 
