@@ -156,8 +156,8 @@ contains
         end do
         if (any_of(model%part%team, within)) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
           'the line falls by '//short(fall)//' from '//across_name(tables)//' = '//short(from(1))//' to '// &
-          short(to(1))//', within the box of a material point, which takes its slope in the middle: let it fall over '// &
-          'the width of the wall, or of several points')
+          short(to(1))//', within the box of a material point, which takes its slope in the middle: let it '// &
+          'fall over the width of the wall, or of several points')
       end associate
     end do
   end subroutine check_falls
