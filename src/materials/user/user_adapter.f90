@@ -10,6 +10,7 @@ module qsmpm_user_adapter
   use qsmpm_law, only: status_ok, status_unrecoverable
   use qsmpm_marked_room, only: find_damage
   use qsmpm_plugin, only: silence, model_abandoned, guard_words
+  use qsmpm_rest_check, only: changes_at_rest, what_changes, rest_flows
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_text, only: string_type, integer_text, real_text
   use qsmpm_user_material, only: user_material_type
@@ -155,6 +156,7 @@ contains
     end_stress = stress
     increment%elastic_tangent = .true.
     call adapter%update(increment, end_stress, state, response)
+    if (response%status == status_ok) call tell_flow(adapter, increment, [stress, start_state], [end_stress, state])
     if (response%status == status_ok) call take_moduli(response%tangent, adapter%stiffness_scale, adapter%shear_scale)
     if (is_scale(adapter%stiffness_scale)) return
     if (response%status /= status_unrecoverable) then
@@ -167,6 +169,25 @@ contains
     call fail(error, error_user_material, 'the model has no stiffness '//place_text(stress)//': '//response%message// &
       '; STIFFNESS= tells one')
   end subroutine ask_stiffness
+
+  !> A model whose stress changes with time alone is said to.
+  subroutine tell_flow(adapter, increment, before, after)
+    class(adapter_type), intent(inout) :: adapter
+    !> A step without strain.
+    type(soil_increment_type), intent(in) :: increment
+    !> Stress and state at its start, one behind the other, and at its end.
+    real(wp), intent(in) :: before(:), after(:)
+    character(len=:), allocatable :: words
+    integer :: what
+
+    if (.not. changes_at_rest(before(:6), after(:6))) return
+    call what_changes(adapter, increment, before, after, what)
+    if (what /= rest_flows) return
+    words = 'its stress changes with time where nothing is strained: TIME= of the phases and their number of steps '// &
+      'count'
+    if (allocated(adapter%advice)) words = adapter%advice//'; '//words
+    adapter%advice = words
+  end subroutine tell_flow
 
   !> Whether stabilisation can be scaled by it.
   pure logical function is_scale(stiffness)
