@@ -62,15 +62,15 @@ contains
     if (any(gravity > 0.0_wp)) axis = maxloc(gravity, dim=1)
   end function vertical_of
 
-  !> Sense of the vertical in which it rises, against gravity: 1 where its coordinate grows upwards, as without gravity,
-  !> or -1.
+  !> Sense of the vertical in which it rises, against the gravity of the first phase that has some: 1 where its
+  !> coordinate grows upwards, as without gravity, or -1.
   pure real(wp) function upwards(analysis) result(up)
     type(analysis_type), intent(in) :: analysis
     integer :: p, axis
 
     up = 1.0_wp
     axis = vertical_of(analysis)
-    do p = 1, size(analysis%phases)
+    do p = size(analysis%phases), 1, -1
       associate (pull => analysis%phases(p)%load_factor*analysis%phases(p)%gravity%vector(axis))
         if (abs(pull) > 0.0_wp) up = -sign(1.0_wp, pull)
       end associate
