@@ -119,8 +119,8 @@ contains
         'CHANGE MATERIAL', 'the first phase begins with the materials of *BODY')
       do i = 1, size(phase%activations)
         if (phase%activations(i)%fill == fill_level .and. upwards(analysis) < 0.0_wp) call state%error_from( &
-          phase%activations(i)%where, 'ACTIVATE', 'FILL=LEVEL wants a coordinate that grows upwards, and gravity acts '// &
-          'along it here: turn the drawing, or take FILL=SHAPE')
+          phase%activations(i)%where, 'ACTIVATE', 'FILL=LEVEL wants a coordinate that grows upwards, and '// &
+          'gravity acts along it here: turn the drawing, or take FILL=SHAPE')
         b = body_number(analysis, phase%activations(i)%body)
         if (b > 0) call refuse(before(b) .and. .not. going(b), phase%activations(i), 'ACTIVATE', 'is there already')
         if (b > 0) call refuse(going(b), phase%activations(i), 'ACTIVATE', 'is taken out by the same phase')

@@ -134,8 +134,8 @@ contains
     end do
   end subroutine check_water
 
-  !> Water has one vertical and one upwards: where it has a level gravity acts most along the same coordinate, and in the
-  !> same sense, in all phases.
+  !> Water has one vertical and one upwards: where it has a level gravity acts most along the same coordinate, and
+  !> in the same sense, in all phases.
   subroutine check_direction(state)
     type(deck_state_type), intent(inout) :: state
     character(len=1), parameter :: letter(3) = ['x', 'y', 'z']

@@ -77,7 +77,8 @@ contains
     end do
     call see_bodies(model, seen)
     do i = 1, model%state%tracers%count
-      if (model%tracer_body(i) == 0) model%tracer_body(i) = longest_there(model, seen, model%state%tracers%position(:, i))
+      if (model%tracer_body(i) == 0) model%tracer_body(i) = longest_there(model, seen, &
+        model%state%tracers%position(:, i))
       if (model%tracer_body(i) == 0) model%tracer_body(i) = nearest_body(model, model%state%tracers%position(:, i))
     end do
   end subroutine find_tracer_bodies

@@ -205,7 +205,8 @@ contains
         now = bodies_active(model%analysis, p)
         if (.not. before(body) .or. now(body)) cycle
         model%notes = model%notes//'warning: '//where_text(history%where)//"*HISTORY: '"//history%name// &
-          "' follows body '"//name//"', which phase '"//phases(p)%name//"' takes out: from there on it tells nothing "// &
+          "' follows body '"//name//"', which phase '"//phases(p)%name// &
+          "' takes out: from there on it tells nothing "// &
           'of the ground; choose a place in a body that stays, or one on its face'//new_line('a')
         return
       end do

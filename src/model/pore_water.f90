@@ -21,8 +21,8 @@ module qsmpm_pore_water
   implicit none
   private
 
-  public :: has_water, has_pore_pressure, vertical_of, upwards, dry_tables, take_levels, water_forces, steady_pressure, &
-    update_pore_pressure
+  public :: has_water, has_pore_pressure, vertical_of, upwards, dry_tables, take_levels, water_forces, &
+    steady_pressure, update_pore_pressure
 
 contains
 

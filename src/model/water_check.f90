@@ -41,7 +41,8 @@ contains
     if (.not. has_water(model%analysis)) return
     none = 0.0_wp
     notes = ''
-    call make_overburden(model%mesh, model%shapes, none, vertical_of(model%analysis), ground, up=upwards(model%analysis))
+    call make_overburden(model%mesh, model%shapes, none, vertical_of(model%analysis), ground, &
+      up=upwards(model%analysis))
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         call levels_in_force(model, p, tables)
@@ -154,9 +155,9 @@ contains
           exit
         end do
         if (any_of(model%part%team, within)) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
-          'the line falls by '//short(fall)//' from '//across_name(tables)//' = '//short(from(1))//' to '//short(to(1))// &
-          ', within the box of a material point, which takes its slope in the middle: let it fall over the width of '// &
-          'the wall, or of several points')
+          'the line falls by '//short(fall)//' from '//across_name(tables)//' = '//short(from(1))//' to '// &
+          short(to(1))//', within the box of a material point, which takes its slope in the middle: let it '// &
+          'fall over the width of the wall, or of several points')
       end associate
     end do
   end subroutine check_falls

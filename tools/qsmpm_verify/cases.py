@@ -12,7 +12,9 @@ A file describes one deck and its variants:
     effort = "small"              small (debug build too), quick or long
     exit_code = 0                 what the program must return
     time_limit = 60               CPU seconds (of a thread) until it is stopped
-    command = "run"               run, or point for the test of one material point
+    expected_to_fail = "..."      why exit code or figures miss, with the figure that is got (see below)
+    command = "run"               run, point for the test of one material point, or python: `deck` is a script that
+                                  runs analyses itself, with PROGRAM and --out as words
     replace = [["old", "new"]]    text replacements in a copy of the deck; each must hit once or more
     each = [{n = 16}, {n = 64}]   one case an entry, {n} replaced in its texts (families.py)
     [[case.quantity]]             asked of this variant only
@@ -39,6 +41,11 @@ trace of the whole run:
     print = true                  the figure is printed and not asserted
     reason = "..."                why this tolerance
     source = "..."                overrides the file's
+    expected_to_fail = "..."      why it misses, with the figure that is got
+
+What is expected to fail is a fault that is known and not cured: it counts as passed while it misses, and as failed when
+it holds, so that the mark is taken off. The mark of a figure asks for a figure that is there and off; that of a
+case for any miss, an exit code, a limit of time or a figure that is not reached among them.
 """
 
 from __future__ import annotations
@@ -57,7 +64,7 @@ from qsmpm_verify.traces import TRACES
 from qsmpm_verify.trouble import Trouble
 
 EFFORTS = ("small", "quick", "long")
-COMMANDS = ("run", "point")
+COMMANDS = ("run", "point", "python")
 PLACES = ("last", "first", "max", "min", "every")
 
 
@@ -88,6 +95,7 @@ class Quantity:
     print: bool = False
     reason: str = ""
     source: str = ""
+    expected_to_fail: str = ""
 
 
 @dataclass(frozen=True)
@@ -103,6 +111,7 @@ class Case:
     time_limit: float = 120.0
     replace: tuple[tuple[str, str], ...] = ()
     command: str = "run"
+    expected_to_fail: str = ""
 
     def needs(self) -> set[str]:
         """Names of the cases this one is compared with."""
@@ -115,6 +124,13 @@ def check_keys(table: dict[str, Any], allowed: set[str], where: str) -> None:
     for key in table:
         if key not in allowed:
             raise CaseError(f"{where}: unknown key '{key}'; known are {', '.join(sorted(allowed))}")
+
+
+def _check_mark(table: dict[str, Any], where: str) -> None:
+    """What is expected to fail says what it gets: a sentence with a figure in it."""
+    mark = table.get("expected_to_fail")
+    if mark is not None and not (isinstance(mark, str) and any(letter.isdigit() for letter in mark)):
+        raise CaseError(f"{where}: expected_to_fail says the reason, with the figure that is got")
 
 
 def _check_reference(reference: Any, where: str) -> None:
@@ -171,6 +187,9 @@ def _quantity(table: dict[str, Any], source: str, where: str) -> Quantity:
     asserted = (quantity.reference is not None and quantity.tolerance is not None) or bounded
     if asserted == quantity.print:
         raise CaseError(f"{where}: give reference and tolerance, a bound, or print = true")
+    _check_mark(table, where)
+    if quantity.print and quantity.expected_to_fail:
+        raise CaseError(f"{where}: a figure that is only printed is not expected to fail")
     if asserted and not (quantity.reason and quantity.source):
         raise CaseError(f"{where}: an asserted figure names its reason and its source")
     return quantity
@@ -180,7 +199,7 @@ def printed_quantity(table: dict[str, Any], source: str, where: str, free: bool 
     """A quantity that is measured and not asserted; `free` allows one that is read elsewhere."""
     if free and set(table) == {"name"}:
         return Quantity(name=table["name"], print=True)
-    check_keys(table, set(Quantity.__dataclass_fields__) - {"tolerance", "tolerance_below", "at_least", "at_most", "print"}, where)
+    check_keys(table, set(Quantity.__dataclass_fields__) - {"tolerance", "tolerance_below", "at_least", "at_most", "print", "expected_to_fail"}, where)
     return _quantity({**table, "print": True}, source, where)
 
 
@@ -190,9 +209,11 @@ def _case(
     """One case out of its table and the file's."""
     check_keys(
         entry,
-        {"name", "title", "deck", "effort", "exit_code", "time_limit", "replace", "quantity", "command"},
+        {"name", "title", "deck", "effort", "exit_code", "time_limit", "replace", "quantity", "command",
+         "expected_to_fail"},
         where,
-    )
+    )  # fmt: skip
+    _check_mark(entry, where)
     own = tuple(_quantity(q, table.get("source", ""), where) for q in entry.get("quantity", []))
     if entry.get("effort", "quick") not in EFFORTS:
         raise CaseError(f"{where}: effort is one of {', '.join(EFFORTS)}")
@@ -212,6 +233,7 @@ def _case(
         time_limit=entry.get("time_limit", 120.0),
         command=entry.get("command", table.get("command", "run")),
         replace=tuple((old, str(new)) for old, new in entry.get("replace", [])),
+        expected_to_fail=entry.get("expected_to_fail", ""),
     )
 
 

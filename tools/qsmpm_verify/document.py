@@ -17,7 +17,7 @@ from qsmpm_verify.judge import Verdict, judge
 from qsmpm_verify.machine import describe
 from qsmpm_verify.places import CASES, STABILITY, TOP
 from qsmpm_verify.progress import Progress
-from qsmpm_verify.report import WORDS, closing_line, counts
+from qsmpm_verify.report import closing_line, counts, word_of
 from qsmpm_verify.runner import Run, run_all
 from qsmpm_verify.stability import load_rows
 from qsmpm_verify.studies import Study
@@ -133,7 +133,7 @@ def case_part(words: Namespace, program: Path) -> tuple[str, list[Verdict], dict
     rows = []
     for v in verdicts:
         error = "-" if v.error is None else f"{v.error:.1e}"
-        cells = [v.case, v.quantity, f"{v.value:.6g}", v.reference, error, v.tolerance, WORDS[v.held], v.note[:120]]
+        cells = [v.case, v.quantity, f"{v.value:.6g}", v.reference, error, v.tolerance, word_of(v), v.note[:120]]
         rows.append(("missed" if v.held is False else "", cells))
     header = ["case", "quantity", "value", "reference", "error", "tolerance", "verdict", "note"]
     missed = [row for row in rows if row[0]]

@@ -14,6 +14,11 @@ from qsmpm_verify.pages import link_to
 WORDS = {True: "held", False: "MISSED", None: "printed"}
 
 
+def word_of(verdict: Verdict) -> str:
+    """The verdict in a word."""
+    return "expected" if verdict.expected else WORDS[verdict.held]
+
+
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Columns under headings; the first is set to the left, the others to the right."""
     cells = [list(header), *(list(row) for row in rows)]
@@ -39,18 +44,18 @@ def verdict_table(verdicts: Sequence[Verdict]) -> str:
             v.reference,
             "-" if v.error is None else f"{v.error:.2e}",
             v.tolerance,
-            WORDS[v.held],
+            word_of(v),
             "-" if v.cpu_seconds is None else f"{v.cpu_seconds:.2f}",
         ]
         for v in verdicts
     ]
     header = ["case", "quantity", "value", "reference", "error", "tolerance", "verdict", "CPU s"]
-    notes = [f"{v.case}, {v.quantity}: {v.note}" for v in verdicts if v.note and v.held is False]
+    notes = [f"{v.case}, {v.quantity}: {v.note}" for v in verdicts if v.note and (v.held is False or v.expected)]
     return "\n".join([table(header, rows), *notes])
 
 
 def counts(verdicts: Sequence[Verdict]) -> tuple[int, int]:
-    """How many figures held and how many did not; printed ones count in neither."""
+    """How many figures held, or miss as they are expected to, and how many did not; printed ones count in neither."""
     return sum(v.held is True for v in verdicts), sum(v.held is False for v in verdicts)
 
 
@@ -78,7 +83,7 @@ def write_markdown(verdicts: Sequence[Verdict], command: str, path: Path, pictur
     for v in verdicts:
         error = "-" if v.error is None else f"{v.error:.2e}"
         cpu = "-" if v.cpu_seconds is None else f"{v.cpu_seconds:.2f}"
-        lines.append(f"| {v.case} | {v.quantity} | {v.value:.7g} | {v.reference} | {error} | {v.tolerance} | {WORDS[v.held]} | {cpu} |")
+        lines.append(f"| {v.case} | {v.quantity} | {v.value:.7g} | {v.reference} | {error} | {v.tolerance} | {word_of(v)} | {cpu} |")
     for picture in pictures:
         lines += ["", f"![{picture.stem.replace('_', ' ')}]({link_to(picture, path)})"]
     path.parent.mkdir(parents=True, exist_ok=True)

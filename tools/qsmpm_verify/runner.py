@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -76,9 +77,8 @@ def run_case(
     except (OSError, ValueError) as error:
         return Run(case, results, None, 0.0, str(error))
     started = time.monotonic()
-    command = [str(program), case.command, str(deck), "--out", str(results)]
     code, message = _execute(
-        command + (["--tangent"] if case.command == "point" else ["--threads", str(threads), *options]),
+        _command(case, program, deck, results, threads) + list(options),
         directory / "terminal.txt", case.time_limit, threads,
     )  # fmt: skip
     if code is not None and code != case.exit_code:
@@ -87,6 +87,14 @@ def run_case(
     if code is not None:
         cache.remember(directory, key, cache.Record(code, run.wall_seconds, message))
     return run
+
+
+def _command(case: Case, program: Path, deck: Path, results: Path, threads: int) -> list[str]:
+    """What is called: the program, or a script of the tree that calls the library beside it."""
+    if case.command == "python":
+        return [sys.executable, str(case.deck), str(program), "--out", str(results)]
+    words = ["--tangent"] if case.command == "point" else ["--threads", str(threads)]
+    return [str(program), case.command, str(deck), "--out", str(results), *words]
 
 
 def _execute(command: list[str], terminal: Path, time_limit: float, threads: int) -> tuple[int | None, str]:

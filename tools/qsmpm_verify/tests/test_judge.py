@@ -3,6 +3,7 @@
 import math
 import tempfile
 import unittest
+from dataclasses import replace
 from pathlib import Path
 
 from qsmpm_verify.cases import Case, CaseError, Quantity, load_file
@@ -79,6 +80,45 @@ class Judging(unittest.TestCase):
         self.assertFalse(math.isnan(verdict.value))
 
 
+class ExpectedToFail(unittest.TestCase):
+    """What is known to miss passes while it misses."""
+
+    def setUp(self) -> None:
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = Path(self.temporary.name)
+
+    def marked(self, mark: str = "", exit_code: int = 0, **quantity: object):
+        asked = Quantity("q", **{"column": "push", "tolerance": 0.01, **quantity})  # type: ignore[arg-type]
+        run = run_of(self.folder, exit_code=exit_code, expected_to_fail=mark)
+        run = replace(run, case=replace(run.case, quantities=(asked,)))
+        return judge(run.case, {"a/b": run})
+
+    def test_a_figure_that_misses_passes_and_shows_its_reason(self) -> None:
+        verdicts = self.marked(reference=2.1, expected_to_fail="5 % too low")
+        self.assertEqual(closing_line(verdicts), "2 passed, 0 failed")
+        self.assertRegex(verdict_table(verdicts), r"(?s)expected .*5 % too low")
+
+    def test_a_figure_that_holds_fails(self) -> None:
+        verdicts = self.marked(reference=2.0, expected_to_fail="5 % too low")
+        self.assertEqual(closing_line(verdicts), "1 passed, 1 failed")
+        self.assertIn("holds now: take the mark off", verdict_table(verdicts))
+
+    def test_a_figure_that_is_not_there_is_no_expected_failure(self) -> None:
+        self.assertEqual(closing_line(self.marked(reference=2.1, column="no", expected_to_fail="5 % off")), "1 passed, 1 failed")
+
+    def test_a_case_passes_while_its_exit_code_or_a_figure_misses(self) -> None:
+        for exit_code, reference in ((3, 2.0), (0, 2.1), (3, 2.1)):
+            verdicts = self.marked("stops at 2", exit_code, reference=reference)
+            self.assertEqual(closing_line(verdicts), "2 passed, 0 failed")
+        self.assertEqual(closing_line(self.marked("stops at 2", column="no", reference=2.0)), "2 passed, 0 failed")
+
+    def test_a_case_that_holds_fails(self) -> None:
+        verdicts = self.marked("stops at 2", reference=2.0)
+        self.assertEqual(closing_line(verdicts), "1 passed, 1 failed")
+        self.assertIn("take the mark off", verdict_table(verdicts))
+
+
 class Cases(unittest.TestCase):
     """Case files are read strictly."""
 
@@ -96,6 +136,11 @@ class Cases(unittest.TestCase):
     def test_an_unknown_key_is_an_error(self) -> None:
         with self.assertRaisesRegex(CaseError, "tolerence"):
             self.load('title="t"\ndeck="d"\n[[case]]\nname="n"\n[[case.quantity]]\nname="q"\ncolumn="c"\ntolerence=1\n')
+
+    def test_a_mark_names_a_figure(self) -> None:
+        for mark in ('"it fails"', "true"):
+            with self.assertRaisesRegex(CaseError, "expected_to_fail"):
+                self.load(f'title="t"\ndeck="d"\nsource="s"\n[[case]]\nname="n"\nexpected_to_fail={mark}\n')
 
     def test_an_assertion_needs_a_reason(self) -> None:
         with self.assertRaisesRegex(CaseError, "reason"):
