@@ -2,11 +2,12 @@
 !> process ended.
 program qsmpm_main
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use, intrinsic :: iso_c_binding, only: c_int
   use qsmpm_arguments, only: command_type, parse_arguments, usage_text, command_run, &
     command_check, command_point, command_plan, command_help, command_version, command_markdown
   use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text
   use qsmpm_display, only: display_plain, display_quiet, display_terminal
-  use qsmpm_error, only: error_type
+  use qsmpm_error, only: error_type, error_other
   use qsmpm_field_table, only: fields_markdown
   use qsmpm_plugin, only: model_abandoned, leave_process
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
@@ -22,6 +23,11 @@ program qsmpm_main
     !> Start the program again with threads that sleep while they wait (process_waits.c).
     subroutine wait_asleep() bind(c, name='qsmpm_wait_asleep')
     end subroutine wait_asleep
+
+    !> Meet the limits of the shell: kilobytes of a stack that is too small, 0 for enough (process_waits.c).
+    integer(c_int) function meet_limits() bind(c, name='qsmpm_meet_limits')
+      import :: c_int
+    end function meet_limits
   end interface
 
   type(string_type), allocatable :: words(:)
@@ -30,6 +36,12 @@ program qsmpm_main
   character(len=:), allocatable :: text
   integer :: code
 
+  code = meet_limits()
+  if (code > 0) then
+    write (error_unit, '(a,i0,a)') 'qsmpm: the stack of the process may have ', code, &
+      ' kB (ulimit -s), which is too little: ulimit -s 8192 is usual'
+    call exit_process(error_other)
+  end if
   call read_words(words)
   call parse_arguments(words, command, error)
   if (.not. allocated(error)) then

@@ -770,12 +770,46 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
         subprocess.run(["umount", str(disk)], check=False)
 
 
+def shell_limits(checks: Checks, folder: pathlib.Path) -> None:
+    """ulimit -f and -s: a file that may not grow ends a run like a full disk, and a small stack is met or told."""
+    (folder / "case.inp").write_text(block(factor=20, steps=600, columns=2))
+
+    def limited(kind: int, soft: int, hard: int, out: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([checks.binary, "run", str(folder / "case.inp"), "--out", str(folder / out)], capture_output=True, text=True,
+                              timeout=PATIENCE, preexec_fn=lambda: resource.setrlimit(kind, (soft, hard)))
+
+    run = limited(resource.RLIMIT_FSIZE, 80000, 80000, "short")
+    checks.check("a file that grows too large ends with exit 1 and says so", run.returncode == 1 and "File too large" in run.stderr,
+                 f"exit {run.returncode}: {run.stderr[-300:]}")
+    rows = (folder / "short" / "curves.csv").read_text()
+    checks.check("its rows are whole", rows.endswith("\n") and len({line.count(",") for line in rows.splitlines()}) == 1, rows[-200:])
+    checks.check("nothing is half written", not list((folder / "short").rglob("*.tmp")), str(list((folder / "short").rglob("*.tmp"))))
+    again = checks.run(folder, (folder / "case.inp").read_text(), "--restart", str(folder / "short" / "restart.h5"), out=folder / "room")
+    checks.check("and the last good state goes on", again.returncode == 0, again.stderr[-300:])
+    run = limited(resource.RLIMIT_STACK, 300 << 10, 300 << 10, "small")
+    checks.check("a stack that is too small is told", run.returncode == 1 and "stack" in run.stderr, f"exit {run.returncode}: {run.stderr[-300:]}")
+    run = limited(resource.RLIMIT_STACK, 300 << 10, resource.RLIM_INFINITY, "grown")
+    checks.check("one that may grow does", run.returncode == 0, f"exit {run.returncode}: {run.stderr[-300:]}")
+
+
+def piped(checks: Checks, folder: pathlib.Path) -> None:
+    """A deck through a named pipe is the deck."""
+    pipe, deck = folder / "pipe", block(steps=2)
+    os.mkfifo(pipe)
+    process = subprocess.Popen([checks.binary, "run", str(pipe), "--out", str(folder / "piped")], stderr=subprocess.PIPE, text=True)
+    pipe.write_text(deck)
+    words = process.communicate(timeout=PATIENCE)[1]
+    checks.run(folder, deck)
+    same = process.returncode == 0 and filecmp.cmp(folder / "out" / "curves.csv", folder / "piped" / "curves.csv", shallow=False)
+    checks.check("a deck through a pipe gives the curves of its file", same, words[-300:])
+
+
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
     for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, pressed, stretched, loaded, quiet, stopped_in_metis, follows, echo_runs, bases,
                  threads, sleeping_threads, two_runs, damaged, resealed, strange_library, planned, leaves_by_exit,
                  clocks_and_levels,
-                 small_memory, full_disk):
+                 small_memory, full_disk, shell_limits, piped):
         with tempfile.TemporaryDirectory() as name:
             try:
                 test(checks, pathlib.Path(name))

@@ -52,7 +52,8 @@ contains
     integer, intent(in) :: threads
     !> error_other: the process may not have so much memory.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: a(order, order), b(order, order), c(order, order)
+    ! On the heap: stacks may be small (ulimit -s).
+    real(wp), allocatable :: a(:, :), b(:, :), c(:, :)
     integer :: size
 
     size = buffer_size*max(1, threads)
@@ -61,8 +62,8 @@ contains
         ' MiB of address space, which this process may not have (ulimit -v)')
       return
     end if
-    a = 1.0_wp
-    b = 1.0_wp
+    allocate (a(order, order), b(order, order), source=1.0_wp)
+    allocate (c(order, order))
     !$omp parallel num_threads(max(1, threads)) private(c)
     call dgemm('N', 'N', order, order, order, 1.0_wp, a, order, b, order, 0.0_wp, c, order)
     !$omp end parallel

@@ -10,6 +10,7 @@ module qsmpm_stages
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_model, only: model_type
   use qsmpm_phase_tree, only: lineage
+  use qsmpm_pore_water, only: upwards
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_text, only: string_type, nearest_word, integer_text
@@ -238,7 +239,7 @@ contains
             traction%vector = traction%vector/kept
           else if (traction%follows) then
             call reach_pressure(pressure_before(scene, number, traction%surface), share, phase%load_factor, factor, &
-              traction)
+              upwards(scene), traction)
           else
             traction%vector = reached(traction_before(scene, number, traction%surface), &
               phase%load_factor*traction%vector, share)/factor
@@ -273,15 +274,17 @@ contains
   end function moves_water
 
   !> The pressure that is reached in the place of that of the end of a stage; both vary with height all along.
-  pure subroutine reach_pressure(before, share, load_factor, factor, traction)
+  pure subroutine reach_pressure(before, share, load_factor, factor, up, traction)
     !> At the end of the stages before.
     type(traction_type), intent(in) :: before
     !> Share of the stage that is done, its load factor as it was and as it is.
     real(wp), intent(in) :: share, load_factor, factor
+    !> Sense of upwards along the vertical.
+    real(wp), intent(in) :: up
     type(traction_type), intent(inout) :: traction
     real(wp) :: start
 
-    start = before%pressure + before%gradient*(before%height - traction%height)
+    start = before%pressure + up*before%gradient*(before%height - traction%height)
     traction%pressure = reached(start, load_factor*traction%pressure, share)/factor
     traction%gradient = reached(before%gradient, load_factor*traction%gradient, share)/factor
   end subroutine reach_pressure

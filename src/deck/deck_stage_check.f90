@@ -3,9 +3,11 @@
 module qsmpm_deck_stage_check
   use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages
   use qsmpm_analysis, only: body_change_type, phase_type, source_line_type, select_outline, &
-    basis_fem, carrier_points
+    basis_fem, carrier_points, fill_level
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_kinds, only: wp
   use qsmpm_phase_tree, only: parent_of
+  use qsmpm_pore_water, only: upwards
   use qsmpm_text, only: string_type, add_word
   implicit none
   private
@@ -116,6 +118,9 @@ contains
       if (p == 1 .and. size(phase%materials) > 0) call state%error_from(phase%materials(1)%where, &
         'CHANGE MATERIAL', 'the first phase begins with the materials of *BODY')
       do i = 1, size(phase%activations)
+        if (phase%activations(i)%fill == fill_level .and. upwards(analysis) < 0.0_wp) call state%error_from( &
+          phase%activations(i)%where, 'ACTIVATE', 'FILL=LEVEL wants a coordinate that grows upwards, and '// &
+          'gravity acts along it here: turn the drawing, or take FILL=SHAPE')
         b = body_number(analysis, phase%activations(i)%body)
         if (b > 0) call refuse(before(b) .and. .not. going(b), phase%activations(i), 'ACTIVATE', 'is there already')
         if (b > 0) call refuse(going(b), phase%activations(i), 'ACTIVATE', 'is taken out by the same phase')

@@ -8,6 +8,7 @@ module qsmpm_deck_water
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_keyword_table, only: table_type, in_phase, many
   use qsmpm_phase_tree, only: lineage
+  use qsmpm_pore_water, only: has_water, vertical_of, upwards
   use qsmpm_text, only: string_type, add_word
   implicit none
   private
@@ -109,6 +110,7 @@ contains
     integer :: p, i, b
 
     call check_stops(state)
+    call check_direction(state)
     allocate (bodies(0))
     do b = 1, size(state%analysis%bodies)
       call add_word(bodies, state%analysis%bodies(b)%name)
@@ -131,6 +133,30 @@ contains
       end associate
     end do
   end subroutine check_water
+
+  !> Water has one vertical and one upwards: where it has a level gravity acts most along the same coordinate, and
+  !> in the same sense, in all phases.
+  subroutine check_direction(state)
+    type(deck_state_type), intent(inout) :: state
+    character(len=1), parameter :: letter(3) = ['x', 'y', 'z']
+    integer :: p, axis
+    logical :: wet
+
+    axis = vertical_of(state%analysis)
+    wet = has_water(state%analysis)
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        wet = wet .or. any(phase%tractions%of_water)
+        associate (pull => phase%gravity%vector)
+          if (.not. (wet .and. any(abs(pull) > 0.0_wp))) cycle
+          if (abs(pull(axis)) >= maxval(abs(pull)) .and. -pull(axis)*upwards(state%analysis) > 0.0_wp) cycle
+        end associate
+        call state%error_from(phase%where, 'GRAVITY', "in phase '"//phase%name//"' gravity does not act along "// &
+          trim(merge('-', '+', upwards(state%analysis) > 0.0_wp))//letter(axis)//' as elsewhere in the deck, but '// &
+          'water has one level, over one direction of gravity: let water of another direction have a deck of its own')
+      end associate
+    end do
+  end subroutine check_direction
 
   !> Whether there is gravity in a phase or before it.
   pure logical function is_heavy(phases, number)

@@ -265,7 +265,7 @@ contains
     lines%items(lines%count)%text = text
   end subroutine append
 
-  !> Read a file as bytes.
+  !> Read a file, or what comes through a pipe, as bytes.
   subroutine read_whole_file(path, text, found)
     character(len=*), intent(in) :: path
     character(len=:), allocatable, intent(out) :: text
@@ -284,9 +284,39 @@ contains
       allocate (character(len=bytes) :: text, stat=status)
       if (status == 0) read (unit, iostat=status) text
       found = status == 0
+    else
+      call read_pipe(unit, text, found)
     end if
     close (unit, iostat=status)
   end subroutine read_whole_file
+
+  !> Read what has no size, to its end.
+  subroutine read_pipe(unit, text, found)
+    integer, intent(in) :: unit
+    character(len=:), allocatable, intent(inout) :: text
+    !> False when it does not end.
+    logical, intent(out) :: found
+    !> More than any deck has.
+    integer, parameter :: most = 2**26
+    character(len=:), allocatable :: longer
+    character :: byte
+    integer :: n, status
+
+    n = 0
+    do
+      read (unit, iostat=status) byte
+      if (status /= 0 .or. n == most) exit
+      if (n == len(text)) then
+        allocate (character(len=max(4096, 2*n)) :: longer)
+        longer(:n) = text
+        call move_alloc(longer, text)
+      end if
+      n = n + 1
+      text(n:n) = byte
+    end do
+    found = status /= 0
+    text = text(:n)
+  end subroutine read_pipe
 
   !> A value without the double quotes around it.
   pure function unquoted(value) result(inner)

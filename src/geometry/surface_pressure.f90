@@ -1,6 +1,8 @@
 !> A pressure on a surface as it varies with height.
 !>
-!>   p = value + gradient (height - y),   0 above `height` where it is that of water
+!>   p = value + gradient (height - y),   0 where that of water is less
+!>
+!> with y the coordinate along the vertical; the gradient is negative where it grows downwards, along gravity.
 module qsmpm_surface_pressure
   use qsmpm_kinds, only: wp
   implicit none
@@ -9,9 +11,9 @@ module qsmpm_surface_pressure
   public :: surface_pressure_type, pressure_at, reached_pressure, acts
 
   type :: surface_pressure_type
-    !> Pressure at the height, and what it grows by per length downwards.
+    !> Pressure at the height, and what it grows by per length against the coordinate.
     real(wp) :: value = 0.0_wp, gradient = 0.0_wp, height = 0.0_wp
-    !> There is none above the height.
+    !> There is none above the height; its value there is 0.
     logical :: of_water = .false.
   end type surface_pressure_type
 
@@ -23,7 +25,7 @@ contains
     real(wp), intent(in) :: y
 
     pressure_at = 0.0_wp
-    if (pressure%of_water .and. y > pressure%height) return
+    if (pressure%of_water .and. pressure%gradient*(pressure%height - y) < 0.0_wp) return
     pressure_at = pressure%value + pressure%gradient*(pressure%height - y)
   end function pressure_at
 

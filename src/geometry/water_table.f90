@@ -2,6 +2,7 @@
 !>
 !>   u = gamma_w max(0, level - y),   -grad u = gamma_w (e_y - level' e_x)      below the level
 !>
+!> where y grows upwards; of a coordinate that grows along gravity both have the other sign.
 !> The line goes on level beyond its ends and is the same all along the third axis. A box that the line passes through
 !> is in the water by the share of its height that lies below the line, so that its force changes evenly when box or
 !> level move.
@@ -21,13 +22,15 @@ module qsmpm_water_table
     real(wp) :: unit_weight = 0.0_wp
     !> Coordinates along the vertical, and along which the level may vary.
     integer :: axis = 2, across = 1
+    !> Sense of upwards along the vertical: against gravity.
+    real(wp) :: up = 1.0_wp
     !> Corners of the line: horizontal coordinate, increasing, and height (n).
     real(wp), allocatable :: x(:), height(:)
   end type water_table_type
 
 contains
 
-  !> Level at a place, far below all where there is none.
+  !> Height of the level at a place as a coordinate, far below all where there is none.
   pure real(wp) function level_at(table, position) result(level)
     type(water_table_type), intent(in) :: table
     !> (dimension)
@@ -35,7 +38,7 @@ contains
     integer :: i
     real(wp) :: share
 
-    level = -huge(1.0_wp)
+    level = -table%up*huge(1.0_wp)
     if (.not. table%present) return
     i = piece_at(table, position)
     share = 0.0_wp
@@ -76,7 +79,7 @@ contains
     real(wp), intent(in) :: position(:)
 
     head = 0.0_wp
-    if (table%present) head = max(0.0_wp, level_at(table, position) - position(table%axis))
+    if (table%present) head = max(0.0_wp, table%up*(level_at(table, position) - position(table%axis)))
   end function head_at
 
   !> Share of a box around a place that is below the level, 0 to 1.
@@ -90,7 +93,7 @@ contains
 
     share = 0.0_wp
     if (.not. table%present) return
-    above = level_at(table, position) - position(table%axis)
+    above = table%up*(level_at(table, position) - position(table%axis))
     share = merge(1.0_wp, 0.0_wp, above >= 0.0_wp)
     if (abs(above) < half_height) share = 0.5_wp*(1.0_wp + above/half_height)
   end function submerged_share

@@ -3,6 +3,7 @@
 !> when the model is built.
 module qsmpm_body_feet
   use qsmpm_kinds, only: wp, long
+  use qsmpm_active_bodies, only: bodies_active, has_stages
   use qsmpm_lift_feet, only: lift_feet_type
   use qsmpm_mesh_search, only: locate, inverse_map
   use qsmpm_model, only: model_type
@@ -16,7 +17,7 @@ module qsmpm_body_feet
   implicit none
   private
 
-  public :: find_tracer_bodies, plant_feet
+  public :: find_tracer_bodies, body_to_follow, plant_feet
 
   !> Lines nearer than this share of a cell are one; bodies whose bounds are so near touch.
   real(wp), parameter :: same_line = 1.0e-4_wp, touching = 1.0e-3_wp
@@ -62,13 +63,11 @@ contains
     reaches = any(abs(heights - height) <= slack) .or. mod(count(heights < height), 2) == 1
   end function reaches
 
-  !> Body of every tracer: that of its outline, else the one that holds its place, one that is there at the start
-  !> before one that is not.
+  !> Body of every tracer: that of its outline, else the one to follow from its place, else that of the nearest point.
   subroutine find_tracer_bodies(model)
     type(model_type), intent(inout) :: model
     type(overburden_type) :: seen
-    real(wp), allocatable :: heights(:)
-    integer :: i, k, b, turn
+    integer :: i, k
 
     allocate (model%tracer_body(model%state%tracers%count), model%tracer_foot(model%state%tracers%count), source=0)
     do k = 1, size(model%outlines)
@@ -78,19 +77,50 @@ contains
     end do
     call see_bodies(model, seen)
     do i = 1, model%state%tracers%count
-      do turn = 1, 2
-        do b = 1, size(model%shapes)
-          if (model%tracer_body(i) > 0) exit
-          if (model%analysis%bodies(b)%active .neqv. turn == 1) cycle
-          associate (place => model%state%tracers%position(:, i))
-            call heights_of(seen, b, place, heights)
-            if (reaches(heights, place(seen%axis), touching*model%cell_size)) model%tracer_body(i) = b
-          end associate
-        end do
-      end do
+      if (model%tracer_body(i) == 0) model%tracer_body(i) = longest_there(model, seen, &
+        model%state%tracers%position(:, i))
       if (model%tracer_body(i) == 0) model%tracer_body(i) = nearest_body(model, model%state%tracers%position(:, i))
     end do
   end subroutine find_tracer_bodies
+
+  !> Body that a history at a place follows where bodies come and go; 0 for any: none holds the place, or none comes or
+  !> goes.
+  pure integer function body_to_follow(model, place) result(body)
+    type(model_type), intent(in) :: model
+    !> (dimension)
+    real(wp), intent(in) :: place(:)
+    type(overburden_type) :: seen
+
+    body = 0
+    if (.not. has_stages(model%analysis)) return
+    call see_bodies(model, seen)
+    body = longest_there(model, seen, place)
+  end function body_to_follow
+
+  !> Of the bodies that hold a place, or end there, the one that is there in most phases, the start among them; 0 where
+  !> none holds it.
+  pure integer function longest_there(model, seen, place) result(body)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: seen
+    !> (dimension)
+    real(wp), intent(in) :: place(:)
+    real(wp), allocatable :: heights(:)
+    integer :: phases(size(model%shapes)), most, p, b
+
+    phases = 0
+    do p = 0, size(model%analysis%phases)
+      phases = phases + merge(1, 0, bodies_active(model%analysis, p))
+    end do
+    body = 0
+    most = -1
+    do b = 1, size(phases)
+      if (phases(b) <= most) cycle
+      call heights_of(seen, b, place, heights)
+      if (.not. reaches(heights, place(seen%axis), touching*model%cell_size)) cycle
+      body = b
+      most = phases(b)
+    end do
+  end function longest_there
 
   !> Body of the material point that is nearest to a place.
   integer function nearest_body(model, place) result(body)

@@ -2,10 +2,11 @@
 module qsmpm_diagnostics
   use qsmpm_analysis, only: source_line_type
   use qsmpm_error, only: error_deck, error_user_material
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
-  public :: diagnostics_type, add_diagnostic
+  public :: diagnostics_type, add_diagnostic, where_text
 
   !> Errors, one a line.
   type :: diagnostics_type
@@ -25,12 +26,9 @@ contains
     character(len=*), intent(in) :: keyword, message
     !> Code of the error, error_deck when there is none.
     integer, intent(in), optional :: code
-    character(len=12) :: line
     character(len=:), allocatable :: text
 
-    write (line, '(i0)') where%line
-    text = trim(keyword)//': '//message
-    if (allocated(where%file)) text = where%file//':'//trim(line)//': '//text
+    text = where_text(where)//trim(keyword)//': '//message
     diagnostics%count = diagnostics%count + 1
     if (.not. present(code)) then
       diagnostics%code = error_deck
@@ -43,4 +41,13 @@ contains
       diagnostics%text = diagnostics%text//new_line('a')//text
     end if
   end subroutine add_diagnostic
+
+  !> `file:line: `, empty for what is from no deck.
+  pure function where_text(where) result(text)
+    type(source_line_type), intent(in) :: where
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (allocated(where%file)) text = where%file//':'//integer_text(where%line)//': '
+  end function where_text
 end module qsmpm_diagnostics

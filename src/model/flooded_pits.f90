@@ -6,10 +6,10 @@
 module qsmpm_flooded_pits
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_number
-  use qsmpm_analysis, only: body_change_type
+  use qsmpm_diagnostics, only: where_text
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: overburden_type, body_holds, facet_places
-  use qsmpm_text, only: integer_text
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_water_table, only: water_table_type, head_at
   implicit none
   private
@@ -31,7 +31,6 @@ contains
     !> Sentences for the log.
     character(len=:), allocatable, intent(inout) :: notes
     real(wp) :: depth
-    character(len=16) :: deep
     integer :: i
 
     if (.not. allocated(model%analysis%phases(number)%deactivations)) return
@@ -40,9 +39,8 @@ contains
         associate (change => phase%deactivations(i))
           depth = depth_of_water(model, ground, number, body_number(model%analysis, change%body), tables, tolerance(2))
           if (.not. depth > tolerance(1)) cycle
-          write (deep, '(g0.4)') depth
-          notes = notes//'warning: '//where_text(change)//"*DEACTIVATE: where body '"//change%body// &
-            "' is taken out water stands "//trim(deep)//" deep from phase '"//phase%name// &
+          notes = notes//'warning: '//where_text(change%where)//"*DEACTIVATE: where body '"//change%body// &
+            "' is taken out water stands "//rounded_text(depth)//" deep from phase '"//phase%name// &
             "' on, because its level in the ground stays above the floor; for a dry pit let *WATER LEVEL of this "// &
             'phase run along or below the floor'//new_line('a')
         end associate
@@ -73,13 +71,4 @@ contains
       end do
     end do
   end function depth_of_water
-
-  !> File and line of a change, as errors of a deck have it.
-  pure function where_text(change) result(text)
-    type(body_change_type), intent(in) :: change
-    character(len=:), allocatable :: text
-
-    text = ''
-    if (allocated(change%where%file)) text = change%where%file//':'//integer_text(change%where%line)//': '
-  end function where_text
 end module qsmpm_flooded_pits

@@ -139,10 +139,10 @@ contains
     !> The place (dimension).
     real(wp), intent(in) :: position(:)
 
-    associate (gravity => model%loading%gravity_final(overburden%axis), body => model%state%points%body(p))
-      vertical = gravity*weight_above(overburden, body, position, initial%surface_level)
+    associate (gravity => abs(model%loading%gravity_final(overburden%axis)), body => model%state%points%body(p))
+      vertical = -gravity*weight_above(overburden, body, position, initial%surface_level)
       associate (water => model%loading%water_final(body))
-        vertical = vertical - gravity*water%unit_weight*head_at(water, position)
+        vertical = vertical + gravity*water%unit_weight*head_at(water, position)
       end associate
     end associate
   end function vertical_stress
@@ -247,7 +247,8 @@ contains
       end do
     end do
     call make_overburden(model%mesh, model%shapes, unit_weight, axis, overburden, saturated, &
-      model%loading%water_final, bodies_active(model%analysis, model%state%progress%phase))
+      model%loading%water_final, bodies_active(model%analysis, model%state%progress%phase), &
+      merge(-1.0_wp, 1.0_wp, model%loading%gravity_final(axis) > 0.0_wp))
   end subroutine bodies_from_the_side
 
   !> Height by which bodies reach above the level of a K0 start, 0 or less when they do not.
@@ -257,6 +258,6 @@ contains
     type(overburden_type) :: overburden
 
     call bodies_from_the_side(model, vertical_axis(model), overburden)
-    height = ground_top(overburden) - initial%surface_level
+    height = overburden%up*(ground_top(overburden) - initial%surface_level)
   end function reaches_above
 end module qsmpm_initial_stress

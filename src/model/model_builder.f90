@@ -229,7 +229,7 @@ contains
     !> The model, with its mesh.
     type(model_type), intent(in) :: model
     type(material_type), intent(in) :: material
-    real(wp) :: stress(6), depth, vertical
+    real(wp) :: stress(6), depth, vertical, lowest
     integer :: axis
 
     stress = 0.0_wp
@@ -237,8 +237,10 @@ contains
     associate (phase => model%analysis%phases(1))
       if (phase%initial%kind /= initial_k0 .or. .not. allocated(model%mesh%coordinates)) return
       axis = maxloc(abs(phase%gravity%vector(:model%mesh%dimension)), dim=1)
-      depth = 0.5_wp*max(0.0_wp, phase%initial%surface_level - minval(model%mesh%coordinates(axis, :)))
-      vertical = material%unit_weight*phase%load_factor*phase%gravity%vector(axis)*depth
+      lowest = merge(maxval(model%mesh%coordinates(axis, :)), minval(model%mesh%coordinates(axis, :)), &
+        phase%gravity%vector(axis) > 0.0_wp)
+      depth = 0.5_wp*abs(phase%initial%surface_level - lowest)
+      vertical = -material%unit_weight*abs(phase%load_factor*phase%gravity%vector(axis))*depth
       stress(:3) = -horizontal_at_rest(material, phase%initial%k0, -vertical)
       stress(axis) = vertical
     end associate

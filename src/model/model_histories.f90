@@ -5,12 +5,15 @@ module qsmpm_model_histories
   use qsmpm_analysis, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, &
     quantity_stress, quantity_runout, history_type
   use qsmpm_agreement, only: lowest_rank
-  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_active_bodies, only: bodies_active
+  use qsmpm_body_feet, only: body_to_follow
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic, where_text
   use qsmpm_exchange, only: spread_from
   use qsmpm_history_quantities, only: is_taken_at, at_point, at_tracer
   use qsmpm_model, only: model_type
   use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
   use qsmpm_own_part, only: is_divided
+  use qsmpm_phase_tree, only: parent_of
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_points, only: allocate_carried
   use qsmpm_mesh_search, only: inverse_map
@@ -65,6 +68,7 @@ contains
         n = n + 1
         model%history_tracer(i) = n
         call place_tracer(model, histories(i), occupied, n, diagnostics)
+        call tell_body(model, histories(i), body_to_follow(model, histories(i)%at(:model%mesh%dimension)))
       end do
     end associate
   end subroutine make_histories
@@ -158,9 +162,10 @@ contains
     character(len=160) :: line
     integer(long) :: point(1), known(1)
     real(wp) :: place(model%mesh%dimension)
-    integer :: p, owner
+    integer :: p, owner, body
 
-    point = nearest_numbers(model, reshape(history%at(:size(place)), [size(place), 1]))
+    body = body_to_follow(model, history%at(:size(place)))
+    point = nearest_numbers(model, reshape(history%at(:size(place)), [size(place), 1]), body)
     if (is_divided(model%part)) model%part%history_number(number) = point(1)
     p = place_of_number(model, point(1))
     model%history_point(number) = p
@@ -180,7 +185,33 @@ contains
       model%notes = model%notes//"; cells of material '"//model%analysis%materials(material)%name// &
       "' have one pressure each, and the history takes the smooth one of the cells around"
     model%notes = model%notes//new_line('a')
+    call tell_body(model, history, body)
   end subroutine pick_point
+
+  !> Tell which body a history follows where bodies come and go, and warn of one that a phase takes out.
+  subroutine tell_body(model, history, body)
+    type(model_type), intent(inout) :: model
+    type(history_type), intent(in) :: history
+    !> Its number, 0 for none in particular.
+    integer, intent(in) :: body
+    logical :: before(size(model%analysis%bodies)), now(size(before))
+    integer :: p
+
+    if (body == 0) return
+    associate (name => model%analysis%bodies(body)%name, phases => model%analysis%phases)
+      model%notes = model%notes//"history '"//history%name//"' follows body '"//name//"'"//new_line('a')
+      do p = 1, size(phases)
+        before = bodies_active(model%analysis, parent_of(phases, p))
+        now = bodies_active(model%analysis, p)
+        if (.not. before(body) .or. now(body)) cycle
+        model%notes = model%notes//'warning: '//where_text(history%where)//"*HISTORY: '"//history%name// &
+          "' follows body '"//name//"', which phase '"//phases(p)%name// &
+          "' takes out: from there on it tells nothing "// &
+          'of the ground; choose a place in a body that stays, or one on its face'//new_line('a')
+        return
+      end do
+    end associate
+  end subroutine tell_body
 
   !> Warn of a front that cannot move: the body reaches the side of the mesh that it is to run out to.
   subroutine check_front(model, history)

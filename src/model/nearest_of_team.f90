@@ -13,20 +13,25 @@ module qsmpm_nearest_of_team
 
 contains
 
-  !> Numbers of the points nearest to places.
-  function nearest_numbers(model, places) result(numbers)
+  !> Numbers of the points nearest to places, of a body or of all.
+  function nearest_numbers(model, places, body) result(numbers)
     type(model_type), intent(in) :: model
     !> (dimension, n)
     real(wp), intent(in) :: places(:, :)
+    !> Number of the body, of all when absent or 0.
+    integer, intent(in), optional :: body
     integer(long) :: numbers(size(places, 2))
     real(wp), dimension(size(places, 2)) :: distance, least, candidate
     type(point_bins_type) :: bins
     integer, allocatable :: own(:)
+    logical :: looked_at(model%state%points%count)
     real(wp), allocatable :: there(:, :)
     integer :: i, p
 
     associate (points => model%state%points)
-      own = pack([(p, p=1, points%count)], own_of(model%part%points, points%count))
+      looked_at = own_of(model%part%points, points%count)
+      if (present(body)) looked_at = looked_at .and. (body == 0 .or. points%body(:points%count) == body)
+      own = pack([(p, p=1, points%count)], looked_at)
       distance = huge(1.0_wp)
       candidate = huge(1.0_wp)
       if (size(own) > 0) then

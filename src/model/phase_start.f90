@@ -17,7 +17,7 @@ module qsmpm_phase_start
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_load_path, only: between
   use qsmpm_phase_ends, only: fraction_reached
-  use qsmpm_pore_water, only: dry_tables, take_levels, update_pore_pressure
+  use qsmpm_pore_water, only: dry_tables, take_levels, update_pore_pressure, upwards
   use qsmpm_softening, only: softening_state
   use qsmpm_surface_pressure, only: surface_pressure_type, reached_pressure
   use qsmpm_model, only: model_type, loading_type
@@ -230,7 +230,7 @@ contains
       do i = 1, size(phase%tractions)
         if (model%analysis%surfaces(s)%name /= phase%tractions(i)%surface) cycle
         if (phase%tractions(i)%follows) then
-          loading%pressure_final(s) = final_pressure(phase, i)
+          loading%pressure_final(s) = final_pressure(phase, i, upwards(model%analysis))
         else
           loading%traction_final(:, s) = phase%load_factor*phase%tractions(i)%vector
           loading%carrier(s) = phase%tractions(i)%carrier
@@ -277,14 +277,15 @@ contains
   end subroutine apply_constraints
 
   !> Pressure that a phase ends with on a surface.
-  pure type(surface_pressure_type) function final_pressure(phase, number) result(pressure)
+  pure type(surface_pressure_type) function final_pressure(phase, number, up) result(pressure)
     type(phase_type), intent(in) :: phase
     !> Number of the load.
     integer, intent(in) :: number
+    !> Sense of upwards along the vertical.
+    real(wp), intent(in) :: up
 
-    associate (load => phase%tractions(number))
-      pressure = surface_pressure_type(phase%load_factor*load%pressure, phase%load_factor*load%gradient, load%height, &
-        load%of_water)
+    associate (load => phase%tractions(number), factor => phase%load_factor)
+      pressure = surface_pressure_type(factor*load%pressure, up*factor*load%gradient, load%height, load%of_water)
     end associate
   end function final_pressure
 end module qsmpm_phase_start

@@ -21,8 +21,8 @@ module qsmpm_pore_water
   implicit none
   private
 
-  public :: has_water, has_pore_pressure, vertical_of, dry_tables, take_levels, water_forces, steady_pressure, &
-    update_pore_pressure
+  public :: has_water, has_pore_pressure, vertical_of, upwards, dry_tables, take_levels, water_forces, &
+    steady_pressure, update_pore_pressure
 
 contains
 
@@ -62,6 +62,21 @@ contains
     if (any(gravity > 0.0_wp)) axis = maxloc(gravity, dim=1)
   end function vertical_of
 
+  !> Sense of the vertical in which it rises, against the gravity of the first phase that has some: 1 where its
+  !> coordinate grows upwards, as without gravity, or -1.
+  pure real(wp) function upwards(analysis) result(up)
+    type(analysis_type), intent(in) :: analysis
+    integer :: p, axis
+
+    up = 1.0_wp
+    axis = vertical_of(analysis)
+    do p = size(analysis%phases), 1, -1
+      associate (pull => analysis%phases(p)%load_factor*analysis%phases(p)%gravity%vector(axis))
+        if (abs(pull) > 0.0_wp) up = -sign(1.0_wp, pull)
+      end associate
+    end do
+  end function upwards
+
   !> No water in any body.
   pure subroutine dry_tables(analysis, tables)
     type(analysis_type), intent(in) :: analysis
@@ -71,6 +86,7 @@ contains
     allocate (tables(size(analysis%bodies)))
     tables%axis = vertical_of(analysis)
     tables%across = merge(2, 1, tables%axis == 1)
+    tables%up = upwards(analysis)
   end subroutine dry_tables
 
   !> The levels that a phase gives: that of all bodies to those without one of their own, then those of single bodies.
@@ -147,8 +163,9 @@ contains
       weight = table%unit_weight*abs(gravity(table%axis))
       if (material%saturated_weight >= 0.0_wp) &
         force = share*points%initial_volume(p)*(material%saturated_weight - material%unit_weight)*gravity
-      force(table%axis) = force(table%axis) - share*points%initial_volume(p)*sign(weight, gravity(table%axis))
-      force(table%across) = force(table%across) - share*points%volume(p)*weight*slope_at(table, points%position(:, p))
+      force(table%axis) = force(table%axis) + share*points%initial_volume(p)*table%up*weight
+      force(table%across) = force(table%across) - share*points%volume(p)*table%up*weight*slope_at(table, &
+        points%position(:, p))
     end associate
   end function force_at
 

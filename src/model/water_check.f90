@@ -12,9 +12,10 @@ module qsmpm_water_check
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: overburden_type, make_overburden, ground_over, body_holds, facet_places
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_pore_water, only: has_water, vertical_of, dry_tables, take_levels
+  use qsmpm_pore_water, only: has_water, vertical_of, dry_tables, take_levels, upwards
   use qsmpm_team, only: smallest, largest_of_all => largest
   use qsmpm_text, only: real_text
+  use qsmpm_rounded_text, only: short => rounded_text
   use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at
   implicit none
   private
@@ -40,7 +41,8 @@ contains
     if (.not. has_water(model%analysis)) return
     none = 0.0_wp
     notes = ''
-    call make_overburden(model%mesh, model%shapes, none, vertical_of(model%analysis), ground)
+    call make_overburden(model%mesh, model%shapes, none, vertical_of(model%analysis), ground, &
+      up=upwards(model%analysis))
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         call levels_in_force(model, p, tables)
@@ -118,12 +120,12 @@ contains
       do p = 1, points%count
         b = points%body(p)
         if (.not. is_of(model, level, b, tables(b))) cycle
-        lowest = min(lowest, points%position(axis, p) - points%half_size(axis, p) - level_at(tables(b), &
-          points%position(:, p)))
+        lowest = min(lowest, tables(b)%up*(points%position(axis, p) - level_at(tables(b), points%position(:, p))) &
+          - points%half_size(axis, p))
       end do
       lowest = smallest(model%part%team, lowest)
       if (lowest > same_height*mesh_height(model, axis)) call add_diagnostic(diagnostics, level%where, &
-        '*WATER LEVEL', 'the level lies below all of the ground that it is for, by '//real_text(lowest)// &
+        '*WATER LEVEL', 'the level lies below all of the ground that it is for, by '//short(lowest)// &
         '; TYPE=NONE takes the water away')
     end associate
   end subroutine check_reach
@@ -153,9 +155,9 @@ contains
           exit
         end do
         if (any_of(model%part%team, within)) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
-          'the line falls by '//short(fall)//' from x = '//short(from(1))//' to '//short(to(1))//', within the box '// &
-          'of a material point, which takes its slope in the middle: let it fall over the width of the wall, or of '// &
-          'several points')
+          'the line falls by '//short(fall)//' from '//across_name(tables)//' = '//short(from(1))//' to '// &
+          short(to(1))//', within the box of a material point, which takes its slope in the middle: let it '// &
+          'fall over the width of the wall, or of several points')
       end associate
     end do
   end subroutine check_falls
@@ -180,12 +182,13 @@ contains
         if (.not. is_of(model, level, b, tables(b))) cycle
         associate (x => points%position(:, p))
           if (.not. abs(slope_at(tables(b), x)) > 0.0_wp) cycle
-          if (level_at(tables(b), x) - ground_over(ground, x) <= above) cycle
-          above = level_at(tables(b), x) - ground_over(ground, x)
+          if (ground%up*(level_at(tables(b), x) - ground_over(ground, x)) <= above) cycle
+          above = ground%up*(level_at(tables(b), x) - ground_over(ground, x))
           worst = p
         end associate
       end do
-      if (worst > 0) place = real_text(above)//' over it at x = '//real_text(points%position(tables(1)%across, worst))
+      if (worst > 0) place = short(above)//' over it at '//across_name(tables)//' = '// &
+        short(points%position(tables(1)%across, worst))
       highest = largest_of_all(model%part%team, above)
       rank = lowest_rank(model%part%team, worst > 0 .and. above >= highest)
       if (rank == model%part%team%ranks) return
@@ -243,17 +246,12 @@ contains
     end do
   end function largest_jump
 
-  !> A number in six digits.
-  pure function short(value) result(text)
-    real(wp), intent(in) :: value
-    character(len=:), allocatable :: text
-    character(len=16) :: buffer
-    real(wp) :: rounded
+  !> Letter of the coordinate along which levels vary.
+  pure character(len=1) function across_name(tables) result(letter)
+    type(water_table_type), intent(in) :: tables(:)
 
-    write (buffer, '(es13.5e3)') value
-    read (buffer, *) rounded
-    text = real_text(rounded)
-  end function short
+    letter = merge('y', 'x', tables(1)%across == 2)
+  end function across_name
 
   !> Whether two levels are one.
   elemental logical function same_tables(a, b) result(same)

@@ -26,7 +26,9 @@ module qsmpm_overburden
   type :: overburden_type
     !> Coordinate along the vertical.
     integer :: axis = 2
-    !> Bounds of each body, turned so that the vertical comes last (bodies).
+    !> Sense of upwards along it, 1 or -1.
+    real(wp) :: up = 1.0_wp
+    !> Bounds of each body, turned so that the vertical comes last and grows upwards (bodies).
     type(polyhedron_type), allocatable :: solid(:)
     !> Unit weight of each body above and below its water level, and the levels (bodies).
     real(wp), allocatable :: unit_weight(:), saturated_weight(:)
@@ -36,7 +38,7 @@ module qsmpm_overburden
 contains
 
   !> Bodies as seen along an axis.
-  pure subroutine make_overburden(mesh, shapes, unit_weight, axis, overburden, saturated_weight, water, there)
+  pure subroutine make_overburden(mesh, shapes, unit_weight, axis, overburden, saturated_weight, water, there, up)
     type(mesh_type), intent(in) :: mesh
     !> Bounds and unit weight of each body.
     type(body_shape_type), intent(in) :: shapes(:)
@@ -49,10 +51,13 @@ contains
     type(water_table_type), intent(in), optional :: water(:)
     !> Bodies that are there (bodies); all when absent.
     logical, intent(in), optional :: there(:)
+    !> Sense of upwards, 1 when absent.
+    real(wp), intent(in), optional :: up
     real(wp), allocatable :: facets(:, :, :)
     integer :: b
 
     overburden%axis = axis
+    if (present(up)) overburden%up = up
     overburden%unit_weight = unit_weight
     overburden%saturated_weight = unit_weight
     if (present(saturated_weight)) overburden%saturated_weight = saturated_weight
@@ -66,20 +71,24 @@ contains
         if (.not. there(b)) cycle
       end if
       call bounds_of(mesh, shapes(b), facets)
-      call make_polyhedron(facets(turned(axis), :, :), overburden%solid(b))
+      facets = facets(turned(overburden), :, :)
+      facets(3, :, :) = overburden%up*facets(3, :, :)
+      call make_polyhedron(facets, overburden%solid(b))
     end do
   end subroutine make_overburden
 
-  !> Order of the coordinates in which the vertical comes last and right-handed axes stay so.
-  pure function turned(axis) result(order)
-    !> Coordinate along the vertical.
-    integer, intent(in) :: axis
+  !> Order of the coordinates in which the vertical, upwards, comes last and right-handed axes stay so.
+  pure function turned(overburden) result(order)
+    type(overburden_type), intent(in) :: overburden
     integer :: order(3)
 
-    order = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1, axis]
+    associate (axis => overburden%axis)
+      order = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1, axis]
+    end associate
+    if (overburden%up < 0.0_wp) order(:2) = order([2, 1])
   end function turned
 
-  !> A place with the vertical last.
+  !> A place with the vertical, upwards, last.
   pure function turned_place(overburden, position) result(x)
     type(overburden_type), intent(in) :: overburden
     !> (dimension)
@@ -88,7 +97,8 @@ contains
 
     x = 0.0_wp
     x(:size(position)) = position
-    x = x(turned(overburden%axis))
+    x = x(turned(overburden))
+    x(3) = overburden%up*x(3)
   end function turned_place
 
   !> Facets of a body; one in the plane reaches from z = -1 to z = 1.
@@ -162,14 +172,15 @@ contains
     !> The body that holds the place, and the place (dimension).
     integer, intent(in) :: body
     real(wp), intent(in) :: position(:)
-    !> Level of the ground: gaps below it weigh as much as what is under them.
+    !> Coordinate of the level of the ground: gaps below it weigh as much as what is under them.
     real(wp), intent(in) :: level
     real(wp), allocatable :: z(:)
     integer, allocatable :: owner(:)
     logical, allocatable :: looks_up(:)
-    real(wp) :: x(3), last
+    real(wp) :: x(3), last, surface
     integer :: i, filled, above
 
+    surface = overburden%up*level
     x = turned_place(overburden, position)
     call crossings_above(overburden, x, z, looks_up, owner)
     weight = 0.0_wp
@@ -177,14 +188,14 @@ contains
     above = body
     filled = 1
     do i = 1, size(z)
-      weight = weight + piece_weight(overburden, above, position, last, top_of(z(i), filled > 0, level))
+      weight = weight + piece_weight(overburden, above, position, last, top_of(z(i), filled > 0, surface))
       last = z(i)
       filled = filled + merge(-1, 1, looks_up(i))
       if (.not. looks_up(i)) above = owner(i)
     end do
-    weight = weight + piece_weight(overburden, above, position, last, level)
+    weight = weight + piece_weight(overburden, above, position, last, surface)
     if (overburden%water(above)%present) weight = weight + overburden%water(above)%unit_weight &
-      *max(0.0_wp, level_at(overburden%water(above), position) - max(last, level))
+      *max(0.0_wp, overburden%up*level_at(overburden%water(above), position) - max(last, surface))
   end function weight_above
 
   !> Weight of a piece of a vertical line in a body, 0 where it ends below its beginning.
@@ -193,13 +204,13 @@ contains
     integer, intent(in) :: body
     !> A place on the line (dimension).
     real(wp), intent(in) :: position(:)
-    !> Heights.
+    !> Heights, upwards.
     real(wp), intent(in) :: from, to
     real(wp) :: wet
 
     weight = overburden%unit_weight(body)*max(0.0_wp, to - from)
     if (.not. overburden%water(body)%present) return
-    wet = max(0.0_wp, min(to, level_at(overburden%water(body), position)) - from)
+    wet = max(0.0_wp, min(to, overburden%up*level_at(overburden%water(body), position)) - from)
     weight = weight + (overburden%saturated_weight(body) - overburden%unit_weight(body))*wet
   end function piece_weight
 
@@ -240,7 +251,8 @@ contains
     end do
   end subroutine crossings_above
 
-  !> Highest place of the bodies on the vertical line through a place; far below all where there is none.
+  !> Coordinate of the highest place of the bodies on the vertical line through a place; far below all where there is
+  !> none.
   pure real(wp) function ground_over(overburden, position) result(height)
     type(overburden_type), intent(in) :: overburden
     !> (dimension)
@@ -253,7 +265,7 @@ contains
     x = turned_place(overburden, position)
     x(3) = -huge(1.0_wp)
     call crossings_above(overburden, x, z, looks_up, owner)
-    height = maxval(z)
+    height = overburden%up*maxval(z)
   end function ground_over
 
   !> Whether a body holds a place.
@@ -288,18 +300,19 @@ contains
           do j = 1, rows + 1 - i
             x = matmul(facets(:, :, f), [i - 2.0_wp/3.0_wp, j - 2.0_wp/3.0_wp, rows + 4.0_wp/3.0_wp - i - j])/rows &
               + hair*normal
+            x(3) = overburden%up*x(3)
             n = n + 1
-            places(turned(overburden%axis), n) = x
+            places(turned(overburden), n) = x
           end do
         end do
       end do
     end associate
   end subroutine facet_places
 
-  !> Highest place of the bodies.
+  !> Coordinate of the highest place of the bodies.
   pure real(wp) function ground_top(overburden)
     type(overburden_type), intent(in) :: overburden
 
-    ground_top = maxval(overburden%solid%high(3))
+    ground_top = overburden%up*maxval(overburden%solid%high(3))
   end function ground_top
 end module qsmpm_overburden

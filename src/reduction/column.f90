@@ -38,7 +38,7 @@ contains
       return
     end if
     call require_uniform(analysis, 1, reason)
-    call require_level_water(analysis, reason)
+    if (.not. allocated(reason)) call require_level_water(analysis, reason)
     if (allocated(reason)) return
     if (size(analysis%mesh%axes(1)%lines) <= 2) then
       call refuse(reason, 'the grid is one cell wide already')

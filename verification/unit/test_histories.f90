@@ -32,6 +32,7 @@ contains
     call check_volumes(tests, model)
     call check_reach(tests, model)
     call check_smooth(tests)
+    call check_followed(tests)
   end subroutine collect_histories
 
   !> Two blocks side by side, each held by a surface; two cells wide, one point in the middle of each quarter of a cell.
@@ -70,6 +71,51 @@ contains
     call tests%check('those that do not', index(model%notes, "history 'd' (RUNOUT)") == 0 .and. &
       index(model%notes, "history 'f' (RUNOUT)") == 0 .and. index(model%notes, "history 'g' (RUNOUT)") == 0)
   end subroutine check_reach
+
+  !> A history on a face follows the body that stays, whatever the order of the cards; one in a body that goes is warned of.
+  subroutine check_followed(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: pit = '*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX|0, 2, 1, 2|', &
+      ground = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=POLYGON|0, 0|4, 0|4, 2|2, 2|2, 1|0, 1|'
+    class(model_type), allocatable :: model
+    integer :: turn
+
+    do turn = 1, 2
+      allocate (model)
+      if (turn == 1) call build_dug(pit//ground, model)
+      if (turn == 2) call build_dug(ground//pit, model)
+      associate (bodies => model%analysis%bodies, points => model%state%points)
+        call tests%check('a tracer on the face', bodies(model%tracer_body(model%history_tracer(1)))%name == 'ground')
+        call tests%check('a tracer inside', bodies(model%tracer_body(model%history_tracer(3)))%name == 'pit')
+        call tests%check('a point at the face', bodies(points%body(model%history_point(2)))%name == 'ground')
+      end associate
+      call tests%check('bodies are told', index(model%notes, "history 'wall' follows body 'ground'") > 0 .and. &
+        index(model%notes, "history 'push' follows body 'ground'") > 0)
+      call tests%check('a body that goes is warned of', index(model%notes, "warning: dug.inp:10: *HISTORY: 'heave' "// &
+        "follows body 'pit', which phase 'dig' takes out") > 0 .and. index(model%notes, "'wall' follows body 'ground', "// &
+        'which') == 0)
+      deallocate (model)
+    end do
+  end subroutine check_followed
+
+  !> A model of ground that loses some of its bodies: histories on their face and in the pit.
+  subroutine build_dug(bodies, model)
+    character(len=*), intent(in) :: bodies
+    type(model_type), intent(out) :: model
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    allocate (analysis)
+    call parse_deck('dug.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4|'// &
+      'X, 0, 4, 4|Y, 0, 2, 2|*HISTORY, NAME=wall, QUANTITY=DISPLACEMENT, COMPONENT=X|2, 2|*HISTORY, NAME=push, '// &
+      'QUANTITY=STRESS, COMPONENT=XX|2, 1.5|*HISTORY, NAME=heave, QUANTITY=DISPLACEMENT, COMPONENT=Y|1, 1.5|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*UNIT WEIGHT|18|'//bodies// &
+      '*PHASE, NAME=start|*FIX|base, ALL|*GRAVITY|0, -1|*END PHASE|*PHASE, NAME=dig|*DEACTIVATE|pit|*END PHASE|'), &
+      analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'the deck of a pit is broken'
+  end subroutine build_dug
 
   !> Stress at a point of a cell of one pressure: the pressure is the linear one of which each cell has the mean, the rest
   !> of the tensor that of the point.

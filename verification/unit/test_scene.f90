@@ -2,7 +2,8 @@
 !> is comes from one changed line of it.
 module test_scene
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, mesh_file
+  use qsmpm_analysis, only: analysis_type, mesh_file, plane_strain, water_level_type
+  use qsmpm_column, only: require_column
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
   use qsmpm_model, only: model_type
@@ -156,6 +157,7 @@ contains
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: reason
+    type(water_level_type), allocatable :: level
 
     allocate (analysis)
     call parse_deck('test.inp', slice_deck(), analysis, messages, error)
@@ -170,6 +172,13 @@ contains
     call require_prismatic(analysis, reason)
     if (.not. allocated(reason)) reason = ''
     call tests%check('nothing is known of a mesh file', index(reason, 'the mesh is no *GRID') > 0)
+    allocate (level)
+    level%line = reshape([0.0_wp, 1.0_wp], [2, 1])
+    analysis%phases(1)%water_levels = [level]
+    analysis%model = plane_strain
+    call require_column(analysis, reason)
+    if (.not. allocated(reason)) reason = ''
+    call tests%check('nor of one under water', index(reason, 'the mesh is no *GRID') > 0)
   end subroutine check_number_of_points
 
   !> Histories that the plane cannot tell keep the scene as it is.
