@@ -162,6 +162,6 @@ contains
       estimate = fine%seconds/max(fine%iterations, 1.0_wp)*coarse%iterations/coarse%share
     end if
     range = estimate*[least_over(known), most_over(known)] + [0.0_wp, beside]
-    range(1) = max(range(1), merge(0.0_wp, fine%seconds, fine%ended))
+    if (.not. fine%ended) range = max(range, fine%seconds)
   end function expected_range
 end module qsmpm_plan_probe
