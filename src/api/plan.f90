@@ -259,8 +259,8 @@ contains
     if (.not. fine%ended) call try_coarse(model, coarse)
     range = expected_range(fine, coarse)
     text = 'by the run itself, to its end'
-    if (.not. fine%ended) text = 'by '//short_text(fine%seconds, 2)//' s of it, '//integer_text(nint(fine%iterations))// &
-      ' iterations to '//integer_text(nint(100.0_wp*fine%share))//' % of its steps'
+    if (.not. fine%ended) text = 'by '//short_text(fine%seconds, 2)//' s of it, '// &
+      integer_text(nint(fine%iterations))//' iterations to '//integer_text(nint(100.0_wp*fine%share))//' % of its steps'
     if (coarse%iterations > 0.0_wp) text = text//'; on every second line of its grid '// &
       integer_text(nint(coarse%iterations))//' iterations to '//integer_text(nint(100.0_wp*coarse%share))//' %'
     call add_item(items, 'expected of the run', short_text(range(1), 2)//' to '//short_text(range(2), 2)//' s: '//text)

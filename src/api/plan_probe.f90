@@ -1,7 +1,7 @@
-!> What a run will cost: it is tried for about a second as it is, which tells the time of an iteration, and for another one on
-!> every second line of its grid, which tells how many iterations it takes where soil yields. Nothing is written.
+!> What a run will cost: it is tried for about a second as it is, which tells the time of an iteration, and for another
+!> one on every second line of its grid, which tells how many iterations it takes where soil yields. Nothing is written.
 !>
-!> The range is as wide as the week's scenes ask for (`tools/qsmpm-verify week` prints it beside the seconds of the runs).
+!> The range is as wide as the week's scenes ask for (`tools/qsmpm-verify week` prints it beside their seconds).
 module qsmpm_plan_probe
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, axis_type, set_type, mesh_grid, phase_safety, select_plane, select_box
@@ -23,8 +23,8 @@ module qsmpm_plan_probe
   real(wp), parameter :: budget = 1.0_wp
   !> Factors that a search for a factor of safety tries.
   integer, parameter :: usual_tries = 12
-  !> What a run takes over the estimate, at the least and at the most: of a run that came to its end, of one that did on coarse
-  !> cells, of one that did on neither.
+  !> What a run takes over the estimate, at the least and at the most: of a run that came to its end, of one that did on
+  !> coarse cells, of one that did on neither.
   real(wp), parameter :: least_over(3) = [0.7_wp, 0.5_wp, 0.4_wp], most_over(3) = [1.5_wp, 4.0_wp, 8.0_wp]
   !> Processor seconds of the program's start and of its results, at the most.
   real(wp), parameter :: beside = 0.1_wp
