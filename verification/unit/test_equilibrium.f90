@@ -141,8 +141,8 @@ contains
     off = norm2(residual_of(model, step, load, solution%displacement, coefficient))/load_of(model, step, load)
     call tests%check(name//'the residual of all forces is within the tolerance', off <= 1.0001_wp*goal%tolerance)
     call tests%close(name//'it is the one that is told', solution%out_of_balance, off, 1.0e-6_wp*goal%tolerance)
-    call tests%close(name//'relative to the load', solution%load_norm, load_of(model, step, load), &
-      1.0e-12_wp*solution%load_norm)
+    call tests%close(name//'relative to the load', solution%references%load, load_of(model, step, load), &
+      1.0e-12_wp*solution%references%load)
     call tests%check(name//'the body sinks', minval(solution%displacement(2, :)) < -1.0e-3_wp)
     call tests%close(name//'the largest move is told', solution%largest_move, maxval(abs(solution%displacement)), 0.0_wp)
     call tests%close(name//'the internal force is that of the points', &
@@ -171,10 +171,10 @@ contains
     call damp(step, coefficient)
     call solve_equilibrium(model, step, goal, controls, damped)
     call tests%check('drag slows the body', damped%converged .and. damped%largest_move < 0.9_wp*free%largest_move)
-    drag = norm2(coefficient*spread(step%lumped, 1, 2)*damped%displacement)/damped%load_norm
+    drag = norm2(coefficient*spread(step%lumped, 1, 2)*damped%displacement)/damped%references%load
     call tests%close('the share of the drag is told', share_of(damped%shares, damping_share), drag, 1.0e-12_wp)
     call tests%close('the residual without the drag is told', damped%undamped_out_of_balance, &
-      norm2(residual_of(model, step, load, damped%displacement, 0.0_wp))/damped%load_norm, 1.0e-9_wp)
+      norm2(residual_of(model, step, load, damped%displacement, 0.0_wp))/damped%references%load, 1.0e-9_wp)
     call end_system(step%system)
   end subroutine check_drag
 
@@ -196,12 +196,12 @@ contains
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('a supported body finds its equilibrium', solution%converged)
     call tests%check('the residual with the springs is within the tolerance', norm2(residual_of(model, step, load, &
-      solution%displacement, 0.0_wp)) <= 1.0001_wp*goal%tolerance*solution%load_norm)
+      solution%displacement, 0.0_wp)) <= 1.0001_wp*goal%tolerance*solution%references%load)
     allocate (springs, source=force_named(step, 'force of the supports', solution%displacement))
-    call tests%check('the springs carry load', norm2(springs) > 0.01_wp*solution%load_norm)
+    call tests%check('the springs carry load', norm2(springs) > 0.01_wp*solution%references%load)
     call tests%close('the internal force holds the springs', &
       maxval(abs(solution%internal_force - force_named(step, 'internal force', solution%displacement) - springs)), &
-      0.0_wp, 1.0e-10_wp*solution%load_norm)
+      0.0_wp, 1.0e-10_wp*solution%references%load)
     supports => term_named(step, 'force of the supports')
     call supports%commit(solution%displacement, model)
     call tests%check('surface points hold the reactions of their springs', maxval(abs(model%state%surface%reaction)) > 0.0_wp)
@@ -270,9 +270,9 @@ contains
     call tests%close('they are there', maxval(abs(pack(solution%displacement - goal%prescribed, model%loading%constrained))), &
       0.0_wp, 0.0_wp)
     call tests%check('the residual is within the tolerance of the reactions', norm2(residual_of(model, step, load, &
-      solution%displacement, 0.0_wp)) <= 1.0001_wp*goal%tolerance*solution%load_norm)
+      solution%displacement, 0.0_wp)) <= 1.0001_wp*goal%tolerance*solution%references%load)
     reactions = norm2(pack(step%forces%internal, model%loading%constrained .and. spread(step%equations%active, 1, 2)))
-    call tests%close('which they are', solution%load_norm, reactions, 1.0e-10_wp*reactions)
+    call tests%close('which they are', solution%references%load, reactions, 1.0e-10_wp*reactions)
     call tests%check('the sides bulge', maxval(abs(solution%displacement(1, :))) > 1.0e-4_wp)
     call end_system(step%system)
   end subroutine check_prescribed
