@@ -154,8 +154,8 @@ contains
     end do
   end subroutine solve_equilibrium
 
-  !> Whether prescribed displacements are in force and a second iteration has answered what the first one, whose matrix is
-  !> that of before the push, has left; none is needed where that is rounding.
+  !> Whether prescribed displacements are in force and a second iteration has answered what the first one, whose matrix
+  !> is that of before the push, has left; none is needed where that is rounding.
   pure logical function is_pushed_through(solution)
     type(solution_type), intent(in) :: solution
     real(wp), parameter :: rounding = 1.0e-10_wp

@@ -4,13 +4,14 @@
 !> The paper refers to the load. A far wall, or the weight of wide ground, is then the measure of what a small footing
 !> does, and hides it. So the forces are judged twice, and both must hold:
 !>
-!>   as a whole    |r| / min(R, L)           L  the load, with prescribed values, or without load, at least the reactions
-!>                                           R  what the phase moves: its change of load, the reactions of components
-!>                                              that are moved, the forces of rigid bodies; L where it moves nothing
-!>   at each node  max |r_a| / F_a           F_a  internal forces by their size around the node (qsmpm_term_share)
+!>   as a whole    |r| / min(R, L)       L  the load, with prescribed values, or without load, at least the reactions
+!>                                       R  what the phase moves: its change of load, the reactions of components
+!>                                          that are moved, the forces of rigid bodies; L where it moves nothing
+!>   at each node  max |r_a| / F_a       F_a  internal forces by their size around the node (qsmpm_term_share)
 !>
 !> Strains are known to a digit of rounding, forces therefore to  eps sum_j |K_ij| (h + |du|),  h the size of the cells
-!> around: what a residual has below that no iteration takes away, and where one stalls it is left out (`leave_rounding`).
+!> around: what a residual has below that no iteration takes away, and where one stalls it is left out
+!> (`leave_rounding`).
 !>
 !> In any other field the reference is the norm of the external contributions at the free components, and at least that
 !> of the contributions of the terms by their size: what flows in a closed body has neither load nor reaction.

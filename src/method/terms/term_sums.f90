@@ -20,7 +20,8 @@ module qsmpm_term_sums
 
   public :: start_terms, prepare_terms, begin_terms, set_loads, evaluate_terms, judge_terms, sum_forces, &
     sum_transient, add_all_blocks, linear_forces, sum_body_forces, sum_field_sizes, sum_force_sizes, &
-    measure_shares, share_names, find_unusable, are_symmetric, evaluated_points, mark_anchored, commit_terms, discard_terms
+    measure_shares, share_names, find_unusable, are_symmetric, evaluated_points, mark_anchored, commit_terms, &
+    discard_terms
 
 contains
 
