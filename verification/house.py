@@ -10,7 +10,7 @@ import re
 import sys
 
 TOP = pathlib.Path(__file__).resolve().parents[1]
-FLOORS = ["base", "parallel", "elements", "geometry", "mesh", "materials", "problem", "points", "basis", "algebra", "model", "estimate",
+FLOORS = ["base", "parallel", "elements", "geometry", "fitting", "mesh", "materials", "problem", "points", "basis", "algebra", "model", "estimate",
           "method", "reduction", "deck", "output", "laboratory", "api"]
 LONGEST_LINE = 120
 LONGEST_FILE = 600

@@ -1,7 +1,7 @@
 !> Cards of bodies and their points: *BODY, *POINTS.
 module qsmpm_deck_bodies
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: body_type, mesh_grid, mesh_inline, body_box, body_polygon, body_region, &
+  use qsmpm_analysis, only: body_type, mesh_fitted, mesh_grid, mesh_inline, body_box, body_polygon, body_region, &
     body_polyhedron
   use qsmpm_element, only: element_from_name, allowed_counts
   use qsmpm_polygon, only: polygon_area
@@ -200,7 +200,7 @@ contains
     character(len=:), allocatable :: list
     integer :: k, kind
 
-    if (all(state%analysis%mesh%kind /= [mesh_grid, mesh_inline])) return
+    if (all(state%analysis%mesh%kind /= [mesh_grid, mesh_fitted, mesh_inline])) return
     if (.not. allocated(state%analysis%mesh%element)) return
     kind = element_from_name(state%analysis%mesh%element)
     if (kind == 0 .or. state%points(i)%per_element == 0) return

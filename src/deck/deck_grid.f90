@@ -1,7 +1,7 @@
 !> *GRID: lines along the axes, from segments with graded spacing or from a list.
 module qsmpm_deck_grid
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: mesh_source_type, mesh_grid, diagonal_random
+  use qsmpm_analysis, only: mesh_source_type, mesh_fitted, mesh_grid, diagonal_random
   use qsmpm_element, only: element_from_name, local_dimension
   use qsmpm_text, only: integer_text, real_text, read_integer, read_real, number_good
   use qsmpm_cards, only: card_type, row_type, number_at, word_at
@@ -40,7 +40,7 @@ contains
     logical :: given
 
     associate (mesh => deck%analysis%mesh)
-      given = mesh%kind == mesh_grid
+      given = any(mesh%kind == [mesh_grid, mesh_fitted])
       call fields%given(given)
       if (fields%reading) mesh%kind = mesh_grid
       call fields%line(mesh%where)
@@ -55,6 +55,9 @@ contains
       call fields%answer('WINDOW', mesh%windowed, 'look only at the part of the grid around the material, '// &
         'which follows it: what the run costs does not depend on the empty grid, and its results are those of '// &
         'the whole; pictures of the mesh show the part')
+      call fields%answer('FIT', mesh%is_fitted, 'triangles whose edges lie on the outlines of bodies and rigid bodies '// &
+        'as they are drawn, as large as the cells between the lines', needs='ELEMENT=TRI3|TRI6')
+      if (fields%reading .and. mesh%is_fitted) mesh%kind = mesh_fitted
       call fields%data('`axis, first, last, number of intervals [, last spacing / first spacing]` '// &
         'or `axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, huge(1), free=.true.)
       if (fields%writing .and. given) call write_axes(fields, mesh, deck%dimension)

@@ -255,7 +255,8 @@ contains
     integer :: m
 
     smooth = all(model%analysis%method%basis /= [basis_standard, basis_fem])
-    linear = all(element_order(model%mesh%cell_kind) == 1) .and. &
+    ! Quadratic triangles that fit the ground lock least of all with one pressure a cell, linear or not.
+    linear = (all(element_order(model%mesh%cell_kind) == 1) .or. model%analysis%mesh%is_fitted) .and. &
       (.not. smooth .or. model%analysis%method%basis == basis_gimp)
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))

@@ -5,8 +5,9 @@
 module qsmpm_model_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: analysis_type, basis_fem, mesh_grid, mesh_file, mesh_inline, select_list, select_box, &
-    select_plane, body_polygon, three_dimensional, body_type, set_type, source_line_type
+  use qsmpm_fitted_background, only: fit_background
+  use qsmpm_analysis, only: analysis_type, basis_fem, mesh_grid, mesh_file, mesh_fitted, mesh_inline, select_list, &
+    select_box, select_plane, body_polygon, three_dimensional, body_type, set_type, source_line_type
   use qsmpm_element, only: element_from_name, local_dimension
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
@@ -36,6 +37,9 @@ contains
       case (mesh_grid)
         call make_grid(grid_of(model%analysis), model%mesh, model%state%window)
         model%mesh%is_box = model%analysis%method%basis /= basis_fem
+      case (mesh_fitted)
+        call fit_background(model%analysis, model%mesh, error)
+        model%mesh%is_box = model%analysis%method%basis /= basis_fem
       case (mesh_file)
         call read_mesh(source%file, source%format, model%mesh, error)
       case (mesh_inline)
@@ -61,7 +65,7 @@ contains
     character(len=:), allocatable :: keyword
 
     select case (kind)
-    case (mesh_grid)
+    case (mesh_grid, mesh_fitted)
       keyword = '*GRID'
     case (mesh_file)
       keyword = '*MESH'

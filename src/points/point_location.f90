@@ -21,6 +21,8 @@ module qsmpm_point_location
   !> Fill below which an active cell needs stabilising, and above which it may be integrated whole.
   real(wp), parameter, public :: boundary_fill = 0.6_wp
   real(wp), parameter :: full_fill = 0.4_wp
+  !> Fill from which a cell holds the functions of its own nodes whatever is beside it.
+  real(wp), parameter, public :: whole_fill = 0.95_wp
   !> The same for a cell with a free face on the outside of the mesh: there the body may end inside of it
   !> without an inactive neighbour that would tell.
   real(wp), parameter :: edge_fill = 0.8_wp

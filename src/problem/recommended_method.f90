@@ -2,7 +2,7 @@
 !>
 !>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.005 where a material can yield
 !>   the same with a moving mesh          SPLINE2, POINTS, 9 (27) points, FACTOR 5e-4
-!>   every other mesh                     STANDARD, CELL
+!>   every other mesh, fitted ones too    STANDARD, CELL
 !>   the first with stiff bodies on lines STANDARD, CELL
 !>
 !> A body some hundred times as stiff as the softest one, a wall of concrete in soil, is a layer that splines over the
@@ -68,6 +68,8 @@ contains
         analysis%method%stabilisation_factor)
       analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (averaged functions and splines need a *GRID '// &
         'of QUAD4 or HEX8 that is not perturbed)'
+      if (analysis%mesh%is_fitted) analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (triangles that fit the '// &
+        'outlines)'
     end if
   end subroutine decide_method
 

@@ -78,6 +78,7 @@ program run_unit_tests
   use test_point_driver, only: collect_point_driver
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
+  use test_fitting, only: collect_fitting
   use test_outlines, only: collect_outlines
   use test_phase_summary, only: collect_phase_summary
   use test_overburden, only: collect_overburden
@@ -219,6 +220,7 @@ program run_unit_tests
   call register('point_driver', collect_point_driver)
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
+  call register('fitting', collect_fitting)
   call register('outlines', collect_outlines)
   call register('phase_summary', collect_phase_summary)
   call register('overburden', collect_overburden)

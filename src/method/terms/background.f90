@@ -7,7 +7,7 @@ module qsmpm_background
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: full_rule, gauss_rule, corner_count
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_point_location, only: activation_type, boundary_fill
+  use qsmpm_point_location, only: activation_type, boundary_fill, whole_fill
   use qsmpm_space, only: space_type, shape_values_type, functions_at, cell_nodes_of_space, most_functions
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
@@ -33,7 +33,7 @@ contains
     logical, allocatable :: wanted(:)
     integer :: k, n
 
-    cells = pack(activation%active_cell, activation%boundary)
+    cells = pack(activation%active_cell, activation%boundary .and. (space%tensor .or. activation%fill < whole_fill))
     roots = [(root_of(mesh, activation, cells(k)), k=1, size(cells))]
     wanted = near(cells) .or. near(roots)
     cells = pack(cells, wanted)

@@ -8,7 +8,7 @@ module qsmpm_element_ghost
     shape_second_gradients, local_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
-  use qsmpm_point_location, only: activation_type
+  use qsmpm_point_location, only: activation_type, whole_fill
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
   implicit none
@@ -36,7 +36,7 @@ contains
       one = activation%active_number(mesh%interior_face(1, i))
       two = activation%active_number(mesh%interior_face(3, i))
       penalised(i) = one > 0 .and. two > 0
-      if (penalised(i)) penalised(i) = activation%boundary(one) .or. activation%boundary(two)
+      if (penalised(i)) penalised(i) = any(activation%boundary([one, two]) .and. activation%fill([one, two]) < whole_fill)
     end do
     call patches_of_faces(mesh, pack([(i, i=1, size(penalised))], penalised), stabilisation%connectivity)
     n = most_nodes(stabilisation%connectivity)

@@ -1,0 +1,304 @@
+!> Triangles that fit outlines, from the drawing to the mesh: the order of the steps, and the regions of the cells.
+module qsmpm_fitted_mesh
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_edge_division, only: ask_of_features, divide_edges, find_wedges
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_lattice, only: lattice_place, make_lattice, plane_place
+  use qsmpm_leaf_sizes, only: ask_for_size, balance_leaves, leaf_places, make_leaf_sizes
+  use qsmpm_outline_graph, only: make_outline_graph, outline_type, outline_graph_type
+  use qsmpm_polygon, only: polygon_contains
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_triangle_refinement, only: refined_scene_type, is_dictated, refine_triangles
+  use qsmpm_triangle_smoothing, only: smallest_angle, smooth_triangles
+  use qsmpm_triangulation, only: insert_node, recover_line, restore_delaunay, signed_area, start_triangulation
+  implicit none
+  private
+
+  public :: fitted_mesh_type, fit_triangles
+
+  !> Width of a leaf from which its point lies too near to an edge.
+  real(wp), parameter :: near = 0.55_wp
+
+  type :: fitted_mesh_type
+    !> (2, nodes)
+    real(wp), allocatable :: position(:, :)
+    !> Nodes counter-clockwise; cells beyond, and edges of the graph, opposite each corner, 0: none (3, cells).
+    integer, allocatable :: corner(:, :), neighbour(:, :), line(:, :)
+    !> Of the outline that each cell lies in, 0 outside of all (cells).
+    integer, allocatable :: region(:)
+    !> Smallest angle of each cell, radians.
+    real(wp), allocatable :: angle(:)
+    !> Whether the smallest angle is that of an acute corner of the outlines, or of a cell across one (cells).
+    logical, allocatable :: is_dictated(:)
+    type(outline_graph_type) :: graph
+  end type fitted_mesh_type
+
+contains
+
+  !> Mesh a box.
+  pure subroutine fit_triangles(x, y, outlines, levels, mesh, error, sizes)
+    !> Lines of the grid, rising, two or more each: the box, and how large triangles are.
+    real(wp), intent(in) :: x(:), y(:)
+    type(outline_type), intent(in) :: outlines(:)
+    !> How often features may halve what the grid wishes.
+    integer, intent(in) :: levels
+    type(fitted_mesh_type), intent(out) :: mesh
+    !> Outlines that cannot be fitted, by name and place.
+    type(error_type), allocatable, intent(out) :: error
+    !> Places, and the size that is wanted there (3, n).
+    real(wp), intent(in), optional :: sizes(:, :)
+    type(refined_scene_type) :: scene
+    real(wp) :: box(2, 2)
+    integer :: i
+
+    box = reshape([x(1), y(1), x(size(x)), y(size(y))], [2, 2])
+    call make_leaf_sizes(scene%sizes, x, y, levels)
+    call make_outline_graph(box, outlines, scene%sizes, scene%graph, error)
+    if (allocated(error)) return
+    call ask_of_features(scene%graph, scene%sizes)
+    if (present(sizes)) then
+      do i = 1, size(sizes, 2)
+        call ask_for_size(scene%sizes, sizes(1:2, i), sizes(3, i))
+      end do
+    end if
+    call balance_leaves(scene%sizes)
+    scene%lattice = make_lattice(box)
+    call find_wedges(scene%graph, scene%wedges)
+    call lay_edges(scene, error)
+    if (allocated(error)) return
+    call lay_interior(scene)
+    call refine_triangles(scene)
+    call smooth_triangles(scene%t, scene%lies_on)
+    call take_mesh(scene, mesh)
+    call find_regions(scene, outlines, mesh)
+    call look_for_lost(outlines, mesh, error)
+  end subroutine fit_triangles
+
+  !> Nodes and lines of the graph.
+  pure subroutine lay_edges(scene, error)
+    type(refined_scene_type), intent(inout) :: scene
+    !> Edges that cross on the lattice.
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: first(:), node(:)
+    real(wp), allocatable :: share(:)
+    integer :: e, i, n, last
+    logical :: crossed
+
+    call divide_edges(scene%graph, scene%wedges, scene%sizes, first, share)
+    n = size(scene%graph%vertex, 2) + size(share)
+    call start_triangulation(scene%t, scene%lattice%extent, 2*n + scene%sizes%count)
+    allocate (scene%node_at(size(scene%graph%vertex, 2)), node(size(share)))
+    allocate (scene%lies_on(size(scene%t%node, 2)), source=0)
+    do i = 1, size(scene%node_at)
+      call insert_node(scene%t, lattice_place(scene%lattice, scene%graph%vertex(:, i)), scene%node_at(i))
+      scene%lies_on(scene%node_at(i)) = -i
+    end do
+    do e = 1, size(scene%graph%ends, 2)
+      associate (a => scene%graph%vertex(:, scene%graph%ends(1, e)), b => scene%graph%vertex(:, scene%graph%ends(2, e)))
+        do i = first(e), first(e + 1) - 1
+          call insert_node(scene%t, lattice_place(scene%lattice, a + share(i)*(b - a)), node(i))
+          scene%lies_on(node(i)) = e
+        end do
+      end associate
+    end do
+    do e = 1, size(scene%graph%ends, 2)
+      last = scene%node_at(scene%graph%ends(1, e))
+      do i = first(e), first(e + 1)
+        n = scene%node_at(scene%graph%ends(2, e))
+        if (i < first(e + 1)) n = node(i)
+        call recover_line(scene%t, last, n, e, crossed)
+        if (crossed) then
+          associate (at => scene%graph%vertex(:, scene%graph%ends(1, e)))
+            call fail(error, error_deck, 'an edge of an outline at ('//rounded_text(at(1))//', '//rounded_text(at(2))// &
+              ') crosses another one: cells cannot fit both')
+          end associate
+          return
+        end if
+        last = n
+      end do
+    end do
+    call restore_delaunay(scene%t)
+  end subroutine lay_edges
+
+  !> A node in each leaf that no edge passes near, rows offset by half a leaf.
+  pure subroutine lay_interior(scene)
+    type(refined_scene_type), intent(inout) :: scene
+    real(wp), allocatable :: place(:, :)
+    integer, allocatable :: first(:), edge(:)
+    integer :: i, node, root
+
+    call leaf_places(scene%sizes, place)
+    call edges_by_root(scene, first, edge)
+    do i = 1, size(place, 2)
+      root = nint(place(4, i))
+      if (is_near(scene%graph, edge(first(root):first(root + 1) - 1), place(1:2, i), near*place(3, i))) cycle
+      call insert_node(scene%t, lattice_place(scene%lattice, place(1:2, i)), node)
+    end do
+    if (scene%t%node_count > size(scene%lies_on)) scene%lies_on = [scene%lies_on, spread(0, 1, scene%t%node_count)]
+  end subroutine lay_interior
+
+  !> Edges that pass a root of the sizes by less than its width, in compressed rows.
+  pure subroutine edges_by_root(scene, first, edge)
+    type(refined_scene_type), intent(in) :: scene
+    integer, allocatable, intent(out) :: first(:), edge(:)
+    integer :: e, i, j, pass, low(2), high(2), root
+    integer :: next(product(scene%sizes%roots) + 1)
+
+    next = 0
+    associate (sizes => scene%sizes, graph => scene%graph)
+      allocate (first(product(sizes%roots) + 1), source=0)
+      do pass = 1, 2
+        do e = 1, size(graph%ends, 2)
+          associate (a => graph%vertex(:, graph%ends(1, e)), b => graph%vertex(:, graph%ends(2, e)))
+            low = max(0, floor((min(a, b) - sizes%low)/sizes%side) - 1)
+            high = min(sizes%roots - 1, floor((max(a, b) - sizes%low)/sizes%side) + 1)
+          end associate
+          do j = low(2), high(2)
+            do i = low(1), high(1)
+              root = j*sizes%roots(1) + i + 1
+              if (pass == 1) then
+                first(root + 1) = first(root + 1) + 1
+              else
+                edge(next(root)) = e
+                next(root) = next(root) + 1
+              end if
+            end do
+          end do
+        end do
+        if (pass == 2) exit
+        first(1) = 1
+        do root = 1, size(first) - 1
+          first(root + 1) = first(root + 1) + first(root)
+        end do
+        next = first
+        allocate (edge(first(size(first)) - 1))
+      end do
+    end associate
+  end subroutine edges_by_root
+
+  !> Whether one of some edges passes a place.
+  pure logical function is_near(graph, edges, x, distance)
+    type(outline_graph_type), intent(in) :: graph
+    integer, intent(in) :: edges(:)
+    real(wp), intent(in) :: x(:), distance
+    real(wp) :: along(2), share
+    integer :: i
+
+    do i = 1, size(edges)
+      associate (a => graph%vertex(:, graph%ends(1, edges(i))), b => graph%vertex(:, graph%ends(2, edges(i))))
+        is_near = .false.
+        if (any(x < min(a, b) - distance) .or. any(x > max(a, b) + distance)) cycle
+        along = b - a
+        share = min(max(dot_product(x - a, along)/dot_product(along, along), 0.0_wp), 1.0_wp)
+        is_near = norm2(x - a - share*along) <= distance
+        if (is_near) return
+      end associate
+    end do
+    is_near = .false.
+  end function is_near
+
+  !> Coordinates: vertices as drawn, nodes between them on their edges.
+  pure subroutine take_mesh(scene, mesh)
+    type(refined_scene_type), intent(in) :: scene
+    type(fitted_mesh_type), intent(inout) :: mesh
+    real(wp) :: along(2), share
+    integer :: cell, node, on
+
+    associate (t => scene%t, graph => scene%graph)
+      allocate (mesh%position(2, t%node_count), mesh%region(t%cell_count), mesh%angle(t%cell_count))
+      allocate (mesh%is_dictated(t%cell_count))
+      mesh%corner = t%corner(:, :t%cell_count)
+      mesh%neighbour = t%neighbour(:, :t%cell_count)
+      mesh%line = t%line(:, :t%cell_count)
+      mesh%graph = graph
+      do node = 1, t%node_count
+        on = scene%lies_on(node)
+        mesh%position(:, node) = plane_place(scene%lattice, t%node(:, node))
+        if (on < 0) mesh%position(:, node) = graph%vertex(:, -on)
+        if (on <= 0) cycle
+        associate (a => graph%vertex(:, graph%ends(1, on)))
+          along = graph%vertex(:, graph%ends(2, on)) - a
+          share = dot_product(mesh%position(:, node) - a, along)/dot_product(along, along)
+          mesh%position(:, node) = a + share*along
+        end associate
+      end do
+      do cell = 1, t%cell_count
+        mesh%angle(cell) = smallest_angle(t, cell)
+        mesh%is_dictated(cell) = is_dictated(scene, cell)
+      end do
+    end associate
+  end subroutine take_mesh
+
+  !> Fill what lines enclose; one of its cells asks the outlines, the largest and roundest one.
+  pure subroutine find_regions(scene, outlines, mesh)
+    type(refined_scene_type), intent(in) :: scene
+    type(outline_type), intent(in) :: outlines(:)
+    type(fitted_mesh_type), intent(inout) :: mesh
+    integer :: filled(size(mesh%region)), count, done, seed, k, o, best
+    real(wp) :: worth, most, middle(2)
+
+    mesh%region = -1
+    do seed = 1, size(mesh%region)
+      if (mesh%region(seed) >= 0) cycle
+      count = 1
+      done = 0
+      filled(1) = seed
+      mesh%region(seed) = 0
+      most = -1.0_wp
+      best = seed
+      do while (done < count)
+        done = done + 1
+        worth = real(signed_area(scene%t, filled(done)), wp)*mesh%angle(filled(done))
+        if (worth > most) best = filled(done)
+        most = max(most, worth)
+        do k = 1, 3
+          associate (other => mesh%neighbour(k, filled(done)))
+            if (other == 0 .or. mesh%line(k, filled(done)) /= 0) cycle
+            if (mesh%region(other) >= 0) cycle
+            count = count + 1
+            filled(count) = other
+            mesh%region(other) = 0
+          end associate
+        end do
+      end do
+      middle = sum(mesh%position(:, mesh%corner(:, best)), dim=2)/3.0_wp
+      do o = size(outlines), 1, -1
+        if (.not. outlines(o)%is_closed) cycle
+        if (.not. polygon_contains(outlines(o)%corner, middle)) cycle
+        mesh%region(filled(:count)) = outlines(o)%region
+        exit
+      end do
+    end do
+  end subroutine find_regions
+
+  !> An outline whose region has no cell, though no later one covers it, is too thin.
+  pure subroutine look_for_lost(outlines, mesh, error)
+    type(outline_type), intent(in) :: outlines(:)
+    type(fitted_mesh_type), intent(in) :: mesh
+    type(error_type), allocatable, intent(out) :: error
+    integer :: o, later
+    logical :: is_covered
+
+    do o = 1, size(outlines)
+      if (.not. outlines(o)%is_closed .or. outlines(o)%region == 0) cycle
+      if (any(mesh%region == outlines(o)%region)) cycle
+      is_covered = .false.
+      do later = o + 1, size(outlines)
+        if (outlines(later)%is_closed) is_covered = is_covered .or. &
+          polygon_contains(outlines(later)%corner, sum(outlines(o)%corner, dim=2)/size(outlines(o)%corner, 2))
+      end do
+      if (is_covered .or. is_outside(outlines(o)%corner, mesh%position)) cycle
+      call fail(error, error_deck, "'"//outlines(o)%name//"' at ("//rounded_text(outlines(o)%corner(1, 1))//', '// &
+        rounded_text(outlines(o)%corner(2, 1))//') is thinner than a twentieth of a cell: a finer *GRID there')
+      return
+    end do
+  end subroutine look_for_lost
+
+  !> Whether an outline lies beyond the mesh.
+  pure logical function is_outside(corner, position)
+    real(wp), intent(in) :: corner(:, :), position(:, :)
+
+    is_outside = any(minval(corner, dim=2) >= maxval(position, dim=2)) .or. &
+      any(maxval(corner, dim=2) <= minval(position, dim=2))
+  end function is_outside
+end module qsmpm_fitted_mesh

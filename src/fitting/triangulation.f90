@@ -1,0 +1,626 @@
+!> A constrained Delaunay triangulation of a rectangle that nodes are put into one by one.
+!>
+!> Every triangle whose edges are not lines has no other node in its circle; where four nodes lie on one circle, the
+!> diagonal that ends at the lexicographically lowest of them is taken, so that the triangles are a function of nodes
+!> and lines, not of their order (Edelsbrunner and Muecke 1990). Nodes are found by a walk (Devillers, Pion and Teillaud
+!> 2002), edges made Delaunay by flips (Lawson 1977), lines recovered by flips of what they cross (Sloan 1993).
+!>
+!> Corners are counter-clockwise; neighbour and line k of a cell are those of the edge opposite corner k.
+module qsmpm_triangulation
+  use qsmpm_kinds, only: long
+  use qsmpm_lattice, only: in_circle, orientation
+  implicit none
+  private
+
+  public :: triangulation_type, start_triangulation, insert_node, insert_on_edge, recover_line, restore_delaunay, locate, &
+    cells_around, place_in_cell, next_of, previous_of, signed_area
+
+  !> Place in a cell behind and before a place.
+  integer, parameter :: next_of(3) = [2, 3, 1], previous_of(3) = [3, 1, 2]
+
+  type :: triangulation_type
+    integer :: node_count = 0, cell_count = 0
+    !> On the lattice (2, room).
+    integer(long), allocatable :: node(:, :)
+    !> A cell at each node (room).
+    integer, allocatable :: cell_at(:)
+    !> Nodes, neighbours (0: none) and lines (0: none) of the cells (3, room).
+    integer, allocatable :: corner(:, :), neighbour(:, :), line(:, :)
+    !> Where the last walk ended.
+    integer :: last = 1
+    !> Cells to be looked at.
+    integer, allocatable, private :: stack(:)
+  end type triangulation_type
+
+contains
+
+  !> Two triangles over a rectangle from the origin.
+  pure subroutine start_triangulation(t, extent, room)
+    type(triangulation_type), intent(out) :: t
+    integer(long), intent(in) :: extent(2)
+    !> Nodes that are expected; more may come.
+    integer, intent(in) :: room
+
+    allocate (t%node(2, max(8, room)), source=0_long)
+    allocate (t%cell_at(max(8, room)), source=0)
+    allocate (t%corner(3, 2*max(8, room)), t%neighbour(3, 2*max(8, room)), t%line(3, 2*max(8, room)), source=0)
+    allocate (t%stack(256))
+    t%node_count = 4
+    t%cell_count = 2
+    t%node(:, 1:4) = reshape([0_long, 0_long, extent(1), 0_long, extent(1), extent(2), 0_long, extent(2)], [2, 4])
+    t%corner(:, 1) = [1, 2, 3]
+    t%corner(:, 2) = [1, 3, 4]
+    t%neighbour(:, 1) = [0, 2, 0]
+    t%neighbour(:, 2) = [0, 0, 1]
+    t%cell_at(1:4) = [1, 1, 1, 2]
+  end subroutine start_triangulation
+
+  !> Put a node in, or find the one that is there.
+  pure subroutine insert_node(t, place, node, from)
+    type(triangulation_type), intent(inout) :: t
+    !> Inside the rectangle.
+    integer(long), intent(in) :: place(2)
+    integer, intent(out) :: node
+    !> Cell the walk begins at; the last one when absent.
+    integer, intent(in), optional :: from
+    integer :: cell, side, k, zeros
+
+    cell = t%last
+    if (present(from)) cell = from
+    call locate(t, place, .false., cell, side)
+    zeros = 0
+    do k = 1, 3
+      if (side_of(t, cell, k, place) /= 0_long) cycle
+      zeros = zeros + 1
+      side = k
+    end do
+    select case (zeros)
+    case (0)
+      call split_cell(t, cell, place, node)
+    case (1)
+      call insert_on_edge(t, cell, side, place, node)
+    case default
+      k = 1
+      do while (any(t%node(:, t%corner(k, cell)) /= place))
+        k = k + 1
+      end do
+      node = t%corner(k, cell)
+    end select
+  end subroutine insert_node
+
+  !> Twice the area that a place makes with the edge opposite a corner: positive inside.
+  pure integer(long) function side_of(t, cell, k, place)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: cell, k
+    integer(long), intent(in) :: place(2)
+
+    side_of = orientation(t%node(:, t%corner(next_of(k), cell)), t%node(:, t%corner(previous_of(k), cell)), place)
+  end function side_of
+
+  !> Walk to the cell that holds a place. Where lines stop the walk, the cell before one and the side that it is on, else
+  !> side 0.
+  pure subroutine locate(t, place, stops, cell, side)
+    type(triangulation_type), intent(inout) :: t
+    integer(long), intent(in) :: place(2)
+    !> Whether lines stop the walk; the rectangle's sides always do.
+    logical, intent(in) :: stops
+    !> Where it begins; where it ends.
+    integer, intent(inout) :: cell
+    integer, intent(out) :: side
+    integer :: before, k, steps, turn
+
+    before = 0
+    do steps = 1, 4*t%cell_count + 10
+      side = 0
+      ! The side that is asked first changes, so that no walk goes round for ever.
+      do turn = 0, 2
+        k = 1 + mod(turn + steps, 3)
+        if (before /= 0 .and. t%neighbour(k, cell) == before) cycle
+        if (side_of(t, cell, k, place) >= 0_long) cycle
+        side = k
+        exit
+      end do
+      if (side == 0) exit
+      if (t%neighbour(side, cell) == 0 .or. (stops .and. t%line(side, cell) /= 0)) exit
+      before = cell
+      cell = t%neighbour(side, cell)
+    end do
+    t%last = cell
+  end subroutine locate
+
+  !> A node inside a cell makes three of it.
+  pure subroutine split_cell(t, cell, place, node)
+    type(triangulation_type), intent(inout) :: t
+    integer, intent(in) :: cell
+    integer(long), intent(in) :: place(2)
+    integer, intent(out) :: node
+    integer :: corner(3), neighbour(3), line(3), u, v
+
+    call add_node(t, place, node)
+    call make_room(t, 2)
+    corner = t%corner(:, cell)
+    neighbour = t%neighbour(:, cell)
+    line = t%line(:, cell)
+    u = t%cell_count + 1
+    v = t%cell_count + 2
+    t%cell_count = v
+    call set_cell(t, cell, [node, corner(2), corner(3)], [neighbour(1), u, v], [line(1), 0, 0])
+    call set_cell(t, u, [node, corner(3), corner(1)], [neighbour(2), v, cell], [line(2), 0, 0])
+    call set_cell(t, v, [node, corner(1), corner(2)], [neighbour(3), cell, u], [line(3), 0, 0])
+    call replace_neighbour(t, neighbour(2), cell, u)
+    call replace_neighbour(t, neighbour(3), cell, v)
+    t%stack(1:3) = [cell, u, v]
+    call legalise(t, node, 3)
+  end subroutine split_cell
+
+  !> A node on the edge opposite a corner; a line stays one in both halves.
+  pure subroutine insert_on_edge(t, cell, side, place, node)
+    type(triangulation_type), intent(inout) :: t
+    integer, intent(in) :: cell, side
+    !> On the edge, or so near that all four halves have an area.
+    integer(long), intent(in) :: place(2)
+    integer, intent(out) :: node
+    integer :: a, b, c, d, half, other, other_half, j, line, beside(2, 2), lines(2, 2), count
+
+    call add_node(t, place, node)
+    call make_room(t, 2)
+    a = t%corner(side, cell)
+    b = t%corner(next_of(side), cell)
+    c = t%corner(previous_of(side), cell)
+    other = t%neighbour(side, cell)
+    line = t%line(side, cell)
+    beside(:, 1) = t%neighbour([next_of(side), previous_of(side)], cell)
+    lines(:, 1) = t%line([next_of(side), previous_of(side)], cell)
+    half = t%cell_count + 1
+    t%cell_count = half
+    other_half = 0
+    if (other /= 0) then
+      other_half = half + 1
+      t%cell_count = other_half
+    end if
+    call set_cell(t, cell, [node, a, b], [beside(2, 1), other, half], [lines(2, 1), line, 0])
+    call set_cell(t, half, [node, c, a], [beside(1, 1), cell, other_half], [lines(1, 1), 0, line])
+    call replace_neighbour(t, beside(1, 1), cell, half)
+    t%stack(1:2) = [cell, half]
+    count = 2
+    if (other /= 0) then
+      j = place_of_neighbour(t, other, cell)
+      d = t%corner(j, other)
+      beside(:, 2) = t%neighbour([next_of(j), previous_of(j)], other)
+      lines(:, 2) = t%line([next_of(j), previous_of(j)], other)
+      call set_cell(t, other, [node, b, d], [beside(1, 2), other_half, cell], [lines(1, 2), 0, line])
+      call set_cell(t, other_half, [node, d, c], [beside(2, 2), half, other], [lines(2, 2), line, 0])
+      call replace_neighbour(t, beside(2, 2), other, other_half)
+      t%stack(3:4) = [other, other_half]
+      count = 4
+    end if
+    call legalise(t, node, count)
+  end subroutine insert_on_edge
+
+  !> Flip what is around a new node until it is Delaunay; the cells at it stand on the stack.
+  pure subroutine legalise(t, node, count)
+    type(triangulation_type), intent(inout) :: t
+    integer, intent(in) :: node, count
+    integer :: cell, k, top, other
+
+    top = count
+    do while (top > 0)
+      cell = t%stack(top)
+      top = top - 1
+      k = place_in_cell(t, cell, node)
+      if (.not. is_illegal(t, cell, k)) cycle
+      call flip(t, cell, k, other)
+      if (top + 2 > size(t%stack)) t%stack = [t%stack, t%stack]
+      t%stack(top + 1:top + 2) = [cell, other]
+      top = top + 2
+    end do
+  end subroutine legalise
+
+  !> Flip edges everywhere until none is illegal, as after nodes have moved.
+  pure subroutine restore_delaunay(t)
+    type(triangulation_type), intent(inout) :: t
+    integer :: cell, k, top, other
+    logical :: flipped
+
+    if (size(t%stack) < t%cell_count) t%stack = [t%stack, t%corner(1, :t%cell_count)]
+    t%stack(:t%cell_count) = [(cell, cell=1, t%cell_count)]
+    top = t%cell_count
+    do while (top > 0)
+      cell = t%stack(top)
+      top = top - 1
+      flipped = .false.
+      do k = 1, 3
+        if (.not. is_illegal(t, cell, k)) cycle
+        call flip(t, cell, k, other)
+        flipped = .true.
+        exit
+      end do
+      if (.not. flipped) cycle
+      if (top + 2 > size(t%stack)) t%stack = [t%stack, t%stack]
+      t%stack(top + 1:top + 2) = [cell, other]
+      top = top + 2
+    end do
+  end subroutine restore_delaunay
+
+  !> Whether the edge opposite a corner should be the other diagonal.
+  pure logical function is_illegal(t, cell, k)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: cell, k
+    integer :: other, a, b, c, d
+
+    is_illegal = .false.
+    other = t%neighbour(k, cell)
+    if (other == 0) return
+    if (t%line(k, cell) /= 0) return
+    a = t%corner(k, cell)
+    b = t%corner(next_of(k), cell)
+    c = t%corner(previous_of(k), cell)
+    d = t%corner(place_of_neighbour(t, other, cell), other)
+    select case (in_circle(t%node(:, a), t%node(:, b), t%node(:, c), t%node(:, d)))
+    case (1)
+      is_illegal = .true.
+    case (0)
+      is_illegal = is_before(t, merge(a, d, is_before(t, a, d)), merge(b, c, is_before(t, b, c)))
+    end select
+  end function is_illegal
+
+  !> Whether a node comes lexicographically before another.
+  pure logical function is_before(t, a, b)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: a, b
+
+    is_before = t%node(1, a) < t%node(1, b) .or. (t%node(1, a) == t%node(1, b) .and. t%node(2, a) < t%node(2, b))
+  end function is_before
+
+  !> The edge opposite a corner becomes the other diagonal: of (a,b,c) and d beyond bc come (a,b,d), the cell, and
+  !> (a,d,c), the other one.
+  pure subroutine flip(t, cell, k, other)
+    type(triangulation_type), intent(inout) :: t
+    integer, intent(in) :: cell, k
+    integer, intent(out) :: other
+    integer :: a, b, c, d, j, n_ab, n_ca, n_bd, n_dc, l_ab, l_ca, l_bd, l_dc
+
+    other = t%neighbour(k, cell)
+    j = place_of_neighbour(t, other, cell)
+    a = t%corner(k, cell)
+    b = t%corner(next_of(k), cell)
+    c = t%corner(previous_of(k), cell)
+    d = t%corner(j, other)
+    n_ca = t%neighbour(next_of(k), cell)
+    n_ab = t%neighbour(previous_of(k), cell)
+    n_bd = t%neighbour(next_of(j), other)
+    n_dc = t%neighbour(previous_of(j), other)
+    l_ca = t%line(next_of(k), cell)
+    l_ab = t%line(previous_of(k), cell)
+    l_bd = t%line(next_of(j), other)
+    l_dc = t%line(previous_of(j), other)
+    call set_cell(t, cell, [a, b, d], [n_bd, other, n_ab], [l_bd, 0, l_ab])
+    call set_cell(t, other, [a, d, c], [n_dc, n_ca, cell], [l_dc, l_ca, 0])
+    call replace_neighbour(t, n_bd, other, cell)
+    call replace_neighbour(t, n_ca, cell, other)
+  end subroutine flip
+
+  !> Make the way from a node to another edges of the triangulation, a line of that number.
+  pure subroutine recover_line(t, from, to, line, crossed)
+    type(triangulation_type), intent(inout) :: t
+    integer, intent(in) :: from, to, line
+    !> Whether it would cross another line; then nothing is recovered.
+    logical, intent(out) :: crossed
+    integer, allocatable :: edges(:, :)
+    integer :: start, next, cell, k
+
+    crossed = .false.
+    start = from
+    do while (start /= to)
+      call edges_across(t, start, to, next, edges, crossed)
+      if (crossed) return
+      if (size(edges, 2) > 0) call clear_way(t, start, next, edges)
+      call find_edge(t, start, next, cell, k)
+      call mark(t, cell, k, line)
+      if (size(edges, 2) > 0) call flip_back(t, edges)
+      start = next
+    end do
+  end subroutine recover_line
+
+  !> The edges that the way from a node towards another crosses, up to the first node on it.
+  pure subroutine edges_across(t, from, to, next, edges, crossed)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: from, to
+    !> The first node on the way, at the latest its end.
+    integer, intent(out) :: next
+    !> Right and left ends (2, n).
+    integer, allocatable, intent(out) :: edges(:, :)
+    !> Whether one of them is a line.
+    logical, intent(out) :: crossed
+    integer, allocatable :: cells(:), found(:, :)
+    integer :: i, k, cell, right, left, apex, count
+    integer(long) :: side
+
+    crossed = .false.
+    allocate (edges(2, 0), found(2, 16))
+    count = 0
+    cell = t%cell_at(from)
+    k = 1
+    right = from
+    left = from
+    call cells_around(t, from, cells)
+    do i = 1, size(cells)
+      cell = cells(i)
+      k = place_in_cell(t, cell, from)
+      right = t%corner(next_of(k), cell)
+      left = t%corner(previous_of(k), cell)
+      next = right
+      if (right == to .or. is_ahead(t, from, to, right)) return
+      next = left
+      if (left == to .or. is_ahead(t, from, to, left)) return
+      if (orientation(t%node(:, from), t%node(:, to), t%node(:, right)) < 0_long .and. &
+        orientation(t%node(:, from), t%node(:, to), t%node(:, left)) > 0_long) exit
+    end do
+    do
+      crossed = t%line(k, cell) /= 0 .or. t%neighbour(k, cell) == 0
+      if (crossed) return
+      count = count + 1
+      if (count > size(found, 2)) found = reshape(found, [2, 2*size(found, 2)], pad=[0])
+      found(:, count) = [right, left]
+      i = cell
+      cell = t%neighbour(k, cell)
+      k = place_of_neighbour(t, cell, i)
+      apex = t%corner(k, cell)
+      next = apex
+      side = orientation(t%node(:, from), t%node(:, to), t%node(:, apex))
+      if (apex == to .or. side == 0_long) exit
+      ! In the cell beyond, the left end stands behind the apex, the right one before it.
+      if (side > 0_long) then
+        left = apex
+        k = place_in_cell(t, cell, other_corner(t, cell, right, left))
+      else
+        right = apex
+        k = place_in_cell(t, cell, other_corner(t, cell, right, left))
+      end if
+    end do
+    edges = found(:, :count)
+  end subroutine edges_across
+
+  !> The corner of a cell that is none of two.
+  pure integer function other_corner(t, cell, a, b)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: cell, a, b
+
+    other_corner = sum(t%corner(:, cell)) - a - b
+  end function other_corner
+
+  !> Whether a node lies on the way from one to another, in front.
+  pure logical function is_ahead(t, from, to, node)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: from, to, node
+
+    is_ahead = orientation(t%node(:, from), t%node(:, to), t%node(:, node)) == 0_long
+    if (is_ahead) is_ahead = sum((t%node(:, to) - t%node(:, from))*(t%node(:, node) - t%node(:, from))) > 0_long
+  end function is_ahead
+
+  !> Flip the edges that cross a way until it is an edge; the flipped ones take their place in the list.
+  pure subroutine clear_way(t, from, to, edges)
+    type(triangulation_type), intent(inout) :: t
+    integer, intent(in) :: from, to
+    integer, allocatable, intent(inout) :: edges(:, :)
+    integer, allocatable :: waiting(:, :), done(:, :)
+    integer :: cell, k, other, c, d, right, left, first, last, made
+    logical :: crosses
+
+    allocate (waiting(2, 4*size(edges, 2) + 16), done(2, size(edges, 2)))
+    waiting(:, :size(edges, 2)) = edges
+    first = 1
+    last = size(edges, 2)
+    made = 0
+    do while (first <= last)
+      right = waiting(1, first)
+      left = waiting(2, first)
+      first = first + 1
+      call find_edge(t, right, left, cell, k)
+      other = t%neighbour(k, cell)
+      c = t%corner(k, cell)
+      d = t%corner(place_of_neighbour(t, other, cell), other)
+      if (last == size(waiting, 2)) then
+        waiting = reshape(waiting(:, first:last), [2, 2*(last - first + 1) + 16], pad=[0])
+        last = last - first + 1
+        first = 1
+      end if
+      if (is_convex(t, c, d, t%corner(next_of(k), cell), t%corner(previous_of(k), cell))) then
+        call flip(t, cell, k, other)
+        crosses = all([c, d] /= from) .and. all([c, d] /= to)
+        if (crosses) crosses = (orientation(t%node(:, from), t%node(:, to), t%node(:, c)) > 0_long) .neqv. &
+          (orientation(t%node(:, from), t%node(:, to), t%node(:, d)) > 0_long)
+        if (crosses) then
+          last = last + 1
+          waiting(:, last) = [c, d]
+        else
+          made = made + 1
+          done(:, made) = [c, d]
+        end if
+      else
+        last = last + 1
+        waiting(:, last) = [right, left]
+      end if
+    end do
+    edges = done(:, :made)
+  end subroutine clear_way
+
+  !> Whether two cells at an edge form a convex quadrilateral.
+  pure logical function is_convex(t, c, d, b1, b2)
+    type(triangulation_type), intent(in) :: t
+    !> Apexes; ends of the edge, the cell of c being (c, b1, b2).
+    integer, intent(in) :: c, d, b1, b2
+
+    is_convex = orientation(t%node(:, c), t%node(:, b1), t%node(:, d)) > 0_long .and. &
+      orientation(t%node(:, c), t%node(:, d), t%node(:, b2)) > 0_long
+  end function is_convex
+
+  !> Make new edges beside a line Delaunay.
+  pure subroutine flip_back(t, edges)
+    type(triangulation_type), intent(inout) :: t
+    integer, intent(inout) :: edges(:, :)
+    integer :: e, cell, k, other
+    logical :: changed
+
+    changed = .true.
+    do while (changed)
+      changed = .false.
+      do e = 1, size(edges, 2)
+        call find_edge(t, edges(1, e), edges(2, e), cell, k)
+        if (cell == 0) cycle
+        if (.not. is_illegal(t, cell, k)) cycle
+        call flip(t, cell, k, other)
+        edges(:, e) = t%corner([1, 3], cell)
+        changed = .true.
+      end do
+    end do
+  end subroutine flip_back
+
+  !> A cell with two nodes, and the corner opposite them; 0 where they are no edge.
+  pure subroutine find_edge(t, a, b, cell, k)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: a, b
+    integer, intent(out) :: cell, k
+    integer, allocatable :: cells(:)
+    integer :: i
+
+    call cells_around(t, a, cells)
+    do i = 1, size(cells)
+      cell = cells(i)
+      if (all(t%corner(:, cell) /= b)) cycle
+      k = place_in_cell(t, cell, other_corner(t, cell, a, b))
+      return
+    end do
+    cell = 0
+    k = 0
+  end subroutine find_edge
+
+  !> All cells at a node, counter-clockwise.
+  pure subroutine cells_around(t, node, cells)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: node
+    integer, allocatable, intent(out) :: cells(:)
+    integer :: found(64), count, cell
+    integer, allocatable :: more(:)
+
+    count = 0
+    allocate (more(0))
+    cell = t%cell_at(node)
+    ! Clockwise to the side of the rectangle, if there is one, else round to where it began.
+    do
+      if (t%neighbour(previous_of(place_in_cell(t, cell, node)), cell) == 0) exit
+      cell = t%neighbour(previous_of(place_in_cell(t, cell, node)), cell)
+      if (cell == t%cell_at(node)) exit
+    end do
+    do
+      if (count == size(found)) then
+        more = [more, found]
+        count = 0
+      end if
+      count = count + 1
+      found(count) = cell
+      cell = t%neighbour(next_of(place_in_cell(t, cell, node)), cell)
+      if (cell == 0) exit
+      if (size(more) > 0) then
+        if (cell == more(1)) exit
+      else if (cell == found(1)) then
+        exit
+      end if
+    end do
+    cells = [more, found(:count)]
+  end subroutine cells_around
+
+  !> Number the edge opposite a corner, in both cells.
+  pure subroutine mark(t, cell, k, line)
+    type(triangulation_type), intent(inout) :: t
+    integer, intent(in) :: cell, k, line
+    integer :: other
+
+    t%line(k, cell) = line
+    other = t%neighbour(k, cell)
+    if (other /= 0) t%line(place_of_neighbour(t, other, cell), other) = line
+  end subroutine mark
+
+  !> Which corner of a cell a node is.
+  pure integer function place_in_cell(t, cell, node)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: cell, node
+
+    place_in_cell = 3
+    if (t%corner(1, cell) == node) place_in_cell = 1
+    if (t%corner(2, cell) == node) place_in_cell = 2
+  end function place_in_cell
+
+  !> Opposite which corner of a cell another cell lies.
+  pure integer function place_of_neighbour(t, cell, other)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: cell, other
+
+    place_of_neighbour = 3
+    if (t%neighbour(1, cell) == other) place_of_neighbour = 1
+    if (t%neighbour(2, cell) == other) place_of_neighbour = 2
+  end function place_of_neighbour
+
+  !> Twice the area of a cell.
+  pure integer(long) function signed_area(t, cell)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: cell
+
+    signed_area = side_of(t, cell, 1, t%node(:, t%corner(1, cell)))
+  end function signed_area
+
+  pure subroutine set_cell(t, cell, corner, neighbour, line)
+    type(triangulation_type), intent(inout) :: t
+    integer, intent(in) :: cell, corner(3), neighbour(3), line(3)
+
+    t%corner(:, cell) = corner
+    t%neighbour(:, cell) = neighbour
+    t%line(:, cell) = line
+    t%cell_at(corner) = cell
+  end subroutine set_cell
+
+  pure subroutine replace_neighbour(t, cell, old, new)
+    type(triangulation_type), intent(inout) :: t
+    !> May be 0.
+    integer, intent(in) :: cell, old, new
+
+    if (cell /= 0) t%neighbour(place_of_neighbour(t, cell, old), cell) = new
+  end subroutine replace_neighbour
+
+  pure subroutine add_node(t, place, node)
+    type(triangulation_type), intent(inout) :: t
+    integer(long), intent(in) :: place(2)
+    integer, intent(out) :: node
+    integer(long), allocatable :: longer(:, :)
+
+    node = t%node_count + 1
+    if (node > size(t%node, 2)) then
+      allocate (longer(2, 2*node), source=0_long)
+      longer(:, :t%node_count) = t%node(:, :t%node_count)
+      call move_alloc(longer, t%node)
+      t%cell_at = [t%cell_at, spread(0, 1, 2*node - size(t%cell_at))]
+    end if
+    t%node_count = node
+    t%node(:, node) = place
+  end subroutine add_node
+
+  !> Room for more cells.
+  pure subroutine make_room(t, count)
+    type(triangulation_type), intent(inout) :: t
+    integer, intent(in) :: count
+
+    if (t%cell_count + count <= size(t%corner, 2)) return
+    call widen(t%corner)
+    call widen(t%neighbour)
+    call widen(t%line)
+  end subroutine make_room
+
+  pure subroutine widen(table)
+    integer, allocatable, intent(inout) :: table(:, :)
+    integer, allocatable :: wider(:, :)
+
+    allocate (wider(size(table, 1), 2*size(table, 2)), source=0)
+    wider(:, :size(table, 2)) = table
+    call move_alloc(wider, table)
+  end subroutine widen
+end module qsmpm_triangulation

@@ -1,0 +1,121 @@
+!> The background of *GRID, FIT=YES: triangles whose edges lie on the outlines of bodies and on rigid bodies as they are
+!> drawn, those of later phases included.
+module qsmpm_fitted_background
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, body_box, body_polygon, rigid_box, rigid_circle, rigid_polygon
+  use qsmpm_element, only: element_from_name, element_order, tri3
+  use qsmpm_error, only: error_type
+  use qsmpm_fitted_mesh, only: fit_triangles, fitted_mesh_type
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_mid_nodes, only: add_mid_nodes
+  use qsmpm_outline_graph, only: outline_type
+  implicit none
+  private
+
+  public :: fit_background
+
+  !> How often narrow parts may halve the cells of the grid.
+  integer, parameter :: halvings = 3
+  !> Chords of a circle.
+  integer, parameter :: chords = 64
+
+contains
+
+  !> Fit triangles to an analysis.
+  subroutine fit_background(analysis, mesh, error)
+    type(analysis_type), intent(in) :: analysis
+    !> Nodes and cells, no topology.
+    type(mesh_type), intent(out) :: mesh
+    !> Outlines that cannot be fitted.
+    type(error_type), allocatable, intent(out) :: error
+    type(fitted_mesh_type) :: fitted
+    type(outline_type), allocatable :: outlines(:)
+    integer :: i, kind
+
+    call outlines_of(analysis, outlines)
+    associate (x => analysis%mesh%axes(1)%lines, y => analysis%mesh%axes(2)%lines)
+      call fit_triangles(x, y, outlines, halvings, fitted, error)
+      if (allocated(error)) return
+      mesh%bounds = reshape([x(1), y(1), x(size(x)), y(size(y))], [2, 2])
+    end associate
+    mesh%dimension = 2
+    mesh%is_box = .true.
+    mesh%node_count = size(fitted%position, 2)
+    mesh%coordinates = fitted%position
+    mesh%cell_count = size(fitted%corner, 2)
+    mesh%cell_nodes = reshape(fitted%corner, [size(fitted%corner)])
+    mesh%cell_first = [(3*i + 1, i=0, mesh%cell_count)]
+    allocate (mesh%cell_kind(mesh%cell_count), source=tri3)
+    kind = element_from_name(analysis%mesh%element)
+    if (element_order(kind) == 2) call add_mid_nodes(kind, mesh)
+    mesh%node_label = [(i, i=1, mesh%node_count)]
+    mesh%cell_label = [(i, i=1, mesh%cell_count)]
+  end subroutine fit_background
+
+  !> What a deck draws; what comes later covers what is there.
+  pure subroutine outlines_of(analysis, outlines)
+    type(analysis_type), intent(in) :: analysis
+    type(outline_type), allocatable, intent(out) :: outlines(:)
+    integer :: i, n
+
+    allocate (outlines(size(analysis%bodies) + size(analysis%rigid_bodies)))
+    n = 0
+    do i = 1, size(analysis%bodies)
+      associate (body => analysis%bodies(i))
+        select case (body%kind)
+        case (body_box)
+          call add_outline(outlines, n, body%name, i, box_corners(body%box))
+        case (body_polygon)
+          call add_outline(outlines, n, body%name, i, body%polygon)
+        end select
+      end associate
+    end do
+    do i = 1, size(analysis%rigid_bodies)
+      associate (body => analysis%rigid_bodies(i))
+        select case (body%shape)
+        case (rigid_box)
+          call add_outline(outlines, n, body%name, 0, box_corners(body%box))
+        case (rigid_polygon)
+          call add_outline(outlines, n, body%name, 0, body%polygon)
+        case (rigid_circle)
+          call add_outline(outlines, n, body%name, 0, circle_corners(body%place, body%radius))
+        end select
+      end associate
+    end do
+    outlines = outlines(:n)
+  end subroutine outlines_of
+
+  pure subroutine add_outline(outlines, n, name, region, corner)
+    type(outline_type), intent(inout) :: outlines(:)
+    integer, intent(inout) :: n
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: region
+    real(wp), intent(in) :: corner(:, :)
+
+    n = n + 1
+    outlines(n)%name = name
+    outlines(n)%region = region
+    outlines(n)%corner = corner
+  end subroutine add_outline
+
+  !> Corners of a box, counter-clockwise.
+  pure function box_corners(box) result(corner)
+    !> Lower and upper corner (3, 2).
+    real(wp), intent(in) :: box(:, :)
+    real(wp) :: corner(2, 4)
+
+    corner(1, :) = box(1, [1, 2, 2, 1])
+    corner(2, :) = box(2, [1, 1, 2, 2])
+  end function box_corners
+
+  !> Corners of a circle as chords.
+  pure function circle_corners(place, radius) result(corner)
+    real(wp), intent(in) :: place(:), radius
+    real(wp) :: corner(2, chords)
+    integer :: i
+
+    do i = 1, chords
+      corner(:, i) = place(:2) + radius*[cos(8.0_wp*atan(1.0_wp)*i/chords), sin(8.0_wp*atan(1.0_wp)*i/chords)]
+    end do
+  end function circle_corners
+end module qsmpm_fitted_background
