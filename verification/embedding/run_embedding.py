@@ -111,7 +111,8 @@ class Embedding:
             found.append(f"{words[0].split(':')[-2]}: {words[-1]}")
         # Flags of signals, and the guard around models that end the process: they belong to the process.
         known = {"posix.c.o: received", "plugin.c.o: active", "plugin.c.o: installed", "plugin.c.o: abandoned",
-                 "plugin.c.o: abandoned_by", "plugin.c.o: abandoned_model", "plugin.c.o: before"}
+                 "plugin.c.o: abandoned_by", "plugin.c.o: abandoned_model", "plugin.c.o: before",
+                 *(f"plugin.c.o: {name}" for name in ("watches", "threads", "calls", "own_calls", "stopped"))}
         expect(set(found) <= known and "posix.c.o: received" in found,
                f"variables that outlive a call: {set(found) - known}")
 
