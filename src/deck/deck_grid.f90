@@ -37,12 +37,12 @@ contains
   subroutine grid_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
+    logical :: given, fits
 
     associate (mesh => deck%analysis%mesh)
-      given = any(mesh%kind == [mesh_grid, mesh_fitted])
+      fits = mesh%kind == mesh_fitted
+      given = fits .or. mesh%kind == mesh_grid
       call fields%given(given)
-      if (fields%reading) mesh%kind = mesh_grid
       call fields%line(mesh%where)
       call fields%word('ELEMENT', mesh%element, bar_list(element_words), 'element; bricks are cut into triangles, '// &
         'wedges or tetrahedra', required=.true.)
@@ -55,9 +55,9 @@ contains
       call fields%answer('WINDOW', mesh%windowed, 'look only at the part of the grid around the material, '// &
         'which follows it: what the run costs does not depend on the empty grid, and its results are those of '// &
         'the whole; pictures of the mesh show the part')
-      call fields%answer('FIT', mesh%is_fitted, 'triangles whose edges lie on the outlines of bodies and rigid bodies '// &
-        'as they are drawn, as large as the cells between the lines', needs='ELEMENT=TRI3|TRI6')
-      if (fields%reading .and. mesh%is_fitted) mesh%kind = mesh_fitted
+      call fields%answer('FIT', fits, 'triangles whose edges lie on the outlines of bodies and rigid bodies as '// &
+        'they are drawn, as large as the cells between the lines (docs/methods/fitted.md)', needs='ELEMENT=TRI3|TRI6')
+      if (fields%reading) mesh%kind = merge(mesh_fitted, mesh_grid, fits)
       call fields%data('`axis, first, last, number of intervals [, last spacing / first spacing]` '// &
         'or `axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, huge(1), free=.true.)
       if (fields%writing .and. given) call write_axes(fields, mesh, deck%dimension)

@@ -5,12 +5,13 @@ module qsmpm_fitted_mesh
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_lattice, only: lattice_place, make_lattice, plane_place
   use qsmpm_leaf_sizes, only: ask_for_size, balance_leaves, leaf_places, make_leaf_sizes
+  use qsmpm_line_recovery, only: recover_line
   use qsmpm_outline_graph, only: make_outline_graph, outline_type, outline_graph_type
   use qsmpm_polygon, only: polygon_contains
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_triangle_refinement, only: refined_scene_type, is_dictated, refine_triangles
   use qsmpm_triangle_smoothing, only: smallest_angle, smooth_triangles
-  use qsmpm_triangulation, only: insert_node, recover_line, restore_delaunay, signed_area, start_triangulation
+  use qsmpm_triangulation, only: insert_node, restore_delaunay, signed_area, start_triangulation
   implicit none
   private
 
@@ -109,8 +110,8 @@ contains
         call recover_line(scene%t, last, n, e, crossed)
         if (crossed) then
           associate (at => scene%graph%vertex(:, scene%graph%ends(1, e)))
-            call fail(error, error_deck, 'an edge of an outline at ('//rounded_text(at(1))//', '//rounded_text(at(2))// &
-              ') crosses another one: cells cannot fit both')
+            call fail(error, error_deck, 'an edge of an outline at ('//rounded_text(at(1))//', '// &
+              rounded_text(at(2))//') crosses another one: cells cannot fit both')
           end associate
           return
         end if

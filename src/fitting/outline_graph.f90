@@ -1,8 +1,8 @@
 !> Outlines and lines of a scene as one planar graph: vertices, and straight edges that meet at vertices only.
 !>
-!> Places nearer than a twentieth of a cell are one vertex, a vertex that near an edge lies on it, crossings are vertices,
-!> what lies outside the box is dropped, and so are vertices where an edge does not turn. Merging moves a line by a
-!> twentieth of a cell at the most.
+!> Places nearer than a twentieth of a cell are one vertex, a vertex that near an edge lies on it, crossings are
+!> vertices, what lies outside the box is dropped, and so are vertices where an edge does not turn. Merging moves a line
+!> by a twentieth of a cell at the most.
 module qsmpm_outline_graph
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck

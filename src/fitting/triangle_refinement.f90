@@ -181,8 +181,8 @@ contains
     associate (a => t%node(:, t%corner(1, cell)))
       u = real(t%node(:, t%corner(2, cell)) - a, wp)
       v = real(t%node(:, t%corner(3, cell)) - a, wp)
-      centre = a + nint([v(2)*sum(u*u) - u(2)*sum(v*v), u(1)*sum(v*v) - v(1)*sum(u*u)]/(2.0_wp*(u(1)*v(2) - u(2)*v(1))), &
-        long)
+      centre = a + nint([v(2)*sum(u*u) - u(2)*sum(v*v), u(1)*sum(v*v) - v(1)*sum(u*u)]/ &
+        (2.0_wp*(u(1)*v(2) - u(2)*v(1))), long)
     end associate
   end function circle_centre
 
@@ -342,8 +342,8 @@ contains
     end associate
   end function is_bad
 
-  !> Whether outlines dictate the smallest angle of a cell: it lies at an acute corner or across one, or in a gap narrower
-  !> than the finest leaf.
+  !> Whether outlines dictate the smallest angle of a cell: it lies at an acute corner or across one, or in a gap
+  !> narrower than the finest leaf.
   pure logical function is_dictated(scene, cell)
     type(refined_scene_type), intent(in) :: scene
     integer, intent(in) :: cell
@@ -377,7 +377,8 @@ contains
     do w = 1, scene%wedges%count
       associate (e => scene%wedges%edge(1, w), f => scene%wedges%edge(2, w), &
         corner => scene%t%node(:, scene%node_at(scene%wedges%vertex(w))))
-        if (.not. ((is_on(scene, p, e) .and. is_on(scene, q, f)) .or. (is_on(scene, p, f) .and. is_on(scene, q, e)))) cycle
+        if (.not. ((is_on(scene, p, e) .and. is_on(scene, q, f)) .or. &
+          (is_on(scene, p, f) .and. is_on(scene, q, e)))) cycle
         a = norm2(real(scene%t%node(:, p) - corner, wp))
         b = norm2(real(scene%t%node(:, q) - corner, wp))
         if (abs(a - b) < as_far*max(a, b)) wedge_across = scene%wedges%angle(w)

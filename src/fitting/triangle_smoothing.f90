@@ -1,8 +1,8 @@
 !> Smoothing: free nodes go to the middle of those around them where the smallest angle at them grows by it.
 module qsmpm_triangle_smoothing
   use qsmpm_kinds, only: wp, long, pi
-  use qsmpm_triangulation, only: triangulation_type, cells_around, next_of, place_in_cell, previous_of, restore_delaunay, &
-    signed_area
+  use qsmpm_triangulation, only: triangulation_type, cells_around, next_of, place_in_cell, previous_of, &
+    restore_delaunay, signed_area
   implicit none
   private
 

@@ -3,7 +3,7 @@
 !> Every triangle whose edges are not lines has no other node in its circle; where four nodes lie on one circle, the
 !> diagonal that ends at the lexicographically lowest of them is taken, so that the triangles are a function of nodes
 !> and lines, not of their order (Edelsbrunner and Muecke 1990). Nodes are found by a walk (Devillers, Pion and Teillaud
-!> 2002), edges made Delaunay by flips (Lawson 1977), lines recovered by flips of what they cross (Sloan 1993).
+!> 2002), edges made Delaunay by flips (Lawson 1977); lines: qsmpm_line_recovery.
 !>
 !> Corners are counter-clockwise; neighbour and line k of a cell are those of the edge opposite corner k.
 module qsmpm_triangulation
@@ -12,8 +12,9 @@ module qsmpm_triangulation
   implicit none
   private
 
-  public :: triangulation_type, start_triangulation, insert_node, insert_on_edge, recover_line, restore_delaunay, locate, &
-    cells_around, place_in_cell, next_of, previous_of, signed_area
+  public :: triangulation_type, start_triangulation, insert_node, insert_on_edge, restore_delaunay, locate, &
+    cells_around, find_edge, flip, is_illegal, mark, other_corner, place_in_cell, place_of_neighbour, next_of, &
+    previous_of, signed_area
 
   !> Place in a cell behind and before a place.
   integer, parameter :: next_of(3) = [2, 3, 1], previous_of(3) = [3, 1, 2]
@@ -97,8 +98,8 @@ contains
     side_of = orientation(t%node(:, t%corner(next_of(k), cell)), t%node(:, t%corner(previous_of(k), cell)), place)
   end function side_of
 
-  !> Walk to the cell that holds a place. Where lines stop the walk, the cell before one and the side that it is on, else
-  !> side 0.
+  !> Walk to the cell that holds a place. Where lines stop the walk, the cell before one and the side that it is on,
+  !> else side 0.
   pure subroutine locate(t, place, stops, cell, side)
     type(triangulation_type), intent(inout) :: t
     integer(long), intent(in) :: place(2)
@@ -300,87 +301,6 @@ contains
     call replace_neighbour(t, n_ca, cell, other)
   end subroutine flip
 
-  !> Make the way from a node to another edges of the triangulation, a line of that number.
-  pure subroutine recover_line(t, from, to, line, crossed)
-    type(triangulation_type), intent(inout) :: t
-    integer, intent(in) :: from, to, line
-    !> Whether it would cross another line; then nothing is recovered.
-    logical, intent(out) :: crossed
-    integer, allocatable :: edges(:, :)
-    integer :: start, next, cell, k
-
-    crossed = .false.
-    start = from
-    do while (start /= to)
-      call edges_across(t, start, to, next, edges, crossed)
-      if (crossed) return
-      if (size(edges, 2) > 0) call clear_way(t, start, next, edges)
-      call find_edge(t, start, next, cell, k)
-      call mark(t, cell, k, line)
-      if (size(edges, 2) > 0) call flip_back(t, edges)
-      start = next
-    end do
-  end subroutine recover_line
-
-  !> The edges that the way from a node towards another crosses, up to the first node on it.
-  pure subroutine edges_across(t, from, to, next, edges, crossed)
-    type(triangulation_type), intent(in) :: t
-    integer, intent(in) :: from, to
-    !> The first node on the way, at the latest its end.
-    integer, intent(out) :: next
-    !> Right and left ends (2, n).
-    integer, allocatable, intent(out) :: edges(:, :)
-    !> Whether one of them is a line.
-    logical, intent(out) :: crossed
-    integer, allocatable :: cells(:), found(:, :)
-    integer :: i, k, cell, right, left, apex, count
-    integer(long) :: side
-
-    crossed = .false.
-    allocate (edges(2, 0), found(2, 16))
-    count = 0
-    cell = t%cell_at(from)
-    k = 1
-    right = from
-    left = from
-    call cells_around(t, from, cells)
-    do i = 1, size(cells)
-      cell = cells(i)
-      k = place_in_cell(t, cell, from)
-      right = t%corner(next_of(k), cell)
-      left = t%corner(previous_of(k), cell)
-      next = right
-      if (right == to .or. is_ahead(t, from, to, right)) return
-      next = left
-      if (left == to .or. is_ahead(t, from, to, left)) return
-      if (orientation(t%node(:, from), t%node(:, to), t%node(:, right)) < 0_long .and. &
-        orientation(t%node(:, from), t%node(:, to), t%node(:, left)) > 0_long) exit
-    end do
-    do
-      crossed = t%line(k, cell) /= 0 .or. t%neighbour(k, cell) == 0
-      if (crossed) return
-      count = count + 1
-      if (count > size(found, 2)) found = reshape(found, [2, 2*size(found, 2)], pad=[0])
-      found(:, count) = [right, left]
-      i = cell
-      cell = t%neighbour(k, cell)
-      k = place_of_neighbour(t, cell, i)
-      apex = t%corner(k, cell)
-      next = apex
-      side = orientation(t%node(:, from), t%node(:, to), t%node(:, apex))
-      if (apex == to .or. side == 0_long) exit
-      ! In the cell beyond, the left end stands behind the apex, the right one before it.
-      if (side > 0_long) then
-        left = apex
-        k = place_in_cell(t, cell, other_corner(t, cell, right, left))
-      else
-        right = apex
-        k = place_in_cell(t, cell, other_corner(t, cell, right, left))
-      end if
-    end do
-    edges = found(:, :count)
-  end subroutine edges_across
-
   !> The corner of a cell that is none of two.
   pure integer function other_corner(t, cell, a, b)
     type(triangulation_type), intent(in) :: t
@@ -388,93 +308,6 @@ contains
 
     other_corner = sum(t%corner(:, cell)) - a - b
   end function other_corner
-
-  !> Whether a node lies on the way from one to another, in front.
-  pure logical function is_ahead(t, from, to, node)
-    type(triangulation_type), intent(in) :: t
-    integer, intent(in) :: from, to, node
-
-    is_ahead = orientation(t%node(:, from), t%node(:, to), t%node(:, node)) == 0_long
-    if (is_ahead) is_ahead = sum((t%node(:, to) - t%node(:, from))*(t%node(:, node) - t%node(:, from))) > 0_long
-  end function is_ahead
-
-  !> Flip the edges that cross a way until it is an edge; the flipped ones take their place in the list.
-  pure subroutine clear_way(t, from, to, edges)
-    type(triangulation_type), intent(inout) :: t
-    integer, intent(in) :: from, to
-    integer, allocatable, intent(inout) :: edges(:, :)
-    integer, allocatable :: waiting(:, :), done(:, :)
-    integer :: cell, k, other, c, d, right, left, first, last, made
-    logical :: crosses
-
-    allocate (waiting(2, 4*size(edges, 2) + 16), done(2, size(edges, 2)))
-    waiting(:, :size(edges, 2)) = edges
-    first = 1
-    last = size(edges, 2)
-    made = 0
-    do while (first <= last)
-      right = waiting(1, first)
-      left = waiting(2, first)
-      first = first + 1
-      call find_edge(t, right, left, cell, k)
-      other = t%neighbour(k, cell)
-      c = t%corner(k, cell)
-      d = t%corner(place_of_neighbour(t, other, cell), other)
-      if (last == size(waiting, 2)) then
-        waiting = reshape(waiting(:, first:last), [2, 2*(last - first + 1) + 16], pad=[0])
-        last = last - first + 1
-        first = 1
-      end if
-      if (is_convex(t, c, d, t%corner(next_of(k), cell), t%corner(previous_of(k), cell))) then
-        call flip(t, cell, k, other)
-        crosses = all([c, d] /= from) .and. all([c, d] /= to)
-        if (crosses) crosses = (orientation(t%node(:, from), t%node(:, to), t%node(:, c)) > 0_long) .neqv. &
-          (orientation(t%node(:, from), t%node(:, to), t%node(:, d)) > 0_long)
-        if (crosses) then
-          last = last + 1
-          waiting(:, last) = [c, d]
-        else
-          made = made + 1
-          done(:, made) = [c, d]
-        end if
-      else
-        last = last + 1
-        waiting(:, last) = [right, left]
-      end if
-    end do
-    edges = done(:, :made)
-  end subroutine clear_way
-
-  !> Whether two cells at an edge form a convex quadrilateral.
-  pure logical function is_convex(t, c, d, b1, b2)
-    type(triangulation_type), intent(in) :: t
-    !> Apexes; ends of the edge, the cell of c being (c, b1, b2).
-    integer, intent(in) :: c, d, b1, b2
-
-    is_convex = orientation(t%node(:, c), t%node(:, b1), t%node(:, d)) > 0_long .and. &
-      orientation(t%node(:, c), t%node(:, d), t%node(:, b2)) > 0_long
-  end function is_convex
-
-  !> Make new edges beside a line Delaunay.
-  pure subroutine flip_back(t, edges)
-    type(triangulation_type), intent(inout) :: t
-    integer, intent(inout) :: edges(:, :)
-    integer :: e, cell, k, other
-    logical :: changed
-
-    changed = .true.
-    do while (changed)
-      changed = .false.
-      do e = 1, size(edges, 2)
-        call find_edge(t, edges(1, e), edges(2, e), cell, k)
-        if (cell == 0) cycle
-        if (.not. is_illegal(t, cell, k)) cycle
-        call flip(t, cell, k, other)
-        edges(:, e) = t%corner([1, 3], cell)
-        changed = .true.
-      end do
-    end do
-  end subroutine flip_back
 
   !> A cell with two nodes, and the corner opposite them; 0 where they are no edge.
   pure subroutine find_edge(t, a, b, cell, k)

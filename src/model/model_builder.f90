@@ -7,7 +7,7 @@ module qsmpm_model_builder
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_user_material, fail
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
-    basis_gimp, locking_none, locking_auto, initial_k0, locking_uniform_pressure, mesh_grid
+    basis_gimp, locking_none, locking_auto, initial_k0, locking_uniform_pressure, mesh_fitted, mesh_grid
   use qsmpm_basis_traits, only: usual_factor
   use qsmpm_agreement, only: any_of
   use qsmpm_body_stages, only: part_bodies
@@ -256,7 +256,7 @@ contains
 
     smooth = all(model%analysis%method%basis /= [basis_standard, basis_fem])
     ! Quadratic triangles that fit the ground lock least of all with one pressure a cell, linear or not.
-    linear = (all(element_order(model%mesh%cell_kind) == 1) .or. model%analysis%mesh%is_fitted) .and. &
+    linear = (all(element_order(model%mesh%cell_kind) == 1) .or. model%analysis%mesh%kind == mesh_fitted) .and. &
       (.not. smooth .or. model%analysis%method%basis == basis_gimp)
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))

@@ -31,8 +31,7 @@ module qsmpm_analysis
   !> the scene is symmetric, never.
   integer, parameter, public :: mirror_auto = 0, mirror_yes = 1, mirror_no = 2
   !> Where the mesh comes from.
-  integer, parameter, public :: mesh_none = 0, mesh_grid = 1, mesh_file = 2, mesh_inline = 3, &
-    mesh_fitted = 4
+  integer, parameter, public :: mesh_none = 0, mesh_grid = 1, mesh_file = 2, mesh_inline = 3, mesh_fitted = 4
   !> How the diagonals of grid triangles run: random is the prototype's unstructured mesh.
   integer, parameter, public :: diagonal_right = 1, diagonal_left = 2, diagonal_random = 3, &
     diagonal_alternate = 4
@@ -129,8 +128,6 @@ module qsmpm_analysis
     integer :: seed = 1
     !> Grid: look only at the part around the material.
     logical :: windowed = .true.
-    !> Grid: triangles that fit the outlines of the scene.
-    logical :: is_fitted = .false.
     !> File: path relative to the working directory, format GMSH or ABAQUS.
     character(len=:), allocatable :: file, format
     !> Inline: node labels and coordinates (3,n).

@@ -2,7 +2,8 @@
 !>
 !>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.005 where a material can yield
 !>   the same with a moving mesh          SPLINE2, POINTS, 9 (27) points, FACTOR 5e-4
-!>   every other mesh, fitted ones too    STANDARD, CELL
+!>   triangles that fit the outlines      FEM, where no body comes, goes or is moved through them
+!>   every other mesh                     STANDARD, CELL
 !>   the first with stiff bodies on lines STANDARD, CELL
 !>
 !> A body some hundred times as stiff as the softest one, a wall of concrete in soil, is a layer that splines over the
@@ -12,9 +13,9 @@
 !> What the deck says itself stays. Programs that build an analysis without a deck name their method.
 module qsmpm_recommended_method
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, method_type, basis_auto, basis_standard, basis_spline2, &
-    basis_spline2g, body_box, body_polygon, integrate_points, integrate_cells, mesh_grid, stabilise_background, &
-    stabilise_ghost, three_dimensional
+  use qsmpm_analysis, only: analysis_type, method_type, basis_auto, basis_fem, basis_standard, basis_spline2, &
+    basis_spline2g, body_box, body_polygon, integrate_points, integrate_cells, mesh_fitted, mesh_grid, &
+    stabilise_background, stabilise_ghost, stabilise_none, three_dimensional
   use qsmpm_material_traits, only: may_yield
   implicit none
   private
@@ -63,15 +64,33 @@ contains
       call decide_splines(analysis)
       if (b > 0) analysis%method_reason = analysis%method_reason//"; body '"//analysis%bodies(b)%name//"' is much "// &
         'stiffer than the softest: where it ends on lines of the grid BASIS=STANDARD is taken, which suits it better'
+    else if (analysis%mesh%kind == mesh_fitted .and. .not. leaves_its_cells(analysis)) then
+      call take(analysis%method, basis_fem, integrate_points, stabilise_none, analysis%method%stabilisation_factor)
+      analysis%method_reason = 'BASIS=FEM (triangles that fit the outlines go with the ground: no cell is cut)'
     else
       call take(analysis%method, basis_standard, integrate_cells, stabilise_background, &
         analysis%method%stabilisation_factor)
       analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (averaged functions and splines need a *GRID '// &
         'of QUAD4 or HEX8 that is not perturbed)'
-      if (analysis%mesh%is_fitted) analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (triangles that fit the '// &
-        'outlines)'
+      if (analysis%mesh%kind == mesh_fitted) analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (triangles '// &
+        'that fit the outlines, and bodies that come, go or are moved through them)'
     end if
   end subroutine decide_method
+
+  !> Whether a mesh that goes with the ground is lost: bodies come or go, or rigid ones are moved.
+  pure logical function leaves_its_cells(analysis) result(leaves)
+    type(analysis_type), intent(in) :: analysis
+    integer :: p
+
+    leaves = analysis%moving_mesh%active
+    if (allocated(analysis%bodies)) leaves = leaves .or. .not. all(analysis%bodies%active)
+    if (allocated(analysis%rigid_bodies)) leaves = leaves .or. size(analysis%rigid_bodies) > 0
+    if (.not. allocated(analysis%phases)) return
+    do p = 1, size(analysis%phases)
+      if (allocated(analysis%phases(p)%deactivations)) leaves = leaves .or. size(analysis%phases(p)%deactivations) > 0
+      if (allocated(analysis%phases(p)%activations)) leaves = leaves .or. size(analysis%phases(p)%activations) > 0
+    end do
+  end function leaves_its_cells
 
   !> Splines on a grid.
   pure subroutine decide_splines(analysis)

@@ -119,8 +119,8 @@ contains
     type(error_type), allocatable :: error
     integer :: k
 
-    outlines(1) = outline('slope', 1, [0.0_wp, 0.0_wp, 20.0_wp, 0.0_wp, 20.0_wp, 3.3_wp, 13.1_wp, 3.3_wp, 8.2_wp, 8.7_wp, &
-      0.0_wp, 8.7_wp])
+    outlines(1) = outline('slope', 1, [0.0_wp, 0.0_wp, 20.0_wp, 0.0_wp, 20.0_wp, 3.3_wp, 13.1_wp, 3.3_wp, 8.2_wp, &
+      8.7_wp, 0.0_wp, 8.7_wp])
     call fit_triangles(lines(width, 20), lines(height, 12), outlines, 3, mesh, error)
     call fit_triangles(lines(width, 20), lines(height, 12), outlines, 3, again, error)
     call tests%close('area of the cells of a slope', area_of(mesh, 1), polygon_area(outlines(1)%corner), 1.0e-12_wp)
@@ -176,8 +176,8 @@ contains
     if (allocated(error)) call tests%check('is named: '//error%message, index(error%message, "'seam'") == 1)
   end subroutine check_errors
 
-  !> Drawn at random: layers that touch and pinch out, an acute toe, a circle, turned boxes, a thin wall, a sliver, corners
-  !> that nearly coincide.
+  !> Drawn at random: layers that touch and pinch out, an acute toe, a circle, turned boxes, a thin wall, a sliver,
+  !> corners that nearly coincide.
   subroutine check_scenes(tests)
     type(tests_type), intent(inout) :: tests
     type(outline_type), allocatable :: outlines(:)
@@ -258,8 +258,8 @@ contains
     end if
     if (u(35) < 0.25_wp) then
       n = n + 1
-      outlines(n) = outline('sliver', 9, [24.0_wp*u(36) - 2.0_wp, 5.0_wp, 24.0_wp*u(37) - 2.0_wp, 14.0_wp*u(38) - 1.0_wp, &
-        24.0_wp*u(39) - 2.0_wp, 14.0_wp*u(40) - 1.0_wp])
+      outlines(n) = outline('sliver', 9, [24.0_wp*u(36) - 2.0_wp, 5.0_wp, 24.0_wp*u(37) - 2.0_wp, 14.0_wp*u(38) - &
+        1.0_wp, 24.0_wp*u(39) - 2.0_wp, 14.0_wp*u(40) - 1.0_wp])
     end if
     outlines = outlines(:n)
   end subroutine draw
@@ -289,7 +289,8 @@ contains
   pure function turned_box(x, y, length, thickness, angle) result(corner)
     real(wp), intent(in) :: x, y, length, thickness, angle
     real(wp) :: corner(8)
-    real(wp), parameter :: sign(2, 4) = reshape([-0.5_wp, -0.5_wp, 0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp, -0.5_wp, 0.5_wp], [2, 4])
+    real(wp), parameter :: sign(2, 4) = reshape([-0.5_wp, -0.5_wp, 0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp, -0.5_wp, 0.5_wp], &
+      [2, 4])
     integer :: i
 
     do i = 1, 4

@@ -36,7 +36,8 @@ contains
       one = activation%active_number(mesh%interior_face(1, i))
       two = activation%active_number(mesh%interior_face(3, i))
       penalised(i) = one > 0 .and. two > 0
-      if (penalised(i)) penalised(i) = any(activation%boundary([one, two]) .and. activation%fill([one, two]) < whole_fill)
+      if (penalised(i)) penalised(i) = any(activation%boundary([one, two]) .and. &
+        activation%fill([one, two]) < whole_fill)
     end do
     call patches_of_faces(mesh, pack([(i, i=1, size(penalised))], penalised), stabilisation%connectivity)
     n = most_nodes(stabilisation%connectivity)
