@@ -174,8 +174,8 @@ contains
       call fields%line(support%where)
       call fields%name('SURFACE', support%surface, 'the outline of the cavity: closed, or half or a quarter of a '// &
         'circle that ends at planes of symmetry', required=.true.)
-      call fields%answer('FREE', support%floats, 'YES: the outline as a whole weighs nothing and finds its height; '// &
-        'NO: its middle stays')
+      call fields%answer('HELD', support%held, 'NO: the outline as a whole weighs nothing and finds its height, as '// &
+        'a lining does; YES: its middle stays, and the trough is flatter')
       call fields%data('volume loss')
       call fields%number('percent', support%volume_loss, 'part of the area of the cavity that is lost at the end '// &
         'of the phase, per unit of load factor; negative: the cavity widens', range='(-100, 50]')

@@ -17,8 +17,8 @@ module qsmpm_cavities
 
   public :: measure_cavities, closure_of
 
-  !> Sum of the normals of a closed outline over its length, and change of the radius of an arc over its double.
-  real(wp), parameter :: closed = 1.0e-3_wp, round = 1.0e-2_wp
+  !> Sum of the normals of a closed outline over its length, and radius of the points of an arc over that of its chords.
+  real(wp), parameter :: closed = 1.0e-3_wp, round = 1.05_wp
 
 contains
 
@@ -48,8 +48,8 @@ contains
     integer, intent(in) :: s
     type(support_type), intent(in) :: support
     type(diagnostics_type), intent(inout) :: diagnostics
-    real(wp) :: across(2, 2), sums(8), radius(model%state%surface%count), determinant, largest_radius, &
-      smallest_radius
+    real(wp) :: across(2, 2), sums(8), determinant, farthest, nearest
+    real(wp), dimension(model%state%surface%count) :: radius, reach
     logical :: own(model%state%surface%count)
     integer :: k
 
@@ -72,12 +72,14 @@ contains
       if (determinant > closed*sums(1)**2) then
         associate (middle => model%cavity_middle(:, s))
           middle = [sums(6)*sums(7) - sums(5)*sums(8), sums(4)*sums(8) - sums(5)*sums(7)]/determinant
-          radius = [(dot_product(surface%normal(:, k), middle - surface%position(:, k)), k=1, surface%count)]
+          do k = 1, surface%count
+            radius(k) = abs(dot_product(surface%normal(:, k), middle - surface%position(:, k)))
+            reach(k) = norm2(middle - surface%position(:, k))
+          end do
         end associate
-        largest_radius = largest(model%part%team, maxval(radius, mask=own))
-        smallest_radius = smallest(model%part%team, minval(radius, mask=own))
-        if (norm2(sums(2:3)) <= closed*sums(1) .or. largest_radius - smallest_radius <= &
-          round*abs(largest_radius + smallest_radius)) return
+        farthest = largest(model%part%team, maxval(reach, mask=own))
+        nearest = smallest(model%part%team, minval(radius, mask=own))
+        if (norm2(sums(2:3)) <= closed*sums(1) .or. farthest <= round*nearest) return
       end if
       call refuse('is neither closed nor an arc of a circle: the whole outline of a cavity is contracted, or half '// &
         'or a quarter of a circle that ends at planes of symmetry')

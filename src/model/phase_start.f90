@@ -246,7 +246,7 @@ contains
         associate (support => phase%supports(i))
           if (model%analysis%surfaces(s)%name /= support%surface) cycle
           loading%support(s) = support%kind
-          loading%floats(s) = support%floats
+          loading%floats(s) = support%contracts .and. .not. support%held
           loading%closure_start(s) = 0.0_wp
           loading%closure_final(s) = closure_of(phase%load_factor*support%volume_loss)
         end associate

@@ -355,8 +355,8 @@ module qsmpm_analysis
     type(source_line_type) :: where
     integer :: kind = support_normal
     !> It is the outline of a cavity that moves inwards until this part of its area is lost, in percent per unit of load
-    !> factor; as a whole it is free along the vertical.
-    logical :: contracts = .false., floats = .false.
+    !> factor; its middle stays, else as a whole it is free along the vertical.
+    logical :: contracts = .false., held = .false.
     real(wp) :: volume_loss = 0.0_wp
   end type support_type
 

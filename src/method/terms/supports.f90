@@ -87,7 +87,9 @@ contains
 
     floats = .false.
     do p = 1, size(model%analysis%phases)
-      floats = floats .or. any(model%analysis%phases(p)%supports%floats)
+      associate (supports => model%analysis%phases(p)%supports)
+        floats = floats .or. any(supports%contracts .and. .not. supports%held)
+      end associate
     end do
     if (floats) call self%need_field(motion_name, model%mesh%dimension, node_count=size(model%analysis%surfaces))
   end subroutine choose_fields
