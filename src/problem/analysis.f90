@@ -15,6 +15,8 @@ module qsmpm_analysis
   use qsmpm_strength_constants, only: strength_constant_type
   use qsmpm_user_material, only: user_material_type
   use qsmpm_point_test, only: point_test_type
+  use qsmpm_source_line, only: source_line_type
+  use qsmpm_structures, only: rigid_move_type, prop_type, prop_change_type
   use qsmpm_text, only: string_type
   implicit none
   private
@@ -102,12 +104,6 @@ module qsmpm_analysis
   integer, parameter, public :: patch_cell = 1, patch_point = 2
   !> How a body that is put in place meets the ground below: stretched down to it, or as it is drawn.
   integer, parameter, public :: fill_level = 1, fill_shape = 2
-
-  !> Where in the input an item was written, for errors found after parsing.
-  type :: source_line_type
-    character(len=:), allocatable :: file
-    integer :: line = 0
-  end type source_line_type
 
   !> Grid lines along one axis.
   type :: axis_type
@@ -333,22 +329,6 @@ module qsmpm_analysis
     logical :: tension = .false.
   end type contact_type
 
-  !> Motion of a rigid body in the phase, or the load in one component in which it is free, per unit of load factor; the
-  !> rotation is about its reference point, axis times angle in degrees.
-  type :: rigid_move_type
-    character(len=:), allocatable :: body
-    type(source_line_type) :: where
-    real(wp) :: vector(3) = 0.0_wp, rotation(3) = 0.0_wp
-    logical :: is_load = .false.
-    !> Axis of the force, or 4 for a moment about z, and its value.
-    integer :: component = 1
-    real(wp) :: load = 0.0_wp
-    !> Place of the body in which the force acts, as drawn, and which of its coordinates are given; else the reference
-    !> point.
-    real(wp) :: place(2) = 0.0_wp
-    logical :: placed(2) = .false.
-  end type rigid_move_type
-
   !> A surface held on the plane it lies in, wholly, or freed again.
   type :: support_type
     character(len=:), allocatable :: surface
@@ -359,25 +339,6 @@ module qsmpm_analysis
     logical :: contracts = .false., held = .false.
     real(wp) :: volume_loss = 0.0_wp
   end type support_type
-
-  !> A spring between two places of the ground, or from one to a place that is fixed.
-  type :: prop_type
-    character(len=:), allocatable :: name
-    type(source_line_type) :: where
-    !> As drawn (3, ends); the second one does not move.
-    real(wp) :: places(3, 2) = 0.0_wp
-    logical :: fixed = .false.
-    !> Force over change of length, and largest force of compression and of tension.
-    real(wp) :: stiffness = 0.0_wp, limits(2) = huge(1.0_wp)
-  end type prop_type
-
-  !> A prop that a phase installs or removes, and the force it is jacked to, tension positive, per unit of load factor.
-  type :: prop_change_type
-    character(len=:), allocatable :: prop
-    type(source_line_type) :: where
-    logical :: jacked = .false.
-    real(wp) :: force = 0.0_wp
-  end type prop_change_type
 
   !> Gravity per unit of load factor; multiplies the unit weight.
   type :: gravity_type
