@@ -11,6 +11,7 @@ module qsmpm_cavities
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_cells
+  use qsmpm_pore_water, only: vertical_of
   use qsmpm_team, only: total, largest, smallest
   implicit none
   private
@@ -79,7 +80,12 @@ contains
         end associate
         farthest = largest(model%part%team, maxval(reach, mask=own))
         nearest = smallest(model%part%team, minval(radius, mask=own))
-        if (norm2(sums(2:3)) <= closed*sums(1) .or. farthest <= round*nearest) return
+        if (norm2(sums(2:3)) <= closed*sums(1) .or. farthest <= round*nearest) then
+          ! What the other half would push up the springs of this one push alone.
+          if (abs(sums(1 + vertical_of(model%analysis))) > closed*sums(1) .and. .not. support%held) call refuse( &
+            'ends at a level plane of symmetry, which its middle does not leave: HELD=YES')
+          return
+        end if
       end if
       call refuse('is neither closed nor an arc of a circle: the whole outline of a cavity is contracted, or half '// &
         'or a quarter of a circle that ends at planes of symmetry')

@@ -267,6 +267,8 @@ contains
       "the place of 'air' lies in no element")
     call refuses(bar//'*HISTORY, NAME=f, QUANTITY=PROP FORCE|', 'wants the parameter PROP')
     call refuses(ring//'*PHASE, NAME=a|*CONTRACTION, SURFACE=arc|1|*END PHASE|', 'neither closed nor an arc')
+    call refuses(ring//'*SURFACE, NAME=upper, TYPE=SEGMENT|-1, 3, -0.97, 3.26|-0.97, 3.26, -0.87, 3.5|'// &
+      '*PHASE, NAME=a|*CONTRACTION, SURFACE=upper|1|*END PHASE|', 'HELD=YES')
     call refuses(ring//'*PHASE, NAME=a|*CONTRACTION, SURFACE=level|1|*END PHASE|', 'neither closed nor an arc')
     call refuses(ring//'*PHASE, NAME=a|*CONTRACTION, SURFACE=boor|1|*END PHASE|', '*CONTRACTION: there is no surface')
     call refuses(ring//'*PHASE, NAME=a|*CONTRACTION, SURFACE=bore|1|*SUPPORT, SURFACE=bore|*END PHASE|', &
