@@ -109,6 +109,11 @@ contains
       topics_type('INITIAL STRESS,GEOSTATIC,AT REST,K0 PROCEDURE,INITIAL CONDITION,GRAVITY LOADING', &
         '*INITIAL, TYPE=K0 with *K0 of the materials, for level ground; else *GRAVITY and *RESET '// &
         'DISPLACEMENTS: docs/methods/initial_stresses.md'), &
+      topics_type('VOLUME LOSS,GROUND LOSS,CONTRACTION,TUNNEL,TBM,SHIELD,LINING,TROUGH,PECK,CAVITY', &
+        '*CONTRACTION shrinks the outline of a cavity by a volume loss: input/tunnel.inp, docs/methods/supports.md'), &
+      topics_type('STRUT,PROP,SPRING,TRUSS,BRACING,PRESTRESS,TIE', &
+        '*PROP draws a spring between two places, *INSTALL puts it in place and jacks it, *REMOVE takes it out: '// &
+        'input/pit_propped.inp, docs/methods/supports.md'), &
       topics_type('SETTLEMENT,HEAVE,DEFLECTION,MONITORING', &
         '*HISTORY, QUANTITY=DISPLACEMENT at a place; *RESET DISPLACEMENTS lets it count from a phase on'), &
       topics_type('RUN-OUT,RUN OUT,RUNOUT,LANDSLIDE,DEBRIS,SLIDE,SLIP SURFACE,AVALANCHE,MUDFLOW', &
@@ -223,12 +228,12 @@ contains
     allocate (known, source=[ &
       topics_type('SHEET PILE,SHEETPILE,WALL,RETAINING,DIAPHRAGM,COFFERDAM', &
         'walls that bend are not there; nearest: a *RIGID BODY that slips along the soil by *CONTACT, a *BODY of '// &
-        'stiff *ELASTIC a few cells thick, *SUPPORT for a wall that holds, *TRACTION in place of its props: '// &
+        'stiff *ELASTIC a few cells thick, *SUPPORT for a wall that holds, *PROP for its struts: '// &
         'docs/cannot.md'), &
-      topics_type('ANCHOR,GEOGRID,GEOTEXTILE,NAIL,SOIL NAIL,BOLT,CABLE,TRUSS,STRUT,PROP,BEAM,PLATE,SHELL,LINING,'// &
-        'SHOTCRETE,TUNNEL,COLUMN,STONE COLUMN,GROUT', &
+      topics_type('ANCHOR,GEOGRID,GEOTEXTILE,NAIL,SOIL NAIL,BOLT,CABLE,BEAM,PLATE,SHELL,'// &
+        'SHOTCRETE,COLUMN,STONE COLUMN,GROUT', &
         'structural elements are not there; nearest: a *BODY of stiff *ELASTIC a few cells thick, or '// &
-        '*TRACTION in place of the force of an anchor: docs/cannot.md'), &
+        'a *PROP between two places for a tie: docs/cannot.md'), &
       topics_type('CONSOLIDAT', &
         'consolidation in time is not there; nearest: *UNDRAINED soil before it and *DRAIN STATE, which lets the '// &
         'excess pressure go over a phase, for its end: docs/methods/undrained.md'), &

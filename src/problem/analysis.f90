@@ -15,13 +15,16 @@ module qsmpm_analysis
   use qsmpm_strength_constants, only: strength_constant_type
   use qsmpm_user_material, only: user_material_type
   use qsmpm_point_test, only: point_test_type
+  use qsmpm_source_line, only: source_line_type
+  use qsmpm_structures, only: rigid_move_type, prop_type, prop_change_type
   use qsmpm_text, only: string_type
   implicit none
   private
 
   public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
-    traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
+    traction_type, support_type, prop_type, prop_change_type, gravity_type, controls_type, &
+    constant_load_test_type, history_type, phase_type, &
     safety_type, moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, &
     body_change_type, stop_type, water_level_type, at_rest_type, rigid_body_type, contact_type, rigid_move_type
 
@@ -85,7 +88,8 @@ module qsmpm_analysis
   integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, quantity_stress = 3, &
     quantity_reaction = 4, quantity_state = 5, quantity_strain = 6, quantity_volume = 7, quantity_runout = 8, &
     quantity_pore_pressure = 9, quantity_contact_force = 10, quantity_contact_moment = 11, quantity_body_move = 12, &
-    quantity_contact_pressure = 13, quantity_body_rotation = 14, quantity_contact_slip = 15
+    quantity_contact_pressure = 13, quantity_body_rotation = 14, quantity_contact_slip = 15, &
+    quantity_prop_force = 16
   !> Whether a phase stops where a history rises to a value or falls to it.
   integer, parameter, public :: stop_above = 1, stop_below = 2
   !> What has ended a phase: nothing yet, its whole load, its limit load, a stop, the loss of its equilibrium.
@@ -100,12 +104,6 @@ module qsmpm_analysis
   integer, parameter, public :: patch_cell = 1, patch_point = 2
   !> How a body that is put in place meets the ground below: stretched down to it, or as it is drawn.
   integer, parameter, public :: fill_level = 1, fill_shape = 2
-
-  !> Where in the input an item was written, for errors found after parsing.
-  type :: source_line_type
-    character(len=:), allocatable :: file
-    integer :: line = 0
-  end type source_line_type
 
   !> Grid lines along one axis.
   type :: axis_type
@@ -331,27 +329,15 @@ module qsmpm_analysis
     logical :: tension = .false.
   end type contact_type
 
-  !> Motion of a rigid body in the phase, or the load in one component in which it is free, per unit of load factor; the
-  !> rotation is about its reference point, axis times angle in degrees.
-  type :: rigid_move_type
-    character(len=:), allocatable :: body
-    type(source_line_type) :: where
-    real(wp) :: vector(3) = 0.0_wp, rotation(3) = 0.0_wp
-    logical :: is_load = .false.
-    !> Axis of the force, or 4 for a moment about z, and its value.
-    integer :: component = 1
-    real(wp) :: load = 0.0_wp
-    !> Place of the body in which the force acts, as drawn, and which of its coordinates are given; else the reference
-    !> point.
-    real(wp) :: place(2) = 0.0_wp
-    logical :: placed(2) = .false.
-  end type rigid_move_type
-
   !> A surface held on the plane it lies in, wholly, or freed again.
   type :: support_type
     character(len=:), allocatable :: surface
     type(source_line_type) :: where
     integer :: kind = support_normal
+    !> It is the outline of a cavity that moves inwards until this part of its area is lost, in percent per unit of load
+    !> factor; its middle stays, else as a whole it is free along the vertical.
+    logical :: contracts = .false., held = .false.
+    real(wp) :: volume_loss = 0.0_wp
   end type support_type
 
   !> Gravity per unit of load factor; multiplies the unit weight.
@@ -430,6 +416,8 @@ module qsmpm_analysis
     character(len=:), allocatable :: set, surface
     !> Quantities of a body: its name, empty for all bodies.
     character(len=:), allocatable :: body
+    !> quantity_prop_force: name of the prop.
+    character(len=:), allocatable :: prop
     !> quantity_runout: the front is where the coordinate is smallest, not largest.
     logical :: smallest = .false.
     !> quantity_contact_slip: mean of what is in contact, not the largest.
@@ -543,6 +531,7 @@ module qsmpm_analysis
     type(support_type), allocatable :: supports(:)
     type(rigid_move_type), allocatable :: moves(:)
     type(body_change_type), allocatable :: activations(:), deactivations(:), materials(:)
+    type(prop_change_type), allocatable :: installed(:), removed(:)
     type(water_level_type), allocatable :: water_levels(:)
     type(controls_type) :: controls
     type(constant_load_test_type) :: constant_load_test
@@ -583,6 +572,7 @@ module qsmpm_analysis
     type(body_type), allocatable :: bodies(:)
     type(rigid_body_type), allocatable :: rigid_bodies(:)
     type(contact_type), allocatable :: contacts(:)
+    type(prop_type), allocatable :: props(:)
     type(material_type), allocatable :: materials(:)
     type(method_type) :: method
     !> Method that is recommended for a deck that names none, and why.

@@ -107,6 +107,7 @@ program run_unit_tests
   use test_body_contact, only: collect_body_contact
   use test_penetration, only: collect_penetration
   use test_body_loads, only: collect_body_loads
+  use test_props, only: collect_props
   use test_confinement, only: collect_confinement
   use test_contacts, only: collect_contacts
   use test_terms, only: collect_terms
@@ -252,6 +253,7 @@ program run_unit_tests
   call register('body_contact', collect_body_contact)
   call register('penetration', collect_penetration)
   call register('body_loads', collect_body_loads)
+  call register('props', collect_props)
   call register('unknowns', collect_unknowns)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)

@@ -1,0 +1,13 @@
+!> Where in the input an item was written.
+module qsmpm_source_line
+  implicit none
+  private
+
+  public :: source_line_type
+
+  !> Where in the input an item was written, for errors found after parsing.
+  type :: source_line_type
+    character(len=:), allocatable :: file
+    integer :: line = 0
+  end type source_line_type
+end module qsmpm_source_line
