@@ -114,6 +114,7 @@ contains
     parted = has_stages(model%analysis)
     call move_alloc(fresh%analysis%materials, model%analysis%materials)
     call move_alloc(fresh%laws, model%laws)
+    call move_alloc(fresh%cavity_middle, model%cavity_middle)
     call take_phases(fresh%analysis, model)
     model%strength = strength_factor_type()
     call fit_laws(model)

@@ -49,7 +49,7 @@ contains
     end do
     phase%name = trim(name)
     allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), phase%water_levels(0), &
-      phase%activations(0), phase%deactivations(0), phase%materials(0), &
+      phase%activations(0), phase%deactivations(0), phase%materials(0), phase%installed(0), phase%removed(0), &
       phase%constant_load_test%at(0), phase%stops(0), phase%moves(0))
     if (size(scene%phases) > 0) phase%controls = scene%phases(size(scene%phases))%controls
     phase%controls%steps = steps

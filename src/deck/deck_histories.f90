@@ -1,7 +1,7 @@
 !> *HISTORY: a column of the curves.
 module qsmpm_deck_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, history_type, quantity_reaction, quantity_state
+  use qsmpm_analysis, only: analysis_type, history_type, quantity_reaction, quantity_state, quantity_prop_force
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_histories
@@ -27,8 +27,8 @@ contains
       'is that of a body; RUNOUT how far the front of a body has moved along an axis; CONTACT FORCE and CONTACT '// &
       'MOMENT (about z) what the soil does to a rigid body, BODY MOVE and BODY ROTATION how far this has moved '// &
       'and turned about z (degrees); CONTACT SLIP how far soil has slid along it since they touched; CONTACT '// &
-      'PRESSURE is that on the soil around a place as drawn, a mean over the length of a patch. *STOP ends a '// &
-      'phase by one.', &
+      'PRESSURE is that on the soil around a place as drawn, a mean over the length of a patch; PROP FORCE '// &
+      'that of a prop, tension positive. *STOP ends a phase by one.', &
       history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
       '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate|'// &
       '*HISTORY, NAME=toe, QUANTITY=RUNOUT, COMPONENT=X, BODY=slope', check_history, list=list_histories, &
@@ -53,11 +53,12 @@ contains
       call fields%name('UNIT', history%unit, 'unit in the header; made of *UNITS when not given')
       call fields%number('SCALE', history%scale, 'factor of the values')
       call fields%name('NSET', history%set, 'node set', needs='QUANTITY=REACTION')
-      call fields%name('SURFACE', history%surface, 'surface held by *SUPPORT, in place of NSET', &
+      call fields%name('SURFACE', history%surface, 'surface held by *SUPPORT or *CONTRACTION, in place of NSET', &
         needs='QUANTITY=REACTION')
       call fields%name('BODY', history%body, 'body; all when not given, but of CONTACT FORCE, CONTACT MOMENT, '// &
         'CONTACT SLIP, BODY MOVE and BODY ROTATION, whose rigid body must be named', &
         needs='QUANTITY=VOLUME|RUNOUT|CONTACT FORCE|CONTACT MOMENT|CONTACT SLIP|BODY MOVE|BODY ROTATION')
+      call fields%name('PROP', history%prop, 'the prop', needs='QUANTITY=PROP FORCE')
       call fields%answer('MEAN', history%mean, 'YES: the mean over what is in contact, not the largest', &
         needs='QUANTITY=CONTACT SLIP')
       call fields%answer('SMALLEST', history%smallest, 'the front is where the coordinate is smallest, and moves '// &
@@ -107,6 +108,8 @@ contains
         "SCALE=0: the column '"//history%name//"' will be zero throughout")
       if (is_taken_at(history%quantity, at_rigid_body) .and. .not. card%has('BODY')) call state%report_error(card, &
         'QUANTITY='//card%word('QUANTITY')//' wants the parameter BODY, a rigid body')
+      if (history%quantity == quantity_prop_force .and. .not. card%has('PROP')) &
+        call state%report_error(card, 'QUANTITY=PROP FORCE wants the parameter PROP')
       if (history%quantity == quantity_reaction .and. (card%has('NSET') .eqv. card%has('SURFACE'))) &
         call state%report_error(card, 'QUANTITY=REACTION wants one of the parameters NSET and SURFACE')
     end associate

@@ -1,8 +1,8 @@
-!> Cards of what acts on a phase: *GRAVITY, *TRACTION, *PRESSURE, *WATER LEVEL (qsmpm_deck_water), and *SUPPORT, which
-!> holds a surface.
+!> Cards of what acts on a phase: *GRAVITY, *TRACTION, *PRESSURE, *WATER LEVEL (qsmpm_deck_water), *SUPPORT, which holds
+!> a surface, and *CONTRACTION, which holds and moves that of a cavity.
 module qsmpm_deck_loads
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: traction_type, support_none
+  use qsmpm_analysis, only: traction_type, support_all, support_none
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_tractions, list_supports
@@ -17,7 +17,7 @@ module qsmpm_deck_loads
 
 contains
 
-  !> *GRAVITY, *TRACTION, *PRESSURE, *WATER LEVEL, *SUPPORT.
+  !> *GRAVITY, *TRACTION, *PRESSURE, *WATER LEVEL, *SUPPORT, *CONTRACTION.
   subroutine add_load_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -34,6 +34,10 @@ contains
     call table%add('SUPPORT', in_phase, many, 'Surface held at zero displacement wherever it '// &
       'cuts the grid; stays until changed.', support_fields, '*SUPPORT, SURFACE=rock, TYPE=NORMAL', check_support, &
       list=list_supports, opens='support')
+    call table%add('CONTRACTION', in_phase, many, 'Outline of a cavity, as of a tunnel, that shrinks over the '// &
+      'phase as a lining does, alike all around (a circle along its normals), and is held there until *SUPPORT or '// &
+      'another contraction changes it: ground lost to a tunnel. In plane strain.', contraction_fields, &
+      '*CONTRACTION, SURFACE=tunnel| 1.5', check_support, list=list_supports, opens='contraction')
   end subroutine add_load_keywords
 
   !> *GRAVITY.
@@ -147,14 +151,36 @@ contains
   subroutine support_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
+    logical :: held
 
     associate (support => deck%analysis%phases(deck%phase)%supports(deck%item))
+      held = .not. support%contracts
+      call fields%given(held)
       call fields%line(support%where)
       call fields%name('SURFACE', support%surface, 'the surface; a plane one for TYPE=NORMAL', required=.true.)
       call fields%choice('TYPE', support%kind, bar_list(support_words), 'NORMAL: it slides on its plane, ALL: it '// &
         'sticks, FREE: it is freed again', first=support_none)
     end associate
   end subroutine support_fields
+
+  !> *CONTRACTION.
+  subroutine contraction_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (support => deck%analysis%phases(deck%phase)%supports(deck%item))
+      call fields%given(support%contracts)
+      if (fields%reading) support%kind = support_all
+      call fields%line(support%where)
+      call fields%name('SURFACE', support%surface, 'the outline of the cavity: closed, or half or a quarter of a '// &
+        'circle that ends at planes of symmetry', required=.true.)
+      call fields%answer('FREE', support%floats, 'YES: the outline as a whole weighs nothing and finds its height; '// &
+        'NO: its middle stays')
+      call fields%data('volume loss')
+      call fields%number('percent', support%volume_loss, 'part of the area of the cavity that is lost at the end '// &
+        'of the phase, per unit of load factor; negative: the cavity widens', range='(-100, 50]')
+    end associate
+  end subroutine contraction_fields
 
   !> A phase has one support a surface.
   subroutine check_support(card, state)
@@ -165,7 +191,7 @@ contains
     associate (list => state%analysis%phases(state%phase)%supports)
       do i = 1, size(list) - 1
         if (list(i)%surface == list(size(list))%surface) call state%report_error(card, &
-          "surface '"//list(i)%surface//"' has a support in this phase already")
+          "surface '"//list(i)%surface//"' has a support or contraction in this phase already")
       end do
     end associate
   end subroutine check_support

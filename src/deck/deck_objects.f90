@@ -2,7 +2,8 @@
 !> Lists are opened by the cards that begin an item, counted and gone through by the echo, all by their number.
 module qsmpm_deck_objects
   use qsmpm_analysis, only: analysis_type, set_type, surface_type, body_type, material_type, history_type, phase_type, &
-    traction_type, support_type, water_level_type, rigid_body_type, contact_type, rigid_move_type, mesh_none
+    traction_type, support_type, water_level_type, rigid_body_type, contact_type, rigid_move_type, prop_type, &
+    mesh_none
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, points_request_type
   use qsmpm_point_test, only: point_stage_type
@@ -15,8 +16,8 @@ module qsmpm_deck_objects
   !> Lists; none is the analysis as a whole, of which the mesh is a part that only one card may bring.
   integer, parameter, public :: list_none = 0, list_mesh = 1, list_node_sets = 2, list_element_sets = 3, &
     list_surfaces = 4, list_bodies = 5, list_points = 6, list_materials = 7, list_histories = 8, list_stages = 9, &
-    list_rigid_bodies = 10, list_contacts = 11, list_phases = 12, list_tractions = 13, list_supports = 14, &
-    list_water_levels = 15, list_moves = 16
+    list_rigid_bodies = 10, list_contacts = 11, list_props = 12, list_phases = 13, list_tractions = 14, &
+    list_supports = 15, list_water_levels = 16, list_moves = 17
   integer, parameter :: last_list = list_moves
 
 contains
@@ -34,7 +35,7 @@ contains
       analysis%method = undecided_method()
       allocate (analysis%node_sets(0), analysis%element_sets(0), analysis%surfaces(0), analysis%bodies(0), &
         analysis%materials(0), analysis%histories(0), analysis%phases(0), analysis%point_test%stages(0), &
-        analysis%rigid_bodies(0), analysis%contacts(0))
+        analysis%rigid_bodies(0), analysis%contacts(0), analysis%props(0))
     end associate
     allocate (state%points(0), state%element_places(0), state%places(0))
   end subroutine empty_deck
@@ -62,6 +63,7 @@ contains
     type(history_type) :: history
     type(rigid_body_type) :: rigid_body
     type(contact_type) :: contact
+    type(prop_type) :: prop
     type(points_request_type) :: request
     type(point_stage_type) :: stage
 
@@ -83,6 +85,8 @@ contains
         analysis%rigid_bodies = [analysis%rigid_bodies, rigid_body]
       case (list_contacts)
         analysis%contacts = [analysis%contacts, contact]
+      case (list_props)
+        analysis%props = [analysis%props, prop]
       case (list_points)
         state%points = [state%points, request]
       case (list_stages)
@@ -106,7 +110,8 @@ contains
     if (list == list_phases) then
       allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
         phase%activations(0), phase%deactivations(0), phase%materials(0), &
-        phase%water_levels(0), phase%constant_load_test%at(0), phase%stops(0), phase%moves(0))
+        phase%installed(0), phase%removed(0), phase%water_levels(0), phase%constant_load_test%at(0), &
+        phase%stops(0), phase%moves(0))
       analysis%phases = [analysis%phases, phase]
       return
     end if
@@ -152,6 +157,8 @@ contains
         count = size(analysis%rigid_bodies)
       case (list_contacts)
         count = size(analysis%contacts)
+      case (list_props)
+        count = size(analysis%props)
       case (list_stages)
         count = size(analysis%point_test%stages)
       case (list_phases)
@@ -222,6 +229,8 @@ contains
       name = analysis%histories(number)%name
     case (list_rigid_bodies)
       name = analysis%rigid_bodies(number)%name
+    case (list_props)
+      name = analysis%props(number)%name
     case (list_phases)
       name = analysis%phases(number)%name
     case default

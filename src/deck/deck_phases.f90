@@ -9,6 +9,7 @@ module qsmpm_deck_phases
   use qsmpm_deck_loads, only: add_load_keywords
   use qsmpm_deck_objects, only: list_phases
   use qsmpm_deck_body_motion, only: add_move_keywords
+  use qsmpm_deck_props, only: add_prop_stage_keywords
   use qsmpm_deck_stages, only: add_stage_keywords
   use qsmpm_deck_safety, only: add_safety_keyword
   use qsmpm_deck_stops, only: add_stop_keyword
@@ -41,6 +42,7 @@ contains
     call table%add('PRESCRIBE', in_phase, once, 'Displacement of node sets in the phase, per unit of load factor.', &
       prescribe_fields, '*PRESCRIBE| plate, Y, -0.1', check_prescriptions)
     call add_stage_keywords(table)
+    call add_prop_stage_keywords(table)
     call add_load_keywords(table)
     call add_move_keywords(table)
     call add_control_keywords(table)

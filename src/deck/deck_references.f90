@@ -11,6 +11,7 @@ module qsmpm_deck_references
   use qsmpm_phase_loads, only: acts, is_loaded
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, check_name
+  use qsmpm_deck_props, only: check_props
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_k0, only: check_k0
@@ -66,6 +67,7 @@ contains
     call check_water(state)
     call check_k0(state)
     call check_limit_compliance(state)
+    call check_props(state)
     call check_histories(state)
     call check_stops(state)
     if (state%messages%error_count() == 0) call check_magnitudes(state)
@@ -244,7 +246,8 @@ contains
       end do
       do i = 1, size(state%analysis%phases(p)%supports)
         associate (support => state%analysis%phases(p)%supports(i))
-          call check_name(state, support%surface, names, support%where, 'SUPPORT', 'surface')
+          call check_name(state, support%surface, names, support%where, &
+            trim(merge('CONTRACTION', 'SUPPORT    ', support%contracts)), 'surface')
         end associate
       end do
     end do
@@ -313,9 +316,9 @@ contains
         if (.not. is_loaded(state%analysis%phases, p)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) &
-            + size(phase%activations) + size(phase%deactivations) + size(phase%materials) > 0 .or. &
-            phase%kind == phase_safety .or. phase%gravity%given .or. phase%drain_state%given .or. &
-            size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then
+            + size(phase%installed) + size(phase%activations) + size(phase%deactivations) &
+            + size(phase%materials) > 0 .or. phase%kind == phase_safety .or. phase%gravity%given .or. &
+            phase%drain_state%given .or. size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if
       end associate

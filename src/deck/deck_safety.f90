@@ -86,6 +86,8 @@ contains
 
     card = ''
     if (size(phase%supports) > 0) card = 'SUPPORT'
+    if (size(phase%installed) > 0) card = 'INSTALL'
+    if (size(phase%removed) > 0) card = 'REMOVE'
     if (size(phase%tractions) > 0) card = 'TRACTION or *PRESSURE'
     if (phase%gravity%given) card = 'GRAVITY'
     if (size(phase%prescriptions) > 0) card = 'PRESCRIBE'

@@ -163,7 +163,8 @@ contains
         trim(merge('PRESSURE', 'TRACTION', phase%tractions(i)%follows)))
     end do
     do i = 1, size(phase%supports)
-      call check_surface(phase%supports(i)%surface, phase%supports(i)%where, 'SUPPORT')
+      call check_surface(phase%supports(i)%surface, phase%supports(i)%where, &
+        trim(merge('CONTRACTION', 'SUPPORT    ', phase%supports(i)%contracts)))
     end do
 
   contains

@@ -66,10 +66,13 @@ contains
   !> Bodies and surfaces of histories exist; a surface that nothing supports has no reaction.
   subroutine check_histories(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: bodies(:), rigid(:), surfaces(:)
+    type(string_type), allocatable :: bodies(:), rigid(:), surfaces(:), props(:)
     integer :: i
 
-    allocate (bodies(0), rigid(0), surfaces(0))
+    allocate (bodies(0), rigid(0), surfaces(0), props(0))
+    do i = 1, size(state%analysis%props)
+      call add_word(props, state%analysis%props(i)%name)
+    end do
     do i = 1, size(state%analysis%bodies)
       call add_word(bodies, state%analysis%bodies(i)%name)
     end do
@@ -86,10 +89,11 @@ contains
           cycle
         end if
         call check_name(state, history%body, bodies, history%where, 'HISTORY', 'body')
+        call check_name(state, history%prop, props, history%where, 'HISTORY', 'prop')
         if (len(history%surface) == 0) cycle
         call check_name(state, history%surface, surfaces, history%where, 'HISTORY', 'surface')
         if (.not. is_supported(state, history%surface)) call state%error_from(history%where, 'HISTORY', &
-          "no *SUPPORT holds the surface '"//history%surface//"': it has no reaction")
+          "no *SUPPORT or *CONTRACTION holds the surface '"//history%surface//"': it has no reaction")
       end associate
     end do
   end subroutine check_histories

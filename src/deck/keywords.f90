@@ -11,6 +11,7 @@ module qsmpm_keywords
   use qsmpm_deck_histories, only: add_history_keyword
   use qsmpm_deck_phases, only: add_phase_keywords
   use qsmpm_deck_contact, only: add_contact_keywords
+  use qsmpm_deck_props, only: add_prop_keyword
   use qsmpm_deck_rigid_bodies, only: add_rigid_body_keywords
   use qsmpm_deck_point, only: add_point_keywords
   implicit none
@@ -31,6 +32,7 @@ contains
     call add_body_keywords(table)
     call add_rigid_body_keywords(table)
     call add_contact_keywords(table)
+    call add_prop_keyword(table)
     call add_material_keywords(table)
     call add_history_keyword(table)
     call add_output_keywords(table)

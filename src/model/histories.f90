@@ -6,10 +6,11 @@ module qsmpm_histories
   use qsmpm_analysis, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
     quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
     quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation, &
-    quantity_contact_pressure, quantity_contact_slip, plane_strain
+    quantity_contact_pressure, quantity_contact_slip, quantity_prop_force, plane_strain
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on
+  use qsmpm_props, only: prop_force
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, rigid_body_number
   use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at
@@ -74,6 +75,8 @@ contains
         if (model%part%team%rank > 0) value = 0.0_wp
       case (quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation)
         value = rigid_body_value(model, history)
+      case (quantity_prop_force)
+        value = prop_force(model, history%prop)
       case (quantity_contact_slip)
         value = contact_slip_on(model, rigid_body_number(model, history%body), history%mean)
         if (model%part%team%rank > 0) value = 0.0_wp

@@ -131,6 +131,10 @@ module qsmpm_model
     !> Pressure and kind of support of each surface (surfaces).
     type(surface_pressure_type), allocatable :: pressure_start(:), pressure_final(:)
     integer, allocatable :: support(:)
+    !> Share of the distance from the middle by which supports have moved there at the start and at the end of the
+    !> phase, and whether as a whole they are free along the vertical (surfaces).
+    real(wp), allocatable :: closure_start(:), closure_final(:)
+    logical, allocatable :: floats(:)
     !> Water level of each body (bodies); unallocated before the first phase.
     type(water_table_type), allocatable :: water_start(:), water_final(:)
     !> Forces an embedding program puts on the material points, as they stand (dimension, points);
@@ -185,8 +189,12 @@ module qsmpm_model
     !> Surface of each traction carried by material points: those points and their areas.
     integer, allocatable :: carrying_point(:), carrying_surface(:)
     real(wp), allocatable :: carrying_area(:)
+    !> Middle of the cavity that each surface bounds which is contracted (qsmpm_cavities) (2, surfaces).
+    real(wp), allocatable :: cavity_middle(:, :)
     !> Tracer of each history (0 for none) and nearest material point (0 for none).
     integer, allocatable :: history_tracer(:), history_point(:)
+    !> Tracers of the ends of each prop, 0 for one that is fixed (ends, props).
+    integer, allocatable :: prop_tracer(:, :)
     !> State variable of each history (0 for none), and the number its point has among those of all bodies.
     integer, allocatable :: history_state(:), history_number(:)
     !> Body that each tracer rides with (0: with what is there), and its foot (0 for none) (tracers).

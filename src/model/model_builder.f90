@@ -12,6 +12,7 @@ module qsmpm_model_builder
   use qsmpm_agreement, only: any_of
   use qsmpm_body_stages, only: part_bodies
   use qsmpm_drainage, only: set_drainage
+  use qsmpm_cavities, only: measure_cavities
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_division, only: ring_of, settle_part
   use qsmpm_finite, only: is_usable, unusable
@@ -93,6 +94,7 @@ contains
     if (diagnostics%count == 0) call check_softening_cells(model, diagnostics)
     if (diagnostics%count == 0) call check_strength_profiles(model, diagnostics)
     if (diagnostics%count == 0) call make_surfaces(model, table, diagnostics)
+    if (diagnostics%count == 0) call measure_cavities(model, diagnostics)
     if (diagnostics%count == 0) call check_water_levels(model, diagnostics)
     if (diagnostics%count == 0) call make_rigid_bodies(model, diagnostics)
     if (diagnostics%count == 0 .and. has_bodies_in_place(model%analysis)) then
@@ -156,6 +158,7 @@ contains
     if (.not. allocated(model%analysis%histories)) allocate (model%analysis%histories(0))
     if (.not. allocated(model%analysis%rigid_bodies)) allocate (model%analysis%rigid_bodies(0))
     if (.not. allocated(model%analysis%contacts)) allocate (model%analysis%contacts(0))
+    if (.not. allocated(model%analysis%props)) allocate (model%analysis%props(0))
   end subroutine fill_defaults
 
   !> One law a material.

@@ -3,7 +3,7 @@
 module qsmpm_model_histories
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, &
-    quantity_stress, quantity_runout, history_type
+    quantity_stress, quantity_runout, history_type, source_line_type
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_body_feet, only: body_to_follow
@@ -48,7 +48,8 @@ contains
         model%history_state(size(histories)), source=0)
       if (is_divided(model%part)) allocate (model%part%history_number(size(histories)), source=0_long)
       occupied = any(table%points > 0, dim=2)
-      call allocate_carried(model%state%tracers, model%mesh%dimension, count(traced))
+      call allocate_carried(model%state%tracers, model%mesh%dimension, count(traced) &
+        + count(.not. model%analysis%props%fixed) + size(model%analysis%props))
       n = 0
       material = 0
       do i = 1, size(histories)
@@ -68,11 +69,36 @@ contains
         if (.not. traced(i)) cycle
         n = n + 1
         model%history_tracer(i) = n
-        call place_tracer(model, histories(i), occupied, n, diagnostics)
+        call place_tracer(model, histories(i)%at, '*HISTORY', histories(i)%name, histories(i)%where, occupied, n, &
+          diagnostics)
         call tell_body(model, histories(i), body_to_follow(model, histories(i)%at(:model%mesh%dimension)))
       end do
     end associate
+    call place_props(model, occupied, n, diagnostics)
   end subroutine make_histories
+
+  !> Tracers of the ends of props, behind those of the histories.
+  subroutine place_props(model, occupied, before, diagnostics)
+    type(model_type), intent(inout) :: model
+    !> Cells that hold material (cell_count).
+    logical, intent(in) :: occupied(:)
+    !> Tracers of the histories.
+    integer, intent(in) :: before
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: b, e, n
+
+    n = before
+    allocate (model%prop_tracer(2, size(model%analysis%props)), source=0)
+    do b = 1, size(model%analysis%props)
+      associate (prop => model%analysis%props(b))
+        do e = 1, merge(1, 2, prop%fixed)
+          n = n + 1
+          model%prop_tracer(e, b) = n
+          call place_tracer(model, prop%places(:, e), '*PROP', prop%name, prop%where, occupied, n, diagnostics)
+        end do
+      end associate
+    end do
+  end subroutine place_props
 
   !> Find the state variable of a history among those of the law of its point.
   subroutine find_state(model, number, material, diagnostics)
@@ -115,9 +141,12 @@ contains
   end function is_named
 
   !> Put a tracer into an occupied cell that holds its place, preferring the nearest point's cell.
-  subroutine place_tracer(model, history, occupied, tracer, diagnostics)
+  subroutine place_tracer(model, at, keyword, name, where, occupied, tracer, diagnostics)
     type(model_type), intent(inout) :: model
-    type(history_type), intent(in) :: history
+    !> The place, and the card that wants it.
+    real(wp), intent(in) :: at(3)
+    character(len=*), intent(in) :: keyword, name
+    type(source_line_type), intent(in) :: where
     !> Cells that hold material (cell_count).
     logical, intent(in) :: occupied(:)
     integer, intent(in) :: tracer
@@ -126,7 +155,7 @@ contains
     logical :: ok
     integer :: c, n, cell
 
-    x = history%at(:model%mesh%dimension)
+    x = at(:model%mesh%dimension)
     best = -1.0e-6_wp
     cell = 0
     do c = 1, model%mesh%cell_count
@@ -141,7 +170,7 @@ contains
       cell = c
     end do
     if (cell == 0) then
-      call add_diagnostic(diagnostics, history%where, '*HISTORY', "the place of '"//history%name// &
+      call add_diagnostic(diagnostics, where, keyword, "the place of '"//name// &
         "' lies in no element that holds material")
       return
     end if

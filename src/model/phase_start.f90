@@ -9,6 +9,7 @@ module qsmpm_phase_start
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety, support_none
   use qsmpm_active_bodies, only: has_stages
   use qsmpm_body_loads, only: start_body_loads
+  use qsmpm_cavities, only: closure_of
   use qsmpm_body_stages, only: change_bodies
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
@@ -157,6 +158,9 @@ contains
     call dry_tables(model%analysis, loading%water_final)
     allocate (loading%carrier(size(model%analysis%surfaces)), source=0)
     allocate (loading%support(size(model%analysis%surfaces)), source=support_none)
+    allocate (loading%closure_start(size(model%analysis%surfaces)), &
+      loading%closure_final(size(model%analysis%surfaces)), source=0.0_wp)
+    allocate (loading%floats(size(model%analysis%surfaces)), source=.false.)
     allocate (line, source=lineage(model%analysis%phases, model%state%progress%phase))
     do i = 1, size(line)
       call apply_phase(model, model%analysis%phases(line(i)), loading)
@@ -177,6 +181,7 @@ contains
     loading%gravity_final = between(loading%gravity_start, loading%gravity_final, fraction)
     loading%traction_final = between(loading%traction_start, loading%traction_final, fraction)
     loading%pressure_final = reached_pressure(loading%pressure_start, loading%pressure_final, fraction)
+    loading%closure_final = between(loading%closure_start, loading%closure_final, fraction)
   end subroutine end_early
 
   !> Cells with a face on the outside of the mesh of which a corner is not held along the normal. The
@@ -224,6 +229,7 @@ contains
     if (phase%gravity%given) loading%gravity_final = phase%load_factor*phase%gravity%vector
     loading%traction_start = loading%traction_final
     loading%pressure_start = loading%pressure_final
+    loading%closure_start = loading%closure_final
     loading%water_start = loading%water_final
     call take_levels(model%analysis, phase, loading%water_final)
     do s = 1, size(model%analysis%surfaces)
@@ -237,8 +243,13 @@ contains
         end if
       end do
       do i = 1, size(phase%supports)
-        if (model%analysis%surfaces(s)%name == phase%supports(i)%surface) &
-          loading%support(s) = phase%supports(i)%kind
+        associate (support => phase%supports(i))
+          if (model%analysis%surfaces(s)%name /= support%surface) cycle
+          loading%support(s) = support%kind
+          loading%floats(s) = support%floats
+          loading%closure_start(s) = 0.0_wp
+          loading%closure_final(s) = closure_of(phase%load_factor*support%volume_loss)
+        end associate
       end do
     end do
     if (phase%initial%kind == initial_keep) return

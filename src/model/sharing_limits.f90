@@ -29,6 +29,7 @@ contains
         if (any(model%contact_pairs%surface == 0)) call add(list, 'ON=BODY of *CONTACT on this mesh')
       end if
     end associate
+    if (size(model%analysis%props) > 0) call add(list, '*PROP')
     if (allocated(model%loading%point_force)) call add(list, 'forces on material points')
     if (len(list) == 0) return
     call fail(error, error_deck, integer_text(ranks)//' processes cannot share this deck yet, for it has '//list// &

@@ -21,7 +21,8 @@ module qsmpm_analysis
 
   public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
-    traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
+    traction_type, support_type, prop_type, prop_change_type, gravity_type, controls_type, &
+    constant_load_test_type, history_type, phase_type, &
     safety_type, moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, &
     body_change_type, stop_type, water_level_type, at_rest_type, rigid_body_type, contact_type, rigid_move_type
 
@@ -85,7 +86,8 @@ module qsmpm_analysis
   integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, quantity_stress = 3, &
     quantity_reaction = 4, quantity_state = 5, quantity_strain = 6, quantity_volume = 7, quantity_runout = 8, &
     quantity_pore_pressure = 9, quantity_contact_force = 10, quantity_contact_moment = 11, quantity_body_move = 12, &
-    quantity_contact_pressure = 13, quantity_body_rotation = 14, quantity_contact_slip = 15
+    quantity_contact_pressure = 13, quantity_body_rotation = 14, quantity_contact_slip = 15, &
+    quantity_prop_force = 16
   !> Whether a phase stops where a history rises to a value or falls to it.
   integer, parameter, public :: stop_above = 1, stop_below = 2
   !> What has ended a phase: nothing yet, its whole load, its limit load, a stop, the loss of its equilibrium.
@@ -352,7 +354,30 @@ module qsmpm_analysis
     character(len=:), allocatable :: surface
     type(source_line_type) :: where
     integer :: kind = support_normal
+    !> It is the outline of a cavity that moves inwards until this part of its area is lost, in percent per unit of load
+    !> factor; as a whole it is free along the vertical.
+    logical :: contracts = .false., floats = .false.
+    real(wp) :: volume_loss = 0.0_wp
   end type support_type
+
+  !> A spring between two places of the ground, or from one to a place that is fixed.
+  type :: prop_type
+    character(len=:), allocatable :: name
+    type(source_line_type) :: where
+    !> As drawn (3, ends); the second one does not move.
+    real(wp) :: places(3, 2) = 0.0_wp
+    logical :: fixed = .false.
+    !> Force over change of length, and largest force of compression and of tension.
+    real(wp) :: stiffness = 0.0_wp, limits(2) = huge(1.0_wp)
+  end type prop_type
+
+  !> A prop that a phase installs or removes, and the force it is jacked to, tension positive, per unit of load factor.
+  type :: prop_change_type
+    character(len=:), allocatable :: prop
+    type(source_line_type) :: where
+    logical :: jacked = .false.
+    real(wp) :: force = 0.0_wp
+  end type prop_change_type
 
   !> Gravity per unit of load factor; multiplies the unit weight.
   type :: gravity_type
@@ -430,6 +455,8 @@ module qsmpm_analysis
     character(len=:), allocatable :: set, surface
     !> Quantities of a body: its name, empty for all bodies.
     character(len=:), allocatable :: body
+    !> quantity_prop_force: name of the prop.
+    character(len=:), allocatable :: prop
     !> quantity_runout: the front is where the coordinate is smallest, not largest.
     logical :: smallest = .false.
     !> quantity_contact_slip: mean of what is in contact, not the largest.
@@ -543,6 +570,7 @@ module qsmpm_analysis
     type(support_type), allocatable :: supports(:)
     type(rigid_move_type), allocatable :: moves(:)
     type(body_change_type), allocatable :: activations(:), deactivations(:), materials(:)
+    type(prop_change_type), allocatable :: installed(:), removed(:)
     type(water_level_type), allocatable :: water_levels(:)
     type(controls_type) :: controls
     type(constant_load_test_type) :: constant_load_test
@@ -583,6 +611,7 @@ module qsmpm_analysis
     type(body_type), allocatable :: bodies(:)
     type(rigid_body_type), allocatable :: rigid_bodies(:)
     type(contact_type), allocatable :: contacts(:)
+    type(prop_type), allocatable :: props(:)
     type(material_type), allocatable :: materials(:)
     type(method_type) :: method
     !> Method that is recommended for a deck that names none, and why.

@@ -29,7 +29,9 @@ contains
     type(phase_type), intent(in) :: phase
     integer :: i
 
-    acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp)
+    acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp) &
+      .or. any(abs(phase%supports%volume_loss) > 0.0_wp)
+    if (allocated(phase%removed)) acts = acts .or. any(abs(phase%installed%force) > 0.0_wp) .or. size(phase%removed) > 0
     if (allocated(phase%moves)) acts = acts .or. size(phase%moves) > 0
     do i = 1, size(phase%tractions)
       acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &

@@ -163,6 +163,8 @@ contains
         "the load on '"//phase%tractions(i)%surface//"'"//place_text(phase%tractions(i)%where)//' has no mirror image')
     end do
     do i = 1, size(phase%supports)
+      if (phase%supports(i)%contracts) call refuse(reason, "*CONTRACTION of '"//phase%supports(i)%surface//"'"// &
+        place_text(phase%supports(i)%where)//' is about a whole cavity')
       s = surface_partner(analysis, surface_number(analysis, phase%supports(i)%surface), axis)
       if (.not. support_is_given(phase, analysis%surfaces(s)%name, phase%supports(i)%kind)) call refuse(reason, &
         "*SUPPORT of '"//phase%supports(i)%surface//"'"//place_text(phase%supports(i)%where)//' has no mirror image')

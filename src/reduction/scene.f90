@@ -87,6 +87,8 @@ contains
           material%name//"' softens, would be another one")
       end associate
     end do
+    if (size(analysis%props) > 0) call refuse(check%reason, "*PROP '"//analysis%props(1)%name//"'"// &
+      place_text(analysis%props(1)%where)//' stands in one place')
     do m = 1, size(analysis%phases)
       if (analysis%phases(m)%initial%kind == initial_given) call refuse(check%reason, '*INITIAL, TYPE=GIVEN'// &
         place_text(analysis%phases(m)%initial%where)//' gives stresses place by place')

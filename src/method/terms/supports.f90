@@ -1,23 +1,32 @@
 !> Surfaces held where they cut the grid: a stiff spring at every surface point.
 !>
-!>   force on the nodes   N_a k A P (x + u - x0),      P = n n' (slides on its plane) or 1 (sticks)
+!>   force on the nodes   N_a k A P (x + u - x0 - d),  P = n n' (slides on its plane) or 1 (sticks)
 !>   stiffness            N_a N_b k A P,                k = strength E / h
 !>
 !> with the point's area A, its place x at the start of the step, its place x0 and unit normal n when
 !> the support began. The gap is the total one, so that nothing drifts from step to step: it stays below
 !> traction h/(strength E). The spring's force is a reaction, not a stabilisation; the surface points keep it, so that
 !> a phase that frees or changes the support can lower it. docs/methods/supports.md.
+!>
+!> The outline of a cavity that is contracted has moved by d towards its middle (qsmpm_cavities), else d is zero. One
+!> that is free is a node of its own besides (field `lining_motion`), with N = -1 at all its points: along the vertical
+!> the sum of its springs is zero. x0 moves along with it.
 module qsmpm_supports
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: support_none, support_all
   use qsmpm_configuration, only: configuration_type
   use qsmpm_equations, only: equations_type
+  use qsmpm_kept_arrays, only: kept_values
+  use qsmpm_load_path, only: between
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: own_of
+  use qsmpm_pore_water, only: vertical_of
   use qsmpm_space, only: shape_values_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_surface_basis, only: places_of, set_patches, stiffness_at
-  use qsmpm_term, only: term_type
+  use qsmpm_term, only: term_type, failure_type, force_sizes_type
+  use qsmpm_unknowns, only: find_field, joint_node
   implicit none
   private
 
@@ -27,6 +36,9 @@ module qsmpm_supports
   !> for the equations (verification/cases/inclined.toml).
   real(wp), parameter :: strength = 1.0e3_wp
 
+  !> Motion of outlines that are free, one node a surface.
+  character(len=*), parameter :: motion_name = 'lining_motion'
+
   !> Springs, one a held surface point; their node lists are the patches.
   type, extends(term_type) :: supports_type
     !> Surface point of each spring (springs).
@@ -35,8 +47,21 @@ module qsmpm_supports
     real(wp), allocatable :: shape(:, :), stiffness(:)
     !> Directions held (dimension, dimension, springs) and the gap at the start of the step.
     real(wp), allocatable :: projection(:, :, :), gap(:, :)
+    !> d at the end of the step (dimension, springs).
+    real(wp), allocatable :: closure(:, :)
+    !> Column of the outline that each spring is of in the table of unknowns, 0 for one that is not free; whether this
+    !> process counts it there; size of its force (springs).
+    integer, allocatable :: column(:)
+    logical, allocatable :: counted(:)
+    real(wp), allocatable :: size_here(:)
+    integer :: vertical = 2
   contains
+    procedure :: choose_fields
+    procedure :: prescribe
     procedure :: prepare
+    procedure :: set_load
+    procedure :: evaluate
+    procedure :: add_sizes
     procedure :: add_force
     procedure :: add_blocks
     procedure :: commit
@@ -53,6 +78,50 @@ contains
     term%anchors = .true.
   end subroutine new_supports
 
+  !> Motion of the outlines, where one may be free.
+  subroutine choose_fields(self, model)
+    class(supports_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    logical :: floats
+    integer :: p
+
+    floats = .false.
+    do p = 1, size(model%analysis%phases)
+      floats = floats .or. any(model%analysis%phases(p)%supports%floats)
+    end do
+    if (floats) call self%need_field(motion_name, model%mesh%dimension, node_count=size(model%analysis%surfaces))
+  end subroutine choose_fields
+
+  !> Only those that are free move, along the vertical.
+  subroutine prescribe(self, model, fraction, constrained, values)
+    class(supports_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    real(wp), intent(in) :: fraction
+    logical, intent(inout) :: constrained(:, :)
+    real(wp), intent(inout) :: values(:, :)
+    integer :: s
+
+    associate (unused => fraction, kept => kept_values(model%state%kept, motion_name))
+      do s = 1, size(kept, 2)
+        associate (column => column_of(self, s))
+          constrained(:size(kept, 1), column) = .true.
+          constrained(vertical_of(model%analysis), column) = .not. model%loading%floats(s)
+          values(:size(kept, 1), column) = kept(:, s)
+        end associate
+      end do
+    end associate
+  end subroutine prescribe
+
+  !> Column of a surface in the table of unknowns; 0 where there is no such field.
+  pure integer function column_of(self, surface) result(column)
+    class(supports_type), intent(in) :: self
+    integer, intent(in) :: surface
+
+    column = 0
+    if (find_field(self%unknowns, motion_name) > 0) &
+      column = joint_node(self%unknowns, surface, find_field(self%unknowns, motion_name))
+  end function column_of
+
   !> The springs of a step.
   subroutine prepare(self, model, configuration)
     class(supports_type), intent(inout) :: self
@@ -64,10 +133,15 @@ contains
     associate (surface => model%state%surface, d => model%mesh%dimension)
       self%point = pack([(i, i=1, surface%count)], &
         [(model%loading%support(surface%surface(i)) /= support_none, i=1, surface%count)])
+      self%of_bodies = any(abs(model%loading%closure_final) > 0.0_wp)
+      self%vertical = vertical_of(model%analysis)
       call places_of(model, configuration, self%point, place)
+      call add_outlines(self, model, place)
       call set_patches(place, self%connectivity, self%shape)
-      if (allocated(self%stiffness)) deallocate (self%stiffness, self%gap, self%projection)
+      if (allocated(self%stiffness)) deallocate (self%stiffness, self%gap, self%projection, self%closure, &
+        self%size_here)
       allocate (self%stiffness(size(place)), self%gap(d, size(place)), self%projection(d, d, size(place)))
+      allocate (self%closure(d, size(place)), self%size_here(size(place)), source=0.0_wp)
       do k = 1, size(place)
         i = self%point(k)
         self%stiffness(k) = strength*stiffness_at(model, configuration%activation, i)/model%cell_size*surface%area(i)
@@ -77,6 +151,81 @@ contains
       end do
     end associate
   end subroutine prepare
+
+  !> Outlines that are free are a node of all their springs.
+  subroutine add_outlines(self, model, place)
+    class(supports_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(shape_values_type), intent(inout) :: place(:)
+    logical :: own(model%state%surface%count)
+    integer :: k
+
+    own = own_of(model%part%surface, size(own))
+    self%counted = own(self%point)
+    self%column = [(merge(column_of(self, model%state%surface%surface(self%point(k))), 0, &
+      model%loading%floats(model%state%surface%surface(self%point(k)))), k=1, size(place))]
+    do k = 1, size(place)
+      if (self%column(k) == 0) cycle
+      place(k)%count = place(k)%count + 1
+      place(k)%node(place(k)%count) = self%column(k)
+      place(k)%shape(place(k)%count) = -1.0_wp
+    end do
+  end subroutine add_outlines
+
+  !> Put the outlines of cavities where they are at a fraction of the phase.
+  subroutine set_load(self, model, configuration, fraction)
+    class(supports_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    real(wp), intent(in) :: fraction
+    integer :: k
+
+    associate (unused => configuration, load => model%loading, surface => model%state%surface)
+      do k = 1, size(self%point)
+        associate (s => surface%surface(self%point(k)))
+          if (.not. abs(load%closure_final(s)) > 0.0_wp) cycle
+          self%closure(:, k) = between(load%closure_start(s), load%closure_final(s), fraction) &
+            *(model%cavity_middle(:, s) - surface%initial_position(:, self%point(k)))
+        end associate
+      end do
+    end associate
+  end subroutine set_load
+
+  !> How large the forces are that outlines which are free balance.
+  subroutine evaluate(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
+    class(supports_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    real(wp), intent(in) :: displacement(:, :)
+    integer, intent(in) :: tangent
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(inout) :: matrix
+    type(failure_type), intent(inout) :: failure
+    real(wp), intent(in), optional :: prescribed(:, :)
+    integer :: k
+
+    associate (unused => model, unused_configuration => configuration, unused_tangent => tangent, &
+        unused_equations => equations, unused_matrix => matrix, unused_failure => failure)
+    end associate
+    if (present(prescribed)) continue
+    do k = 1, size(self%point)
+      self%size_here(k) = norm2(spring_force(self, k, displacement))
+    end do
+  end subroutine evaluate
+
+  !> What the equations of outlines that are free refer to.
+  subroutine add_sizes(self, sizes)
+    class(supports_type), intent(in) :: self
+    type(force_sizes_type), intent(inout) :: sizes
+    integer :: k
+
+    do k = 1, size(self%point)
+      if (self%column(k) == 0 .or. .not. self%counted(k)) cycle
+      associate (at => sizes%force(self%vertical, self%column(k)))
+        at = at + self%size_here(k)
+      end associate
+    end do
+  end subroutine add_sizes
 
   !> n n', or the identity.
   pure function directions(normal, all_held) result(projection)
@@ -105,6 +254,9 @@ contains
     model%state%surface%reaction = 0.0_wp
     do k = 1, self%connectivity%count
       model%state%surface%reaction(:, self%point(k)) = -spring_force(self, k, displacement)
+      associate (began => model%state%surface%initial_position(:, self%point(k)))
+        if (self%column(k) > 0) began = began + displacement(:size(began), self%column(k))
+      end associate
     end do
   end subroutine commit
 
@@ -115,13 +267,13 @@ contains
     integer, intent(in) :: k
     !> (dimension, node_count)
     real(wp), intent(in) :: displacement(:, :)
-    real(wp) :: force(size(displacement, 1))
+    real(wp) :: force(size(supports%gap, 1))
     integer :: a, first
 
     first = supports%connectivity%first(k)
-    force = supports%gap(:, k)
+    force = supports%gap(:, k) - supports%closure(:, k)
     do a = first, supports%connectivity%first(k + 1) - 1
-      force = force + supports%shape(a - first + 1, k)*displacement(:, supports%connectivity%nodes(a))
+      force = force + supports%shape(a - first + 1, k)*displacement(:size(force), supports%connectivity%nodes(a))
     end do
     force = supports%stiffness(k)*matmul(supports%projection(:, :, k), force)
   end function spring_force
@@ -132,7 +284,7 @@ contains
     !> (dimension, nodes)
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
-    real(wp) :: spring(size(force, 1))
+    real(wp) :: spring(size(self%gap, 1))
     integer :: k, a, first
 
     do k = 1, self%connectivity%count
@@ -140,7 +292,8 @@ contains
       spring = spring_force(self, k, displacement)
       do a = first, self%connectivity%first(k + 1) - 1
         associate (node => self%connectivity%nodes(a))
-          force(:, node) = force(:, node) + self%shape(a - first + 1, k)*spring
+          if (node == self%column(k) .and. .not. self%counted(k)) cycle
+          force(:size(spring), node) = force(:size(spring), node) + self%shape(a - first + 1, k)*spring
         end associate
       end do
     end do
@@ -179,5 +332,6 @@ contains
           *supports%projection(:, :, k)
       end do
     end do
+    if (supports%column(k) > 0 .and. .not. supports%counted(k)) block(:, n, :, n) = 0.0_wp
   end function support_block
 end module qsmpm_supports

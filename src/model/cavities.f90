@@ -1,0 +1,103 @@
+!> Cavities that phases contract (*CONTRACTION), as a lining does that shrinks alike all around: every point of the
+!> outline moves towards the middle by the same share c of its distance from it, so that for a volume loss V
+!>
+!>   (1 - c)^2 A = (1 - V) A            c = 1 - sqrt(1 - V)
+!>
+!> whatever the outline; a circle moves along its normals. The middle is the place that is nearest to the normals of all
+!> points. Half or a quarter of a circle between planes of symmetry has that of the circle.
+module qsmpm_cavities
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: support_type, plane_strain
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: own_cells
+  use qsmpm_team, only: total, largest, smallest
+  implicit none
+  private
+
+  public :: measure_cavities, closure_of
+
+  !> Sum of the normals of a closed outline over its length, and change of the radius of an arc over its double.
+  real(wp), parameter :: closed = 1.0e-3_wp, round = 1.0e-2_wp
+
+contains
+
+  !> Middles of all cavities.
+  subroutine measure_cavities(model, diagnostics)
+    type(model_type), intent(inout) :: model
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: p, i, s
+
+    allocate (model%cavity_middle(2, size(model%analysis%surfaces)), source=0.0_wp)
+    do p = 1, size(model%analysis%phases)
+      do i = 1, size(model%analysis%phases(p)%supports)
+        associate (support => model%analysis%phases(p)%supports(i))
+          do s = 1, size(model%cavity_middle, 2)
+            if (support%contracts .and. model%analysis%surfaces(s)%name == support%surface) &
+              call measure_cavity(model, s, support, diagnostics)
+          end do
+        end associate
+      end do
+    end do
+  end subroutine measure_cavities
+
+  !> Middle of one cavity.
+  subroutine measure_cavity(model, s, support, diagnostics)
+    type(model_type), intent(inout) :: model
+    !> Number of the surface, and what contracts it.
+    integer, intent(in) :: s
+    type(support_type), intent(in) :: support
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: across(2, 2), sums(8), radius(model%state%surface%count), determinant, largest_radius, &
+      smallest_radius
+    logical :: own(model%state%surface%count)
+    integer :: k
+
+    associate (surface => model%state%surface)
+      if (model%analysis%model /= plane_strain) then
+        call refuse('is contracted in plane strain alone')
+        return
+      end if
+      own = surface%surface == s .and. own_cells(model%part, surface%cell)
+      sums = 0.0_wp
+      do k = 1, surface%count
+        if (.not. own(k)) cycle
+        associate (n => surface%normal(:, k), a => surface%area(k))
+          across = a*reshape([n(2)*n(2), -n(1)*n(2), -n(1)*n(2), n(1)*n(1)], [2, 2])
+          sums = sums + [a, a*n, across(1, :), across(2, 2), matmul(across, surface%position(:, k))]
+        end associate
+      end do
+      sums = total(model%part%team, sums)
+      determinant = sums(4)*sums(6) - sums(5)**2
+      if (determinant > closed*sums(1)**2) then
+        associate (middle => model%cavity_middle(:, s))
+          middle = [sums(6)*sums(7) - sums(5)*sums(8), sums(4)*sums(8) - sums(5)*sums(7)]/determinant
+          radius = [(dot_product(surface%normal(:, k), middle - surface%position(:, k)), k=1, surface%count)]
+        end associate
+        largest_radius = largest(model%part%team, maxval(radius, mask=own))
+        smallest_radius = smallest(model%part%team, minval(radius, mask=own))
+        if (norm2(sums(2:3)) <= closed*sums(1) .or. largest_radius - smallest_radius <= &
+          round*abs(largest_radius + smallest_radius)) return
+      end if
+      call refuse('is neither closed nor an arc of a circle: the whole outline of a cavity is contracted, or half '// &
+        'or a quarter of a circle that ends at planes of symmetry')
+    end associate
+
+  contains
+
+    !> Say why the surface cannot be contracted.
+    subroutine refuse(what)
+      character(len=*), intent(in) :: what
+
+      call add_diagnostic(diagnostics, support%where, '*CONTRACTION', "surface '"//support%surface//"' "//what)
+    end subroutine refuse
+  end subroutine measure_cavity
+
+  !> Share of their distance from the middle by which the points of an outline have moved.
+  elemental real(wp) function closure_of(percent) result(closure)
+    !> Lost area in percent.
+    real(wp), intent(in) :: percent
+
+    closure = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - 0.01_wp*percent))
+  end function closure_of
+end module qsmpm_cavities

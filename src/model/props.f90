@@ -1,0 +1,38 @@
+!> Props of a model: the tracers of their ends, and the force of each that is kept from step to step.
+module qsmpm_props
+  use qsmpm_kinds, only: wp
+  use qsmpm_kept_arrays, only: lay_array, kept_values
+  use qsmpm_model, only: model_type
+  implicit none
+  private
+
+  public :: lay_prop_forces, prop_force
+
+  !> Forces, tension positive (1, props).
+  character(len=*), parameter, public :: prop_forces = 'prop_forces'
+
+contains
+
+  !> Lay the forces into the state: none.
+  subroutine lay_prop_forces(model)
+    type(model_type), intent(inout) :: model
+    integer :: b
+
+    if (size(model%analysis%props) > 0) call lay_array(model%state%kept, prop_forces, &
+      reshape([(0.0_wp, b=1, size(model%analysis%props))], [1, size(model%analysis%props)]))
+  end subroutine lay_prop_forces
+
+  !> Force of one prop, which exists.
+  pure real(wp) function prop_force(model, name) result(force)
+    type(model_type), intent(in) :: model
+    character(len=*), intent(in) :: name
+    real(wp) :: forces(1, size(model%analysis%props))
+    integer :: b
+
+    force = 0.0_wp
+    forces = kept_values(model%state%kept, prop_forces)
+    do b = 1, size(forces, 2)
+      if (model%analysis%props(b)%name == name) force = forces(1, b)
+    end do
+  end function prop_force
+end module qsmpm_props
