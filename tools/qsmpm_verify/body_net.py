@@ -29,7 +29,7 @@ LEAST_OVERLAP = 0.01
 # A rim that turned over or was drawn out is held at this many times its width at the start.
 LONGEST_RIM = 1.5
 # A rim that started on a side of the mesh is there as long as its point is not further than so many times its width.
-BESIDE = 3.0
+BESIDE = 2.5
 
 
 @dataclass(frozen=True)
@@ -124,9 +124,10 @@ def _skirts(places: Array, first: Array, last: Array, first_out: Array, last_out
 def _held(start: Array, width: Array, point: Array, edge: Array, sides: Array) -> Array:
     """Places of a rim, so wide along the axes, beside points: none beyond the mesh, and on its sides those that started there and did not part."""
     near = 1e-6 * np.ptp(sides, axis=0).max()
-    edge = np.clip(edge, sides[0], sides[1])
+    within = np.all((point >= sides[0]) & (point <= sides[1]), axis=1)[:, None]
+    edge = np.where(within, np.clip(edge, sides[0], sides[1]), edge)
     for side in sides:
-        stays = (np.abs(start - side) <= near) & (np.abs(point - side) <= BESIDE * width)
+        stays = within & (np.abs(start - side) <= near) & (np.abs(point - side) <= BESIDE * width)
         edge = np.where(stays, side, edge)
     return edge
 
