@@ -671,6 +671,17 @@ def planned(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("check says what touches a body", "touched by the soil around it" in run.stdout, run.stdout)
 
 
+def silent_decks(checks: Checks, folder: pathlib.Path) -> None:
+    """Nothing is to be warned of before the run in any deck of input/ and of the tutorial (6: a library is not built)."""
+    top = pathlib.Path(__file__).resolve().parents[1]
+    decks = sorted([*(top / "input").glob("*.inp"), *(top / "docs" / "tutorial").glob("*.inp")])
+    checks.check(f"there are {len(decks)} decks", len(decks) > 50)
+    for deck in decks:
+        run = subprocess.run([checks.binary, "check", str(deck)], capture_output=True, text=True, timeout=PATIENCE, cwd=folder)
+        words = [line for line in (run.stdout + run.stderr).splitlines() if "warning: " in line]
+        checks.check(f"{deck.name} is checked without a warning", run.returncode in (0, 6) and not words, "\n".join(words) + run.stderr[-300:])
+
+
 CLOCK_MODEL = r"""
 /* Elasticity that adds up DTIME in its first state variable and keeps the time at the end of the step in its second. */
 void umat_(double *stress, double *state, double *ddsdde, void *sse, void *spd, void *scd, void *rpl, void *ddsddt, void *drplde,
@@ -807,7 +818,7 @@ def piped(checks: Checks, folder: pathlib.Path) -> None:
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
     for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, pressed, stretched, loaded, quiet, stopped_in_metis, follows, echo_runs, bases,
-                 threads, sleeping_threads, two_runs, damaged, resealed, strange_library, planned, leaves_by_exit,
+                 threads, sleeping_threads, two_runs, damaged, resealed, strange_library, planned, silent_decks, leaves_by_exit,
                  clocks_and_levels,
                  small_memory, full_disk, shell_limits, piped):
         with tempfile.TemporaryDirectory() as name:

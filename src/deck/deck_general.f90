@@ -33,8 +33,8 @@ contains
 
     call table%add('HEADING', in_model, once, 'Text that goes to the top of the results.', heading_fields, &
       '*HEADING| Slope, 45 degrees, c = 1 kPa, phi = 25', read_heading)
-    call table%add('UNITS', in_model, once, 'Names of the consistent units of the deck. They label results; '// &
-      'nothing is converted.', unit_fields, '*UNITS, LENGTH=m, FORCE=kN')
+    call table%add('UNITS', in_model, once, 'Names of the consistent units of the deck. They label results, and '// &
+      'weights that they make unusual are warned of; nothing is converted.', unit_fields, '*UNITS, LENGTH=m, FORCE=kN')
     call table%add('INCLUDE', anywhere, many, 'The lines of another file in place of this one. '// &
       'They may be cards, or data lines of the card before.', include_fields, '*INCLUDE, INPUT=materials.inp', &
       refuse_include)

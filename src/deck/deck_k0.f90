@@ -9,7 +9,7 @@ module qsmpm_deck_k0
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_stress_at_rest, only: has_ratio, horizontal_at_rest, passive_ratio, unloading_poisson
-  use qsmpm_text, only: real_text
+  use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
 
@@ -121,10 +121,10 @@ contains
     ratio = horizontal_at_rest(normal, default, 1.0_wp)
     if (ratio > 0.0_wp .and. ratio*(1.0_wp - rounding) <= passive_ratio(material)) return
     if (ratio > 0.0_wp) then
-      call report("K0 = "//real_text(ratio)//" of material '"//material%name//"' is above its passive ratio, "// &
-        real_text(passive_ratio(material)))
+      call report("K0 = "//rounded_text(ratio)//" of material '"//material%name//"' is above its passive ratio, "// &
+        rounded_text(passive_ratio(material)))
     else
-      call report("K0 = "//real_text(ratio)//" of material '"//material%name//"' is not above 0")
+      call report("K0 = "//rounded_text(ratio)//" of material '"//material%name//"' is not above 0")
     end if
   contains
     !> An error at the card that has the ratio.

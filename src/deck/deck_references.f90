@@ -15,6 +15,7 @@ module qsmpm_deck_references
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_k0, only: check_k0
+  use qsmpm_deck_magnitudes, only: check_magnitudes, check_strengths
   use qsmpm_deck_parents, only: check_parents
   use qsmpm_deck_body_motion, only: check_moves
   use qsmpm_deck_contact, only: check_contacts
@@ -43,6 +44,7 @@ contains
       call check_materials(state)
       call check_profiles(state)
       call check_undrained(state)
+      call check_strengths(state)
       return
     end if
     call check_presence(state)
@@ -68,6 +70,7 @@ contains
     call check_props(state)
     call check_histories(state)
     call check_stops(state)
+    if (state%messages%error_count() == 0) call check_magnitudes(state)
   end subroutine check_references
 
   !> What every deck must have.

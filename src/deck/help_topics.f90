@@ -200,6 +200,9 @@ contains
     type(topics_type), allocatable :: known(:)
 
     allocate (known, source=[ &
+      topics_type('DXF,DWG,CAD,AUTOCAD,IFC,STEP FILE', &
+        'drawings are not read; type the corners of each *BODY, SHAPE=POLYGON, or draw the scene in gmsh, which '// &
+        'reads STEP, and bring it by *MESH; in space SHAPE=POLYHEDRON reads an STL file: docs/tutorial/5_hill.md'), &
       topics_type('GMSH,ABAQUS,PLAXIS,IMPORT,STL', &
         '*MESH reads a mesh of gmsh or Abaqus, *BODY, SHAPE=POLYHEDRON an STL file: docs/tutorial/5_hill.md; decks '// &
         'of older versions are changed by tools/convert-deck'), &
@@ -227,20 +230,24 @@ contains
 
     allocate (known, source=[ &
       topics_type('SHEET PILE,SHEETPILE,WALL,RETAINING,DIAPHRAGM,COFFERDAM', &
-        'walls that bend are not there; nearest: a *RIGID BODY that slips along the soil by *CONTACT, a *BODY of '// &
-        'stiff *ELASTIC a few cells thick, *SUPPORT for a wall that holds, *PROP for its struts: '// &
-        'docs/cannot.md'), &
-      topics_type('ANCHOR,GEOGRID,GEOTEXTILE,NAIL,SOIL NAIL,BOLT,CABLE,BEAM,PLATE,SHELL,'// &
-        'SHOTCRETE,COLUMN,STONE COLUMN,GROUT', &
-        'structural elements are not there; nearest: a *BODY of stiff *ELASTIC a few cells thick, or '// &
-        'a *PROP between two places for a tie: docs/cannot.md'), &
+        'walls that bend are not there; nearest: a *BODY of stiff *ELASTIC a few cells thick, held by *PROP, a '// &
+        '*RIGID BODY that slips along the soil by *CONTACT, *SUPPORT for a wall that holds: docs/cannot.md'), &
+      topics_type('STRUT,PROP,SPRING,JACK,SHORING,ANCHOR,NAIL,SOIL NAIL,TIE,TIE ROD,TIEBACK,BOLT,CABLE,TRUSS', &
+        '*PROP is a spring between two places that phases put in, jack and take out: a strut, or the free length '// &
+        'of an anchor, which passes the soil untouched. Bonded anchors and nails are not there: docs/cannot.md'), &
+      topics_type('VOLUME LOSS,GROUND LOSS,CAVITY,TBM,CONVERGENCE OF A TUNNEL,TUNNEL', &
+        '*CONTRACTION shrinks the outline of a cavity by a volume loss over a phase, *DEACTIVATE takes the soil of '// &
+        'a tunnel out; a lining that bends is not there, nearest is a *BODY of stiff *ELASTIC: docs/cannot.md'), &
+      topics_type('GEOGRID,GEOTEXTILE,BEAM,PLATE,SHELL,LINING,SHOTCRETE,COLUMN,STONE COLUMN,GROUT', &
+        'structural elements are not there; nearest: a *BODY of stiff *ELASTIC a few cells thick; *PROP is a '// &
+        'spring between two places: docs/cannot.md'), &
       topics_type('CONSOLIDAT', &
         'consolidation in time is not there; nearest: *UNDRAINED soil before it and *DRAIN STATE, which lets the '// &
         'excess pressure go over a phase, for its end: docs/methods/undrained.md'), &
       topics_type('SEEPAGE,DARCY,PERMEAB,FLOW,RAIN,INFILTRAT,WELL,EROSION,PIPING', &
         'water that flows is not there; nearest: *WATER LEVEL for its pressure, *UNDRAINED and *DRAIN '// &
         'STATE for soil before and after consolidation: docs/cannot.md'), &
-      topics_type('EARTHQUAKE,DYNAMIC,WAVE,INERTIA,VELOCITY,IMPACT,BLAST,SEISMIC,PSEUDO-STATIC', &
+      topics_type('EARTHQUAKE,DYNAMIC,VIBRAT,WAVE,INERTIA,VELOCITY,IMPACT,BLAST,SEISMIC,PSEUDO-STATIC', &
         'there is no inertia: every step is an equilibrium; nearest: a horizontal share of *GRAVITY '// &
         '(pseudo-static): docs/cannot.md'), &
       topics_type('CREEP,VISC,RATE OF,TIME DEPEND,SECONDARY', &

@@ -19,7 +19,7 @@ module qsmpm_cut_cell_check
   use qsmpm_exchange, only: spread_from
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_team, only: largest, smallest
-  use qsmpm_text, only: real_text
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_integration, only: integration_type, place_of
@@ -78,7 +78,7 @@ contains
     check%measured_after = model%state%progress%step
     call find_bodies(model, configuration%volumes, .false., bodies)
     check%lost = .not. bodies%carried
-    call integrate_outlines(model, configuration%activation, bodies, outside)
+    call integrate_outlines(model, bodies, outside)
     call integrate_gradients(model, configuration%activation, bodies, integration, inside)
     call find_mean_stress(model%state%points, configuration%at_points, stress)
     inside = inside - outside
@@ -142,10 +142,10 @@ contains
     traction(3) = stress(5)*vector(1) + stress(6)*vector(2) + stress(3)*vector(3)
   end function traction
 
-  !> Integrals of N n over the outlines (dimension, nodes).
-  subroutine integrate_outlines(model, activation, bodies, sums)
+  !> Integrals of N n over the outlines (dimension, nodes); those that reach by less than a point into a cell without
+  !> points count for the nodes that this one shares with the body, those of others have no stress.
+  subroutine integrate_outlines(model, bodies, sums)
     type(model_type), intent(in) :: model
-    type(activation_type), intent(in) :: activation
     type(body_quadrature_type), intent(in) :: bodies
     real(wp), intent(out) :: sums(:, :)
     type(seed_list_type) :: list
@@ -155,7 +155,6 @@ contains
     sums = 0.0_wp
     call seed_outlines(model, bodies, list)
     do i = 1, list%count
-      if (.not. activation%touched(list%cell(i))) cycle
       call functions_at(model%space, model%mesh, list%cell(i), list%local(:, i), place)
       do a = 1, place%count
         sums(:, place%node(a)) = sums(:, place%node(a)) + place%shape(a)*list%vector(:, i)
@@ -318,7 +317,7 @@ contains
     real(wp), intent(in) :: share
     character(len=:), allocatable :: text
 
-    text = 'the integration of cells that a body cuts is '//real_text(anint(1000.0_wp*share)/10.0_wp)// &
+    text = 'the integration of cells that a body cuts is '//rounded_text(100.0_wp*share, 3)// &
       ' % off over its outline'
   end function violation_text
 

@@ -8,27 +8,40 @@
 !>
 !> Only the ends of the mesh along the axes are looked at; elsewhere a point that is too far outside is lost
 !> (qsmpm_point_location).
+!>
+!> A slide that is moved by its weight and reaches a held side is carried by it from there on: that is told where soil
+!> within a cell of a side has yielded and moved along it by more than a cell.
 module qsmpm_held_sides
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: lowest_rank
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_exchange, only: spread_from
   use qsmpm_mesh_search, only: locate
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
+  use qsmpm_own_part, only: own_of
   use qsmpm_points, only: carried_type
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_space, only: shape_values_type, functions_at
+  use qsmpm_team, only: largest
   implicit none
   private
 
-  public :: keep_inside, side_check_type, warn_of_crossing
+  public :: keep_inside, side_check_type, warn_of_crossing, warn_of_reached_sides
 
   !> Way across a side in a step over the size of a cell that is warned of.
   real(wp), parameter :: noticed = 0.1_wp
   !> Functions that are smaller are none at a side.
   real(wp), parameter :: negligible = 1.0e-9_wp
+  !> Plastic shear strain of soil that slides.
+  real(wp), parameter :: sheared = 0.1_wp
 
   !> What has been reported so far.
   type :: side_check_type
     !> Way last reported, in cells.
     real(wp) :: reported = noticed
+    !> Sides that a slide has been told to have reached (axis, low or high).
+    logical :: reached(3, 2) = .false.
   end type side_check_type
 
 contains
@@ -69,7 +82,7 @@ contains
         do a = 1, size(foot)
           beyond = carried%position(a, i) - foot(a)
           if (.not. abs(beyond) > 0.0_wp) cycle
-          if (.not. is_held(model, displacement, carried%cell(i), foot, a)) cycle
+          if (.not. is_held(model, carried%cell(i), foot, a, displacement)) cycle
           carried%position(a, i) = foot(a) - beyond
           farthest = max(farthest, abs(beyond))
         end do
@@ -78,13 +91,14 @@ contains
   end subroutine put_back
 
   !> Whether a place on a side does not move along an axis because it is held.
-  logical function is_held(model, displacement, near, foot, axis) result(held)
+  logical function is_held(model, near, foot, axis, displacement) result(held)
     type(model_type), intent(in) :: model
-    real(wp), intent(in) :: displacement(:, :)
     !> A cell not far from the place.
     integer, intent(in) :: near
     real(wp), intent(in) :: foot(:)
     integer, intent(in) :: axis
+    !> Of the step; without it nothing is taken to be moved.
+    real(wp), intent(in), optional :: displacement(:, :)
     type(shape_values_type) :: place
     real(wp) :: local(size(foot))
     integer :: a, cell
@@ -95,8 +109,8 @@ contains
     call functions_at(model%space, model%mesh, cell, local, place)
     do a = 1, place%count
       if (abs(place%shape(a)) <= negligible) cycle
-      held = held .and. model%loading%constrained(axis, place%node(a)) &
-        .and. .not. abs(displacement(axis, place%node(a))) > 0.0_wp
+      held = held .and. model%loading%constrained(axis, place%node(a))
+      if (present(displacement)) held = held .and. .not. abs(displacement(axis, place%node(a))) > 0.0_wp
     end do
   end function is_held
 
@@ -115,4 +129,99 @@ contains
     call observer%note('warning: a step carries material points by '//trim(adjustl(buffer))// &
       ' cells across a side of the mesh that is held; they are put back, as far inside: smaller steps')
   end subroutine warn_of_crossing
+
+  !> Warn of the sides that soil has reached which slides by its weight, once each; phases that push are left out.
+  subroutine warn_of_reached_sides(model, check, observer)
+    type(model_type), intent(in) :: model
+    type(side_check_type), intent(inout) :: check
+    class(observer_type), intent(inout) :: observer
+    real(wp) :: way, place(model%mesh%dimension)
+    logical :: fully
+    integer :: axis, side
+
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      if (size(phase%prescriptions) + size(phase%moves) > 0) return
+    end associate
+    do axis = 1, model%mesh%dimension
+      do side = 1, 2
+        if (check%reached(axis, side)) cycle
+        if (model%analysis%model == axisymmetric .and. axis == 1 .and. side == 1) cycle
+        call find_slide(model, axis, side, way, place, fully)
+        if (.not. way > model%cell_size) cycle
+        check%reached(axis, side) = .true.
+        call observer%note(reached_text(model, axis, side, way, place, fully))
+      end do
+    end do
+  end subroutine warn_of_reached_sides
+
+  !> The longest way along a held side of soil within a cell of it that has yielded. Along a smooth side of a slice in
+  !> space all of a slide goes: there only sides that hold fully are looked at.
+  subroutine find_slide(model, axis, side, way, place, fully)
+    type(model_type), intent(in) :: model
+    !> Normal of the side; 1 for the lower one, 2 for the upper one.
+    integer, intent(in) :: axis, side
+    !> 0 where there is none; where it is longest.
+    real(wp), intent(out) :: way, place(:)
+    !> The side holds all components there.
+    logical, intent(out) :: fully
+    real(wp) :: move(size(place)), foot(size(place)), mark(1)
+    logical :: own(model%state%points%count), held
+    integer :: p, a, rank
+
+    way = 0.0_wp
+    place = 0.0_wp
+    fully = .false.
+    associate (points => model%state%points, bound => model%mesh%bounds(axis, side), team => model%part%team)
+      own = own_of(model%part%points, points%count)
+      do p = 1, points%count
+        if (.not. own(p) .or. abs(points%position(axis, p) - bound) > model%cell_size) cycle
+        if (.not. points%plastic_strain(p) > sheared) cycle
+        move = points%position(:, p) - points%initial_position(:, p)
+        move(axis) = 0.0_wp
+        if (.not. norm2(move) > way) cycle
+        foot = points%position(:, p)
+        foot(axis) = bound
+        if (.not. is_held(model, points%cell(p), foot, axis)) cycle
+        held = holds_all()
+        if (size(place) == 3 .and. .not. held) cycle
+        way = norm2(move)
+        place = points%position(:, p)
+        fully = held
+      end do
+      rank = lowest_rank(team, way >= largest(team, way))
+      way = largest(team, way)
+      mark = merge(1.0_wp, 0.0_wp, fully)
+      call spread_from(team, rank, place)
+      call spread_from(team, rank, mark)
+    end associate
+    fully = mark(1) > 0.0_wp
+
+  contains
+
+    !> Whether nothing moves at the foot.
+    logical function holds_all()
+      holds_all = all([(is_held(model, model%state%points%cell(p), foot, a), a=1, size(foot))])
+    end function holds_all
+  end subroutine find_slide
+
+  !> Which side, how far and where, and what it means.
+  pure function reached_text(model, axis, side, way, place, fully) result(text)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: axis, side
+    real(wp), intent(in) :: way, place(:)
+    logical, intent(in) :: fully
+    character(len=:), allocatable :: text
+    integer :: a
+
+    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name// &
+      "': the slide has reached the side "//achar(iachar('x') + axis - 1)//' = '// &
+      rounded_text(model%mesh%bounds(axis, side))//' of the mesh: soil within a cell of it has yielded and moved '// &
+      'along it by '//rounded_text(way)//', most at ('
+    do a = 1, size(place)
+      text = text//rounded_text(place(a))//merge(', ', ') ', a < size(place))
+    end do
+    text = trim(text)//'. The side carries it from there on, and how far it goes is decided by the grid: '// &
+      'put the side farther away, unless '//trim(merge('the ground is firm there           ', &
+      'it is a plane of symmetry or a wall', fully))
+  end function reached_text
 end module qsmpm_held_sides

@@ -13,7 +13,7 @@ module qsmpm_phase_report
   use qsmpm_initialisation, only: step_type, ready_terms
   use qsmpm_limit_load, only: relative_compliance
   use qsmpm_locking_check, only: check_locking
-  use qsmpm_held_sides, only: side_check_type, warn_of_crossing
+  use qsmpm_held_sides, only: side_check_type, warn_of_crossing, warn_of_reached_sides
   use qsmpm_unsupported_parts, only: describe_unsupported_parts
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_node_graph, only: connectivity_type
@@ -149,6 +149,7 @@ contains
       report%stiff_steps = 0
       report%worst_share = 0.0_wp
       call end_cut_cell_check(phase%name, cut, observer)
+      call warn_of_reached_sides(model, report%sides, observer)
       if (progress%phase == 1 .and. has_start_move(progress)) &
         call observer%note(start_text(progress, phase%name, model%analysis%length_unit))
     end associate

@@ -11,7 +11,6 @@ module qsmpm_phase_stop
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_safety_bracket, only: bracket_type, take_again
   use qsmpm_step_length, only: length_to_stop
-  use qsmpm_text, only: real_text
   implicit none
   private
 
@@ -117,12 +116,12 @@ contains
     if (phase%kind == phase_safety) then
       text = 'strength/'//rounded_text(model%state%progress%strength_factor, 6)
     else
-      text = 'load factor '//real_text(model%state%progress%load_factor)
+      text = 'load factor '//rounded_text(model%state%progress%load_factor)
     end if
     text = "phase '"//phase%name//"' stops at "//text//':'
     do i = 1, size(values)
       if (is_reached(phase%stops(i), values(i))) &
-        text = text//" '"//phase%stops(i)%history//"' is "//real_text(values(i))
+        text = text//" '"//phase%stops(i)%history//"' is "//rounded_text(values(i))
     end do
   end function text_of_stop
 end module qsmpm_phase_stop

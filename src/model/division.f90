@@ -10,7 +10,7 @@ module qsmpm_division
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_agreement, only: agree
-  use qsmpm_analysis, only: analysis_type, integrate_cells, mesh_grid
+  use qsmpm_analysis, only: analysis_type, contact_on_body, integrate_cells, mesh_grid
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_numbers, only: whole_of, number_all, add_places
   use qsmpm_cell_boxes, only: box_owners_type
@@ -46,6 +46,9 @@ module qsmpm_division
   !> Rows of cells that a ring is wider where places that are in no material go with the nearest of it, where bodies
   !> touch surfaces, and where cells of a mesh share pressures or gradients.
   integer, parameter :: nearest_rows = 2, contact_rows = 2, element_rows = 3
+
+  !> Rows over which a patch on a body goes on, with a short one that joins it, and the one of the soil around it.
+  integer, parameter :: body_rows = 4
 
   !> Rows of cells that a ring is wider where cells may share a pressure: a pair, and one more at either end.
   integer, parameter :: patch_rows = 2
@@ -182,8 +185,9 @@ contains
   !> where points have domains. All else that depends on cells around is told by their owners (qsmpm_ring_exchange), but
   !> for this: a surface point that has left the cells with material goes with the nearest point, one cell further than
   !> surface points are copied, and material that is taken out with the nodes of cells that functions of others see.
-  !> Patches of contact join their neighbours, and these theirs; so do cells of elements but QUAD4 and HEX8, which may
-  !> share a pressure or the gradients at their nodes.
+  !> Patches of contact join their neighbours, and these theirs; one on a body that acts on own nodes, which functions
+  !> let it do from their degree of cells and one away, is to be had whole, with the soil around it. Cells of elements
+  !> but QUAD4 and HEX8 may share a pressure or the gradients at their nodes.
   pure integer function ring_of(analysis) result(ring)
     type(analysis_type), intent(in) :: analysis
     integer :: p
@@ -194,6 +198,7 @@ contains
       if (size(analysis%surfaces) + size(analysis%rigid_bodies) > 0 .or. &
         any([(.not. all(bodies_active(analysis, p)), p=1, size(analysis%phases))])) ring = ring + nearest_rows
       if (size(analysis%rigid_bodies) > 0) ring = ring + contact_rows
+      if (any(analysis%contacts%place == contact_on_body)) ring = max(ring, max(1, basis%degree) + 1 + body_rows)
       if (.not. has_boxes(analysis)) ring = ring + patch_rows
     end associate
     if (analysis%mesh%kind == mesh_grid) then

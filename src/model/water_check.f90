@@ -14,7 +14,6 @@ module qsmpm_water_check
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: has_water, vertical_of, dry_tables, take_levels, upwards
   use qsmpm_team, only: smallest, largest_of_all => largest
-  use qsmpm_text, only: real_text
   use qsmpm_rounded_text, only: short => rounded_text
   use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at
   implicit none
@@ -111,8 +110,8 @@ contains
       if (size(level%line, 2) > 1 .and. (maxval(level%line(1, :)) <= bounds(1) .or. minval(level%line(1, :)) &
         >= bounds(2))) then
         call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the line from '// &
-          real_text(minval(level%line(1, :)))//' to '//real_text(maxval(level%line(1, :)))// &
-          ' does not cross the mesh, which goes from '//real_text(bounds(1))//' to '//real_text(bounds(2)))
+          short(minval(level%line(1, :)))//' to '//short(maxval(level%line(1, :)))// &
+          ' does not cross the mesh, which goes from '//short(bounds(1))//' to '//short(bounds(2)))
         return
       end if
       axis = tables(1)%axis

@@ -28,6 +28,8 @@ OVERLAP = 0.4
 LEAST_OVERLAP = 0.01
 # A rim that turned over or was drawn out is held at this many times its width at the start.
 LONGEST_RIM = 1.5
+# A rim that started on a side of the mesh is there as long as its point is not further than so many times its width.
+BESIDE = 2.5
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,17 @@ def _skirts(places: Array, first: Array, last: Array, first_out: Array, last_out
     return np.concatenate([np.where(better, pairs[1][k], pairs[0][k]) for k in range(2)])
 
 
+def _held(start: Array, width: Array, point: Array, edge: Array, sides: Array) -> Array:
+    """Places of a rim, so wide along the axes, beside points: none beyond the mesh, and on its sides those that started there and did not part."""
+    near = 1e-6 * np.ptp(sides, axis=0).max()
+    within = np.all((point >= sides[0]) & (point <= sides[1]), axis=1)[:, None]
+    edge = np.where(within, np.clip(edge, sides[0], sides[1]), edge)
+    for side in sides:
+        stays = within & (np.abs(start - side) <= near) & (np.abs(point - side) <= BESIDE * width)
+        edge = np.where(stays, side, edge)
+    return edge
+
+
 def _with_rim(before: Array, now: Array, triangles: Array, spacing: Array, outline: Outline) -> Net:
     """The net of the points with the rim around it."""
     edges, opposite = _boundary(triangles)
@@ -127,13 +140,16 @@ def _with_rim(before: Array, now: Array, triangles: Array, spacing: Array, outli
     moved = np.einsum("pij,pj->pi", _gradients(before, now, triangles)[rim], out)
     length, most = np.linalg.norm(moved, axis=1), LONGEST_RIM * np.linalg.norm(out, axis=1)
     moved *= np.minimum(1.0, most / np.maximum(length, 1e-300))[:, None]
+    edge = now[rim] + moved
+    if outline.sides is not None:
+        edge = _held(before[rim] + out, np.abs(out), now[rim], edge, outline.sides)
     number = np.zeros(len(before), dtype=int)
     number[rim] = len(before) + np.arange(len(rim))
     first, last = edges[:, 0], edges[:, 1]
     places = np.concatenate([before, before[rim] + out])
     skirts = _skirts(places, first, last, number[first], number[last])
     return Net(
-        places, np.concatenate([now, now[rim] + moved]),
+        places, np.concatenate([now, edge]),
         np.concatenate([triangles, skirts]), np.concatenate([np.arange(len(before)), rim]),
         np.stack([number[first], number[last]], axis=1),
     )  # fmt: skip

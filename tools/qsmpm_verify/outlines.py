@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.path import Path as MplPath
 
 from qsmpm_verify.results import Array, Mesh
-from qsmpm_verify.study.cards import Card, read_deck
+from qsmpm_verify.study.cards import Card, Deck, read_deck
 from qsmpm_verify.trouble import Trouble
 
 # Corners of the plane cells of VTK; they come first in a cell.
@@ -41,12 +41,16 @@ LEAST_COVER = 0.3
 
 @dataclass(frozen=True)
 class Outline:
-    """What is known of the bodies at the start: polygons, and cells with points with their bounds (n, 2 ends, 2)."""
+    """What is known of the bodies at the start: polygons, and cells with points with their bounds (n, 2 ends, 2).
+
+    `sides` are the lowest and highest coordinates of a mesh that stays where it is, (2, 2); soil does not leave it.
+    """
 
     polygons: tuple[Array, ...] = ()
     bounds: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))
     cells: tri.TriFinder | None = None
     filled: Array | None = None
+    sides: Array | None = None
 
     @property
     def segments(self) -> Array:
@@ -97,16 +101,23 @@ def _of_cells(mesh: Mesh, start: Array) -> Outline:
     return Outline((), mesh.nodes[edges[first[counts == 1]], :2], finder, filled[owner])
 
 
+def _moves(deck: Deck) -> bool:
+    """Whether the mesh goes with the soil or with a plate."""
+    return bool(deck.all("MOVING MESH")) or any(card.value("BASIS") == "FEM" for card in deck.all("METHOD"))
+
+
 def outline_of(folder: Path, mesh: Mesh, start: Array) -> Outline:
     """What the deck and the mesh of a run tell of its bodies."""
     for path in sorted(folder.glob("*.echo.inp"))[:1]:
         try:
-            bodies = read_deck(path).all("BODY")
+            deck = read_deck(path)
         except Trouble:
             break
+        bodies = deck.all("BODY")
         corners = tuple(c for c in map(_polygon, bodies) if c is not None)
         rest = _of_cells(mesh, start) if len(corners) < len(bodies) else NOTHING
-        return replace(rest, polygons=corners)
+        sides = None if _moves(deck) else np.stack([mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)])[:, :2]
+        return replace(rest, polygons=corners, sides=sides)
     return NOTHING
 
 

@@ -83,5 +83,46 @@ def carrying_points(place: Place) -> None:
     expect(distance(alone, rest) <= SAME, f"{distance(alone, rest):.1e} from a run that went through")
 
 
-CHECKS: list[Check] = []
+STUCK = """*MODEL, TYPE=PLANE STRAIN
+*GRID, ELEMENT=QUAD4
+X, 0, 2.1, 21
+Y, 0, 2, 20
+*NSET, NSET=base, PLANE=Y
+0
+*MATERIAL, NAME=clay
+*ELASTIC
+1200, 0.4
+*BODY, NAME=ground, MATERIAL=clay, SHAPE=BOX
+0, 2.1, 0, 1.6
+*METHOD, BASIS=SPLINE2, INTEGRATION=POINTS
+*RIGID BODY, NAME=bar, SHAPE=CIRCLE, IN PLACE=YES
+1.08, 1.1, 0.22
+*CONTACT, BODY=bar, ON=BODY, TENSION=YES, ADHESION=1
+*HISTORY, NAME=fx, QUANTITY=CONTACT FORCE, COMPONENT=X, BODY=bar
+*HISTORY, NAME=fy, QUANTITY=CONTACT FORCE, COMPONENT=Y, BODY=bar
+*PHASE, NAME=move
+*FIX
+base, ALL
+*MOVE, BODY=bar
+0.012, -0.02
+*CONTROLS, STEPS=2, TOLERANCE=1E-9
+*END PHASE
+"""
+
+
+def patches_on_bodies(place: Place) -> None:
+    """Every process has the patches whole that act on its nodes, however many share the body; each profile has the keys of one process."""
+    alone = place.run("qsmpm", STUCK, "alone")
+    for ranks in (3, 5):
+        shared = place.run("qsmpm-mpi", STUCK, f"ranks-{ranks}", ranks=ranks)
+        expect(distance(alone, shared) <= SAME, f"{ranks} ranks: {distance(alone, shared):.1e} from one process")
+        expect(keys(shared.profile) == keys(alone.profile), f"{ranks} ranks: {sorted(keys(shared.profile) ^ keys(alone.profile))}")
+
+
+def keys(profile: dict) -> set[str]:
+    """Keys of a profile and of its parts."""
+    return {*profile, *(f"{part}.{key}" for part, of in profile["parts"].items() for key in of)}
+
+
+CHECKS: list[Check] = [patches_on_bodies]
 LONG_CHECKS: list[Check] = [step_errors, sheared_by_errors, carrying_points]

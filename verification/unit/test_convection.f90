@@ -8,7 +8,7 @@ module test_convection
   use qsmpm_element_shape, only: shape_functions
   use qsmpm_element, only: node_count
   use qsmpm_error, only: error_type, error_left_mesh, error_not_converged
-  use qsmpm_held_sides, only: side_check_type, warn_of_crossing
+  use qsmpm_held_sides, only: side_check_type, warn_of_crossing, warn_of_reached_sides
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: tangent_none
   use qsmpm_linear_system, only: end_system
@@ -54,6 +54,7 @@ contains
     call check_moving_rows(tests, 'SPLINE2')
     call check_sides(tests)
     call check_warning(tests)
+    call check_reached(tests)
     call check_losses(tests)
     call check_tangled(tests)
   end subroutine collect_convection
@@ -330,6 +331,41 @@ contains
     call warn_of_crossing(0.5_wp, 0.13_wp, check, observer)
     call tests%check('and one of twice as many', index(observer%text, '|warning: a step carries material points by 0.26 ') > 0)
   end subroutine check_warning
+
+  !> Soil that has yielded and gone far along a held side of the mesh is told once; along a free one it is not.
+  subroutine check_reached(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(side_check_type) :: check
+    type(test_observer_type) :: observer
+    integer :: p
+
+    allocate (model, step)
+    call build('QUAD4', 'BASIS=GIMP', '', model, step)
+    associate (points => model%state%points)
+      ! Of cells of 0.5 it is the one beside the base, and, at the left, the free side.
+      p = minloc(points%position(1, :) + points%position(2, :), dim=1)
+      points%plastic_strain = 0.09_wp
+      points%initial_position(1, p) = points%position(1, p) - 0.62_wp
+      points%initial_position(2, p) = points%position(2, p) - 0.7_wp
+      call warn_of_reached_sides(model, check, observer)
+      points%plastic_strain = 0.11_wp
+      points%initial_position(1, p) = points%position(1, p) - 0.48_wp
+      call warn_of_reached_sides(model, check, observer)
+      call tests%check('soil that has not yielded, or gone by less than a cell, is none that slides', &
+        .not. allocated(observer%text))
+      points%initial_position(1, p) = points%position(1, p) - 0.62_wp
+      call warn_of_reached_sides(model, check, observer)
+      call warn_of_reached_sides(model, check, observer)
+    end associate
+    if (.not. allocated(observer%text)) observer%text = ''
+    call tests%check('a slide on a held side is told, once: '//observer%text, index(observer%text, &
+      "warning: phase 'one': the slide has reached the side y = 0 of the mesh: soil within a cell of it has yielded "// &
+      'and moved along it by 0.62, most at (') == 1 .and. index(observer%text, '|') == len(observer%text) .and. &
+      index(observer%text, 'unless the ground is firm there') > 0)
+    call end_system(step%system)
+  end subroutine check_reached
 
   !> Whatever leaves the mesh is an error that names it.
   subroutine check_losses(tests)

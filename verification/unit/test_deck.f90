@@ -33,6 +33,7 @@ contains
     call messages(tests)
     call many_messages(tests)
     call warnings(tests)
+    call magnitudes(tests)
     call odd_bytes(tests)
     call includes(tests)
     call help(tests)
@@ -255,6 +256,60 @@ contains
         index(report, new_line('a')) == len(report))
     end subroutine warned
   end subroutine warnings
+
+  !> Values that speak of a wrong unit are read and warned of, with what is usual.
+  subroutine magnitudes(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: dam = '*UNITS, LENGTH=m, FORCE=kN|*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|'// &
+      ' X, 0, 1, 2| Y, 0, 1, 2|*NSET, NSET=base, PLANE=Y| 0|*MATERIAL, NAME=soil|*ELASTIC| 1.2e4, 0.3|'// &
+      '*MOHR COULOMB| 11, 27, 0|*UNIT WEIGHT| 18, 20|*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|'// &
+      '*PHASE, NAME=one|*FIX| base, ALL|*GRAVITY| 0, -1|*WATER LEVEL, UNIT WEIGHT=9.81| 0, 0.5|*END PHASE|'
+
+    call told('', '', '', '')
+    call told(' 18, 20|', ' 18, 9.3|', '', "material 'soil' weighs 9.3 below the water level and water 9.81: it floats")
+    call told('=9.81', '=9790', '', "material 'soil' weighs 20 below the water level and water 9790: it floats", &
+      'UNIT WEIGHT=9790 in kN and m is 9790 kN/m3; water weighs 9.81')
+    call told('=9.81', '=1', '', 'UNIT WEIGHT=1 in kN and m is 1 kN/m3; water weighs 9.81')
+    call told('0, -1|', '0, -9.79|', '', "material 'soil' has a unit weight of 18, and *GRAVITY multiplies it by 9.79", &
+      'UNIT WEIGHT=9.81 times 9.79 of *GRAVITY in kN and m is 96.04 kN/m3; water weighs 9.81')
+    ! Densities in t/m3 are right.
+    call told('0, -1|', '0, -9.79|', ' 1.8, 2|UNIT WEIGHT=1|', '')
+    call told(' 18, 20|', ' 18200, 20500|', '', 'a unit weight of 18200 in kN and m, which is 18200 kN/m3; 10 to 25 is')
+    call told('FORCE=kN', 'FORCE=N', ' 18200, 20500|UNIT WEIGHT=9810|', '')
+    call told(' 11, 27, 0|', ' 11, 0.47, 0|', '', "material 'soil' has a friction angle of 0.47 degrees; 10 to 45 is "// &
+      'usual, and 0 for undrained clay (0.47 in radians is 26.9 degrees)')
+    call told(' 11, 27, 0|', ' 11, 1, 0|', '', '')
+    call told(' 11, 27, 0|', ' 241, 27, 0|', '', "'soil' has a cohesion of 241 beside a Young's modulus of 12000: E/c is 49.8")
+    call told(' 11, 27, 0|', ' 239, 27, 0|', '', '')
+    call told(' 11, 27, 0|', ' 121, 0, 0|', '', "an undrained strength of 121 beside a Young's modulus of 12000: E/s_u is 99.2")
+    call told(' 11, 27, 0|', ' 120, 0, 0|', '', '')
+    call told(' 11, 27, 0|', ' 0.04, 0, 0|', '', 'E/s_u is 300000, 100 to 2000 is usual; are both in the same unit?')
+    call told(' 11, 27, 0|', ' 0.7, 0, 0|', '', '')
+
+  contains
+
+    !> The deck with one text in the place of another, and with other weights, has these messages alone.
+    subroutine told(old, new, weights, sentence, other)
+      !> weights: of the material and of water, with a bar between them.
+      character(len=*), intent(in) :: old, new, weights, sentence
+      character(len=*), intent(in), optional :: other
+      class(analysis_type), allocatable :: analysis
+      character(len=:), allocatable :: report, text
+      integer :: bar, lines, i
+      logical :: good
+
+      allocate (analysis)
+      text = joined(dam)
+      if (len(old) > 0) text = changed(text, old, new)
+      bar = index(weights, '|')
+      if (bar > 0) text = changed(changed(text, ' 18, 20|', weights(:bar)), 'UNIT WEIGHT=9.81|', weights(bar + 1:))
+      call read_text(text, analysis, report, good)
+      lines = count([(report(i:i) == new_line('a'), i=1, len(report))])
+      good = good .and. index(report, sentence) > 0 .and. lines == merge(1, 0, len(sentence) > 0) + merge(1, 0, present(other))
+      if (present(other)) good = good .and. index(report, other) > 0
+      call tests%check('magnitude '//new//' '//weights//': '//sentence//'; found: '//report, good)
+    end subroutine told
+  end subroutine magnitudes
 
   !> Form, order and number of messages.
   subroutine messages(tests)

@@ -31,16 +31,18 @@ contains
       'wall friction', 'friction angle', 'reaction', 'displacement control', 'gravity loading', 'time', &
       'creep in time', 'yield', 'nlgeom', 'refinement', 'stiff', 'soft', 'failure', 'strain softening', 'slope', &
       'footing', 'friction', 'total stress', 'movie', 'gmsh', 'python', 'bishop', 'monte carlo', 'liquefaction', 'ocr', &
-      'rigid', 'c', 'speed', 'concrete', 'rain', 'strut', 'volume loss']
+      'rigid', 'c', 'speed', 'concrete', 'rain', 'volume loss', 'contraction', 'dxf', 'strut', 'prop', 'soil nail', &
+      'interface', 'dynamic', 'dynamics', 'tbm', 'lining', 'shoring', 'vibration']
     character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', '*RIGID BODY', '*CONTACT', &
-      '*DEACTIVATE', '*SAFETY', 'not there', 'not there', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
+      '*DEACTIVATE', '*SAFETY', '*PROP', 'not there', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
       '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', '*DRAIN STATE', '*HISTORY', '*MOHR COULOMB', &
       'LIMIT COMPLIANCE', '*PHASE', 'RUNOUT', '*UNIT WEIGHT', '*CONTRACTION', '*ELASTIC', '*UNDRAINED', &
       '*CONTACT', '*MOHR COULOMB', '*HISTORY', '*PRESCRIBE', '*INITIAL', 'equilibrium', &
       'no law', '*MOHR COULOMB', 'KINEMATICS', '*GRID', '*ELASTIC', '*ELASTIC', 'LIMIT COMPLIANCE', '*SOFTENING', &
       'POLYGON', '*RIGID BODY', '*CONTACT', 'FIELDS', '*FIELD', '*MESH', 'embedding', 'slices', 'Python', &
-      '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'flows', '*PROP', &
-      '*CONTRACTION']
+      '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'flows', &
+      '*CONTRACTION', '*CONTRACTION', 'drawings', '*PROP', '*PROP', '*PROP', '*CONTACT', 'no inertia', 'no inertia', &
+      '*CONTRACTION', 'stiff', '*PROP', 'no inertia']
     character(len=:), allocatable :: text
     logical :: found
     integer :: k

@@ -18,7 +18,8 @@ module qsmpm_umat
   use qsmpm_marked_room, only: room_size, first_places, put_marks
   use qsmpm_plugin, only: load_procedure, guarded_call
   use qsmpm_soil_model, only: soil_increment_type, soil_response_type
-  use qsmpm_text, only: upper, real_text, integer_text
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_text, only: upper, integer_text
   use qsmpm_umat_start, only: find_sdvini, initial_state
   use qsmpm_user_material, only: user_material_type, put_start, model_tangent_elastic, model_tangent_numerical
   implicit none
@@ -213,7 +214,7 @@ contains
     if (arguments%pnewdt < 1.0_wp) then
       response%status = status_cut
       response%share = max(0.0_wp, arguments%pnewdt)
-      response%message = 'the model asks for a shorter step, PNEWDT = '//real_text(arguments%pnewdt)
+      response%message = 'the model asks for a shorter step, PNEWDT = '//rounded_text(arguments%pnewdt)
       return
     end if
     associate (n => sizes(at_stress), first => arguments%first)

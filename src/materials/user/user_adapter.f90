@@ -12,7 +12,8 @@ module qsmpm_user_adapter
   use qsmpm_plugin, only: silence, model_abandoned, guard_words
   use qsmpm_rest_check, only: changes_at_rest, what_changes, rest_flows
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
-  use qsmpm_text, only: string_type, integer_text, real_text
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_text, only: string_type, integer_text
   use qsmpm_user_material, only: user_material_type
   implicit none
   private
@@ -204,8 +205,8 @@ contains
     character(len=:), allocatable :: text
 
     text = 'without stress (no initial stress is given)'
-    if (any(abs(stress) > 0.0_wp)) text = 'at the initial stress '//real_text(stress(1))//', '//real_text(stress(2))// &
-      ', '//real_text(stress(3))
+    if (any(abs(stress) > 0.0_wp)) text = 'at the initial stress '//rounded_text(stress(1))//', '// &
+      rounded_text(stress(2))//', '//rounded_text(stress(3))
   end function place_text
 
   !> Moduli of the isotropic material nearest to a tangent; zero where it is not positive.

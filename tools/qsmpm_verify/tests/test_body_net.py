@@ -49,6 +49,18 @@ class TestNet(unittest.TestCase):
         net = self.made(start, start, Outline((corners,)))
         self.assertAlmostEqual(area(net), 112.0, places=6)
 
+    def test_soil_that_slides_over_the_base_of_its_mesh_is_drawn_down_to_it_and_no_further(self) -> None:
+        start, corners = lattice(8, 4), np.array([[0, 0], [8, 0], [8, 4], [0, 4.0]])
+        place = start + np.array([0.0, 1.0]) * np.where(start[:, 1:] < 1, 0.45 * np.sin(start[:, :1] * np.pi / 4), 0.0)
+        sides = np.array([[0, 0], [12, 7.0]])
+        free, held = self.made(start, place, Outline((corners,))), self.made(start, place, Outline((corners,), sides=sides))
+        base = free.before[:, 1] < 1e-9
+        self.assertTrue(free.now[base, 1].max() > 0.3 and free.now[base, 1].min() < -0.1, "without it the rim goes with the points")
+        np.testing.assert_array_equal(held.now[base, 1], 0.0)
+        np.testing.assert_allclose(held.now[~base & (held.before[:, 0] > 0)], free.now[~base & (free.before[:, 0] > 0)], atol=1e-12)
+        up = self.made(start, start + [0.0, 1.2], Outline((corners,), sides=sides))
+        self.assertAlmostEqual(float(up.now[:, 1].min()), 1.2, places=9)
+
     def test_it_turns_with_the_body(self) -> None:
         start = lattice(5, 5)
         turn = np.array([[0.6, -0.8], [0.8, 0.6]])
