@@ -29,9 +29,12 @@ contains
 
   !> All interfaces of boxes and polygons. Of soil laws and models of the user no modulus is known, nor are outlines of
   !> other bodies.
-  pure subroutine find_interfaces(analysis, found)
+  pure subroutine find_interfaces(analysis, found, contacts)
     type(analysis_type), intent(in) :: analysis
     type(interface_type), allocatable, intent(out) :: found(:)
+    !> Whether bodies that are as stiff as each other, or of no known modulus, count too.
+    logical, intent(in), optional :: contacts
+    real(wp) :: least
     type(interface_type) :: between
     real(wp), allocatable :: young(:, :)
     integer :: a, b
@@ -42,13 +45,15 @@ contains
     do a = 1, merge(3, 2, analysis%model == three_dimensional)
       if (.not. allocated(analysis%mesh%axes(a)%lines)) return
     end do
+    least = least_ratio
+    if (present(contacts)) least = merge(0.0_wp, least_ratio, contacts)
     call moduli(analysis, young)
     do a = 1, size(analysis%bodies)
       do b = a + 1, size(analysis%bodies)
         between%bodies = [a, b]
-        between%ratio = maxval(max(young(a, :), young(b, :))/max(min(young(a, :), young(b, :)), tiny(1.0_wp)), &
-          mask=min(young(a, :), young(b, :)) > 0.0_wp)
-        if (between%ratio >= least_ratio) call meet(analysis, between, found)
+        between%ratio = max(0.0_wp, maxval(max(young(a, :), young(b, :))/max(min(young(a, :), young(b, :)), tiny(1.0_wp)), &
+          mask=min(young(a, :), young(b, :)) > 0.0_wp))
+        if (between%ratio >= least) call meet(analysis, between, found)
       end do
     end do
   end subroutine find_interfaces
