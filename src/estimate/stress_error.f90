@@ -3,7 +3,7 @@
 !>   scatter    e_p = |sigma_p - sigma*(x_p)| / s(x_p)
 !>   mean       sum V s**2 e**(3/2) / sum V s**2 e**(1/2)
 !>   mismatch   t_i = |sigma*(x_i) n_i - t| / max(|t|, s(x_i)), its mean that of the surface where it is largest
-!>   jump       half of that of sigma* m across an interface of materials (qsmpm_traction_jump), where it exceeds the scatter
+!>   jump       half of that of sigma* m across an interface of materials (qsmpm_traction_jump), where above the scatter
 !>   reactions  |sum a_i sigma*(x_i) n_i - R| / max(|R|, sum a_i s(x_i)), of the held surface where it is largest
 !>
 !> sigma* is the smooth stress of qsmpm_smooth_stress and s the stress of the neighbourhood, nowhere less than a

@@ -2,8 +2,8 @@
 !>
 !>   j_n = |(sigma_a(x) - sigma_b(x)) m|,   m along C^-1 (x_a - x_b) in the patch of node n
 !>
-!> with the centres x_a, x_b of its points of the two and their covariance C about them (Fisher's discriminant, 1936), or
-!> m along the axis that parts the two by more.
+!> with the centres x_a, x_b of its points of the two and their covariance C about them (Fisher's discriminant,
+!> 1936), or m along the axis that parts the two by more.
 !> Of the stress only what acts along the interface may jump there; the rest is what the fields of two materials get
 !> wrong between them, and smooth fields of each by itself do not show it. x lies half way between the points of the
 !> two next to each other, and only materials that a plane parts count: at a corner there is no one normal.

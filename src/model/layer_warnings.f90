@@ -58,9 +58,9 @@ contains
     if (off <= most_off) return
     associate (bodies => analysis%bodies(between%bodies))
       text = "warning: bodies '"//bodies(1)%name//"' and '"//bodies(2)%name//"' meet within cells, the one "// &
-        rounded_text(between%ratio)//' times as stiff as the other: stresses in the cells that hold both are off by '// &
-        integer_text(nint(100.0_wp*off))//' % and more; let lines of the grid, or sides of a mesh, follow their interface'// &
-        new_line('a')
+        rounded_text(between%ratio)//' times as stiff as the other: stresses in the cells that hold both are '// &
+        'off by '//integer_text(nint(100.0_wp*off))//' % and more; let lines of the grid, or sides of a mesh, '// &
+        'follow their interface'//new_line('a')
     end associate
   end function cut_text
 
@@ -75,9 +75,9 @@ contains
     call measure(analysis, analysis%bodies(b), thick, cell)
     if (.not. thick < (1.0_wp - 1.0e-6_wp)*fewest_cells*cell) return
     text = "warning: body '"//analysis%bodies(b)%name//"' is weaker than what it touches and "// &
-      rounded_text(thick/cell)//' cells thick: failure along it is held up by the cells beside it, and limit loads and '// &
-      'factors of safety come out too high (by 24, 10 and 4 % along a weak seam of one, two and three cells); cells of '// &
-      rounded_text(thick/fewest_cells)//' or smaller across it are needed'//new_line('a')
+      rounded_text(thick/cell)//' cells thick: failure along it is held up by the cells beside it, and limit loads '// &
+      'and factors of safety come out too high (by 24, 10 and 4 % along a weak seam of one, two and three cells); '// &
+      'cells of '//rounded_text(thick/fewest_cells)//' or smaller across it are needed'//new_line('a')
   end function thin_text
 
   !> Whether a body is weaker than another as drawn or in a phase.
