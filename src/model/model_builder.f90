@@ -33,7 +33,7 @@ module qsmpm_model_builder
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_water_check, only: check_water_levels
   use qsmpm_material_law, only: make_material_law
-  use qsmpm_layer_warnings, only: layer_notes
+  use qsmpm_layer_warnings, only: bending_notes, layer_notes
   use qsmpm_lowered_laws, only: check_lowering
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
@@ -105,6 +105,7 @@ contains
       call fail(error, diagnostics%code, diagnostics%text)
       return
     end if
+    model%notes = model%notes//bending_notes(model)
     call carry_outlines(model, table)
     call finish(model)
     call part_bodies(model)

@@ -52,7 +52,7 @@ contains
       do b = a + 1, size(analysis%bodies)
         between%bodies = [a, b]
         between%ratio = max(0.0_wp, maxval(max(young(a, :), young(b, :))/max(min(young(a, :), young(b, :)), &
-          tiny(1.0_wp)),           mask=min(young(a, :), young(b, :)) > 0.0_wp))
+          tiny(1.0_wp)), mask=min(young(a, :), young(b, :)) > 0.0_wp))
         if (between%ratio >= least) call meet(analysis, between, found)
       end do
     end do
