@@ -3,6 +3,7 @@
 !>   scatter    e_p = |sigma_p - sigma*(x_p)| / s(x_p)
 !>   mean       sum V s**2 e**(3/2) / sum V s**2 e**(1/2)
 !>   mismatch   t_i = |sigma*(x_i) n_i - t| / max(|t|, s(x_i)), its mean that of the surface where it is largest
+!>   jump       half of that of sigma* m across an interface of materials (qsmpm_traction_jump), where above the scatter
 !>   reactions  |sum a_i sigma*(x_i) n_i - R| / max(|R|, sum a_i s(x_i)), of the held surface where it is largest
 !>
 !> sigma* is the smooth stress of qsmpm_smooth_stress and s the stress of the neighbourhood, nowhere less than a
@@ -19,7 +20,7 @@ module qsmpm_stress_error
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
   use qsmpm_analysis, only: carrier_surface, support_none
-  use qsmpm_element, only: element_order
+  use qsmpm_element, only: element_order, corner_count, linear_kind, max_nodes, shape_functions
   use qsmpm_exchange, only: spread_from
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
@@ -30,6 +31,7 @@ module qsmpm_stress_error
     stress_norm
   use qsmpm_points, only: carried_type, place_of
   use qsmpm_team, only: team_type, largest, total
+  use qsmpm_traction_jump, only: across, add_traction_jump
   implicit none
   private
 
@@ -40,6 +42,9 @@ module qsmpm_stress_error
   real(wp), parameter :: least_area = 1.0e-3_wp
   !> Stress of a neighbourhood below this share of the largest one: errors there are shares of that.
   real(wp), parameter :: least_level = 1.0e-2_wp
+
+  !> Part of the jump of the traction across an interface that either side has.
+  real(wp), parameter :: part = 0.5_wp
 
   !> The error of a state.
   type :: stress_error_type
@@ -72,7 +77,7 @@ contains
   subroutine estimate_stress_error(model, estimate)
     type(model_type), intent(in) :: model
     type(stress_error_type), intent(out) :: estimate
-    type(smooth_stress_type) :: smooth
+    type(smooth_stress_type), allocatable :: fields(:)
     type(patches_type) :: patches
     type(resultants_type) :: held
     integer, allocatable :: neighbour(:)
@@ -92,13 +97,15 @@ contains
       surfaces = nint(largest(team, real(surfaces, wp)))
       allocate (covered(surfaces), mismatch(surfaces), held%level(surfaces), source=0.0_wp)
       allocate (held%stress(model%mesh%dimension, surfaces), held%given(model%mesh%dimension, surfaces), source=0.0_wp)
-      do m = 1, maxval(points%material)
+      allocate (fields(maxval(points%material)))
+      do m = 1, size(fields)
         if (.not. any(points%material == m)) cycle
-        call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, m, degree_of(model), smooth)
-        call compare_points(model, smooth, estimate)
-        call compare_surfaces(model, smooth, neighbour, least, estimate, mismatch, covered)
-        call add_resultants(model, smooth, neighbour, held)
+        call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, m, degree_of(model), fields(m))
+        call compare_points(model, fields(m), estimate)
+        call compare_surfaces(model, fields(m), neighbour, least, estimate, mismatch, covered)
+        call add_resultants(model, fields(m), neighbour, held)
       end do
+      call compare_materials(model, patches, fields, estimate)
       call sum_up(model, estimate)
       call share_worst(team, model%state%surface, estimate%worst_surface_point, estimate%surface_largest, &
         estimate%surface_place, none)
@@ -228,6 +235,36 @@ contains
       end do
     end associate
   end subroutine compare_points
+
+  !> Give the points at interfaces of materials their part of the jump of the traction.
+  pure subroutine compare_materials(model, patches, fields, estimate)
+    type(model_type), intent(in) :: model
+    type(patches_type), intent(in) :: patches
+    !> Smooth stresses (materials).
+    type(smooth_stress_type), intent(in) :: fields(:)
+    type(stress_error_type), intent(inout) :: estimate
+    real(wp) :: jump(model%mesh%node_count), shape(max_nodes)
+    integer :: a, b, p, n
+
+    jump = 0.0_wp
+    do a = 1, size(fields)
+      do b = a + 1, size(fields)
+        if (min(fields(a)%material, fields(b)%material) > 0) &
+          call add_traction_jump(patches, model%state%points, fields(a), fields(b), jump)
+      end do
+    end do
+    if (.not. any(jump > 0.0_wp)) return
+    associate (points => model%state%points, mesh => model%mesh)
+      do p = 1, points%count
+        associate (c => points%cell(p))
+          n = corner_count(mesh%cell_kind(c))
+          call shape_functions(linear_kind(mesh%cell_kind(c)), points%local(:, p), shape(:n))
+          estimate%at_point(p) = max(estimate%at_point(p), part*dot_product(shape(:n), &
+            jump(mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + n - 1))))
+        end associate
+      end do
+    end associate
+  end subroutine compare_materials
 
   !> Material point next to each surface point of a loaded or held surface, 0 for those of others.
   subroutine find_neighbours(model, neighbour)
@@ -365,21 +402,4 @@ contains
       end do
     end associate
   end subroutine add_resultants
-
-  !> Stress vector on a plane.
-  pure function across(stress, normal) result(vector)
-    !> Components.
-    real(wp), intent(in) :: stress(:)
-    !> Unit normal, or area vector for the force (dimension).
-    real(wp), intent(in) :: normal(:)
-    real(wp) :: vector(size(normal))
-
-    if (size(normal) == 2) then
-      vector = [stress(1)*normal(1) + stress(4)*normal(2), stress(4)*normal(1) + stress(2)*normal(2)]
-    else
-      vector = [stress(1)*normal(1) + stress(4)*normal(2) + stress(5)*normal(3), &
-        stress(4)*normal(1) + stress(2)*normal(2) + stress(6)*normal(3), &
-        stress(5)*normal(1) + stress(6)*normal(2) + stress(3)*normal(3)]
-    end if
-  end function across
 end module qsmpm_stress_error

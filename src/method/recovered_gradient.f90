@@ -3,7 +3,8 @@
 !>
 !> The gradient of an element jumps across faces. A material point that crosses cells picks up the
 !> jumps, each of the order of the element, but as many of them as there are cells on its way: what it
-!> has collected is one order lower. The recovered gradient is continuous. Points of full cells of
+!> has collected is one order lower. The recovered gradient is continuous in a material; across an interface of
+!> two it jumps, and so each has means of its own, over the cells that hold points of it. Points of full cells of
 !> quadratic elements follow it but for a share of their own; linear elements gain in stress and lose in
 !> displacement, and keep their own. docs/methods/cell_integration.md.
 module qsmpm_recovered_gradient
@@ -40,17 +41,47 @@ contains
     !> Material points in groups; their `given` gradients are set.
     type(integration_type), intent(inout) :: at_points
     real(wp) :: nodal(mesh%dimension, mesh%dimension, mesh%node_count)
-    integer :: g, q, a, j, n, first, place
-    logical :: recovered
+    integer :: m
 
     if (allocated(at_points%given)) deallocate (at_points%given)
     allocate (at_points%given(mesh%dimension, mesh%dimension, at_points%point_count), source=0.0_wp)
-    call nodal_gradients(mesh, activation, volumes, displacement, nodal)
+    do m = 1, size(laws)
+      if (.not. any(at_points%material == m)) cycle
+      call nodal_gradients(mesh, activation, volumes, cells_of(at_points, m), displacement, nodal)
+      call give_gradients(mesh, activation, m, .not. laws(m)%pressure_factor > 0.0_wp, displacement, nodal, at_points)
+    end do
+  end subroutine recover_gradients
+
+  !> Which groups hold points of a material.
+  pure function cells_of(at_points, material) result(hold)
+    type(integration_type), intent(in) :: at_points
+    integer, intent(in) :: material
+    logical :: hold(at_points%group_count)
+    integer :: g
+
+    do g = 1, at_points%group_count
+      hold(g) = any(at_points%material(at_points%first(g):at_points%first(g + 1) - 1) == material)
+    end do
+  end function cells_of
+
+  !> Gradients of the points of a material.
+  pure subroutine give_gradients(mesh, activation, material, follows, displacement, nodal, at_points)
+    type(mesh_type), intent(in) :: mesh
+    type(activation_type), intent(in) :: activation
+    integer, intent(in) :: material
+    !> Whether points of full cells of it follow the recovered gradient.
+    logical, intent(in) :: follows
+    !> Displacement of the step (dimension, node_count), and its means (dimension, dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :), nodal(:, :, :)
+    type(integration_type), intent(inout) :: at_points
+    integer :: g, q, a, j, n, first, place
+    logical :: recovered
+
     do g = 1, at_points%group_count
       first = at_points%node_first(g) - 1
       do q = at_points%first(g), at_points%first(g + 1) - 1
-        recovered = activation%full(g) .and. element_order(mesh%cell_kind(at_points%cell(g))) > 1 &
-          .and. .not. laws(at_points%material(q))%pressure_factor > 0.0_wp
+        if (at_points%material(q) /= material) cycle
+        recovered = follows .and. activation%full(g) .and. element_order(mesh%cell_kind(at_points%cell(g))) > 1
         place = place_of(at_points, g, q)
         n = at_points%node_first(g + 1) - 1 - first
         do a = 1, n
@@ -64,14 +95,16 @@ contains
         end do
       end do
     end do
-  end subroutine recover_gradients
+  end subroutine give_gradients
 
-  !> Means of the cells' gradients at the nodes.
-  pure subroutine nodal_gradients(mesh, activation, volumes, displacement, nodal)
+  !> Means of the cells' gradients at the nodes, over the cells that count.
+  pure subroutine nodal_gradients(mesh, activation, volumes, counts, displacement, nodal)
     type(mesh_type), intent(in) :: mesh
     type(activation_type), intent(in) :: activation
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: volumes(:)
+    !> Active cells that count (active_count).
+    logical, intent(in) :: counts(:)
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> Gradients (dimension, dimension, node_count).
@@ -84,6 +117,7 @@ contains
     nodal = 0.0_wp
     weight = 0.0_wp
     do g = 1, activation%active_count
+      if (.not. counts(g)) cycle
       c = activation%active_cell(g)
       first = mesh%cell_first(c) - 1
       n = mesh%cell_first(c + 1) - first - 1

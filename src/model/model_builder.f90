@@ -34,6 +34,7 @@ module qsmpm_model_builder
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_water_check, only: check_water_levels
   use qsmpm_material_law, only: make_material_law
+  use qsmpm_layer_warnings, only: bending_notes, layer_notes
   use qsmpm_lowered_laws, only: check_lowering
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
@@ -106,6 +107,7 @@ contains
       call fail(error, diagnostics%code, diagnostics%text)
       return
     end if
+    model%notes = model%notes//bending_notes(model)
     call carry_outlines(model, table)
     call finish(model)
     call part_bodies(model)
@@ -151,6 +153,7 @@ contains
       if (method%stabilisation_factor < 0.0_wp) &
         method%stabilisation_factor = usual_factor(method)
     end associate
+    model%notes = model%notes//layer_notes(model%analysis)
     call set_drainage(model%analysis)
     if (.not. allocated(model%analysis%node_sets)) allocate (model%analysis%node_sets(0))
     if (.not. allocated(model%analysis%element_sets)) allocate (model%analysis%element_sets(0))

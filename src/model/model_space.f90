@@ -5,6 +5,7 @@ module qsmpm_model_space
     quantity_reaction, set_type, select_plane, select_box
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_layer_interfaces, only: interface_type, find_interfaces
   use qsmpm_mesh_sets, only: find_set, set_tolerance
   use qsmpm_model, only: model_type
   use qsmpm_space_builder, only: element_space, spline_space, reduced_knots_type
@@ -97,7 +98,8 @@ contains
     box%whole = size(set%labels) == product(box%high - box%low + 1)
   end subroutine box_of_set
 
-  !> Reduced knots of the whole grid: where a constrained set begins or ends.
+  !> Reduced knots of the whole grid: where a constrained set begins or ends, and where layers of different
+  !> stiffness meet.
   pure subroutine find_reduced_knots(model, boxes, constrained, reduced_knots)
     type(model_type), intent(in) :: model
     !> Where the sets lie, and which of them carry constraints (node sets).
@@ -105,14 +107,17 @@ contains
     logical, intent(in) :: constrained(:)
     !> Along each axis.
     type(reduced_knots_type), intent(out) :: reduced_knots(3)
+    type(interface_type), allocatable :: interfaces(:)
     integer :: a, s
 
+    call find_interfaces(model%analysis, interfaces)
     do a = 1, model%mesh%dimension
       allocate (reduced_knots(a)%at(size(model%analysis%mesh%axes(a)%lines)))
       reduced_knots(a)%at = .false.
       do s = 1, size(boxes)
         if (constrained(s) .and. boxes(s)%whole) reduced_knots(a)%at([boxes(s)%low(a), boxes(s)%high(a)]) = .true.
       end do
+      reduced_knots(a)%at(pack(interfaces%line, interfaces%axis == a)) = .true.
     end do
   end subroutine find_reduced_knots
 

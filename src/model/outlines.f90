@@ -1,8 +1,9 @@
-!> Bodies whose outline is carried with the material: those that the grid cuts. Where cells are integrated it serves for
-!> that in bodies whose materials cannot yield: a body that flows folds and parts, which an outline does not follow, and
-!> the states that integration points take from the nearest material point cost a softening slope more than its outline
-!> gains. Elsewhere the outline only tells how far the integration is off (qsmpm_cut_cell_check); bodies that touch such
-!> a one have theirs there too.
+!> Bodies whose outline is carried with the material: those that the grid cuts, and plane ones of quadratic elements
+!> that it comes to cut: by points alone the bore of a thick tube that grows by 0.29 of its radius is 14 % too small.
+!> Where cells are integrated it serves for that in bodies whose materials cannot yield: a body that flows folds and
+!> parts, which an outline does not follow, and the states that integration points take from the nearest material point
+!> cost a softening slope more than its outline gains. Elsewhere the outline only tells how far the integration is off
+!> (qsmpm_cut_cell_check); bodies that touch such a one have theirs there too.
 !>
 !> The vertices of an outline are tracers. At the start of every step one that serves says which part of each cell its
 !> body holds, and the loads on it are laid on it anew (qsmpm_outline_surfaces), so that a uniform stress stays
@@ -20,6 +21,7 @@ module qsmpm_outlines
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_body_quadrature, only: body_quadrature_type, sort_seeds
   use qsmpm_carried_outline, only: carried_outline_type, divide_polygon, divide_facets, part_sizes, shape_of_outline
+  use qsmpm_element, only: element_order
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: locate
   use qsmpm_mesh_sets, only: set_tolerance
@@ -63,14 +65,16 @@ contains
     type(seed_table_type), intent(in) :: table
     real(wp) :: volumes(model%mesh%cell_count)
     integer :: b, before
-    logical :: added
+    logical :: added, carried
 
     allocate (model%outlines(0))
     if (model%analysis%method%basis == basis_fem) return
     call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
     do b = 1, size(model%shapes)
-      if (any(table%volume(:, b) > cut*volumes .and. table%volume(:, b) < (1.0_wp - cut)*volumes)) &
-        call carry_outline(model, b, longest(model%mesh%dimension)*model%cell_size)
+      carried = any(table%volume(:, b) > cut*volumes .and. table%volume(:, b) < (1.0_wp - cut)*volumes)
+      if (.not. carried .and. model%mesh%dimension == 2 .and. any(element_order(model%mesh%cell_kind) > 1)) &
+        carried = integrates_inside(model, b)
+      if (carried) call carry_outline(model, b, longest(model%mesh%dimension)*model%cell_size)
     end do
     ! Where one of two bodies that touch has an outline and the other none, what lies between them would count as if
     ! nothing was beyond it.

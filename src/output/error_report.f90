@@ -6,6 +6,7 @@ module qsmpm_error_report
   use qsmpm_analysis, only: basis_standard, basis_fem, basis_gimp, integrate_points
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text, short_text
+  use qsmpm_layer_interfaces, only: interface_type, find_interfaces
   use qsmpm_recommended_method, only: stiff_body
   use qsmpm_stress_error, only: stress_error_type
   implicit none
@@ -77,7 +78,9 @@ contains
   pure function advice(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
+    type(interface_type), allocatable :: interfaces(:)
 
+    call find_interfaces(model%analysis, interfaces)
     associate (method => model%analysis%method)
       if (method%basis == basis_fem) then
         text = 'refine the mesh'
@@ -85,6 +88,8 @@ contains
         text = 'beside a body as stiff as one of these stresses jump; take smaller cells'
         if (method%basis /= basis_standard .or. method%integration == integrate_points) text = text// &
           ', and *METHOD, BASIS=STANDARD, INTEGRATION=CELL where it ends on lines of the grid'
+      else if (any(interfaces%axis == 0)) then
+        text = 'let lines of the grid, or sides of a mesh, follow the interfaces of bodies of different stiffness'
       else if (method%basis == basis_standard .and. method%integration == integrate_points) then
         text = 'points that cross cells do this to functions of one cell; take *METHOD, BASIS=SPLINE2G, '// &
           'INTEGRATION=CELL on a grid, or INTEGRATION=CELL'

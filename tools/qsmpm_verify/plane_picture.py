@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from dataclasses import field as field_of
+from textwrap import wrap
 from typing import Any, cast
 
 import matplotlib
@@ -26,7 +27,7 @@ WIDTH = 9.6
 DOTS = 125
 # Length of the largest bar of pressure, over the size of the view.
 BAR = 0.1
-SOLID, PRESSED, WATER = "0.82", "#c2314f", "#1f6fd0"
+SOLID, PRESSED, WATER = "0.82", "#d76f84", "#1f6fd0"
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,7 @@ def draw_around(axes: plt.Axes, around: Surroundings, frame: Frame) -> None:
     if frame.pressure > 0:
         told = f"contact pressure, largest {frame.pressure:.3g} {frame.stress}".strip()
         axes.add_collection(PolyCollection(list(around.bars(BAR * size / frame.pressure)), facecolors=PRESSED,
-                                           linewidths=0, alpha=0.75, zorder=5, label=told))
+                                           edgecolors=PRESSED, linewidths=0.4, zorder=5, label=told))
     for number, line in enumerate(around.water):
         axes.plot(*line[:, :2].T, color=WATER, lw=1.4, zorder=6, label="" if number else "water level")
         x = frame.low[0] + 0.06 * (frame.high[0] - frame.low[0])
@@ -151,7 +152,12 @@ def draw_mesh(axes: plt.Axes, mesh: Mesh) -> None:
 def bar(figure: plt.Figure, axes: plt.Axes | list[plt.Axes], frame: Frame, **place: Any) -> None:
     """The colours with their values, or the names of their classes."""
     colours, norm = _colours(frame)
-    shown = figure.colorbar(plt.cm.ScalarMappable(norm, colours), ax=axes, label=frame.title, **place)
+    shown = figure.colorbar(plt.cm.ScalarMappable(norm, colours), ax=axes, **place)
+    # A letter of 9 points is about 0.075 inches wide; what is longer than the bar is broken between words.
+    figure.draw_without_rendering()
+    most = int(shown.ax.get_window_extent().height / figure.dpi / 0.075)
+    shown.set_label("\n".join(wrap(frame.title, max(most, 8), break_long_words=False)), fontsize=9)
+    shown.ax.tick_params(labelsize=8)
     classes = frame.classes()
     if classes:
         names = {**CLASSES[frame.field], **frame.names}

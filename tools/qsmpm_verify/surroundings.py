@@ -42,14 +42,53 @@ class Surroundings:
         return float(self.contacts["pressure"].max(initial=0.0)) if self.contacts else 0.0
 
     def bars(self, scale: float) -> Array:
-        """Bars of the pressure along the surface, (n, 4 corners, 2): from the soil into the body, `scale` long a unit."""
+        """Bars of the pressure along the surface, (n, 4 corners, 2): from the soil into the body, `scale` long a unit.
+
+        They stand on the mean normal of as much of the surface to either side as the longest is high, less towards its
+        ends: round a corner they neither cross nor part.
+        """
         if not self.contacts:
             return np.zeros((0, 4, 2))
-        pressed = self.contacts["pressure"] > 0
-        place, out = self.contacts["position"][pressed, :2], self.contacts["normal"][pressed, :2]
-        half = 0.5 * self.contacts["extent"][pressed, None] * np.stack([-out[:, 1], out[:, 0]], axis=1)
-        top = scale * self.contacts["pressure"][pressed, None] * out
-        return np.stack([place - half, place + half, place + half + top, place - half + top], axis=1)
+        rows = np.flatnonzero(self.contacts["pressure"] > 0)
+        owner = self.contacts.get("body", np.zeros(len(self.contacts["pressure"])))[rows]
+        bars = np.zeros((len(rows), 4, 2))
+        for body in np.unique(owner):
+            mine = np.flatnonzero(owner == body)
+            mine = mine[chain(self.contacts["position"][rows[mine], :2])]
+            bars[mine] = self._bars_of(rows[mine], scale)
+        return bars
+
+    def _bars_of(self, rows: Array, scale: float) -> Array:
+        """Those of one body, in their order along the surface."""
+        place, out, extent = self.contacts["position"][rows, :2], self.contacts["normal"][rows, :2], self.contacts["extent"][rows]
+        height = scale * self.contacts["pressure"][rows]
+        last = np.cumsum(extent)
+        middle = last - 0.5 * extent
+        half = 0.5 * extent[:, None] * np.stack([-out[:, 1], out[:, 0]], axis=1)
+        way = np.gradient(place, axis=0) if len(rows) > 1 else half
+        forth = np.where(np.sum(way * half, axis=1) < 0, -0.5, 0.5) * extent
+        feet, tops = [], []
+        for sign in (-1, 1):
+            along = middle + sign * forth
+            reach = np.minimum(height.max(), np.minimum(along, last[-1] - along)) + 0.51 * extent.max()
+            mean = (np.abs(along[:, None] - middle) <= reach[:, None]) @ (out * extent[:, None])
+            feet.append(place + sign * half)
+            tops.append(feet[-1] + height[:, None] * mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300))
+        return np.stack([feet[0], feet[1], tops[1], tops[0]], axis=1)
+
+
+def chain(places: Array) -> Array:
+    """Order of places along the line they are on, from the end with the smaller x + y: the nearest one left comes next."""
+    first = int(np.argmax(np.linalg.norm(places - places.mean(axis=0), axis=1)))
+    other = int(np.argmax(np.linalg.norm(places - places[first], axis=1)))
+    order = [first if places[first].sum() <= places[other].sum() else other]
+    left = np.ones(len(places), dtype=bool)
+    left[order[0]] = False
+    while left.any():
+        rest = np.flatnonzero(left)
+        order.append(int(rest[np.argmin(np.linalg.norm(places[rest] - places[order[-1]], axis=1))]))
+        left[order[-1]] = False
+    return np.array(order)
 
 
 NOTHING = Surroundings()

@@ -49,6 +49,9 @@ contains
     call check_far_field(tests, -1.0_wp)
     call check_far_field(tests, -0.02_wp)
     call check_surface(tests)
+    call check_jump(tests, 'QUAD4', 'STANDARD')
+    call check_jump(tests, 'TRI6', 'STANDARD')
+    call check_jump(tests, 'HEX8', 'STANDARD')
     call check_words(tests)
     call check_reaction(tests)
     call check_few_points(tests)
@@ -121,7 +124,7 @@ contains
     type(stress_error_type) :: estimate
 
     allocate (model)
-    call build(element, basis, '0, 0.93, 0, 0.81', model)
+    call build(element, basis, '0, 0.93, 0, 0.5', model)
     call tests%check(element//' '//basis//' is built, of two materials', maxval(model%state%points%material) == 2)
     if (model%state%points%count == 0) return
     call make_linear(model)
@@ -210,7 +213,7 @@ contains
     integer :: p, column, row, inner
 
     allocate (model)
-    call build('QUAD4', 'STANDARD', '0, 1, 0, 0.75', model)
+    call build('QUAD4', 'STANDARD', '0, 1, 0, 0.5', model)
     inner = 0
     associate (points => model%state%points)
       points%stress = 0.0_wp
@@ -294,6 +297,34 @@ contains
     call estimate_stress_error(model, estimate)
     call tests%close('a stress that carries both', estimate%reaction, 0.0_wp, rounding)
   end subroutine check_reaction
+
+  !> Where two materials meet the traction is one: half of what it jumps by is stated beside their interface and nothing
+  !> two cells from it; what acts along the interface may jump.
+  subroutine check_jump(tests, element, basis)
+    !> Gains the checks.
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: element, basis
+    real(wp), parameter :: jump = 0.4_wp
+    class(model_type), allocatable :: model
+    type(stress_error_type) :: estimate
+    real(wp) :: beside
+
+    allocate (model)
+    call build(element, basis, '0, 0.93, 0, 0.81', model)
+    associate (points => model%state%points)
+      points%stress = 0.0_wp
+      points%stress(1, :) = merge(-1.0_wp, -0.3_wp, points%material == 1)
+      points%stress(2, :) = -1.0_wp
+      call estimate_stress_error(model, estimate)
+      call tests%close(element//': stress along an interface may jump', estimate%largest, 0.0_wp, 2.0e-2_wp)
+      points%stress(2, :) = merge(-1.0_wp, -1.0_wp - jump, points%material == 1)
+      call estimate_stress_error(model, estimate)
+      beside = maxval(estimate%at_point*estimate%scale, mask=abs(points%position(2, :) - 0.81_wp) < 0.05_wp)
+      call tests%close(element//': half of the jump of a traction is stated', beside, 0.5_wp*jump, 2.0e-2_wp*jump)
+      call tests%close(element//': and nothing two cells away', maxval(estimate%at_point, &
+        mask=abs(points%position(2, :) - 0.81_wp) > 0.375_wp), 0.0_wp, rounding)
+    end associate
+  end subroutine check_jump
 
   !> A uniform stress that does not carry the load has no scatter and is found at the loaded surface.
   subroutine check_surface(tests)

@@ -262,3 +262,32 @@ wall [-]; result [-]
         low, high = high, 1.5 * high
     slope = root(lambda k: soil.wall(k, far)[1] - pressure, 0.5 * low, high, tolerance=1e-14 * high)
     return soil.wall(slope, far)[0]
+
+
+def tube_growth_hencky(pressure: float, young: float, poisson: float, outer: float) -> float:
+    """Growth of the bore of an elastic tube under a pressure inside, over its first radius, the rim free, ends held.
+
+    Formula: d(tau_r/r')/dR = (tau_t R/r - tau_r/r')/R, tau = 2 G ln(stretch) + lambda ln(r r'/R), tau_r(outer) = 0
+    Units: pressure, young [stress], outer = first radius of the rim over that of the bore [-]; result [-]
+    Range: outer > 1; below the largest pressure that the tube carries
+    Assumes: Hencky's law in Kirchhoff stress as KINEMATICS=LOGARITHMIC, strains of any size everywhere
+    Source: own derivation
+    Check: Lame for a small pressure
+    """
+    positive(pressure=pressure)
+    between("outer", outer, low=1.0)
+    soil = _Hencky(young, poisson, 1e6 * young, 30.0)
+    free = (soil.plane - soil.shear) / (soil.plane + soil.shear)
+
+    def bore(rim: float) -> tuple[float, float]:
+        """Growth and pressure for the growth of the rim."""
+        start = [outer * rim, math.expm1(-free * math.log1p(rim))]
+        growth, stretch = end_of_path(soil.rate, outer, 1.0, start)
+        radial = soil.stress(math.log1p(stretch), math.log1p(growth))[0]
+        return growth, -radial / ((1 + growth) * (1 + stretch))
+
+    low = high = pressure * (1 + poisson) / young / outer**2
+    while bore(high)[1] < pressure:
+        low, high = high, 1.2 * high
+    rim = root(lambda r: bore(r)[1] - pressure, 0.1 * low, high, tolerance=1e-14 * high)
+    return bore(rim)[0]

@@ -1,11 +1,46 @@
-"""Earth pressure of sand on rough walls."""
+"""Earth pressure on smooth and rough walls."""
 
 from __future__ import annotations
 
 import math
 
-from qsmpm_verify.reference.arguments import between, within
+from qsmpm_verify.reference.arguments import between, friction_angle, not_negative, within
 from qsmpm_verify.reference.characteristics import SECTORS, Z, extrapolated, far_field
+
+
+def _rankine(friction: float, sign: int) -> float:
+    """Coefficient of the passive (1) or active (-1) pressure."""
+    return math.tan(math.pi / 4 + sign * friction_angle("friction", friction) / 2) ** 2
+
+
+def rankine_passive(depth: float, unit_weight: float, cohesion: float, friction: float, surcharge: float = 0.0) -> float:
+    """Passive pressure on a smooth upright wall.
+
+    Formula: K (gamma z + q) + 2 c sqrt(K), K = tan(45 + phi/2)^2
+    Units: depth [length], unit_weight [force/volume], cohesion, surcharge [stress], friction [degree]; result [stress]
+    Range: depth >= 0, 0 <= phi < 90
+    Assumes: plane strain, level ground, the wall smooth
+    Source: Rankine 1857
+    Check: rankine_active of the vertical stress that it gives is the horizontal one
+    """
+    not_negative(depth=depth, unit_weight=unit_weight, cohesion=cohesion, surcharge=surcharge)
+    ratio = _rankine(friction, 1)
+    return ratio * (unit_weight * depth + surcharge) + 2 * cohesion * math.sqrt(ratio)
+
+
+def rankine_active(depth: float, unit_weight: float, cohesion: float, friction: float, surcharge: float = 0.0) -> float:
+    """Active pressure on a smooth upright wall; 0 where the soil stands by itself.
+
+    Formula: max(0, K (gamma z + q) - 2 c sqrt(K)), K = tan(45 - phi/2)^2
+    Units: depth [length], unit_weight [force/volume], cohesion, surcharge [stress], friction [degree]; result [stress]
+    Range: depth >= 0, 0 <= phi < 90
+    Assumes: plane strain, level ground, the wall smooth, no tension between wall and soil
+    Source: Rankine 1857
+    Check: rankine_passive of what it gives is the vertical stress
+    """
+    not_negative(depth=depth, unit_weight=unit_weight, cohesion=cohesion, surcharge=surcharge)
+    ratio = _rankine(friction, -1)
+    return max(0.0, ratio * (unit_weight * depth + surcharge) - 2 * cohesion * math.sqrt(ratio))
 
 
 def passive_wall(friction: float, wall: float) -> float:

@@ -153,6 +153,14 @@ class Hencky(unittest.TestCase):
         own = ref.cavity_growth_hencky(pressure, young, nu, 10.0, 30.0, far)
         self.assertAlmostEqual(own / (slope * (1 - 1 / far**2)), 1, 5)
 
+    def test_a_tube_under_a_small_pressure_is_lame(self):
+        # (1 + nu) p/E/(b^2 - 1) ((1 - 2 nu) + b^2), b = 2
+        self.assertAlmostEqual(ref.tube_growth_hencky(1e-3, 1e3, 0.3, 2.0) / (1.3e-6 / 3 * 4.4), 1, 5)
+
+    def test_a_tube_that_grows_by_a_fifth_is_softer(self):
+        # the same equations as a boundary value problem by collocation (scipy.integrate.solve_bvp)
+        self.assertAlmostEqual(ref.tube_growth_hencky(80.0, 1e3, 0.3, 2.0), 0.2080252, 6)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -3,7 +3,7 @@
 import math
 import unittest
 
-from qsmpm_verify.reference.earth_pressure import passive_wall
+from qsmpm_verify.reference.earth_pressure import passive_wall, rankine_active, rankine_passive
 
 State = tuple[float, float]
 

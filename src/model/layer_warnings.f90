@@ -1,0 +1,222 @@
+!> What is to be said of layers before a run: interfaces that lines of the grid do not follow, and bodies that are thin
+!> for their cells: weak ones, and stiff ones that bend. Figures: docs/methods/bodies.md, "Layers".
+module qsmpm_layer_warnings
+  use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: body_materials
+  use qsmpm_analysis, only: analysis_type, basis_fem, body_type, body_box, body_polygon, mesh_grid, three_dimensional
+  use qsmpm_law_parameters, only: law_description_type
+  use qsmpm_layer_interfaces, only: interface_type, find_interfaces
+  use qsmpm_material_traits, only: may_yield, traits_of
+  use qsmpm_model, only: model_type
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_team, only: total
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: layer_notes, bending_notes
+
+  !> Stress that is off by this share of it in cut cells is told: the limit of the scatter of a run.
+  real(wp), parameter :: most_off = 0.13_wp
+  !> Cells that a weak body needs across it, and the share of its neighbour's strength below which it is weak.
+  real(wp), parameter :: fewest_cells = 3.0_wp, weak = 0.8_wp
+  !> A body this much stiffer than all it touches bends by itself. Material points whose standard deviation is below
+  !> this share of its thickness are one row across it; two rows have a quarter.
+  real(wp), parameter :: bends = 10.0_wp, one_row = 0.1_wp
+
+contains
+
+  !> Sentences for the log.
+  pure function layer_notes(analysis) result(notes)
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: notes
+    type(interface_type), allocatable :: found(:)
+    integer :: i, k
+    logical, allocatable :: told(:)
+
+    notes = ''
+    call find_interfaces(analysis, found, contacts=.true.)
+    if (size(found) == 0) return
+    allocate (told(size(analysis%bodies)), source=.false.)
+    do i = 1, size(found)
+      if (found(i)%axis == 0) notes = notes//cut_text(analysis, found(i))
+      do k = 1, 2
+        associate (body => found(i)%bodies(k), other => found(i)%bodies(3 - k))
+          if (told(body) .or. .not. is_weaker(analysis, body, other)) cycle
+          told(body) = .true.
+          notes = notes//thin_text(analysis, body, any(found%axis == 0 .and. any_body(found, body)))
+        end associate
+      end do
+    end do
+  end function layer_notes
+
+  !> Which interfaces are those of a body.
+  elemental logical function any_body(found, body)
+    type(interface_type), intent(in) :: found
+    integer, intent(in) :: body
+
+    any_body = any(found%bodies == body)
+  end function any_body
+
+  !> Sentences on bodies of the grid that bend and are one material point thick: what a step leaves in them has no
+  !> moment, and the next one bends them anew.
+  function bending_notes(model) result(notes)
+    !> The model with its points.
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: notes
+    type(interface_type), allocatable :: found(:)
+    real(wp) :: normal(3), thick, cell, sums(0:2), along(model%state%points%count)
+    integer :: number(size(model%analysis%bodies)), b
+
+    notes = ''
+    if (model%analysis%mesh%kind /= mesh_grid .or. model%analysis%method%basis == basis_fem) return
+    call find_interfaces(model%analysis, found, contacts=.true.)
+    number = body_materials(model%analysis, 0)
+    associate (points => model%state%points, bodies => model%analysis%bodies)
+      do b = 1, size(bodies)
+        if (number(b) == 0 .or. .not. any(bodies(b)%kind == [body_box, body_polygon])) cycle
+        if (may_yield(model%analysis%materials(number(b))) .or. is_held(b)) cycle
+        call measure(model%analysis, bodies(b), thick, cell, normal)
+        if (.not. thick < cell) cycle
+        along = matmul(normal(:size(points%position, 1)), points%position(:, :points%count))
+        associate (volume => merge(points%volume(:points%count), 0.0_wp, points%body(:points%count) == b))
+          sums = total(model%part%team, [sum(volume), sum(volume*along), 0.0_wp])
+          if (.not. sums(0) > 0.0_wp) cycle
+          sums(2) = total(model%part%team, sum(volume*(along - sums(1)/sums(0))**2))
+        end associate
+        if (sqrt(sums(2)/sums(0)) < one_row*thick) notes = notes//"warning: body '"//bodies(b)%name//"' is "// &
+          rounded_text(thick/cell)//' cells and one row of material points thick, which keeps no bending moment: '// &
+          'it bends anew in every step and re-equilibration (after four by four times what is right); cells of '// &
+          rounded_text(thick)//' or smaller across it are needed'//new_line('a')
+      end do
+    end associate
+  contains
+    !> Whether what a body touches is nearly as stiff as it is, or more.
+    pure logical function is_held(body)
+      integer, intent(in) :: body
+      integer :: i, other
+
+      is_held = .false.
+      do i = 1, size(found)
+        if (.not. any_body(found(i), body)) cycle
+        other = number(sum(found(i)%bodies) - body)
+        if (other > 0) is_held = is_held .or. model%analysis%materials(number(body))%young < &
+          bends*model%analysis%materials(other)%young
+      end do
+    end function is_held
+  end function bending_notes
+
+  !> What an interface within cells does. Cells strain as one: of a stiff part f the stress is r/(f r + 1 - f) of what
+  !> it should be, with f = 1/2 as said.
+  pure function cut_text(analysis, between) result(text)
+    type(analysis_type), intent(in) :: analysis
+    type(interface_type), intent(in) :: between
+    character(len=:), allocatable :: text
+    real(wp) :: off
+
+    text = ''
+    off = (between%ratio - 1.0_wp)/(between%ratio + 1.0_wp)
+    if (off <= most_off) return
+    associate (bodies => analysis%bodies(between%bodies))
+      text = "warning: bodies '"//bodies(1)%name//"' and '"//bodies(2)%name//"' meet within cells, the one "// &
+        rounded_text(between%ratio)//' times as stiff as the other: stresses in the cells that hold both are '// &
+        'off by '//integer_text(nint(100.0_wp*off))//' % and more; let lines of the grid, or sides of a mesh, '// &
+        'follow their interface'//new_line('a')
+    end associate
+  end function cut_text
+
+  !> What a weak body of few cells does.
+  pure function thin_text(analysis, b, cuts) result(text)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: b
+    !> Whether it meets another one within cells.
+    logical, intent(in) :: cuts
+    character(len=:), allocatable :: text, figures
+    real(wp) :: thick, cell, normal(3)
+
+    text = ''
+    figures = 'by 24, 10 and 4 % along a weak seam of one, two and three cells'
+    if (cuts) figures = 'by 56 and 22 % along a weak seam of one and two cells that lies across them'
+    call measure(analysis, analysis%bodies(b), thick, cell, normal)
+    if (.not. thick < (1.0_wp - 1.0e-6_wp)*fewest_cells*cell) return
+    text = "warning: body '"//analysis%bodies(b)%name//"' is weaker than what it touches and "// &
+      rounded_text(thick/cell)//' cells thick: failure along it is held up by the cells beside it, and limit loads '// &
+      'and factors of safety come out too high ('//figures//'); '// &
+      'cells of '//rounded_text(thick/fewest_cells)//' or smaller across it are needed'//new_line('a')
+  end function thin_text
+
+  !> Whether a body is weaker than another as drawn or in a phase.
+  pure logical function is_weaker(analysis, b, other)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: b, other
+    type(law_description_type) :: mine, its
+    integer :: number(size(analysis%bodies)), p
+
+    is_weaker = .false.
+    do p = 0, size(analysis%phases)
+      number = body_materials(analysis, p)
+      if (min(number(b), number(other)) == 0) cycle
+      mine = traits_of(analysis%materials(number(b)))
+      its = traits_of(analysis%materials(number(other)))
+      if (.not. (mine%has_strength .and. its%has_strength)) cycle
+      is_weaker = is_weaker .or. (mine%cohesion <= its%cohesion .and. mine%friction_angle <= its%friction_angle .and. &
+        (mine%cohesion < weak*its%cohesion .or. mine%friction_angle < weak*its%friction_angle))
+    end do
+  end function is_weaker
+
+  !> Thickness of a body, the short side of a rectangle of its area and perimeter, and the size of cells across it.
+  pure subroutine measure(analysis, body, thick, cell, normal)
+    type(analysis_type), intent(in) :: analysis
+    type(body_type), intent(in) :: body
+    real(wp), intent(out) :: thick, cell
+    !> Unit vector across it.
+    real(wp), intent(out) :: normal(3)
+    real(wp) :: area, around, edge(2), longest(2), bounds(3, 2)
+    integer :: i, n, axis
+
+    associate (axes => analysis%mesh%axes)
+      bounds = body%box
+      normal = 0.0_wp
+      if (body%kind == body_box) then
+        n = merge(3, 2, analysis%model == three_dimensional)
+        axis = minloc(bounds(:n, 2) - bounds(:n, 1), dim=1)
+        thick = bounds(axis, 2) - bounds(axis, 1)
+        cell = size_between(axes(axis)%lines, bounds(axis, :))
+        normal(axis) = 1.0_wp
+        return
+      end if
+      area = 0.0_wp
+      around = 0.0_wp
+      longest = 0.0_wp
+      n = size(body%polygon, 2)
+      do i = 1, n
+        associate (p => body%polygon(:, i), q => body%polygon(:, modulo(i, n) + 1))
+          edge = q - p
+          area = area + 0.5_wp*(p(1)*q(2) - p(2)*q(1))
+          around = around + norm2(edge)
+          if (norm2(edge) > norm2(longest)) longest = edge
+        end associate
+      end do
+      thick = around/4.0_wp - sqrt(max(0.0_wp, (around/4.0_wp)**2 - abs(area)))
+      longest = longest/norm2(longest)
+      normal(:2) = [-longest(2), longest(1)]
+      bounds(:2, 1) = minval(body%polygon, dim=2)
+      bounds(:2, 2) = maxval(body%polygon, dim=2)
+      cell = abs(longest(2))*size_between(axes(1)%lines, bounds(1, :)) + abs(longest(1))*size_between(axes(2)%lines, &
+        bounds(2, :))
+    end associate
+  end subroutine measure
+
+  !> Mean size of the cells that a range of an axis meets.
+  pure real(wp) function size_between(lines, range)
+    real(wp), intent(in) :: lines(:), range(2)
+    integer :: low, high, n
+    real(wp) :: near
+
+    n = size(lines)
+    near = 1.0e-6_wp*(lines(n) - lines(1))
+    low = max(1, min(n - 1, count(lines <= range(1) + near)))
+    high = max(low + 1, min(n, 1 + count(lines < range(2) - near)))
+    size_between = (lines(high) - lines(low))/real(high - low, wp)
+  end function size_between
+end module qsmpm_layer_warnings
