@@ -34,8 +34,8 @@ module qsmpm_safety_search
   !> Sub-steps that show a mechanism, at most.
   integer, parameter :: most_substeps = 30
   !> A body gives way where the drag carries this share of what it did at a way so many times shorter.
-  real(wp), parameter :: as_much = 0.9_wp, much_longer = 8.0_wp
-  !> Sub-steps in which the stabilisation fades.
+  real(wp), parameter :: as_much = 0.9_wp, much_longer = 2.0_wp
+  !> Sub-steps in which the stabilisation fades, and before which nothing is judged unless the way is long.
   integer, parameter :: most_fades = 3
   !> Sub-steps in which a body that does not give way is to come to rest, at most.
   integer, parameter :: most_to_rest = 60
@@ -184,7 +184,7 @@ contains
         return
       end if
       call tell_factor(model, phase, observer)
-      if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%mechanism) call observer%note("warning: phase '"// &
+      if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%mechanism) call observer%note("phase '"// &
         phase%name//"': at strength/"//rounded_text(progress%bracket%lost, 6)//' neither equilibrium nor a mechanism '// &
         'was found ('//lost_for(outcome)//'): whether the soil is stable there is not known')
       if (progress%bracket%lost > 0.0_wp) call observer%tell_result( &
@@ -311,7 +311,8 @@ contains
     integer :: n, first
 
     n = size(way)
-    first = count(way*much_longer <= way(n))
+    first = 0
+    if (n > most_fades) first = count(way*much_longer <= way(n))
     if (way(n) > move .and. n > 1) first = max(1, first)
     goes_on = .false.
     if (first > 0) goes_on = minval(drag(first:n)) > 0.0_wp .and. drag(n) >= as_much*maxval(drag(first:n))

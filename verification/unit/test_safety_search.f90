@@ -261,7 +261,7 @@ contains
       [2.0_wp, 1.1_wp, 1.2_wp, 0.0_wp]) <= rounding))
     call tests%check('and told so: '//run%observer%text, index(run%observer%text, 'factor of safety at least 1.1 '// &
       '(stable); at 1.2 no equilibrium was found|') > 0 .and. index(run%observer%text, &
-      "warning: phase 'factor': at strength/1.2 neither equilibrium nor a mechanism was found (the script says no)") > 0)
+      "phase 'factor': at strength/1.2 neither equilibrium nor a mechanism was found (the script says no)") > 0)
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, scripted_outcome_type( &
       damping_share=0.4_wp, undamped=0.4_wp, move=1.0_wp), lost])
     call search(run)
