@@ -29,7 +29,8 @@ module qsmpm_safety_search
   implicit none
   private
 
-  public :: find_stable_factor, settle_lost_factor, end_search, tell_factor, show_mechanism, set_strength, runout_factor, share_note
+  public :: find_stable_factor, settle_lost_factor, end_search, tell_factor, &
+    show_mechanism, set_strength, runout_factor, share_note
 
   !> Sub-steps that show a mechanism, at most.
   integer, parameter :: most_substeps = 30
@@ -38,7 +39,7 @@ module qsmpm_safety_search
   !> Sub-steps in which the stabilisation fades, and before which nothing is judged unless the way is long.
   integer, parameter :: most_fades = 3
   !> Sub-steps in which a body that does not give way is to come to rest, at most.
-  integer, parameter :: most_to_rest = 60
+  integer, parameter :: most_to_rest = 20
   !> Re-equilibrations of a try, at most: after six the stabilisation is as weak as it may be.
   integer, parameter :: most_reequilibrations = 8
   !> Factor on the stabilisation from one re-equilibration to the next, at most: every try is near a limit load. What
@@ -68,8 +69,8 @@ contains
     outcome%accepted = .false.
   end subroutine find_stable_factor
 
-  !> Where the body does not give way at the lost factor of the bracket, no equilibrium was found that may be there: it is
-  !> sought by damped sub-steps. Where they come to rest the search goes on from there.
+  !> Where the body comes to rest at the lost factor of the bracket, there is an equilibrium that was not found: it is
+  !> sought by damped sub-steps, and the search goes on from there.
   subroutine settle_lost_factor(model, step, solver, phase, observer, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -82,7 +83,7 @@ contains
     type(phase_type) :: search
 
     associate (b => model%state%progress%bracket)
-      if (b%mechanism .or. .not. (b%stable > 0.0_wp .and. b%lost > 0.0_wp)) return
+      if (.not. (b%stable > 0.0_wp .and. b%lost > 0.0_wp)) return
       search = search_phase(phase)
       search%controls%damping = search%controls%in_place
       search%controls%max_substeps = most_to_rest
@@ -185,8 +186,8 @@ contains
       end if
       call tell_factor(model, phase, observer)
       if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%mechanism) call observer%note("phase '"// &
-        phase%name//"': at strength/"//rounded_text(progress%bracket%lost, 6)//' neither equilibrium nor a mechanism '// &
-        'was found ('//lost_for(outcome)//'): whether the soil is stable there is not known')
+        phase%name//"': at strength/"//rounded_text(progress%bracket%lost, 6)//' neither equilibrium nor '// &
+        'a mechanism was found ('//lost_for(outcome)//'): whether the soil is stable there is not known')
       if (progress%bracket%lost > 0.0_wp) call observer%tell_result( &
         'the factor is that of this grid, and coarser ones '// &
         'give higher factors: `qsmpm-verify study DECK --history F` tells it with its grid error')
@@ -216,24 +217,27 @@ contains
   end subroutine tell_factor
 
   !> Show the way the body fails at the smallest lost factor, and note whether it does; the model is what it was.
-  subroutine show_mechanism(model, step, solver, phase, observer, error)
+  subroutine show_mechanism(model, step, solver, phase, observer, rests, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
     type(phase_type), intent(in) :: phase
     class(observer_type), intent(inout) :: observer
+    !> It comes to rest.
+    logical, intent(out) :: rests
     !> What ends the run.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
     type(own_part_type) :: part
     logical :: moved, gives_way
 
+    rests = .false.
     if (.not. model%state%progress%bracket%lost > 0.0_wp) return
     before = model%state
     call set_strength(model, before%progress%bracket%lost)
     model%state%points%initial_position = model%state%points%position
     call reset_strains(model%state%points)
-    call give_way(model, step, solver, phase%controls, moved, gives_way, error)
+    call give_way(model, step, solver, phase%controls, moved, gives_way, rests, error)
     part = model%part
     if (moved .and. .not. allocated(error)) then
       ! Where the observer is shown the whole, the parts are put back with the state.
@@ -249,13 +253,13 @@ contains
   !> Damped sub-steps on places that stay, so that a mechanism goes on for ever. The body gives way where the drag goes
   !> on carrying what it did while the way gets much longer; it is at rest where the drag and the stabilisation, which
   !> fades, carry nothing. Initial places are drawn back, for the displacement.
-  subroutine give_way(model, step, solver, controls, moved, gives_way, error)
+  subroutine give_way(model, step, solver, controls, moved, gives_way, rests, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
     type(controls_type), intent(in) :: controls
     !> Whether there was a sub-step, and how it ends.
-    logical, intent(out) :: moved, gives_way
+    logical, intent(out) :: moved, gives_way, rests
     type(error_type), allocatable, intent(out) :: error
     type(substep_damping_type) :: damping
     type(solution_type) :: solution
@@ -266,6 +270,7 @@ contains
 
     moved = .false.
     gives_way = .false.
+    rests = .false.
     n = 0
     move = controls%largest_move*model%cell_size
     given = controls
@@ -290,7 +295,8 @@ contains
           if (allocated(solution%displacement)) call move_points(step%at_points, &
             -solution%displacement(:model%mesh%dimension, :model%space%node_count), model%state%points%initial_position)
           call adapt_damping(given, solution, move, damping)
-          if (is_balanced(given, solution%undamped_out_of_balance) .and. substep >= most_fades) return
+          rests = is_balanced(given, solution%undamped_out_of_balance) .and. substep >= most_fades
+          if (rests) return
           n = n + 1
           way(n) = sum(way(max(1, n - 1):n - 1)) + solution%largest_move
           drag(n) = damping%share
