@@ -38,6 +38,7 @@ contains
     halved%state_count = law%state_count
     halved%asks_where = law%asks_where
     halved%symmetric = law%symmetric
+    halved%bounds_kirchhoff = law%bounds_kirchhoff
     halved%stiffness_scale = law%stiffness_scale
     halved%shear_scale = law%shear_scale
   end subroutine make_half_step_law

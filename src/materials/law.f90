@@ -42,6 +42,8 @@ module qsmpm_law
     !> Time at the start of the phase, and how long the phase lasts.
     real(wp) :: phase_start = 0.0_wp
     real(wp) :: phase_time = 1.0_wp
+    !> Places stay, and strains are small (qsmpm_small_strain).
+    logical :: in_place = .false.
   end type step_info_type
 
   !> Points of one material in one step. Inputs are set by the caller, outputs by the law;
@@ -101,6 +103,9 @@ module qsmpm_law
     logical :: of_user = .false.
     !> True when the consistent tangent is symmetric for every state.
     logical :: symmetric = .false.
+    !> The strength is one of the Kirchhoff stress, or J the volume over that at the start of the step; else of the
+    !> Cauchy stress.
+    logical :: bounds_kirchhoff = .false.
     !> Young's modulus that scales stabilisation terms.
     real(wp) :: stiffness_scale = 0.0_wp
     !> Shear modulus that scales the resistance to volume changes inside a group of uniform pressure.

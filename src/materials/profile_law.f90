@@ -93,6 +93,7 @@ contains
     law%state_names = law%law%state_names
     law%asks_where = law%law%asks_where
     law%symmetric = law%law%symmetric
+    law%bounds_kirchhoff = law%law%bounds_kirchhoff
     law%stiffness_scale = law%scale*law%law%stiffness_scale
     law%shear_scale = law%scale*law%law%shear_scale
   end subroutine take_description

@@ -94,6 +94,7 @@ contains
     wet%tells_yield = law%tells_yield
     wet%of_user = law%of_user
     wet%symmetric = law%symmetric
+    wet%bounds_kirchhoff = law%bounds_kirchhoff
     wet%stiffness_scale = law%stiffness_scale
     wet%shear_scale = law%shear_scale
     wet%elastic_blend = law%elastic_blend

@@ -33,7 +33,7 @@ module qsmpm_convection
   implicit none
   private
 
-  public :: convect, update_in_place
+  public :: convect, move_points, update_in_place
 
   !> Points from which moving and updating them is worth waking the threads.
   integer, parameter :: fewest_points = 50000

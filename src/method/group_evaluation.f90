@@ -11,6 +11,7 @@ module qsmpm_group_evaluation
   use qsmpm_points, only: points_type
   use qsmpm_integration, only: integration_type
   use qsmpm_pressure_balance, only: pressure_type, allocate_pressure, packed_determinant
+  use qsmpm_small_strain, only: take_stretch, take_true_stress
   use qsmpm_uniform_pressure, only: find_pressure
   use qsmpm_group_stiffness, only: products_type, allocate_products, find_gradients, add_force, add_stiffness, &
     add_pressure_stiffness
@@ -137,7 +138,7 @@ contains
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
     integer :: n, m, b, count
-    logical :: treated, wide
+    logical :: treated, wide, symmetric
 
     n = integration%node_first(group + 1) - integration%node_first(group)
     m = integration%directions
@@ -145,6 +146,7 @@ contains
     b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
     treated = slot%pressure_factor > 0.0_wp .and. count > 1
     wide = is_wide(d, n) .and. .not. treated
+    symmetric = slot%law%symmetric .or. tangent == tangent_elastic
     work%batch%count = count
     associate (batch => work%batch, tensor => work%products%tensor, weight => integration%weight(from:to))
       if (wide) then
@@ -153,6 +155,7 @@ contains
         call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
       end if
       call load_gradients(integration, d, from, tensor, batch)
+      if (batch%step_info%in_place) call take_stretch(batch)
       call load_states(integration, points, from, batch)
       if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
       if (slot%law%asks_where) call load_places(integration, points, group, from, batch)
@@ -164,9 +167,14 @@ contains
       bad = first_bad(batch)
       if (bad > 0) bad = from - 1 + bad
       if (bad > 0) return
+      if (batch%step_info%in_place .and. treated) then
+        call take_true_stress(slot, symmetric, tangent /= tangent_none, batch, work%pressure)
+      else if (batch%step_info%in_place) then
+        call take_true_stress(slot, symmetric, tangent /= tangent_none, batch)
+      end if
       if (size(results%plastic) > 0) call store_batch(from, batch, results)
-      call add_run(d, m, n, count, wide, slot%law%symmetric .or. tangent == tangent_elastic, &
-        from == integration%first(group), tangent /= tangent_none, weight, integration%gradient(b), work, force, block)
+      call add_run(d, m, n, count, wide, symmetric, from == integration%first(group), tangent /= tangent_none, weight, &
+        integration%gradient(b), work, force, block)
       if (treated .and. tangent /= tangent_none) call add_pressure_stiffness(d, m, n, count, weight, &
         integration%gradient(b), tensor, work%pressure, block)
     end associate

@@ -210,7 +210,8 @@ contains
         step_of_phase=progress%phase_steps + 1, start=progress%fraction, &
         duration=attempt%fraction - progress%fraction, &
         phase_start=phase_start_time(model%analysis%phases, progress%phase), &
-        phase_time=model%analysis%phases(progress%phase)%duration), attempt%damping, attempt%stabilisation))
+        phase_time=model%analysis%phases(progress%phase)%duration, in_place=attempt%in_place), attempt%damping, &
+        attempt%stabilisation))
       allocate (force_before, mold=load)
       call put_in_force(model, configuration, progress%fraction, unknowns, terms, force_before)
       start_of_step = force_before

@@ -29,8 +29,8 @@ module qsmpm_phases
   use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_safety_factors, only: is_running_out, is_searching
-  use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, share_note, &
-    show_mechanism, tell_factor
+  use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, settle_lost_factor, &
+    share_note, show_mechanism, tell_factor
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: cause_of_end, outcome_type
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
@@ -477,8 +477,9 @@ contains
     type(step_record_type), intent(inout) :: record
     logical, intent(out) :: accepted
     type(error_type), allocatable, intent(out) :: error
-    type(outcome_type) :: outcome
+    type(outcome_type) :: outcome, settled
     type(step_before_type) :: before
+    logical :: rests
 
     accepted = .false.
     if (is_stopped(model%part%team, observer, error)) return
@@ -490,14 +491,20 @@ contains
       if (.not. must_be_smaller(model, phase, before)) exit
       call observer%note('factor taken again, smaller, to end where the phase stops')
     end do
-    accepted = outcome%accepted
+    if (.not. outcome%accepted) then
+      if (is_stopped(model%part%team, observer, error)) return
+      call show_mechanism(model, loop%step, loop%solver, phase, observer, rests, error)
+      if (rests .and. .not. allocated(error)) call settle_lost_factor(model, loop%step, loop%solver, phase, observer, &
+        record, settled, error)
+      if (allocated(error)) return
+    end if
+    accepted = outcome%accepted .or. settled%accepted
     if (accepted) then
       model%state%progress%step = model%state%progress%step + 1
       model%state%progress%phase_steps = model%state%progress%phase_steps + 1
       if (model%state%progress%stopped) call tell_factor(model, phase, observer)
-    else if (.not. is_stopped(model%part%team, observer, error)) then
-      call show_mechanism(model, loop%step, loop%solver, phase, observer, error)
-      if (.not. allocated(error)) call end_search(model, phase, outcome, observer, error)
+    else
+      call end_search(model, phase, outcome, observer, error)
     end if
   end subroutine reach_factor
 

@@ -8,6 +8,7 @@ module qsmpm_safety_search
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: agree, any_of
   use qsmpm_analysis, only: phase_type, controls_type, geometry_fixed
+  use qsmpm_convection, only: move_points
   use qsmpm_division, only: join_model
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type, error_not_converged, fail
@@ -22,16 +23,23 @@ module qsmpm_safety_search
   use qsmpm_safety_bracket, only: bracket_text, is_closed, next_factor, note_lost, note_stable
   use qsmpm_safety_factors, only: add_factor
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, first_damping, &
-    is_beyond_help, is_dampable, largest_move, static_attempt, substep_attempt
-  use qsmpm_step_solver, only: step_solver_type
+    is_balanced, is_beyond_help, is_dampable, static_attempt, substep_attempt
+  use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_stepping, only: take_step
   implicit none
   private
 
-  public :: find_stable_factor, end_search, tell_factor, show_mechanism, set_strength, runout_factor, share_note
+  public :: find_stable_factor, settle_lost_factor, end_search, tell_factor, &
+    show_mechanism, set_strength, runout_factor, share_note
 
   !> Sub-steps that show a mechanism, at most.
-  integer, parameter :: most_substeps = 20
+  integer, parameter :: most_substeps = 30
+  !> A body gives way where the drag carries this share of what it did at a way so many times shorter.
+  real(wp), parameter :: as_much = 0.9_wp, much_longer = 2.0_wp
+  !> Sub-steps in which the stabilisation fades, and before which nothing is judged unless the way is long.
+  integer, parameter :: most_fades = 3
+  !> Sub-steps in which a body that does not give way is to come to rest, at most.
+  integer, parameter :: most_to_rest = 20
   !> Re-equilibrations of a try, at most: after six the stabilisation is as weak as it may be.
   integer, parameter :: most_reequilibrations = 8
   !> Factor on the stabilisation from one re-equilibration to the next, at most: every try is near a limit load. What
@@ -51,8 +59,42 @@ contains
     type(outcome_type), intent(out) :: outcome
     !> What ends the run; the state is that of the last stable factor.
     type(error_type), allocatable, intent(out) :: error
+
+    do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance, has_named_strength(model)))
+      if (any_of(model%part%team, observer%stop_requested())) exit
+      call try_factor(model, step, solver, search_phase(phase), next_factor(model%state%progress%bracket, &
+        phase%safety%tolerance), observer, record, outcome, error)
+      if (allocated(error) .or. outcome%accepted) return
+    end do
+    outcome%accepted = .false.
+  end subroutine find_stable_factor
+
+  !> Where the body comes to rest at the lost factor of the bracket, there is an equilibrium that was not found: it is
+  !> sought by damped sub-steps, and the search goes on from there.
+  subroutine settle_lost_factor(model, step, solver, phase, observer, record, outcome, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(out) :: outcome
+    type(error_type), allocatable, intent(out) :: error
     type(phase_type) :: search
-    real(wp) :: before, factor
+
+    associate (b => model%state%progress%bracket)
+      if (.not. (b%stable > 0.0_wp .and. b%lost > 0.0_wp)) return
+      search = search_phase(phase)
+      search%controls%damping = search%controls%in_place
+      search%controls%max_substeps = most_to_rest
+      if (is_dampable(model, search%controls)) call try_factor(model, step, solver, search, b%lost, observer, record, &
+        outcome, error)
+    end associate
+  end subroutine settle_lost_factor
+
+  !> A safety phase as it is searched.
+  pure type(phase_type) function search_phase(phase) result(search)
+    type(phase_type), intent(in) :: phase
 
     search = phase
     search%controls%damping = .false.
@@ -60,25 +102,35 @@ contains
     search%controls%max_reequilibrations = min(most_reequilibrations, phase%controls%max_reequilibrations)
     search%controls%stabilisation_share = min(largest_share, phase%controls%stabilisation_share)
     search%controls%in_place = phase%safety%geometry == geometry_fixed
+  end function search_phase
+
+  !> Try a factor, and note in the bracket how it went. Where there is no equilibrium the strength is that before.
+  subroutine try_factor(model, step, solver, search, factor, observer, record, outcome, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(phase_type), intent(in) :: search
+    real(wp), value :: factor
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(out) :: outcome
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: before
+
     before = model%state%progress%strength_factor
-    do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance, has_named_strength(model)))
-      if (any_of(model%part%team, observer%stop_requested())) exit
-      factor = next_factor(model%state%progress%bracket, phase%safety%tolerance)
-      call set_strength(model, factor)
-      record = step_record_type()
-      call take_step(model, step, solver, search, model%state%progress%fraction, observer, record, outcome, error)
-      if (outcome%accepted .and. .not. allocated(error)) then
-        call note_stable(factor, outcome%static_iterations <= phase%controls%few_iterations, &
-          model%state%progress%bracket)
-        return
-      end if
-      call set_strength(model, before)
-      if (allocated(error)) return
-      call note_lost(factor, model%state%progress%bracket)
-      call observer%note('no equilibrium at strength/'//rounded_text(factor, 6)//': '//outcome%reason)
-    end do
-    outcome%accepted = .false.
-  end subroutine find_stable_factor
+    call set_strength(model, factor)
+    record = step_record_type()
+    call take_step(model, step, solver, search, model%state%progress%fraction, observer, record, outcome, error)
+    if (outcome%accepted .and. .not. allocated(error)) then
+      call note_stable(factor, outcome%static .and. outcome%static_iterations <= search%controls%few_iterations, &
+        model%state%progress%bracket)
+      return
+    end if
+    call set_strength(model, before)
+    if (allocated(error)) return
+    call note_lost(factor, model%state%progress%bracket)
+    call observer%note('no equilibrium at strength/'//rounded_text(factor, 6)//': '//outcome%reason)
+  end subroutine try_factor
 
   !> What a search lets the stabilisation carry, where the deck gives it more; empty where it does not.
   pure function share_note(phase) result(text)
@@ -129,10 +181,13 @@ contains
     associate (progress => model%state%progress)
       if (.not. progress%bracket%stable > 0.0_wp) then
         call fail(error, error_not_converged, "phase '"//phase%name//"': "//bracket_text(progress%bracket))
-        if (allocated(outcome%reason)) error%message = error%message//': '//outcome%reason
+        error%message = error%message//': '//lost_for(outcome)
         return
       end if
       call tell_factor(model, phase, observer)
+      if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%mechanism) call observer%note("phase '"// &
+        phase%name//"': at strength/"//rounded_text(progress%bracket%lost, 6)//' neither equilibrium nor '// &
+        'a mechanism was found ('//lost_for(outcome)//'): whether the soil is stable there is not known')
       if (progress%bracket%lost > 0.0_wp) call observer%tell_result( &
         'the factor is that of this grid, and coarser ones '// &
         'give higher factors: `qsmpm-verify study DECK --history F` tells it with its grid error')
@@ -141,6 +196,15 @@ contains
       if (.not. phase%safety%runout < huge(1.0_wp)) progress%fraction = 1.0_wp
     end associate
   end subroutine end_search
+
+  !> Why the last try was lost.
+  pure function lost_for(outcome) result(reason)
+    type(outcome_type), intent(in) :: outcome
+    character(len=:), allocatable :: reason
+
+    reason = 'not tried again'
+    if (allocated(outcome%reason)) reason = outcome%reason
+  end function lost_for
 
   !> Tell what was found, and keep it.
   subroutine tell_factor(model, phase, observer)
@@ -152,25 +216,28 @@ contains
     call add_factor(model%state%progress)
   end subroutine tell_factor
 
-  !> Show the way the body fails at the smallest lost factor; the model is what it was.
-  subroutine show_mechanism(model, step, solver, phase, observer, error)
+  !> Show the way the body fails at the smallest lost factor, and note whether it does; the model is what it was.
+  subroutine show_mechanism(model, step, solver, phase, observer, rests, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
     type(phase_type), intent(in) :: phase
     class(observer_type), intent(inout) :: observer
+    !> It comes to rest.
+    logical, intent(out) :: rests
     !> What ends the run.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
     type(own_part_type) :: part
-    logical :: moved
+    logical :: moved, gives_way
 
-    if (.not. (model%state%progress%bracket%lost > 0.0_wp .and. is_dampable(model, phase%controls))) return
+    rests = .false.
+    if (.not. model%state%progress%bracket%lost > 0.0_wp) return
     before = model%state
     call set_strength(model, before%progress%bracket%lost)
     model%state%points%initial_position = model%state%points%position
     call reset_strains(model%state%points)
-    call give_way(model, step, solver, phase%controls, moved, error)
+    call give_way(model, step, solver, phase%controls, moved, gives_way, rests, error)
     part = model%part
     if (moved .and. .not. allocated(error)) then
       ! Where the observer is shown the whole, the parts are put back with the state.
@@ -180,47 +247,80 @@ contains
     end if
     model%part = part
     call restore(before, model)
+    model%state%progress%bracket%mechanism = gives_way
   end subroutine show_mechanism
 
-  !> Damped sub-steps, until a node has moved as far as one step may.
-  subroutine give_way(model, step, solver, controls, moved, error)
+  !> Damped sub-steps on places that stay, so that a mechanism goes on for ever. The body gives way where the drag goes
+  !> on carrying what it did while the way gets much longer; it is at rest where the drag and the stabilisation, which
+  !> fades, carry nothing. Initial places are drawn back, for the displacement.
+  subroutine give_way(model, step, solver, controls, moved, gives_way, rests, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
     type(controls_type), intent(in) :: controls
-    !> Whether there was a sub-step.
-    logical, intent(out) :: moved
+    !> Whether there was a sub-step, and how it ends.
+    logical, intent(out) :: moved, gives_way, rests
     type(error_type), allocatable, intent(out) :: error
     type(substep_damping_type) :: damping
     type(solution_type) :: solution
-    type(controls_type) :: idle
-    real(wp) :: move, distance
-    integer :: substep
+    type(controls_type) :: given
+    type(attempt_type) :: attempt
+    real(wp) :: move, way(most_substeps), drag(most_substeps)
+    integer :: substep, n
 
     moved = .false.
-    distance = 0.0_wp
-    move = largest_move(model, controls)
-    idle = controls
-    idle%max_iterations = 0
+    gives_way = .false.
+    rests = .false.
+    n = 0
+    move = controls%largest_move*model%cell_size
+    given = controls
+    given%in_place = .true.
     associate (fraction => model%state%progress%fraction)
       ! Forces at the start, from which the first drag is taken: the last solve may be another one.
-      call solver%solve(model, step, idle, static_attempt(idle, fraction, fraction, move), solution, error)
+      given%max_iterations = 0
+      call solver%solve(model, step, given, static_attempt(given, fraction, fraction, move), solution, error)
       if (allocated(error)) return
+      given%max_iterations = controls%max_iterations
       damping = first_damping(controls, 0.0_wp, norm_of_forces(step), norm_of_volumes(step), move)
       do substep = 1, most_substeps
         if (is_beyond_help(damping)) return
-        call solver%solve(model, step, controls, substep_attempt(controls, damping, fraction, fraction, move), &
-          solution, error)
+        damping%share = huge(1.0_wp)
+        attempt = substep_attempt(given, damping, fraction, fraction, move)
+        attempt%tolerance = given%tolerance
+        attempt%stabilisation = largest_fade**min(substep, most_fades)
+        call solver%solve(model, step, given, attempt, solution, error)
         if (allocated(error)) return
         if (solution%converged) then
           moved = .true.
-          distance = distance + solution%largest_move
-          if (distance > move) return
-          call adapt_damping(controls, solution, move, damping)
+          if (allocated(solution%displacement)) call move_points(step%at_points, &
+            -solution%displacement(:model%mesh%dimension, :model%space%node_count), model%state%points%initial_position)
+          call adapt_damping(given, solution, move, damping)
+          rests = is_balanced(given, solution%undamped_out_of_balance) .and. substep >= most_fades
+          if (rests) return
+          n = n + 1
+          way(n) = sum(way(max(1, n - 1):n - 1)) + solution%largest_move
+          drag(n) = damping%share
+          gives_way = goes_on(move, way(:n), drag(:n))
+          if (gives_way) return
         else
           call damp_more(damping)
         end if
       end do
     end associate
   end subroutine give_way
+
+  !> Whether the drag has carried as much all the while in which the way became many times as long, or as long as a step
+  !> may be.
+  pure logical function goes_on(move, way, drag)
+    !> d; way and share of the drag after each sub-step.
+    real(wp), intent(in) :: move, way(:), drag(:)
+    integer :: n, first
+
+    n = size(way)
+    first = 0
+    if (n > most_fades) first = count(way*much_longer <= way(n))
+    if (way(n) > move .and. n > 1) first = max(1, first)
+    goes_on = .false.
+    if (first > 0) goes_on = minval(drag(first:n)) > 0.0_wp .and. drag(n) >= as_much*maxval(drag(first:n))
+  end function goes_on
 end module qsmpm_safety_search

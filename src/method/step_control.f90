@@ -115,6 +115,7 @@ contains
     real(wp), intent(in) :: move
 
     attempt = attempt_type(fraction, controls%tolerance, largest_move=move, start=start, in_place=controls%in_place)
+    if (controls%in_place) attempt%largest_move = huge(move)
   end function static_attempt
 
   !> The same at constant load, with the stabilisation of the re-equilibration of this number.

@@ -7,6 +7,9 @@
 !>   between   never beyond the middle of the bracket
 !>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1
 !>
+!> That no equilibrium is found does not say that there is none: the lost end counts as known where the body gives way
+!> there, moving on and on against a drag (qsmpm_safety_search).
+!>
 !> Soil that hardens, or of which that is not known, may find no equilibrium at a factor from afar that it finds from
 !> near. Where the search is to make sure, the lost factor of a narrow bracket is tried again from the stable one, and
 !> the search goes on where it holds.
@@ -33,6 +36,8 @@ module qsmpm_safety_bracket
     real(wp) :: increment = first_increment
     !> The lost factor was tried from the stable one.
     logical :: from_stable = .false.
+    !> The body was seen to give way at the lost factor.
+    logical :: mechanism = .false.
   end type bracket_type
 
 contains
@@ -67,6 +72,7 @@ contains
     if (easy .and. bracket%stable > 0.0_wp) bracket%increment = growth*bracket%increment
     bracket%stable = factor
     bracket%from_stable = .false.
+    bracket%mechanism = .false.
     if (.not. bracket%lost > factor) bracket%lost = 0.0_wp
   end subroutine note_stable
 
@@ -77,6 +83,7 @@ contains
 
     if (bracket%stable > 0.0_wp) bracket%increment = 0.5_wp*(factor - bracket%stable)
     bracket%lost = factor
+    bracket%mechanism = .false.
     bracket%from_stable = bracket%stable > 0.0_wp
   end subroutine note_lost
 
@@ -122,6 +129,9 @@ contains
     associate (b => bracket)
       if (.not. b%stable > 0.0_wp) then
         text = 'no equilibrium down to a factor of '//real_text(smallest_factor)
+      else if (b%lost > 0.0_wp .and. .not. b%mechanism) then
+        text = 'factor of safety at least '//rounded_text(b%stable, 6)//' (stable); at '//rounded_text(b%lost, 6)// &
+          ' no equilibrium was found'
       else if (b%lost > 0.0_wp) then
         text = 'factor of safety between '//rounded_text(b%stable, 6)//' (stable) and '// &
           rounded_text(b%lost, 6)//' (lost)'

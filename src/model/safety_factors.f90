@@ -1,5 +1,5 @@
 !> Which safety phases have found their factor, and what it is: a column a phase with its number, the largest stable
-!> factor and the smallest lost one, 0 for none.
+!> factor and the smallest lost one, 0 for none, and 1 where the body was seen to give way at that.
 module qsmpm_safety_factors
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_safety
@@ -31,9 +31,10 @@ contains
 
     n = 0
     if (allocated(progress%factors)) n = size(progress%factors, 2)
-    allocate (longer(3, n + 1))
+    allocate (longer(4, n + 1))
     if (n > 0) longer(:, :n) = progress%factors
-    longer(:, n + 1) = [real(progress%phase, wp), progress%bracket%stable, progress%bracket%lost]
+    longer(:, n + 1) = [real(progress%phase, wp), progress%bracket%stable, progress%bracket%lost, &
+      merge(1.0_wp, 0.0_wp, progress%bracket%mechanism)]
     call move_alloc(longer, progress%factors)
   end subroutine add_factor
 

@@ -35,31 +35,30 @@ contains
     associate (factors => model%state%progress%factors)
       do i = 1, size(factors, 2)
         if (i > 1) text = text//','
-        text = text//newline//'    '//factor_json(model, nint(factors(1, i)), factors(2, i), factors(3, i))
+        text = text//newline//'    '//factor_json(model, factors(:, i))
       end do
     end associate
     call write_text(directory//'/'//safety_file, text//newline//'  ]'//newline//'}'//newline, error)
   end subroutine write_safety
 
   !> Factor of safety of a phase.
-  pure function factor_json(model, number, stable, lost) result(text)
+  pure function factor_json(model, row) result(text)
     type(model_type), intent(in) :: model
-    !> Of the phase.
-    integer, intent(in) :: number
-    !> Ends of the bracket; 0 where nothing was lost.
-    real(wp), intent(in) :: stable, lost
+    !> Of qsmpm_safety_factors.
+    real(wp), intent(in) :: row(:)
     character(len=:), allocatable :: text
 
-    associate (phase => model%analysis%phases(number))
+    associate (phase => model%analysis%phases(nint(row(1))), number => nint(row(1)), stable => row(2), lost => row(3))
       text = '{"phase": "'//phase%name//'", "number": '//integer_text(number)//', "flow": "'// &
         trim(flow_words(phase%safety%flow))//'", "geometry": "'// &
         trim(merge('FIXED ', 'MOVING', phase%safety%geometry == geometry_fixed))//'", "stable": '//real_text(stable)// &
         ', "lost": '
       if (lost > 0.0_wp) then
-        text = text//real_text(lost)//'}'
+        text = text//real_text(lost)
       else
-        text = text//'null}'
+        text = text//'null'
       end if
+      text = text//', "mechanism": '//trim(merge('true ', 'false', row(4) > 0.0_wp))//'}'
     end associate
   end function factor_json
 

@@ -120,7 +120,7 @@ contains
         progress%strength_factor > 0.0_wp .and. min(b%stable, b%lost) >= 0.0_wp .and. b%increment > 0.0_wp
     end associate
     if (.not. allocated(progress%factors)) return
-    search_good = search_good .and. size(progress%factors, 1) == 3
+    search_good = search_good .and. size(progress%factors, 1) == 4
     if (search_good .and. size(progress%factors) > 0) search_good = finite_table(progress%factors) .and. &
       minval(progress%factors) >= 0.0_wp .and. maxval(progress%factors(1, :)) <= real(phases, wp)
   end function search_good

@@ -181,8 +181,10 @@ contains
   subroutine check_text(tests)
     type(tests_type), intent(inout) :: tests
 
-    call tests%check('a bracket', bracket_text(bracket_type(1.2_wp, 1.25_wp)) == &
+    call tests%check('a bracket', bracket_text(bracket_type(1.2_wp, 1.25_wp, mechanism=.true.)) == &
       'factor of safety between 1.2 (stable) and 1.25 (lost)')
+    call tests%check('one whose end is not known', bracket_text(bracket_type(1.2_wp, 1.25_wp)) == &
+      'factor of safety at least 1.2 (stable); at 1.25 no equilibrium was found')
     call tests%check('none lost', bracket_text(bracket_type(10.0_wp, 0.0_wp)) == 'factor of safety above 10')
     call tests%check('none stable', bracket_text(bracket_type(0.0_wp, 0.1_wp)) == &
       'no equilibrium down to a factor of 0.1')

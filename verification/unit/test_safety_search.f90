@@ -58,6 +58,7 @@ contains
     call check_search(tests)
     call check_below(tests)
     call check_never(tests)
+    call check_unsure(tests)
     call check_runout(tests)
     call check_stop_card(tests)
     call check_stop(tests)
@@ -149,7 +150,7 @@ contains
     class(run_type), allocatable :: run
     type(script_type) :: script
 
-    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, good])
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, damped, good])
     run%model%state%points%plastic_strain = 7.0_wp
     call search(run)
     call asked(run, script)
@@ -163,7 +164,7 @@ contains
       call tests%close('which is that of the laws', run%model%strength%factor, 1.1_wp, rounding)
       call tests%close('the load factor is that of the parent', progress%load_factor, 1.0_wp, 0.0_wp)
       call tests%check('phase and bracket are kept', size(progress%factors, 2) == 1)
-      call tests%check('as they were found', all(abs(progress%factors(:, 1) - [2.0_wp, 1.1_wp, 1.2_wp]) <= rounding))
+      call tests%check('as they were found', all(abs(progress%factors(:, 1) - [2.0_wp, 1.1_wp, 1.2_wp, 1.0_wp]) <= rounding))
     end associate
     call tests%close('what was lost has left no trace', run%model%state%points%stress(1, 1), 4.0_wp, rounding)
     call tests%check('the answer is told: '//run%observer%text, index(run%observer%text, &
@@ -173,12 +174,13 @@ contains
     call tests%check('the search is static, at held load and in place', all(script%asked(3:5)%in_place) .and. &
       .not. any(script%asked(3:5)%damping > 0.0_wp) .and. .not. any(script%asked(3:5)%fraction > 0.0_wp))
     call tests%check('loads before it move the places', .not. any(script%asked(:2)%in_place))
-    call tests%check('the mechanism is damped and moves', script%asked(7)%damping > 0.0_wp .and. &
-      .not. script%asked(7)%in_place)
+    call tests%check('the mechanism is damped', all(script%asked(7:8)%damping > 0.0_wp))
+    call tests%check('on places that stay, the stabilisation fading', all(script%asked(6:8)%in_place) .and. &
+      script%asked(8)%stabilisation < 0.2_wp*script%asked(7)%stabilisation)
     call tests%check('it begins with forces, without an iteration', script%allowed(6) == 0)
     call tests%check('it is shown once, at the lost strength', run%observer%mechanisms == 1 .and. &
       abs(run%observer%factor - 1.2_wp) <= rounding)
-    call tests%close('with displacements of its own', run%observer%shown_move, 0.125_wp, rounding)
+    call tests%close('with displacements of its own', run%observer%shown_move, 0.25_wp, rounding)
     call walk(run, 4)
     call tests%check('a phase behind starts from the parent', run%model%state%progress%phase == 3 .and. &
       .not. allocated(run%error))
@@ -192,10 +194,11 @@ contains
     type(tests_type), intent(inout) :: tests
     class(run_type), allocatable :: run
 
-    call make_run(soil, moving//', FLOW=DAVIS A', run, [good, good, lost, lost, good, lost, damped, good])
+    call make_run(soil, moving//', FLOW=DAVIS A', run, [good, good, lost, lost, good, lost, damped, damped, good])
     call search(run)
     associate (progress => run%model%state%progress)
-      call tests%check('the bracket lies below 1', all(abs(progress%factors(:, 1) - [2.0_wp, 0.8_wp, 0.9_wp]) <= rounding))
+      call tests%check('the bracket lies below 1', &
+        all(abs(progress%factors(:, 1) - [2.0_wp, 0.8_wp, 0.9_wp, 1.0_wp]) <= rounding))
     end associate
     call tests%check('with the flow that was asked for', run%model%strength%flow == 2)
   end subroutine check_below
@@ -237,30 +240,62 @@ contains
     call tests%check('nothing is said of the usual share', len(share_note(run%model%analysis%phases(2))) == 0)
   end subroutine check_never
 
+  !> A factor without equilibrium at which nothing gives way: where sub-steps come to rest it is stable and the search
+  !> goes on; where nothing converges it is not known, and told.
+  subroutine check_unsure(tests)
+    type(tests_type), intent(inout) :: tests
+    class(run_type), allocatable :: run
+    type(script_type) :: script
+
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, good, good, good, lost, good, lost, lost, &
+      damped, damped, good])
+    call search(run)
+    call asked(run, script)
+    call tests%check('what comes to rest is tried by sub-steps in place', script%asked(11)%damping > 0.0_wp .and. &
+      script%asked(11)%in_place)
+    call tests%check('and is stable', all(abs(run%model%state%progress%factors(:, 1) - &
+      [2.0_wp, 1.2_wp, 1.25_wp, 1.0_wp]) <= rounding))
+    call make_run(soil, fixed, run, [good, good, good, good, lost])
+    call search(run)
+    call tests%check('what nothing is known of is no collapse', all(abs(run%model%state%progress%factors(:, 1) - &
+      [2.0_wp, 1.1_wp, 1.2_wp, 0.0_wp]) <= rounding))
+    call tests%check('and told so: '//run%observer%text, index(run%observer%text, 'factor of safety at least 1.1 '// &
+      '(stable); at 1.2 no equilibrium was found|') > 0 .and. index(run%observer%text, &
+      "phase 'factor': at strength/1.2 neither equilibrium nor a mechanism was found (the script says no)") > 0)
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, scripted_outcome_type( &
+      damping_share=0.4_wp, undamped=0.4_wp, move=1.0_wp), lost])
+    call search(run)
+    call tests%close('a drag that falls is no mechanism', run%model%state%progress%factors(4, 1), 0.0_wp, 0.0_wp)
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, scripted_outcome_type( &
+      damping_share=0.46_wp, undamped=0.46_wp, move=1.0_wp), good])
+    call search(run)
+    call tests%close('one that hardly falls is', run%model%state%progress%factors(4, 1), 1.0_wp, 0.0_wp)
+  end subroutine check_unsure
+
   !> The strength goes on to that of the run-out, with the places.
   subroutine check_runout(tests)
     type(tests_type), intent(inout) :: tests
     class(run_type), allocatable :: run
     type(script_type) :: script
 
-    call make_run(soil, fixed//', RUNOUT=1.5', run, [good, good, good, good, lost, lost, damped, lost, lost, damped, &
+    call make_run(soil, fixed//', RUNOUT=1.5', run, [good, good, good, good, lost, lost, damped, damped, lost, lost, damped, &
       good, good])
     call search(run)
     call asked(run, script)
     call tests%check('a run-out goes well', .not. allocated(run%error))
-    call tests%check('its steps move the places', .not. any(script%asked(8:)%in_place))
-    call tests%check('and may be damped', script%asked(9)%damping > 0.0_wp)
+    call tests%check('its steps move the places', .not. any(script%asked(9:)%in_place))
+    call tests%check('and may be damped', script%asked(10)%damping > 0.0_wp)
     call tests%close('the strength at its end', run%model%strength%factor, 1.5_wp, rounding)
     call tests%close('which the state knows', run%model%state%progress%strength_factor, 1.5_wp, rounding)
     call tests%check('the bracket is that of the search', &
-      all(abs(run%model%state%progress%factors(:, 1) - [2.0_wp, 1.1_wp, 1.2_wp]) <= rounding))
-    call make_run(soil, fixed//', RUNOUT=1.5', run, [good, good, good, good, lost, lost, damped, good])
+      all(abs(run%model%state%progress%factors(:, 1) - [2.0_wp, 1.1_wp, 1.2_wp, 1.0_wp]) <= rounding))
+    call make_run(soil, fixed//', RUNOUT=1.5', run, [good, good, good, good, lost, lost, damped, damped, good])
     do while (run%model%state%progress%phase < 2 .or. .not. run%model%state%progress%fraction > 0.0_wp)
       call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
     call tests%close('half way its strength is half way', run%model%strength%factor, 1.3_wp, rounding)
     call tests%check('a run-out beyond the factor needs no warning', index(run%observer%text, 'nothing runs out') == 0)
-    call make_run(soil, fixed//', RUNOUT=1.05', run, [good, good, good, good, lost, lost, damped, good, good])
+    call make_run(soil, fixed//', RUNOUT=1.05', run, [good, good, good, good, lost, lost, damped, damped, good, good])
     call search(run)
     call tests%check('one below the factor is warned of', index(run%observer%text, &
       'warning: phase ''factor'': RUNOUT=1.05 is no more than the stable factor: nothing runs out') > 0)
@@ -276,7 +311,8 @@ contains
     associate (progress => run%model%state%progress)
       call tests%check('a factor that is reached ends the search', .not. allocated(run%error) .and. progress%stopped &
         .and. progress%ends(2)%reason == ended_by_stop)
-      call tests%check('the bracket has no end above', all(abs(progress%factors(:, 1) - [2.0_wp, 1.05_wp, 0.0_wp]) <= rounding))
+      call tests%check('the bracket has no end above', &
+        all(abs(progress%factors(:, 1) - [2.0_wp, 1.05_wp, 0.0_wp, 0.0_wp]) <= rounding))
       call tests%close('the strength is that of it', run%model%strength%factor, 1.05_wp, rounding)
       call tests%check('one step a factor', progress%phase_steps == 2)
     end associate
@@ -288,7 +324,7 @@ contains
     call make_run(soil, 'TOLERANCE=0.01|*STOP|F, ABOVE, 1.12', run, [good, good, good, good, lost, good])
     call search(run)
     call tests%check('a factor that was lost stays known', all(abs(run%model%state%progress%factors(:, 1) - &
-      [2.0_wp, 1.12_wp, 1.2_wp]) <= rounding))
+      [2.0_wp, 1.12_wp, 1.2_wp, 0.0_wp]) <= rounding))
     call make_run(soil, fixed//'|*STOP|F, ABOVE, 1.3|u, ABOVE, -1', run, [good])
     call search(run)
     call tests%check('a history that is there at the start ends it at 1', run%model%state%progress%phase_steps == 1 .and. &
@@ -300,7 +336,7 @@ contains
     type(tests_type), intent(inout) :: tests
     class(run_type), allocatable :: run, whole
 
-    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, good])
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, damped, good])
     run%observer%stop_after = 3
     call search(run)
     call tests%check('a run stops in the search', allocated(run%error))
@@ -308,7 +344,7 @@ contains
     run%observer%stop_after = huge(1)
     if (allocated(run%error)) deallocate (run%error)
     call search(run)
-    call make_run(soil, fixed, whole, [good, good, good, good, lost, lost, damped, good])
+    call make_run(soil, fixed, whole, [good, good, good, good, lost, lost, damped, damped, good])
     call search(whole)
     call tests%check('and can go on', len(state_differences(run%model%state, whole%model%state)) == 0)
   end subroutine check_stop

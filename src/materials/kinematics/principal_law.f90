@@ -98,6 +98,7 @@ contains
     end if
     made%asks_where = model%asks_cell_size
     made%symmetric = kinematics == kinematics_logarithmic .and. model%hookean .and. model%symmetric
+    made%bounds_kirchhoff = made%strains > 0
     made%stiffness_scale = model%young
     made%shear_scale = model%shear
     call move_alloc(made, law)

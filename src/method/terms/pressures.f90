@@ -20,7 +20,7 @@ module qsmpm_pressures
   use qsmpm_surface_pressure, only: pressure_at, acts
   use qsmpm_surface_basis, only: surface_basis_type, find_basis, gradient_of
   use qsmpm_tensor, only: cofactor, cross, identity
-  use qsmpm_term, only: term_type, role_external
+  use qsmpm_term, only: term_type, increment_type, role_external
   implicit none
   private
 
@@ -36,8 +36,11 @@ module qsmpm_pressures
     !> Surface of each point, its height, and pressure in force (points).
     integer, allocatable :: surface(:)
     real(wp), allocatable :: height(:), pressure(:)
+    !> Areas stay what they are at the start of the step.
+    logical :: in_place = .false.
   contains
     procedure :: prepare
+    procedure :: begin
     procedure :: set_load
     procedure :: add_force
     procedure :: add_blocks
@@ -75,6 +78,14 @@ contains
     self%symmetric = is_nearly_symmetric(self, model)
   end subroutine prepare
 
+  !> Whether areas follow the step.
+  subroutine begin(self, increment)
+    class(pressures_type), intent(inout) :: self
+    type(increment_type), intent(in) :: increment
+
+    self%in_place = increment%step_info%in_place
+  end subroutine begin
+
   !> Put the pressures of a fraction of the phase in force.
   subroutine set_load(self, model, configuration, fraction)
     class(pressures_type), intent(inout) :: self
@@ -100,7 +111,8 @@ contains
     integer :: k, a, first
 
     do k = 1, self%connectivity%count
-      push = -self%pressure(k)*matmul(cofactor(gradient_of(self%basis, k, displacement)), self%basis%area(:, k))
+      push = -self%pressure(k)*self%basis%area(:, k)
+      if (.not. self%in_place) push = matmul(cofactor(gradient_of(self%basis, k, displacement)), push)
       first = self%connectivity%first(k)
       do a = first, self%connectivity%first(k + 1) - 1
         associate (node => self%connectivity%nodes(a))
@@ -118,6 +130,7 @@ contains
     type(sparse_matrix_type), intent(inout) :: matrix
     integer :: k
 
+    if (self%in_place) return
     do k = 1, self%connectivity%count
       call add_block(equations, self%first_stencil + k - 1, &
         pressure_block(self, k, displacement, equations%symmetric), matrix)
@@ -173,6 +186,7 @@ contains
     real(wp) :: still(size(force, 1), size(force, 2))
     integer :: k, a, b
 
+    if (self%in_place) return
     still = 0.0_wp
     do k = 1, self%connectivity%count
       block = pressure_block(self, k, still, .false.)

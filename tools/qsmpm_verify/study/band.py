@@ -86,12 +86,18 @@ def of_steps(change: float) -> tuple[float, float]:
 def agreed(bands: Sequence[Band]) -> tuple[Band, bool]:
     """The narrowest band, stretched to those of other methods that it does not meet; whether it had to be.
 
-    Bands of more than three times its width say too little to stretch it.
+    Bands of more than three times its width say too little to stretch it, unless they are most of all and meet one
+    another: methods that agree are not left aside for one that is surer of itself.
     """
     best = min(bands, key=lambda band: band.half)
     low, high = best.low, best.high
-    for other in bands:
-        if best.apart(other) > 0 and other.half <= 3.0 * best.half:
+    apart = [other for other in bands if best.apart(other) > 0]
+    most = 2 * len(apart) > len(bands) and all(a.apart(b) == 0 for a in apart for b in apart)
+    for other in apart:
+        if most or other.half <= 3.0 * best.half:
             low, high = min(low, other.high), max(high, other.low)
+    if most:
+        near = min(apart, key=lambda band: band.half)
+        low, high = min(low, near.low), max(high, near.high)
     stretched = (low, high) != (best.low, best.high)
     return Band((low + high) / 2, (high - low) / 2, best.order, best.note), stretched

@@ -1,4 +1,4 @@
-"""Runs of a study in the order of their cost, within a budget of wall time.
+"""Runs of a study in the order of their cost, within a budget of CPU time.
 
 Every method starts on the coarsest grid; the cheapest run that is left is next, its cost foretold from the run before it
 of the same method. A method that failed twice in a row is left. Once the finest figures are there, one run in twice the
@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 import re
-import time
+import resource
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -62,7 +62,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Wish:
-    """What is asked: the column and where it is read, the error, the wall seconds; where runs are kept."""
+    """What is asked: the column and where it is read, the error, the CPU seconds; where runs are kept."""
 
     history: str
     place: str
@@ -77,8 +77,11 @@ FACTOR = "F"
 
 
 def stable_factor(folder: Path) -> float:
-    """Last stable factor of the last safety phase of a run."""
-    return float(json.loads((folder / "safety.json").read_text(encoding="utf-8"))["phases"][-1]["stable"])
+    """Last stable factor of the last safety phase of a run; none where the body was not seen to give way above it."""
+    found = json.loads((folder / "safety.json").read_text(encoding="utf-8"))["phases"][-1]
+    if found["lost"] is not None and not found["mechanism"]:
+        raise ResultError(f"at least {found['stable']:.5g}: no equilibrium was found above it, and no mechanism either")
+    return float(found["stable"])
 
 
 def figure_of(folder: Path, wish: Wish) -> float:
@@ -89,12 +92,19 @@ def figure_of(folder: Path, wish: Wish) -> float:
     return float({"last": values[-1], "max": values.max(), "min": values.min()}[wish.place])
 
 
+def cpu_of_children() -> float:
+    """CPU seconds of all processes that were waited for."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def run_trial(deck: Deck, trial: Trial, wish: Wish, limit: float) -> tuple[Trial, float]:
-    """Run a trial, or take the one that is there; its wall seconds, 0 for one that was there."""
+    """Run a trial, or take the one that is there; the CPU seconds of its process, 0 for one that was there."""
     original = deck.path.read_text(encoding="utf-8")
     case = Case(trial.name, deck.path.name, deck.path, (), time_limit=max(limit, 1.0), replace=((original, trial.deck),))
+    before = cpu_of_children()
     run = run_case(case, wish.program, wish.root, fresh=wish.fresh)
-    spent = 0.0 if run.reused else run.wall_seconds
+    spent = cpu_of_children() - before
     if run.exit_code != 0:
         reason = run.message if run.exit_code is None else f"exit {run.exit_code}: {run.message}"
         return replace(trial, reason=reason), spent
@@ -143,9 +153,8 @@ class Search:
         assert gridded is not None, "levels are those that exist"
         text = with_steps(with_method(gridded, method), steps).text() if steps > 1 else with_method(gridded, method).text()
         left = self.wish.budget - self.spent
-        started = time.monotonic()
         trial, spent = run_trial(self.deck, Trial(method.label, level, steps, text), self.wish, left)
-        self.spent += min(spent, time.monotonic() - started)
+        self.spent += spent
         self.trials.append(trial)
         self.tell(trial, self.spent)
 

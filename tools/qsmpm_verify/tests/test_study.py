@@ -17,7 +17,8 @@ from unittest import mock
 
 from qsmpm_verify.cli import main
 from qsmpm_verify.places import PROGRAM, TOP
-from qsmpm_verify.study.band import SAFETY, agreed, of_grids, of_steps, of_three, of_two
+from qsmpm_verify.results import ResultError
+from qsmpm_verify.study.band import SAFETY, Band, agreed, of_grids, of_steps, of_three, of_two
 from qsmpm_verify.study.cards import Card, Deck, items, plain, read_deck
 from qsmpm_verify.study.judgement import answer_of, choice_of, seconds_of_choice, warnings_of
 from qsmpm_verify.study.search import NOISE, Search, Trial, Wish, figure_of
@@ -215,6 +216,14 @@ class TestBand(unittest.TestCase):
         self.assertGreaterEqual(both.high, far.low)
         self.assertFalse(agreed([near, of_two(1.03, 1.015)])[1])
 
+    def test_methods_that_agree_are_not_left_aside_for_one_that_is_surer(self) -> None:
+        sure, others = Band(0.95, 0.01, None, ""), [Band(1.44, 0.05, None, ""), Band(1.45, 0.06, None, ""), Band(1.42, 0.08, None, "")]
+        both, stretched = agreed([sure, *others])
+        self.assertTrue(stretched)
+        self.assertGreaterEqual(both.high, 1.489)
+        self.assertLessEqual(both.low, 0.94)
+        self.assertFalse(agreed([sure, others[0]])[1], "one vague method alone says too little")
+
     def test_what_steps_leave_holds_every_order_and_none(self) -> None:
         shift, half = of_steps(0.1)
         for rest in (0.2, 0.1 * 4 / 3, 0.1, 0.0):
@@ -230,8 +239,18 @@ class TestFigure(unittest.TestCase):
             (folder / "curves.csv").write_text("phase,step,load_factor,F\n1,1,1,1.1\n1,2,1,1.6\n", encoding="utf-8")
             wish = Wish("F", "last", 0.03, 60.0, PROGRAM, folder)
             self.assertEqual(figure_of(folder, wish), 1.6)
-            (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 1.12, "lost": 1.13}]}', encoding="utf-8")
+            (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 1.12, "lost": 1.13, "mechanism": true}]}', encoding="utf-8")
             self.assertEqual(figure_of(folder, wish), 1.12)
+
+    def test_a_factor_that_no_mechanism_bounds_is_no_figure(self) -> None:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            wish = Wish("F", "last", 0.03, 60.0, PROGRAM, folder)
+            (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 1.02, "lost": 1.03, "mechanism": false}]}', encoding="utf-8")
+            with self.assertRaisesRegex(ResultError, "at least 1.02: .* no mechanism"):
+                figure_of(folder, wish)
+            (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 10, "lost": null, "mechanism": false}]}', encoding="utf-8")
+            self.assertEqual(figure_of(folder, wish), 10)
 
 
 class TestJudgement(unittest.TestCase):
