@@ -158,7 +158,10 @@ contains
     integer, intent(in) :: point
 
     extent = norm2(model%state%surface%area_vector(:, point))
-    if (model%analysis%model == axisymmetric) extent = extent/model%state%surface%position(1, point)
+    if (model%analysis%model /= axisymmetric) return
+    associate (radius => model%state%surface%position(1, point))
+      if (radius > 0.0_wp) extent = extent/radius
+    end associate
   end function extent_of
 
   !> Length in the plane, area in space, of the faces of cells.

@@ -64,6 +64,8 @@ contains
     call check_tractions(tests)
     call check_patches(tests)
     call check_wide_cell(tests)
+    call check_sliver(tests)
+    call check_numbers(tests)
     call check_tangent(tests, 'FRICTION ANGLE=40', 0.0_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10', 0.03_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10, ADHESION=5', 0.03_wp)
@@ -379,6 +381,50 @@ contains
     call tests%check('a piece that is short in its wide cell joins its neighbour', patches%count == 4)
     call end_system(step%system)
   end subroutine check_wide_cell
+
+  !> A sliver of the axis in the box of a surface has no area, and leaves the patches as they are.
+  subroutine check_sliver(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: cylinder = '*MODEL, TYPE=AXISYMMETRIC|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=OUTLINE, BODY=ground, BOX|0, 1.9, 1.095, 1.2|'// &
+      '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1.1|'// &
+      '*METHOD, BASIS=GIMP, INTEGRATION=POINTS|'
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(contact_patches_type) :: patches
+    type(body_points_type) :: nobody
+    integer :: i
+
+    allocate (model, step)
+    call make_step('SHAPE=PLANE|0, 1.2, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step, cylinder)
+    call tests%check('a surface has no points without area', all(model%state%surface%area > 0.0_wp))
+    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), nobody, patches)
+    call tests%check('a patch a cell of a top with a sliver of the axis', patches%count == 8)
+    call end_system(step%system)
+  end subroutine check_sliver
+
+  !> A gap that is no number fails the step and says where.
+  subroutine check_numbers(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :)
+
+    allocate (model, step)
+    call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    associate (surface => model%state%surface)
+      where (spread(surface%position(1, :) > 1.0_wp .and. surface%position(1, :) < 1.25_wp, 1, 2)) &
+        surface%area_vector = 0.0_wp
+    end associate
+    call initialise_step(model, step, error)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    call tests%check('a gap that is no number fails', step%failure%failed .and. .not. allocated(error))
+    call tests%check('and its place is named', index(step%failure%reason, "'tool' at (1.") > 0)
+    call end_system(step%system)
+  end subroutine check_numbers
 
   !> The matrix times a direction is the change of the residual along it.
   subroutine check_tangent(tests, contact, aside)
