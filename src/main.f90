@@ -9,7 +9,7 @@ program qsmpm_main
   use qsmpm_display, only: display_plain, display_quiet, display_terminal
   use qsmpm_error, only: error_type, error_other
   use qsmpm_field_table, only: fields_markdown
-  use qsmpm_plugin, only: model_abandoned, leave_process
+  use qsmpm_plugin, only: guard_watch, model_abandoned, leave_process
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
   use qsmpm_text, only: string_type, upper
   use qsmpm_path, only: base_name
@@ -111,6 +111,7 @@ contains
     if (is_terminal(1)) request%display = display_terminal
     if (command%quiet) request%display = display_quiet
     call watch_signals()
+    call guard_watch()
     call run_deck(request, report, code)
     write (error_unit, '(a)', advance='no') report
   end subroutine run

@@ -21,6 +21,7 @@ module qsmpm_run
   use qsmpm_plan, only: make_plan
   use qsmpm_plan_ranks, only: plan_ranks
   use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
+  use qsmpm_plugin, only: model_stopped
   use qsmpm_point, only: point_law, point_summary, refuse_point
   use qsmpm_phases, only: error_stopped
   use qsmpm_problem, only: problem_type
@@ -287,7 +288,7 @@ contains
 
     report = report//without_last_newline(error%message)//newline
     exit_code = error%code
-    if (exit_code == error_stopped) exit_code = signal_base + signal_number()
+    if (exit_code == error_stopped .or. model_stopped()) exit_code = signal_base + signal_number()
     if (exit_code == signal_base) exit_code = error_other
   end subroutine report_error
 end module qsmpm_run

@@ -218,6 +218,7 @@ contains
         call put_in_force(model, configuration, attempt%start, unknowns, terms, start_of_step)
       call put_in_force(model, configuration, attempt%fraction, unknowns, terms, load)
       goal%increment = load - start_of_step
+      goal%phase_share = attempt%fraction - min(attempt%start, progress%fraction)
     end associate
     call find_prescribed(model, terms, unknowns, attempt%fraction, goal%prescribed)
     goal%tolerance = attempt%tolerance
@@ -309,9 +310,9 @@ contains
     if (solution%largest_move > attempt%largest_move) then
       solution%converged = .false.
       solution%reason = 'the step moves a node too far'
-    else if (has_length_error(controls, attempt)) then
-      call measure_length_error(model, step, solution, error)
-      if (allocated(error)) return
+    else if (has_length_error(controls, attempt) .or. (has_user_law(model) .and. .not. attempt%damping > 0.0_wp)) then
+      call measure_length_error(model, step, .not. has_length_error(controls, attempt), solution, error)
+      if (allocated(error) .or. .not. has_length_error(controls, attempt)) return
       solution%too_long = is_too_long(controls, attempt%fraction - model%state%progress%fraction, solution%step_error)
       if (.not. solution%too_long) return
       solution%converged = .false.
@@ -319,19 +320,30 @@ contains
     end if
   end subroutine judge_length
 
+  !> Whether there is a law of a user: how it integrates its rates is not known, so its steps are measured unasked.
+  pure logical function has_user_law(model)
+    type(model_type), intent(in) :: model
+    integer :: m
+
+    has_user_law = any([(model%laws(m)%law%of_user, m=1, size(model%laws))])
+  end function has_user_law
+
   !> How far the step is off for its length.
-  subroutine measure_length_error(model, step, solution, error)
+  subroutine measure_length_error(model, step, path_only, solution, error)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
+    !> Leaves the error of the position out; an error that cannot be measured is all of the stress.
+    logical, intent(in) :: path_only
     type(solution_type), intent(inout) :: solution
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
     type(step_error_type) :: errors
 
     call switch_timer(step%profile%watch, part_step_error)
-    call measure_step_error(model, step, solution%displacement, errors, error)
+    call measure_step_error(model, step, solution%displacement, path_only, errors, error)
     call switch_timer(step%profile%watch, part_control)
     if (.not. allocated(error)) solution%step_error = max(errors%path, errors%position)
+    if (path_only) solution%step_error = min(1.0_wp, solution%step_error)
   end subroutine measure_length_error
 
   !> Label and place of the node with the largest residual of all processes: its number does not outlive a change of

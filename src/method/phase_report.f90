@@ -29,11 +29,13 @@ module qsmpm_phase_report
   implicit none
   private
 
-  public :: phase_report_type, report_step, report_stabilisation, report_phase, warn_of_lag, &
+  public :: phase_report_type, report_step, report_stabilisation, report_length, report_phase, warn_of_lag, &
     warn_of_initial_strength, advise_on_tangent, failure_text, start_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
+  !> What the length of a step may change of the stress without being told.
+  real(wp), parameter :: long_step = 5.0e-2_wp
   !> Ground at rest moves by less, in gamma H^2/M.
   real(wp), parameter :: still = 1.0e-5_wp
 
@@ -43,6 +45,8 @@ module qsmpm_phase_report
     logical :: lag_warned = .false.
     !> Noted that the tangent of a user material may be why increments are cut back.
     logical :: tangent_told = .false.
+    !> Warned that steps are long for a law of a user.
+    logical :: length_warned = .false.
     !> Steps of the phase in which the stabilisation carried much, the largest share and where it was.
     integer :: stiff_steps = 0
     real(wp) :: worst_share = 0.0_wp, worst_load_factor = 0.0_wp
@@ -96,6 +100,21 @@ contains
         ' cells of the grid, from cell '//index_text(window%first(:d))//' to '//index_text(window%last(:d)))
     end associate
   end subroutine report_window
+
+  !> Warn of the first step whose length counts; where the deck bounds that error nothing needs to be said.
+  subroutine report_length(load_factor, step_error, bound, report, observer)
+    real(wp), intent(in) :: load_factor
+    !> Error by the length of the step, as a share of the stress, and the deck's bound, 0 for none.
+    real(wp), intent(in) :: step_error, bound
+    type(phase_report_type), intent(inout) :: report
+    class(observer_type), intent(inout) :: observer
+
+    if (report%length_warned .or. bound > 0.0_wp .or. .not. step_error > long_step) return
+    report%length_warned = .true.
+    call observer%note('warning: the step to load factor '//factor_text(load_factor)//' in two halves gives '// &
+      'stresses that differ by '//percent_text(0.5_wp*step_error)//': how the *USER MATERIAL integrates them '// &
+      'depends on the length of the steps (step_error of curves.csv); more STEPS, or STEP ERROR of *CONTROLS')
+  end subroutine report_length
 
   !> Warn of the first step of a phase in which the stabilisation carries much, and remember the worst.
   subroutine report_stabilisation(load_factor, share, report, observer)

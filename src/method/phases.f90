@@ -22,7 +22,7 @@ module qsmpm_phases
   use qsmpm_kept_division, only: divide_all, join_all
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
   use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, failure_text, report_phase, &
-    report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
+    report_length, report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
   use qsmpm_phase_ends, only: is_lost, note_end, note_loss
   use qsmpm_phase_start, only: starts_whole, start_phase, resume_phase
   use qsmpm_phase_tree, only: parent_of
@@ -551,6 +551,10 @@ contains
     if (.not. (allocated(error) .or. joins)) call even_parts(model, loop, observer, error)
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
       loop%report, observer)
+    associate (progress => model%state%progress)
+      call report_length(progress%load_factor, record%step_error, &
+        model%analysis%phases(progress%phase)%controls%step_error, loop%report, observer)
+    end associate
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine notify_step
 end module qsmpm_phases

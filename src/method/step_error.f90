@@ -44,12 +44,14 @@ module qsmpm_step_error
 contains
 
   !> Errors of a step in equilibrium that has not been taken yet.
-  subroutine measure_step_error(model, step, displacement, errors, error)
+  subroutine measure_step_error(model, step, displacement, path_only, errors, error)
     type(model_type), intent(in) :: model
     !> Scratch of the step, evaluated and factorised.
     type(step_type), intent(inout), target :: step
     !> Displacement of the step and changes of further fields (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
+    !> Leaves the error of the position, which takes a solution, at 0.
+    logical, intent(in) :: path_only
     !> The errors; huge where the halved walk could not be made or is not a number.
     type(step_error_type), intent(out) :: errors
     !> The equations could not be solved.
@@ -76,6 +78,7 @@ contains
     end if
     errors%path = 2.0_wp*stress_distance(step%team, counted_volumes(model, integration), whole%results%stress, &
       walk%results%stress)
+    if (path_only) return
     if (total(step%team, int(step%equations%count, long)) == 0) return
     associate (u => displacement(:, :model%space%node_count))
       if (.not. any_of(step%team, any(abs(u) > 0.0_wp))) return

@@ -8,6 +8,10 @@ C                                                     it writes to unit 6
 C      11 adds to a number behind STATEV
 C      12 _exit(0)    13 overwrites NTENS   14 overwrites NSTATV
 C      15 NaN at no strain
+C      16 211 numbers behind STATEV   17 12 behind STRESS
+C      18 2 before DDSDDE             19 behind PROPS
+C      20 quick_exit(0)               21 an endless loop
+C      22 half the stress again, at no strain too
 C     from the KINC of PROPS(4) on, and where PROPS(7) is given only
 C     at an X above it.
       SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,
@@ -18,7 +22,7 @@ C     at an X above it.
       CHARACTER*80 CMNAME
       CHARACTER*4 FORM
       DIMENSION STRESS(NTENS),STATEV(*),DDSDDE(NTENS,NTENS),
-     1 DSTRAN(NTENS),TIME(2),PROPS(NPROPS),COORDS(3),DROT(3,3)
+     1 DSTRAN(NTENS),TIME(2),PROPS(*),COORDS(3),DROT(3,3)
       POINTER (KADDR, WRONG)
       G=PROPS(1)/(2.D0*(1.D0+PROPS(2)))
       A=2.D0*G*PROPS(2)/(1.D0-2.D0*PROPS(2))
@@ -56,6 +60,15 @@ C     at an X above it.
       IF(KIND.EQ.13) NTENS=4
       IF(KIND.EQ.14) NSTATV=NSTATV+1
       IF(KIND.EQ.15) STRESS(1)=STRESS(1)+0.D0*STRESS(1)/MAXVAL(ABS(DSTRAN))
+      IF(KIND.EQ.16) STATEV(NSTATV+1:NSTATV+211)=3.D0
+      IF(KIND.EQ.17) CALL FILL(STRESS,NTENS+1,NTENS+12)
+      IF(KIND.EQ.18) CALL FILL(DDSDDE,-1,0)
+      IF(KIND.EQ.19) PROPS(NPROPS+1)=0.D0
+      IF(KIND.EQ.20) CALL LEAVE_QUICKLY
+      DO WHILE (KIND.EQ.21)
+        IF(PNEWDT.LT.0.D0) EXIT
+      END DO
+      IF(KIND.EQ.22) STRESS(1:NTENS)=1.5D0*STRESS(1:NTENS)
       IF(KIND.EQ.10) THEN
         FORM='(I5)'
         WRITE(6,FORM) G
@@ -71,4 +84,18 @@ C     at an X above it.
         END SUBROUTINE END_PROCESS
       END INTERFACE
       CALL END_PROCESS(0)
+      END
+      SUBROUTINE LEAVE_QUICKLY
+      USE, INTRINSIC :: ISO_C_BINDING, ONLY: C_INT
+      INTERFACE
+        SUBROUTINE END_QUICKLY(CODE) BIND(C,NAME='quick_exit')
+          IMPORT :: C_INT
+          INTEGER(C_INT), VALUE :: CODE
+        END SUBROUTINE END_QUICKLY
+      END INTERFACE
+      CALL END_QUICKLY(0)
+      END
+      SUBROUTINE FILL(A,I,J)
+      REAL*8 A(*)
+      A(I:J)=3.D0
       END

@@ -9,8 +9,8 @@ module qsmpm_plugin
   implicit none
   private
 
-  public :: find_library, load_procedure, guarded_call, guard_words, guard_exit, model_abandoned, leave_process, &
-    silence, may_write, until_null
+  public :: find_library, load_procedure, guarded_call, guard_words, guard_exit, guard_watch, model_abandoned, &
+    model_stopped, leave_process, silence, may_write, until_null
 
   !> Longest message of the loader.
   integer, parameter :: message_length = 1024
@@ -33,8 +33,9 @@ module qsmpm_plugin
       type(c_funptr) :: procedure
     end function c_symbol
 
-    !> Call a procedure that calls a model, with its data: 0, the number of a signal, or -1 when the model has ended
-    !> the process. A model that has not returned is not called again (plugin.c).
+    !> Call a procedure that calls a model, with its data: 0, the number of a signal, -1 when the model has ended the
+    !> process, or -2 when it has not returned and the run is to stop. A model that has not returned is not called again
+    !> until it is looked up anew (plugin.c).
     function guarded_call(model, procedure, data) bind(c, name='qsmpm_guarded') result(what)
       import :: c_int, c_ptr, c_funptr
       type(c_funptr), value :: model
@@ -47,6 +48,16 @@ module qsmpm_plugin
     !> closed behind the program's back (plugin.c).
     subroutine guard_exit() bind(c, name='qsmpm_guard_exit')
     end subroutine guard_exit
+
+    !> Let calls that do not return be told on the error output, and be left when a signal stops the run; to be called
+    !> before the first library is loaded (plugin.c).
+    subroutine guard_watch() bind(c, name='qsmpm_guard_watch')
+    end subroutine guard_watch
+
+    !> Not 0 when a model has been left because the run was to stop (plugin.c).
+    integer(c_int) function c_stopped() bind(c, name='qsmpm_guard_stopped')
+      import :: c_int
+    end function c_stopped
 
     !> Not 0 when a model has been left in the middle (plugin.c).
     integer(c_int) function c_abandoned() bind(c, name='qsmpm_guard_abandoned')
@@ -187,7 +198,10 @@ contains
       'SIGBUS, no such memory', 'SIGFPE, no arithmetic', 'SIGSEGV, memory that is not its own']
     integer :: i
 
-    if (what < 0) then
+    if (what < -1) then
+      words = 'the model does not return: stopped on request'
+      return
+    else if (what < 0) then
       words = 'the model ends the program (a STOP, a call of exit or a run-time error; what it says is on the '// &
         'error output)'
       return
@@ -197,6 +211,11 @@ contains
       if (what == numbers(i)) words = words//' ('//trim(names(i))//')'
     end do
   end function guard_words
+
+  !> Whether a model has been left because the run was to stop.
+  logical function model_stopped()
+    model_stopped = c_stopped() /= 0
+  end function model_stopped
 
   !> Whether a model has been left in the middle, so that Fortran's units may be locked.
   logical function model_abandoned()

@@ -15,9 +15,11 @@ module qsmpm_soil_model_law
   use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, status_unrecoverable, tangent_none, &
     tangent_elastic
   use qsmpm_point_result, only: finish_points
+  use qsmpm_rest_check, only: changes_at_rest, what_changes, rest_is_faulty
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_step_turn, only: step_turn_type, make_step_turn, turned_stress, turned_strain, step_tangent
-  use qsmpm_tensor, only: determinant, inverse, unpack_gradient, unpack_symmetric, pack_gradient, stress_size
+  use qsmpm_tensor, only: determinant, identity, inverse, unpack_gradient, unpack_symmetric, pack_gradient, stress_size
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -165,6 +167,8 @@ contains
     call ask_model(self, increment, stress, batch%state_start(:, p), batch%state(:, p), response)
     batch%status(p) = response%status
     if (response%status == status_ok) call check_answer(increment, stress, batch%state(:self%state_count, p), response)
+    if (response%status == status_ok .and. .not. any(abs(f - identity) > 0.0_wp)) &
+      call check_rest(self, batch, p, increment, stress, response)
     if (response%status == status_failed .and. .not. any(abs(increment%strain) > 0.0_wp)) then
       stress = 0.0_wp
       stress(:size(batch%stress, 1)) = batch%stress_start(:, p)
@@ -269,6 +273,41 @@ contains
     end associate
     response = said
   end subroutine rest
+
+  !> A model whose stress changes at no strain is broken, unless it returns to where stresses may be or flows with time.
+  subroutine check_rest(self, batch, p, increment, stress, response)
+    class(soil_model_law_type), intent(in) :: self
+    !> The points.
+    type(batch_type), intent(in) :: batch
+    !> Number of the point.
+    integer, intent(in) :: p
+    !> A step without strain.
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress at the end (6).
+    real(wp), intent(in) :: stress(6)
+    !> What the model says.
+    type(soil_response_type), intent(inout) :: response
+    real(wp) :: start(6)
+    integer :: what
+
+    start = 0.0_wp
+    start(:size(batch%stress_start, 1)) = batch%stress_start(:, p)
+    if (.not. changes_at_rest(start, stress)) return
+    associate (before => [start, batch%state_start(self%before_own + 1:self%state_count, p)], &
+      after => [stress, batch%state(self%before_own + 1:self%state_count, p)])
+      if (self%model%thread_safe) then
+        call what_changes(self%model, increment, before, after, what)
+      else
+        !$omp critical (qsmpm_soil_model)
+        call what_changes(self%model, increment, before, after, what)
+        !$omp end critical (qsmpm_soil_model)
+      end if
+    end associate
+    if (what /= rest_is_faulty) return
+    response%status = status_unrecoverable
+    response%message = 'the model changes the stress where nothing is strained, again with every call and whatever '// &
+      'the time increment: by '//rounded_text(maxval(abs(stress - start)))
+  end subroutine check_rest
 
   !> A model that says all is well must have given numbers.
   subroutine check_answer(increment, stress, state, response)

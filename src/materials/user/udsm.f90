@@ -12,11 +12,12 @@
 module qsmpm_udsm
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_user_adapter, only: adapter_type, margin, begin_silence, end_silence, check_call, &
-    check_arguments, add_margin, take_user
+  use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call, check_arguments, &
+    take_user
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut, start_time, time_increment
+  use qsmpm_marked_room, only: room_size, first_places, put_marks
   use qsmpm_plugin, only: load_procedure, guarded_call, may_write
   use qsmpm_soil_model, only: soil_increment_type, soil_response_type
   use qsmpm_text, only: integer_text, string_type
@@ -39,6 +40,10 @@ module qsmpm_udsm
   integer, parameter :: whole_arguments = 7
   character(len=7), parameter :: whole_names(whole_arguments) = [character(len=7) :: 'IDTask', 'iMod', 'IsUndr', &
     'iStep', 'iTer', 'iEl', 'Int']
+  !> Arrays among the arguments, in the order of their room, the constants last.
+  integer, parameter :: arrays = 7
+  character(len=6), parameter :: array_names(arrays) = [character(len=6) :: 'StVar', 'StVar0', 'Sig', 'Sig0', 'dEps', &
+    'D', 'Props']
   !> Directory of the model's own files: the working directory, or this one where nobody may write there.
   character(len=*), parameter :: here = './', elsewhere = '/tmp/'
 
@@ -78,9 +83,10 @@ module qsmpm_udsm
   type :: udsm_call_type
     procedure(udsm_interface), pointer, nopass :: routine => null()
     integer(c_int) :: task, model, is_undrained, step, iteration, element, point
-    real(c_double) :: x, y, z, time0, dtime, props(constants), sig0(stresses), swp0, deps(strains), d(36), &
-      bulk_water, sig(stresses), swp
-    real(c_double), pointer :: stvar0(:) => null(), stvar(:) => null()
+    real(c_double) :: x, y, z, time0, dtime, swp0, bulk_water, swp
+    !> The room of the arrays, and each of them.
+    real(c_double), pointer, contiguous :: room(:) => null(), stvar(:) => null(), stvar0(:) => null(), &
+      sig(:) => null(), sig0(:) => null(), deps(:) => null(), d(:) => null(), props(:) => null()
     integer(c_int) :: plastic, states, non_symmetric, stress_dependent, time_dependent, has_tangent
     integer(c_int) :: directory(len(elsewhere)), directory_length, abort
   end type udsm_call_type
@@ -139,12 +145,12 @@ contains
     type(udsm_type), intent(inout) :: model
     !> error_user_material: what is wrong with the answers.
     type(error_type), allocatable, intent(out) :: error
-    real(c_double), target :: first(margin), second(margin)
-    real(c_double), allocatable, target :: room(:), other(:)
+    real(c_double), allocatable, target :: room(:)
     type(udsm_call_type), target :: arguments
     type(soil_response_type) :: response
 
-    call prepare(model, soil_increment_type(), spread(0.0_wp, 1, 6), 0.0_wp, first, second, arguments)
+    allocate (room(room_size(array_sizes(model))), source=0.0_c_double)
+    call prepare(model, soil_increment_type(), spread(0.0_wp, 1, 6), 0.0_wp, room, arguments)
     call perform(model, task_states, arguments, response)
     if (response%status == status_ok) call perform(model, task_kind, arguments, response)
     if (response%status /= status_ok) then
@@ -165,11 +171,12 @@ contains
     end if
     model%user%states = max(0, int(arguments%states))
     model%state_count = model%before + model%user%states
-    allocate (room(model%user%states + margin), other(model%user%states + margin), source=0.0_c_double)
+    deallocate (room)
+    allocate (room(room_size(array_sizes(model))), source=0.0_c_double)
     ! A little compression: many soils have no state at no stress.
     call prepare(model, soil_increment_type(), [-1.0_wp, -1.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, room, &
-      other, arguments)
-    call put_start(model%user, [0.0_wp, 0.0_wp, 0.0_wp], room(:model%user%states))
+      arguments)
+    call put_start(model%user, [0.0_wp, 0.0_wp, 0.0_wp], arguments%stvar0)
     call perform(model, task_start, arguments, response)
     if (response%status /= status_ok) call fail(error, error_user_material, response%message)
     model%props = arguments%props
@@ -193,17 +200,16 @@ contains
     real(wp), intent(in) :: stress(6), place(3)
     !> State (state_count).
     real(wp), intent(out) :: state(:)
-    real(c_double), target :: room(self%user%states + margin), other(self%user%states + margin)
+    real(c_double), target :: room(room_size(array_sizes(self)))
     type(udsm_call_type), target :: arguments
     type(soil_response_type) :: response
 
     room = 0.0_c_double
-    other = 0.0_c_double
-    call prepare(self, soil_increment_type(place=place), stress, 0.0_wp, room, other, arguments)
-    call put_start(self%user, place, room(:self%user%states))
+    call prepare(self, soil_increment_type(place=place), stress, 0.0_wp, room, arguments)
+    call put_start(self%user, place, arguments%stvar0)
     call perform(self, task_start, arguments, response)
     state(:self%before) = 0.0_wp
-    state(self%before + 1:self%state_count) = room(:self%user%states)
+    state(self%before + 1:self%state_count) = arguments%stvar0
   end subroutine start_at
 
   !> One step of one point.
@@ -217,7 +223,7 @@ contains
     real(wp), intent(inout) :: state(:)
     !> Tangent and status.
     type(soil_response_type), intent(inout) :: response
-    real(c_double), target :: room(self%user%states + margin), other(self%user%states + margin)
+    real(c_double), target :: room(room_size(array_sizes(self)))
     type(udsm_call_type), target :: arguments
     real(wp) :: stress_start(6), state_start(self%state_count), water
     logical :: wants_elastic
@@ -226,9 +232,9 @@ contains
     state_start = state
     water = 0.0_wp
     if (self%before > 0) water = state(1)
-    room(:self%user%states) = state(self%before + 1:self%state_count)
-    other(:self%user%states) = room(:self%user%states)
-    call prepare(self, increment, stress, water, room, other, arguments)
+    call prepare(self, increment, stress, water, room, arguments)
+    arguments%stvar0 = state(self%before + 1:self%state_count)
+    arguments%stvar = arguments%stvar0
     call perform(self, task_elastic, arguments, response)
     if (response%status == status_ok) call take_tangent(arguments, response)
     if (response%status == status_ok) call perform(self, task_stress, arguments, response)
@@ -280,7 +286,7 @@ contains
     do i = 1, 6
       stress(i) = arguments%sig(place(i))
     end do
-    state(self%before + 1:self%state_count) = arguments%stvar(:self%user%states)
+    state(self%before + 1:self%state_count) = arguments%stvar
     response%plastic = arguments%plastic /= 0
     if (self%before == 0) return
     state(1) = arguments%swp
@@ -288,23 +294,20 @@ contains
   end subroutine take_stress
 
   !> What the model is given in every task.
-  subroutine prepare(self, increment, stress, water, stvar0, stvar, arguments)
+  subroutine prepare(self, increment, stress, water, room, arguments)
     class(udsm_type), intent(in) :: self
     !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and excess pore pressure.
     real(wp), intent(in) :: stress(6)
     real(wp), intent(in) :: water
-    !> State at the start and room for that of the end, with margins.
-    real(c_double), intent(inout), target :: stvar0(:)
-    real(c_double), intent(inout), target :: stvar(:)
+    !> Room for the arrays; those of the state stay.
+    real(c_double), intent(inout), target, contiguous :: room(:)
     type(udsm_call_type), intent(inout) :: arguments
     integer :: i
 
-    call add_margin(stvar0)
-    call add_margin(stvar)
-    arguments%stvar0 => stvar0
-    arguments%stvar => stvar
+    call put_marks(array_sizes(self), room)
+    call place_arrays(self, room, arguments)
     arguments%routine => self%routine
     arguments%model = int(self%user%model, c_int)
     arguments%is_undrained = int(self%before, c_int)
@@ -333,6 +336,35 @@ contains
     arguments%bulk_water = self%user%undrained
     call prepare_answers(self, arguments)
   end subroutine prepare
+
+  !> Sizes of the arrays.
+  pure function array_sizes(self) result(sizes)
+    class(udsm_type), intent(in) :: self
+    integer :: sizes(arrays)
+
+    associate (n => max(0, self%user%states))
+      sizes = [n, n, stresses, stresses, strains, 36, constants]
+    end associate
+  end function array_sizes
+
+  !> Each array in its place.
+  subroutine place_arrays(self, room, arguments)
+    class(udsm_type), intent(in) :: self
+    real(c_double), intent(inout), target, contiguous :: room(:)
+    type(udsm_call_type), intent(inout) :: arguments
+    integer :: first(arrays + 1), last(arrays)
+
+    first = first_places(array_sizes(self))
+    last = first(:arrays) + array_sizes(self) - 1
+    arguments%room => room
+    arguments%stvar => room(first(1):last(1))
+    arguments%stvar0 => room(first(2):last(2))
+    arguments%sig => room(first(3):last(3))
+    arguments%sig0 => room(first(4):last(4))
+    arguments%deps => room(first(5):last(5))
+    arguments%d => room(first(6):last(6))
+    arguments%props => room(first(7):last(7))
+  end subroutine place_arrays
 
   !> Answers before they are given, and the directory as numbers of characters.
   subroutine prepare_answers(self, arguments)
@@ -368,8 +400,7 @@ contains
     call begin_silence(self, saved)
     what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
     call end_silence(saved)
-    call check_call(self, what, arguments%stvar0, response)
-    if (response%status == status_ok) call check_call(self, what, arguments%stvar, response)
+    call check_call(self, what, array_sizes(self), array_names, arguments%room, response)
     if (response%status == status_ok) call check_arguments(self, sent, whole_numbers(arguments), whole_names, response)
   end subroutine perform
 

@@ -5,16 +5,17 @@
 !> gets the turned stress and strain of the start, DROT, and the deformation gradients; tensors in its state are
 !> its own to turn. What each argument holds is listed in docs/user_models.md.
 module qsmpm_umat
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_null_funptr, c_size_t, c_loc, &
     c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_user_adapter, only: adapter_type, margin, begin_silence, end_silence, check_call, &
-    check_arguments, add_margin, take_user, number_states
+  use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call, check_arguments, &
+    take_user, number_states
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_jaumann_solid, only: product_of
   use qsmpm_law, only: status_ok, status_cut, time_increment
+  use qsmpm_marked_room, only: room_size, first_places, put_marks
   use qsmpm_plugin, only: load_procedure, guarded_call
   use qsmpm_soil_model, only: soil_increment_type, soil_response_type
   use qsmpm_text, only: upper, real_text, integer_text
@@ -33,6 +34,12 @@ module qsmpm_umat
   integer, parameter :: whole_arguments = 11
   character(len=6), parameter :: whole_names(whole_arguments) = [character(len=6) :: 'NDI', 'NSHR', 'NTENS', 'NSTATV', &
     'NPROPS', 'NOEL', 'NPT', 'LAYER', 'KSPT', 'KSTEP', 'KINC']
+  !> Arrays among the arguments, in the order of their room, the constants last.
+  integer, parameter :: arrays = 15, at_statev = 1, at_stress = 2, at_ddsdde = 3, at_ddsddt = 4, at_drplde = 5, &
+    at_stran = 6, at_dstran = 7, at_time = 8, at_predef = 9, at_dpred = 10, at_coords = 11, at_drot = 12, &
+    at_dfgrd0 = 13, at_dfgrd1 = 14, at_props = 15
+  character(len=6), parameter :: array_names(arrays) = [character(len=6) :: 'STATEV', 'STRESS', 'DDSDDE', 'DDSDDT', &
+    'DRPLDE', 'STRAN', 'DSTRAN', 'TIME', 'PREDEF', 'DPRED', 'COORDS', 'DROT', 'DFGRD0', 'DFGRD1', 'PROPS']
 
   abstract interface
     !> A UMAT. The last argument is the length of CMNAME, which Fortran compilers pass by value behind all others.
@@ -67,10 +74,10 @@ module qsmpm_umat
   !> Arguments of a call.
   type :: umat_call_type
     procedure(umat_interface), pointer, nopass :: routine => null()
-    real(c_double) :: stress(6), ddsdde(36), strain(6), strain_start(6), drot(3, 3), dfgrd0(3, 3), dfgrd1(3, 3)
-    real(c_double) :: time(2), dtime, coords(3), celent, pnewdt
-    real(c_double) :: energy(3), rpl, ddsddt(6), drplde(6), drpldt, temperature(2), predef(fields), dpred(fields)
-    real(c_double), pointer :: statev(:) => null(), props(:) => null()
+    !> The arrays, and where each begins.
+    real(c_double), pointer, contiguous :: room(:) => null()
+    integer :: first(arrays + 1)
+    real(c_double) :: dtime, celent, pnewdt, energy(3), rpl, drpldt, temperature(2)
     character(kind=c_char) :: cmname(name_length)
     integer(c_int) :: ndi, nshr, ntens, nstatv, nprops, noel, npt, layer, kspt, jstep(4), kinc
   end type umat_call_type
@@ -185,22 +192,22 @@ contains
     real(wp), intent(inout) :: state(:)
     !> Tangent and status.
     type(soil_response_type), intent(inout) :: response
-    real(c_double), target :: room(self%state_count + margin), props(size(self%props) + margin)
+    real(c_double), target :: room(room_size(array_sizes(self)))
     type(umat_call_type), target :: arguments
     integer(c_int) :: what, saved, sent(whole_arguments)
+    integer :: sizes(arrays)
 
-    room(:self%state_count) = state
-    call add_margin(room)
-    props(:size(self%props)) = self%props
-    props(size(self%props) + 1:) = ieee_value(1.0_wp, ieee_quiet_nan)
-    arguments%statev => room
-    arguments%props => props
-    call fill_call(self, increment, stress, arguments)
+    sizes = array_sizes(self)
+    arguments%first = first_places(sizes)
+    arguments%room => room
+    call put_marks(sizes, room)
+    call fill_arrays(self, increment, stress, state, sizes, arguments%first, room)
+    call fill_call(self, increment, arguments)
     sent = whole_numbers(arguments)
     call begin_silence(self, saved)
     what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
     call end_silence(saved)
-    call check_call(self, what, room, response)
+    call check_call(self, what, sizes, array_names, room, response)
     if (response%status == status_ok) call check_arguments(self, sent, whole_numbers(arguments), whole_names, response)
     if (response%status /= status_ok) return
     if (arguments%pnewdt < 1.0_wp) then
@@ -209,12 +216,12 @@ contains
       response%message = 'the model asks for a shorter step, PNEWDT = '//real_text(arguments%pnewdt)
       return
     end if
-    associate (n => int(arguments%ntens))
-      stress(:n) = arguments%stress(:n)
+    associate (n => sizes(at_stress), first => arguments%first)
+      stress(:n) = room(first(at_stress):first(at_stress) + n - 1)
       response%tangent = 0.0_wp
-      response%tangent(:n, :n) = reshape(arguments%ddsdde(:n*n), [n, n])
+      response%tangent(:n, :n) = reshape(room(first(at_ddsdde):first(at_ddsdde) + n*n - 1), [n, n])
+      state = room(first(at_statev):first(at_statev) + self%state_count - 1)
     end associate
-    state = room(:self%state_count)
     if (.not. (all(ieee_is_finite(stress)) .and. all(ieee_is_finite(response%tangent)) .and. &
       all(ieee_is_finite(state)))) response%message = 'should it read more '// &
       'than the '//integer_text(size(self%user%constants))//' constants and '//integer_text(self%state_count)// &
@@ -230,38 +237,72 @@ contains
       arguments%npt, arguments%layer, arguments%kspt, arguments%jstep(1), arguments%kinc]
   end function whole_numbers
 
-  !> What the model is given.
-  subroutine fill_call(self, increment, stress, arguments)
+  !> Sizes of the arrays.
+  pure function array_sizes(self) result(sizes)
+    class(umat_type), intent(in) :: self
+    integer :: sizes(arrays)
+
+    associate (n => self%user%components)
+      sizes = [self%state_count, n, n*n, n, n, n, n, 2, fields, fields, 3, 9, 9, 9, size(self%props)]
+    end associate
+  end function array_sizes
+
+  !> What the model is given in arrays.
+  subroutine fill_arrays(self, increment, stress, state, sizes, first, room)
     class(umat_type), intent(in) :: self
     !> The step.
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress at the start, turned (6).
+    !> Cauchy stress at the start, turned (6), and state at the start.
     real(wp), intent(in) :: stress(6)
-    !> The arguments, state and constants set.
+    real(wp), intent(in) :: state(:)
+    !> Sizes of the arrays, where they begin, and their room.
+    integer, intent(in) :: sizes(arrays), first(arrays + 1)
+    real(c_double), intent(inout) :: room(:)
+    real(wp), parameter :: nothing(36) = 0.0_wp
+
+    call put(at_statev, state)
+    call put(at_stress, stress)
+    call put(at_ddsdde, nothing)
+    call put(at_ddsddt, nothing)
+    call put(at_drplde, nothing)
+    call put(at_stran, increment%strain_start)
+    call put(at_dstran, increment%strain)
+    call put(at_time, increment%step_info%start*increment%step_info%phase_time &
+      + [0.0_wp, increment%step_info%phase_start])
+    call put(at_predef, nothing)
+    call put(at_dpred, nothing)
+    call put(at_coords, increment%place)
+    call put(at_drot, reshape(increment%rotation, [9]))
+    call put(at_dfgrd0, reshape(increment%gradient_start, [9]))
+    call put(at_dfgrd1, reshape(increment%gradient_end, [9]))
+    call put(at_props, self%props)
+
+  contains
+
+    !> Put the first numbers of a list into an array.
+    subroutine put(array, values)
+      integer, intent(in) :: array
+      real(wp), intent(in) :: values(:)
+
+      room(first(array):first(array) + sizes(array) - 1) = values(:sizes(array))
+    end subroutine put
+  end subroutine fill_arrays
+
+  !> What the model is given beside arrays.
+  subroutine fill_call(self, increment, arguments)
+    class(umat_type), intent(in) :: self
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
     type(umat_call_type), intent(inout) :: arguments
 
     arguments%routine => self%routine
-    arguments%stress = stress
-    arguments%ddsdde = 0.0_c_double
-    arguments%strain = increment%strain
-    arguments%strain_start = increment%strain_start
-    arguments%drot = increment%rotation
-    arguments%dfgrd0 = increment%gradient_start
-    arguments%dfgrd1 = increment%gradient_end
-    arguments%time = increment%step_info%start*increment%step_info%phase_time + [0.0_wp, &
-      increment%step_info%phase_start]
     arguments%dtime = time_increment(increment%step_info)
-    arguments%coords = increment%place
     arguments%celent = increment%cell_size
     arguments%pnewdt = 1.0_c_double
     arguments%energy = 0.0_c_double
     arguments%rpl = 0.0_c_double
     arguments%drpldt = 0.0_c_double
-    arguments%ddsddt = 0.0_c_double
-    arguments%drplde = 0.0_c_double
     arguments%temperature = 0.0_c_double
-    arguments%predef = 0.0_c_double
-    arguments%dpred = 0.0_c_double
     arguments%cmname = self%cmname
     arguments%ndi = 3
     arguments%ntens = int(self%user%components, c_int)
@@ -283,9 +324,14 @@ contains
     type(umat_call_type), pointer :: a
 
     call c_f_pointer(data, a)
-    call a%routine(a%stress, a%statev, a%ddsdde, a%energy(1), a%energy(2), a%energy(3), a%rpl, a%ddsddt, a%drplde, &
-      a%drpldt, a%strain_start, a%strain, a%time, a%dtime, a%temperature(1), a%temperature(2), a%predef, a%dpred, &
-      a%cmname, a%ndi, a%nshr, a%ntens, a%nstatv, a%props, a%nprops, a%coords, a%drot, a%pnewdt, a%celent, &
-      a%dfgrd0, a%dfgrd1, a%noel, a%npt, a%layer, a%kspt, a%jstep, a%kinc, int(name_length, c_size_t))
+    associate (at => a%first)
+      call a%routine(a%room(at(at_stress):), a%room(at(at_statev):), a%room(at(at_ddsdde):), a%energy(1), a%energy(2), &
+        a%energy(3), a%rpl, a%room(at(at_ddsddt):), a%room(at(at_drplde):), a%drpldt, a%room(at(at_stran):), &
+        a%room(at(at_dstran):), a%room(at(at_time):), a%dtime, a%temperature(1), a%temperature(2), &
+        a%room(at(at_predef):), a%room(at(at_dpred):), a%cmname, a%ndi, a%nshr, a%ntens, a%nstatv, &
+        a%room(at(at_props):), a%nprops, a%room(at(at_coords):), a%room(at(at_drot):), a%pnewdt, a%celent, &
+        a%room(at(at_dfgrd0):), a%room(at(at_dfgrd1):), a%noel, a%npt, a%layer, a%kspt, a%jstep, a%kinc, &
+        int(name_length, c_size_t))
+    end associate
   end subroutine make_call
 end module qsmpm_umat

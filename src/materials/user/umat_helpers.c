@@ -4,12 +4,14 @@
  * They stand alone: the program exports them to models that were linked without them, and tools/build-umat links
  * them into the model, which then can be loaded by any program. Symmetric tensors are NDI normal components
  * followed by NSHR shear components 12, 13, 23; the shear of a strain (LSTR = 2) is gamma. Matrices are Fortran's,
- * column by column. */
+ * column by column. They are weak: a model's own procedure of the same name goes before them. */
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define LENT __attribute__((weak))
 
 enum { axes = 3, is_strain = 2, most_sweeps = 50, fatal = -3 };
 
@@ -28,7 +30,7 @@ static void unpack(const double *s, int lstr, int ndi, int nshr, double a[axes][
 }
 
 /* sprime = r s r' of a stress (lstr = 1) or strain (lstr = 2). */
-void rotsig_(const double *s, const double *r, double *sprime, const int *lstr, const int *ndi, const int *nshr)
+LENT void rotsig_(const double *s, const double *r, double *sprime, const int *lstr, const int *ndi, const int *nshr)
 {
     const double factor = *lstr == is_strain ? 2.0 : 1.0;
     double a[axes][axes], b[axes][axes];
@@ -46,7 +48,7 @@ void rotsig_(const double *s, const double *r, double *sprime, const int *lstr, 
 }
 
 /* Mean stress and Mises stress. */
-void sinv_(const double *stress, double *sinv1, double *sinv2, const int *ndi, const int *nshr)
+LENT void sinv_(const double *stress, double *sinv1, double *sinv2, const int *ndi, const int *nshr)
 {
     double a[axes][axes], sum = 0.0;
     int i, j;
@@ -111,7 +113,7 @@ static void principal(double a[axes][axes], double value[axes], double n[axes][a
 }
 
 /* Principal values of a stress (lstr = 1) or strain (lstr = 2). */
-void sprinc_(const double *s, double *ps, const int *lstr, const int *ndi, const int *nshr)
+LENT void sprinc_(const double *s, double *ps, const int *lstr, const int *ndi, const int *nshr)
 {
     double a[axes][axes], n[axes][axes];
 
@@ -120,7 +122,7 @@ void sprinc_(const double *s, double *ps, const int *lstr, const int *ndi, const
 }
 
 /* Principal values and directions: an(k,:) are the cosines of the k-th one. */
-void sprind_(const double *s, double *ps, double *an, const int *lstr, const int *ndi, const int *nshr)
+LENT void sprind_(const double *s, double *ps, double *an, const int *lstr, const int *ndi, const int *nshr)
 {
     double a[axes][axes], n[axes][axes];
     int i, k;
@@ -132,7 +134,7 @@ void sprind_(const double *s, double *ps, double *an, const int *lstr, const int
 }
 
 /* The model ends the run. */
-void xit_(void)
+LENT void xit_(void)
 {
     fputs("the model calls XIT\n", stderr);
     exit(1);
@@ -148,55 +150,55 @@ static void give_text(const char *text, char *to, size_t length)
 }
 
 /* Directory of the model's own files, without a slash: the working directory. */
-void getoutdir_(char *directory, int *used, size_t length)
+LENT void getoutdir_(char *directory, int *used, size_t length)
 {
     give_text(".", directory, length);
     *used = 1;
 }
 
 /* Name of the run for the model's own files. */
-void getjobname_(char *name, int *used, size_t length)
+LENT void getjobname_(char *name, int *used, size_t length)
 {
     give_text("qsmpm", name, length);
     *used = 5;
 }
 
 /* Processes, and which of them this is. */
-void getnumcpus_(int *count)
+LENT void getnumcpus_(int *count)
 {
     *count = 1;
 }
 
-void getrank_(int *rank)
+LENT void getrank_(int *rank)
 {
     *rank = 0;
 }
 
 /* Models are called one at a time unless they say that they need no locks. */
-void mutexinit_(const int *number)
+LENT void mutexinit_(const int *number)
 {
     (void)number;
 }
 
-void mutexlock_(const int *number)
+LENT void mutexlock_(const int *number)
 {
     (void)number;
 }
 
-void mutexunlock_(const int *number)
+LENT void mutexunlock_(const int *number)
 {
     (void)number;
 }
 
 /* CALL ABORT of gfortran, which takes the signal's handler away first. */
-void _gfortran_abort(void)
+LENT void _gfortran_abort(void)
 {
     abort();
 }
 
 /* A message, with %I, %R and %S in its text for the next whole number, real number and word of 8 characters; lop 1
  * tells, -1 warns, -2 is an error, and -3 ends the run. */
-void stdb_abqerr_(const int *lop, const char *string, const int *intv, const double *realv, const char *charv,
+LENT void stdb_abqerr_(const int *lop, const char *string, const int *intv, const double *realv, const char *charv,
                   size_t length, size_t word)
 {
     size_t i;

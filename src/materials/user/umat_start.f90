@@ -4,10 +4,11 @@ module qsmpm_umat_start
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_funloc, c_funptr, &
     c_int, c_loc, c_null_funptr, c_ptr
-  use qsmpm_user_adapter, only: adapter_type, margin, add_margin, begin_silence, end_silence, check_call
+  use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
+  use qsmpm_marked_room, only: room_size, first_places, put_marks
   use qsmpm_plugin, only: load_procedure, guarded_call
   use qsmpm_soil_model, only: soil_response_type
   implicit none
@@ -28,8 +29,8 @@ module qsmpm_umat_start
   !> Arguments of a call.
   type :: umat_start_call_type
     type(c_funptr) :: address
-    real(c_double), pointer :: statev(:) => null()
-    real(c_double) :: coords(3)
+    real(c_double), pointer, contiguous :: room(:) => null()
+    integer :: statev, coords
     integer(c_int) :: nstatv
   end type umat_start_call_type
 
@@ -54,23 +55,28 @@ contains
     real(wp), intent(in) :: place(3)
     !> In: as the deck has it; out: as the procedure leaves it.
     real(wp), intent(inout) :: state(:)
-    real(c_double), target :: room(size(state) + margin)
+    real(c_double), target :: room(room_size([size(state), 3]))
     type(umat_start_call_type), target :: arguments
     type(soil_response_type) :: response
     integer(c_int) :: what, saved
+    integer :: sizes(2), first(3)
 
     if (.not. c_associated(address) .or. size(state) == 0) return
-    room(:size(state)) = state
-    call add_margin(room)
+    sizes = [size(state), 3]
+    first = first_places(sizes)
+    call put_marks(sizes, room)
+    room(first(1):first(1) + size(state) - 1) = state
+    room(first(2):first(2) + 2) = place
     arguments%address = address
-    arguments%statev => room
-    arguments%coords = place
+    arguments%room => room
+    arguments%statev = first(1)
+    arguments%coords = first(2)
     arguments%nstatv = int(size(state), c_int)
     call begin_silence(adapter, saved)
     what = guarded_call(address, c_funloc(make_call), c_loc(arguments))
     call end_silence(saved)
-    call check_call(adapter, what, room, response)
-    state = room(:size(state))
+    call check_call(adapter, what, sizes, ['STATEV', 'COORDS'], room, response)
+    state = room(first(1):first(1) + size(state) - 1)
     if (response%status /= status_ok) state = ieee_value(state, ieee_quiet_nan)
   end subroutine initial_state
 
@@ -84,6 +90,6 @@ contains
 
     call c_f_pointer(data, a)
     call c_f_procpointer(a%address, procedure)
-    call procedure(a%statev, a%coords, a%nstatv, 3_c_int, one, one, one, one)
+    call procedure(a%room(a%statev:), a%room(a%coords:), a%nstatv, 3_c_int, one, one, one, one)
   end subroutine make_call
 end module qsmpm_umat_start

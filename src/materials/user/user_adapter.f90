@@ -1,5 +1,5 @@
-!> What the adapters to UMAT and UDSM have in common: a soil model in a shared library with its constants, room for
-!> its state with a guarded margin, and the stiffness of a model that says nothing of it.
+!> What the adapters to UMAT and UDSM have in common: a soil model in a shared library with its constants, what
+!> is wrong with a call, and the stiffness of a model that says nothing of it.
 module qsmpm_user_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_int, c_funptr, c_null_funptr
@@ -8,19 +8,17 @@ module qsmpm_user_adapter
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_unrecoverable
+  use qsmpm_marked_room, only: find_damage
   use qsmpm_plugin, only: silence, model_abandoned, guard_words
+  use qsmpm_rest_check, only: changes_at_rest, what_changes, rest_flows
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_text, only: string_type, integer_text, real_text
   use qsmpm_user_material, only: user_material_type
   implicit none
   private
 
-  public :: adapter_type, begin_silence, end_silence, check_call, check_arguments, add_margin, margin_damaged, &
-    ask_stiffness, take_user, number_states
-
-  !> Numbers behind the state, and what is in them: too small for anything to be added without a trace.
-  integer, parameter, public :: margin = 32
-  real(wp), parameter :: mark = -7.70843e-301_wp
+  public :: adapter_type, begin_silence, end_silence, check_call, check_arguments, ask_stiffness, take_user, &
+    number_states
 
   !> A model behind an adapter.
   type, abstract, extends(soil_model_type) :: adapter_type
@@ -74,22 +72,27 @@ contains
     unused = silence(saved)
   end subroutine end_silence
 
-  !> A model that has not returned, or has written beyond its state, is broken.
-  subroutine check_call(adapter, what, state, response)
+  !> A model that has not returned, or has written beyond its arrays, is broken.
+  subroutine check_call(adapter, what, sizes, names, room, response)
     class(adapter_type), intent(in) :: adapter
     !> What guarded_call has returned.
     integer(c_int), intent(in) :: what
-    !> State with its margin.
-    real(wp), intent(in) :: state(:)
+    !> Sizes and names of the arrays the model was handed, the state first, and their room.
+    integer, intent(in) :: sizes(:)
+    character(len=*), intent(in) :: names(:)
+    real(wp), intent(in) :: room(:)
     !> What the model says.
     type(soil_response_type), intent(inout) :: response
+    character(len=:), allocatable :: damage
 
     if (what /= 0) then
       response%message = guard_words(what)
-    else if (margin_damaged(state)) then
-      response%message = 'the model writes beyond its state variables: STATE is too small'
     else
-      return
+      call find_damage(sizes, names, room, damage)
+      if (len(damage) == 0) return
+      response%message = damage
+      if (index(damage, ' behind its argument '//trim(names(1))) > 0) response%message = damage// &
+        ': STATE is too small, or its own writing wrong'
     end if
     response%status = status_unrecoverable
     response%message = response%message//', library '//adapter%user%library
@@ -115,14 +118,6 @@ contains
     end do
   end subroutine check_arguments
 
-  !> Mark what is behind the state.
-  pure subroutine add_margin(state)
-    !> State with its margin.
-    real(wp), intent(inout) :: state(:)
-
-    state(size(state) - margin + 1:) = mark
-  end subroutine add_margin
-
   !> SDV1, SDV2, ... for the state variables of a model.
   pure subroutine number_states(count, names)
     !> How many.
@@ -136,15 +131,6 @@ contains
       names(i)%text = 'SDV'//integer_text(i)
     end do
   end subroutine number_states
-
-  !> Whether something has been written there.
-  pure logical function margin_damaged(state)
-    !> State with its margin.
-    real(wp), intent(in) :: state(:)
-
-    margin_damaged = any(abs(state(size(state) - margin + 1:) - mark) > 0.0_wp)
-    if (.not. margin_damaged) margin_damaged = .not. all(ieee_is_finite(state(size(state) - margin + 1:)))
-  end function margin_damaged
 
   !> Young's modulus and shear modulus: the deck's, or those nearest to the model's elastic tangent at the stress it
   !> starts with; by differences where it has no answer to no strain.
@@ -170,6 +156,7 @@ contains
     end_stress = stress
     increment%elastic_tangent = .true.
     call adapter%update(increment, end_stress, state, response)
+    if (response%status == status_ok) call tell_flow(adapter, increment, [stress, start_state], [end_stress, state])
     if (response%status == status_ok) call take_moduli(response%tangent, adapter%stiffness_scale, adapter%shear_scale)
     if (is_scale(adapter%stiffness_scale)) return
     if (response%status /= status_unrecoverable) then
@@ -182,6 +169,25 @@ contains
     call fail(error, error_user_material, 'the model has no stiffness '//place_text(stress)//': '//response%message// &
       '; STIFFNESS= tells one')
   end subroutine ask_stiffness
+
+  !> A model whose stress changes with time alone is said to.
+  subroutine tell_flow(adapter, increment, before, after)
+    class(adapter_type), intent(inout) :: adapter
+    !> A step without strain.
+    type(soil_increment_type), intent(in) :: increment
+    !> Stress and state at its start, one behind the other, and at its end.
+    real(wp), intent(in) :: before(:), after(:)
+    character(len=:), allocatable :: words
+    integer :: what
+
+    if (.not. changes_at_rest(before(:6), after(:6))) return
+    call what_changes(adapter, increment, before, after, what)
+    if (what /= rest_flows) return
+    words = 'its stress changes with time where nothing is strained: TIME= of the phases and their number of steps '// &
+      'count'
+    if (allocated(adapter%advice)) words = adapter%advice//'; '//words
+    adapter%advice = words
+  end subroutine tell_flow
 
   !> Whether stabilisation can be scaled by it.
   pure logical function is_scale(stiffness)
