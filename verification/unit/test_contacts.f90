@@ -414,15 +414,12 @@ contains
     allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
     allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
-    associate (surface => model%state%surface)
-      where (spread(surface%position(1, :) > 1.0_wp .and. surface%position(1, :) < 1.25_wp, 1, 2)) &
-        surface%area_vector = 0.0_wp
-    end associate
+    model%state%surface%area_vector = 0.0_wp
     call initialise_step(model, step, error)
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
     call evaluate_step(model, step, u, tangent_none)
     call tests%check('a gap that is no number fails', step%failure%failed .and. .not. allocated(error))
-    call tests%check('and its place is named', index(step%failure%reason, "'tool' at (1.") > 0)
+    call tests%check('and its place is named', index(step%failure%reason, "'tool' at (0.") > 0)
     call end_system(step%system)
   end subroutine check_numbers
 
