@@ -63,6 +63,7 @@ contains
     call check_pose(tests)
     call check_tractions(tests)
     call check_patches(tests)
+    call check_kinds(tests)
     call check_wide_cell(tests)
     call check_sliver(tests)
     call check_numbers(tests)
@@ -338,8 +339,7 @@ contains
 
     allocate (model, step)
     call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
-    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), &
-      nobody, patches)
+    call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
     call tests%check('a patch a cell', patches%count == 8)
     ! The first cell loses all but a sliver of its surface.
     do i = 1, model%state%surface%count
@@ -347,8 +347,7 @@ contains
         model%state%surface%area_vector(:, i) = 0.5_wp*model%state%surface%area_vector(:, i)
     end do
     points = pack([(i, i=1, model%state%surface%count)], model%state%surface%cell == model%state%surface%cell(1))
-    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), &
-      nobody, patches)
+    call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
     call tests%check('a short one joins its neighbour', patches%count == 7)
     do c = 1, patches%count
       associate (list => patches%point(patches%first(c):patches%first(c + 1) - 1))
@@ -357,10 +356,54 @@ contains
       end associate
     end do
     call find_patches(model, reshape([(i == 1, i=1, model%state%surface%count)], [model%state%surface%count, 1]), &
-      nobody, patches)
+      all_points(model, .false.), nobody, patches)
     call tests%check('what is far away is left out', patches%count == 1)
     call end_system(step%system)
   end subroutine check_patches
+
+  !> What of a cell touches the body and what has left it are two conditions, and each joins its own kind.
+  subroutine check_kinds(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(contact_patches_type) :: patches
+    type(body_points_type) :: nobody
+    logical, allocatable :: touched(:, :)
+    integer :: i
+
+    allocate (model, step)
+    call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
+    associate (x => model%state%surface%position(1, :))
+      allocate (touched(size(x), 1))
+      ! Five cells and a half.
+      touched(:, 1) = x < 1.375_wp
+      call find_patches(model, all_points(model, .true.), touched, nobody, patches)
+      call tests%check('no patch is of both kinds', .not. any([(is_mixed(i), i=1, patches%count)]))
+      call tests%check('the lesser part of a cell joins its own kind, the greater stays', patches%count == 8)
+      ! Less than half a cell that touches, and nothing else.
+      touched(:, 1) = x > 0.5_wp .and. x < 0.625_wp
+      call find_patches(model, all_points(model, .true.), touched, nobody, patches)
+      call tests%check('what has none of its kind beside it stays alone', patches%count == 9)
+    end associate
+    call end_system(step%system)
+  contains
+    pure logical function is_mixed(c)
+      integer, intent(in) :: c
+
+      associate (list => touched(patches%point(patches%first(c):patches%first(c + 1) - 1), 1))
+        is_mixed = any(list) .and. .not. all(list)
+      end associate
+    end function is_mixed
+  end subroutine check_kinds
+
+  !> The same for all surface points and the one contact.
+  pure function all_points(model, value) result(values)
+    class(model_type), intent(in) :: model
+    logical, intent(in) :: value
+    logical :: values(model%state%surface%count, 1)
+
+    values = value
+  end function all_points
 
   !> What is short is so beside its own cell: a piece of 0.2 in a cell of 0.75 by 0.25.
   subroutine check_wide_cell(tests)
@@ -373,11 +416,10 @@ contains
     class(step_type), allocatable :: step
     type(contact_patches_type) :: patches
     type(body_points_type) :: nobody
-    integer :: i
 
     allocate (model, step)
     call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step, graded)
-    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), nobody, patches)
+    call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
     call tests%check('a piece that is short in its wide cell joins its neighbour', patches%count == 4)
     call end_system(step%system)
   end subroutine check_wide_cell
@@ -393,12 +435,11 @@ contains
     class(step_type), allocatable :: step
     type(contact_patches_type) :: patches
     type(body_points_type) :: nobody
-    integer :: i
 
     allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.2, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step, cylinder)
     call tests%check('a surface has no points without area', all(model%state%surface%area > 0.0_wp))
-    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), nobody, patches)
+    call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
     call tests%check('a patch a cell of a top with a sliver of the axis', patches%count == 8)
     call end_system(step%system)
   end subroutine check_sliver

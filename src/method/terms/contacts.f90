@@ -263,7 +263,8 @@ contains
     failure%failed = .true.
     associate (x => self%scratch%place(:, self%scratch%patches%first(c)), pair => self%scratch%patches%pair(c))
       failure%reason = "contact of rigid body '"//model%analysis%rigid_bodies(self%scratch%pairs(pair)%body)%name// &
-        "' at ("//real_text(x(1))//', '//real_text(x(2))//', '//real_text(x(3))//'): gap, slip or pressure are no numbers'
+        "' at ("//real_text(x(1))//', '//real_text(x(2))//', '//real_text(x(3))// &
+        '): gap, slip or pressure are no numbers'
     end associate
   end subroutine check_number
 
