@@ -1,5 +1,6 @@
 !> Patches on which contact is asked for in the mean: the surface points of one cell, or the contact points of one part
-!> of a body's outline; a patch shorter than a share of the cell joins its nearest neighbour of the same contact.
+!> of a body's outline; a patch shorter than a share of the cell joins its nearest neighbour of the same contact. What
+!> of a cell touches the body is a patch of its own: a mean with what has left it would be open.
 !>
 !> A condition at every point would be more than the functions of a surface can follow: pressures swing from point to
 !> point the stiffer the contact is. One condition a cell leaves them room (docs/methods/contact.md).
@@ -18,6 +19,8 @@ module qsmpm_contact_patches
 
   !> Extent over the size of its cells below which a patch joins another.
   real(wp), parameter :: shortest = 0.6_wp
+  !> Cells to a neighbour.
+  real(wp), parameter :: beside = 1.5_wp
 
   !> Lists of surface points, or of contact points on bodies, one behind the other.
   type :: contact_patches_type
@@ -31,15 +34,15 @@ module qsmpm_contact_patches
 contains
 
   !> The patches of all contacts of which a point is near.
-  subroutine find_patches(model, near, on_bodies, patches)
+  subroutine find_patches(model, near, touched, on_bodies, patches)
     type(model_type), intent(in) :: model
-    !> Whether a surface point may touch the body of a contact (surface points, contacts).
-    logical, intent(in) :: near(:, :)
+    !> Whether a surface point may touch the body of a contact, and whether it does (surface points, contacts).
+    logical, intent(in) :: near(:, :), touched(:, :)
     !> Contact points on the bodies.
     type(body_points_type), intent(in) :: on_bodies
     type(contact_patches_type), intent(out) :: patches
     integer, allocatable :: label(:), points(:)
-    real(wp), allocatable :: extents(:)
+    real(wp), allocatable :: extents(:), lengths(:)
     integer :: k, i
 
     allocate (patches%pair(0), patches%first(1), patches%point(0))
@@ -48,10 +51,12 @@ contains
       if (model%contact_pairs(k)%surface > 0) then
         points = pack([(i, i=1, size(near, 1))], model%state%surface%surface == model%contact_pairs(k)%surface)
         label = model%state%surface%cell(points)
-        extents = [(extent_of(model, points(i)), i=1, size(points))]/face_sizes(model, label)
+        lengths = [(cell_size(model%mesh, label(i)), i=1, size(points))]
+        extents = [(extent_of(model, points(i)), i=1, size(points))]/lengths**(model%mesh%dimension - 1)
+        where (touched(points, k)) label = label + model%mesh%cell_count
         if (model%contact_pairs(k)%pointwise) label = [(i, i=1, size(points))]
         if (.not. model%contact_pairs(k)%pointwise) call join_short( &
-          model%state%surface%position(:, points), extents, label)
+          model%state%surface%position(:, points), extents, lengths, touched(points, k), label)
         call add_patches(k, points, label, near(points, k), patches)
       else
         points = pack([(i, i=1, on_bodies%count)], on_bodies%pair == k .and. on_bodies%touched)
@@ -59,7 +64,8 @@ contains
         extents = model%body_outlines(k)%length(points - findloc(on_bodies%pair, k, dim=1) + 1) &
           /on_bodies%cell_size(points)
         if (model%contact_pairs(k)%pointwise) label = [(i, i=1, size(points))]
-        if (.not. model%contact_pairs(k)%pointwise) call join_short(on_bodies%position(:, points), extents, label)
+        if (.not. model%contact_pairs(k)%pointwise) call join_short( &
+          on_bodies%position(:, points), extents, on_bodies%cell_size(points), on_bodies%touched(points), label)
         call add_patches(k, points, label, whole_here(model, on_bodies, points, label), patches)
         patches%torn = patches%torn .or. is_torn(model, on_bodies, points, label)
       end if
@@ -106,49 +112,63 @@ contains
     integer, intent(in) :: points(:), label(:)
     logical, intent(in) :: near(:)
     type(contact_patches_type), intent(inout) :: patches
-    integer :: c
+    logical, allocatable :: wanted(:)
+    integer :: c, i
 
     if (size(points) == 0) return
-    do c = minval(label), maxval(label)
-      if (.not. any(label == c .and. near)) cycle
+    allocate (wanted(minval(label):maxval(label)), source=.false.)
+    do i = 1, size(label)
+      wanted(label(i)) = wanted(label(i)) .or. near(i)
+    end do
+    do c = lbound(wanted, 1), ubound(wanted, 1)
+      if (.not. wanted(c)) cycle
       patches%pair = [patches%pair, pair]
       patches%point = [patches%point, pack(points, label == c)]
       patches%first = [patches%first, size(patches%point) + 1]
     end do
   end subroutine add_patches
 
-  !> Give the points of short patches the label of the nearest other patch, the shortest first.
-  pure subroutine join_short(place, extents, label)
-    !> Place of each point and what it stands for, over the face of its cell (dimension, points), (points).
-    real(wp), intent(in) :: place(:, :), extents(:)
+  !> Give the points of short patches the label of the nearest other patch beside them that touches or does not as they
+  !> do, the shortest first; without one they stay alone.
+  pure subroutine join_short(place, extents, lengths, touched, label)
+    !> Place of each point, what it stands for over the face of its cell, size of this (dimension, points), (points).
+    real(wp), intent(in) :: place(:, :), extents(:), lengths(:)
+    logical, intent(in) :: touched(:)
     !> The same number for all points of a patch (points).
     integer, intent(inout) :: label(:)
     real(wp) :: least, middle(size(place, 1)), distance, nearest
+    logical :: alone(size(label)), of_short(size(label))
     integer :: i, short, other
 
-    if (size(label) == 0) return
+    alone = .false.
     do
       short = 0
       least = shortest**merge(2, 1, size(place, 1) == 3)
       do i = 1, size(label)
+        if (alone(i)) cycle
         if (sum(extents, mask=label == label(i)) >= least) cycle
         least = sum(extents, mask=label == label(i))
-        short = label(i)
+        short = i
       end do
-      if (short == 0 .or. all(label == short)) return
+      if (short == 0) return
+      of_short = label == label(short)
       do i = 1, size(middle)
-        middle(i) = sum(place(i, :), mask=label == short)/count(label == short)
+        middle(i) = sum(place(i, :), mask=of_short)/count(of_short)
       end do
-      other = short
-      nearest = huge(1.0_wp)
+      other = 0
+      nearest = beside*lengths(short)
       do i = 1, size(label)
-        if (label(i) == short) cycle
+        if (of_short(i) .or. (touched(i) .neqv. touched(short))) cycle
         distance = norm2(place(:, i) - middle)
         if (distance >= nearest) cycle
         nearest = distance
-        other = label(i)
+        other = i
       end do
-      where (label == short) label = other
+      if (other == 0) then
+        alone = alone .or. of_short
+      else
+        where (of_short) label = label(other)
+      end if
     end do
   end subroutine join_short
 
@@ -158,18 +178,9 @@ contains
     integer, intent(in) :: point
 
     extent = norm2(model%state%surface%area_vector(:, point))
-    if (model%analysis%model == axisymmetric) extent = extent/model%state%surface%position(1, point)
+    if (model%analysis%model /= axisymmetric) return
+    associate (radius => model%state%surface%position(1, point))
+      if (radius > 0.0_wp) extent = extent/radius
+    end associate
   end function extent_of
-
-  !> Length in the plane, area in space, of the faces of cells.
-  pure function face_sizes(model, cells) result(sizes)
-    type(model_type), intent(in) :: model
-    integer, intent(in) :: cells(:)
-    real(wp) :: sizes(size(cells))
-    integer :: i
-
-    do i = 1, size(cells)
-      sizes(i) = cell_size(model%mesh, cells(i))**(model%mesh%dimension - 1)
-    end do
-  end function face_sizes
 end module qsmpm_contact_patches

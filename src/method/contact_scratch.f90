@@ -33,6 +33,8 @@ module qsmpm_contact_scratch
   real(wp), parameter :: reach = 4.0_wp
   !> Mean gap over the size of a cell that counts as touching.
   real(wp), parameter :: touching = 1.0e-3_wp
+  !> Gap of a point over the size of a cell from which it has left a body that it was pressed by.
+  real(wp), parameter :: left = 0.1_wp
 
   type :: contact_scratch_type
     type(contact_patches_type) :: patches
@@ -83,7 +85,8 @@ contains
     integer, intent(in) :: columns(:), turning_columns(:)
     logical :: free(body_components)
     type(shape_values_type), allocatable :: basis(:)
-    logical :: near(model%state%surface%count, size(model%contact_pairs))
+    logical, dimension(model%state%surface%count, size(model%contact_pairs)) :: near, touched
+    real(wp) :: gap
     integer :: i, k
 
     self%pairs = model%contact_pairs
@@ -105,12 +108,13 @@ contains
     allocate (self%load(load_rows, size(columns)), source=0.0_wp)
     do k = 1, size(self%pairs)
       do i = 1, size(near, 1)
-        near(i, k) = distance_from(self%before(self%pairs(k)%body), model%state%surface%position(:, i)) &
-          <= reach*self%cell_size
+        gap = distance_from(self%before(self%pairs(k)%body), model%state%surface%position(:, i))/self%cell_size
+        near(i, k) = gap <= reach
+        touched(i, k) = gap <= merge(left, touching, abs(model%state%surface%contact_pressure(i)) > 0.0_wp)
       end do
     end do
     call present_body_points(model, self%before, self%on_bodies)
-    call find_patches(model, near, self%on_bodies, self%patches)
+    call find_patches(model, near, touched, self%on_bodies, self%patches)
     call find_functions(self, model, configuration, basis)
     call gather_nodes(self, basis)
     call lay_places(self, model)

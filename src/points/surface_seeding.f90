@@ -51,6 +51,7 @@ contains
       call face_rule(mesh%cell_kind(faces(1, i)), faces(2, i), face_degree, places, weights)
       do k = 1, size(weights)
         vector = area_at(mesh, axisymmetric, faces(1, i), faces(2, i), places(:, k))
+        if (.not. norm2(vector) > 0.0_wp) cycle
         call add_seed(list, faces(1, i), surface, places(:, k), weights(k)*norm2(vector), &
           weights(k)*vector)
       end do
@@ -184,7 +185,7 @@ contains
     facing = dot_product(b - a, segment(3:4) - segment(1:2))
   end subroutine sides_of
 
-  !> Gauss points on a part of a segment.
+  !> Gauss points on a part of a segment; none on the axis of symmetry, where they have no area.
   pure subroutine seed_piece(mesh, axisymmetric, cell, segment, piece, degree, surface, list)
     type(mesh_type), intent(in) :: mesh
     !> Areas per radian.
@@ -211,6 +212,7 @@ contains
       x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*places(k))*along
       call inverse_map(mesh, cell, x, local, ok)
       if (.not. ok) cycle
+      if (axisymmetric .and. x(1) <= exactly_on*norm2(along)) cycle
       weight = 0.5_wp*weights(k)*(piece(2) - piece(1))
       if (axisymmetric) weight = weight*x(1)
       call add_seed(list, cell, surface, local, weight*norm2(along), weight*[along(2), -along(1)])

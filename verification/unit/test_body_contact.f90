@@ -63,6 +63,7 @@ contains
     call check_tangent(tests, 'TENSION=YES, ADHESION=1', '')
     call check_tangent(tests, 'FRICTION ANGLE=30|*CONFINING PRESSURE|40', '|*INITIAL, TYPE=ISOTROPIC|0, 40')
     call check_confined(tests)
+    call check_opening(tests)
     call check_put_back(tests)
     call check_step(tests)
     call check_rest(tests)
@@ -257,6 +258,44 @@ contains
       1.0e-6_wp*maxval(abs(change)))
     call end_system(step%system)
   end subroutine check_tangent
+
+  !> What has opened in earlier steps closes before it presses.
+  subroutine check_opening(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    real(wp) :: whole, half
+
+    allocate (model)
+    whole = force_after(0.0_wp)
+    half = force_after(0.005_wp)
+    call tests%check('a body that goes down by 0.01 presses', whole > 1.0_wp)
+    call tests%close('half as much on what was open by half of it', half, 0.5_wp*whole, 0.05_wp*whole)
+    call tests%close('and not at all on what was open by more', force_after(0.011_wp), 0.0_wp, 1.0e-12_wp)
+  contains
+    !> Vertical force on the block, which stands still, of the smooth box that goes down by 0.01.
+    real(wp) function force_after(opening)
+      !> Of all places, before.
+      real(wp), intent(in) :: opening
+      class(step_type), allocatable :: step
+      type(body_points_type) :: points
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: u(:, :), push(:, :)
+
+      allocate (step)
+      call make_step('FRICTION ANGLE=0', '|0, -0.02', model, step)
+      call present_body_points(model, placed_bodies(model), points)
+      points%opening = opening
+      call keep_body_points(model, points)
+      call initialise_step(model, step, error)
+      if (allocated(error)) error stop 'a step of the body contact suite cannot be made'
+      call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+      allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+      call evaluate_step(model, step, u, tangent_none)
+      allocate (push, source=force_named(step, 'force of the contacts', u))
+      force_after = -sum(push(2, :))
+      call end_system(step%system)
+    end function force_after
+  end subroutine check_opening
 
   !> What is kept of a step that is taken.
   subroutine check_step(tests)

@@ -63,7 +63,10 @@ contains
     call check_pose(tests)
     call check_tractions(tests)
     call check_patches(tests)
+    call check_kinds(tests)
     call check_wide_cell(tests)
+    call check_sliver(tests)
+    call check_numbers(tests)
     call check_tangent(tests, 'FRICTION ANGLE=40', 0.0_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10', 0.03_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10, ADHESION=5', 0.03_wp)
@@ -336,8 +339,7 @@ contains
 
     allocate (model, step)
     call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
-    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), &
-      nobody, patches)
+    call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
     call tests%check('a patch a cell', patches%count == 8)
     ! The first cell loses all but a sliver of its surface.
     do i = 1, model%state%surface%count
@@ -345,8 +347,7 @@ contains
         model%state%surface%area_vector(:, i) = 0.5_wp*model%state%surface%area_vector(:, i)
     end do
     points = pack([(i, i=1, model%state%surface%count)], model%state%surface%cell == model%state%surface%cell(1))
-    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), &
-      nobody, patches)
+    call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
     call tests%check('a short one joins its neighbour', patches%count == 7)
     do c = 1, patches%count
       associate (list => patches%point(patches%first(c):patches%first(c + 1) - 1))
@@ -355,10 +356,54 @@ contains
       end associate
     end do
     call find_patches(model, reshape([(i == 1, i=1, model%state%surface%count)], [model%state%surface%count, 1]), &
-      nobody, patches)
+      all_points(model, .false.), nobody, patches)
     call tests%check('what is far away is left out', patches%count == 1)
     call end_system(step%system)
   end subroutine check_patches
+
+  !> What of a cell touches the body and what has left it are two conditions, and each joins its own kind.
+  subroutine check_kinds(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(contact_patches_type) :: patches
+    type(body_points_type) :: nobody
+    logical, allocatable :: touched(:, :)
+    integer :: i
+
+    allocate (model, step)
+    call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
+    associate (x => model%state%surface%position(1, :))
+      allocate (touched(size(x), 1))
+      ! Five cells and a half.
+      touched(:, 1) = x < 1.375_wp
+      call find_patches(model, all_points(model, .true.), touched, nobody, patches)
+      call tests%check('no patch is of both kinds', .not. any([(is_mixed(i), i=1, patches%count)]))
+      call tests%check('the lesser part of a cell joins its own kind, the greater stays', patches%count == 8)
+      ! Less than half a cell that touches, and nothing else.
+      touched(:, 1) = x > 0.5_wp .and. x < 0.625_wp
+      call find_patches(model, all_points(model, .true.), touched, nobody, patches)
+      call tests%check('what has none of its kind beside it stays alone', patches%count == 9)
+    end associate
+    call end_system(step%system)
+  contains
+    pure logical function is_mixed(c)
+      integer, intent(in) :: c
+
+      associate (list => touched(patches%point(patches%first(c):patches%first(c + 1) - 1), 1))
+        is_mixed = any(list) .and. .not. all(list)
+      end associate
+    end function is_mixed
+  end subroutine check_kinds
+
+  !> The same for all surface points and the one contact.
+  pure function all_points(model, value) result(values)
+    class(model_type), intent(in) :: model
+    logical, intent(in) :: value
+    logical :: values(model%state%surface%count, 1)
+
+    values = value
+  end function all_points
 
   !> What is short is so beside its own cell: a piece of 0.2 in a cell of 0.75 by 0.25.
   subroutine check_wide_cell(tests)
@@ -371,14 +416,53 @@ contains
     class(step_type), allocatable :: step
     type(contact_patches_type) :: patches
     type(body_points_type) :: nobody
-    integer :: i
 
     allocate (model, step)
     call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step, graded)
-    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), nobody, patches)
+    call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
     call tests%check('a piece that is short in its wide cell joins its neighbour', patches%count == 4)
     call end_system(step%system)
   end subroutine check_wide_cell
+
+  !> A sliver of the axis in the box of a surface has no area, and leaves the patches as they are.
+  subroutine check_sliver(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: cylinder = '*MODEL, TYPE=AXISYMMETRIC|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=OUTLINE, BODY=ground, BOX|0, 1.9, 1.095, 1.2|'// &
+      '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1.1|'// &
+      '*METHOD, BASIS=GIMP, INTEGRATION=POINTS|'
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(contact_patches_type) :: patches
+    type(body_points_type) :: nobody
+
+    allocate (model, step)
+    call make_step('SHAPE=PLANE|0, 1.2, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step, cylinder)
+    call tests%check('a surface has no points without area', all(model%state%surface%area > 0.0_wp))
+    call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
+    call tests%check('a patch a cell of a top with a sliver of the axis', patches%count == 8)
+    call end_system(step%system)
+  end subroutine check_sliver
+
+  !> A gap that is no number fails the step and says where.
+  subroutine check_numbers(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :)
+
+    allocate (model, step)
+    call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    model%state%surface%area_vector = 0.0_wp
+    call initialise_step(model, step, error)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    call tests%check('a gap that is no number fails', step%failure%failed .and. .not. allocated(error))
+    call tests%check('and its place is named', index(step%failure%reason, "'tool' at (0.") > 0)
+    call end_system(step%system)
+  end subroutine check_numbers
 
   !> The matrix times a direction is the change of the residual along it.
   subroutine check_tangent(tests, contact, aside)

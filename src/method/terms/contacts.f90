@@ -241,9 +241,32 @@ contains
         do k = scratch%patches%first(c), scratch%patches%first(c + 1) - 1
           call check_motion(self, model, scratch%pairs(scratch%patches%pair(c))%body, scratch%place(:, k), failure)
         end do
+        call check_number(self, model, c, displacement, failure)
       end do
     end associate
   end subroutine evaluate
+
+  !> Fail where gap or slip of a patch are no numbers: as a pressure they would be 0, and the contact silent.
+  subroutine check_number(self, model, c, displacement, failure)
+    class(contacts_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    !> The patch.
+    integer, intent(in) :: c
+    real(wp), intent(in) :: displacement(:, :)
+    type(failure_type), intent(inout) :: failure
+    type(tractions_type) :: tractions
+    type(place_measure_type) :: measure(self%scratch%patches%first(c):self%scratch%patches%first(c + 1) - 1)
+    real(wp) :: gap, slip(3)
+
+    call tractions_of_patch(self%scratch, c, displacement, measure, tractions, gap, slip)
+    if (all(abs([gap, slip, tractions%pressure, tractions%shear]) <= huge(gap))) return
+    failure%failed = .true.
+    associate (x => self%scratch%place(:, self%scratch%patches%first(c)), pair => self%scratch%patches%pair(c))
+      failure%reason = "contact of rigid body '"//model%analysis%rigid_bodies(self%scratch%pairs(pair)%body)%name// &
+        "' at ("//real_text(x(1))//', '//real_text(x(2))//', '//real_text(x(3))// &
+        '): gap, slip or pressure are no numbers'
+    end associate
+  end subroutine check_number
 
   !> Put a body where it is with the displacement of its free components.
   pure subroutine place_body(scratch, body, displacement)
