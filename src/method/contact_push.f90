@@ -99,6 +99,10 @@ contains
     pair%tension = self%bonded(c)
     pair%friction = self%strength(1, c)
     pair%adhesion = self%strength(2, c)
+    if (self%goes_along .and. self%pressure(c) > 0.0_wp) then
+      pair%tension = .true.
+      if (any(self%strength(:, c) > 0.0_wp)) pair%adhesion = huge(1.0_wp)
+    end if
     tractions = contact_tractions(pair, self%penalty(:, c), self%pressure(c), self%shear(:, c), gap, slip_here, &
       touching*self%cell_size)
   end subroutine tractions_of_patch

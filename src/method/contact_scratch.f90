@@ -74,6 +74,10 @@ module qsmpm_contact_scratch
     integer :: dimension = 2
     !> No displacement of the step has been evaluated yet: the bodies push as they did at the end of the step before.
     logical :: at_rest = .true.
+    !> The first evaluation of a step in which bodies move: what a body holds at its start goes with it, neither parted
+    !> nor slipping, and the first correction brings the soil along. By its limits a motion in steps of any use would
+    !> slip everywhere at once, and ask of the soil for what it may not carry.
+    logical :: goes_along = .false.
   end type contact_scratch_type
 
 contains
