@@ -190,7 +190,7 @@ contains
     call tests%check('nor given up at half of the first step', &
       .not. is_given_up(ten, progress, outcome_type(at_limit=.true.)))
     progress%next_step = 0.005_wp
-    call tests%check('but below a sixteenth of it, long before others', is_given_up(ten, progress, outcome_type(at_limit=.true.)) .and. &
+    call tests%check('but below a sixteenth', is_given_up(ten, progress, outcome_type(at_limit=.true.)) .and. &
       .not. is_given_up(ten, progress, outcome_type()))
     call cut_back(asked, three, 0.4_wp, outcome_type(at_limit=.true.), progress)
     call tests%check('one at the limit is remembered', abs(progress%limit%refused - 0.4_wp) + &
