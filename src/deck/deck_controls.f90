@@ -7,6 +7,7 @@ module qsmpm_deck_controls
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_keyword_table, only: table_type, in_phase, once
+  use qsmpm_phase_loads, only: is_body_loaded
   use qsmpm_phase_tree, only: lineage
   implicit none
   private
@@ -114,9 +115,10 @@ contains
       do p = 1, size(phases)
         if (.not. phases(p)%controls%limit_compliance > 0.0_wp .or. phases(p)%gravity%given .or. &
           size(phases(p)%tractions) + size(phases(p)%activations) + size(phases(p)%deactivations) > 0 .or. &
-          releases(phases, p)) cycle
+          releases(phases, p) .or. is_body_loaded(phases(p))) cycle
         call state%error_from(phases(p)%controls%where, 'CONTROLS', "LIMIT COMPLIANCE never ends phase '"// &
-          phases(p)%name//"': no gravity, traction or pressure is given in it and nothing held is freed, and a "// &
+          phases(p)%name//"': no gravity, traction, pressure or load on a body is given in it and "// &
+          'nothing held is freed, and a '// &
           'prescribed displacement has no compliance; leave it out, and watch *HISTORY, QUANTITY=REACTION')
       end do
     end associate

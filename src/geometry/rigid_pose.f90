@@ -25,7 +25,7 @@ module qsmpm_rigid_pose
     real(wp) :: reference(3) = 0.0_wp
     type(rigid_pose_type) :: pose
   contains
-    procedure :: distance_at
+    procedure :: distance_at, seen_from
   end type placed_shape_type
 
 contains
@@ -54,6 +54,14 @@ contains
     distance%curvature = matmul(distance%curvature, back)
     distance%curvature = matmul(r, distance%curvature)
   end function distance_at
+
+  !> The body in coordinates that count from an origin.
+  pure type(placed_shape_type) function seen_from(self, origin) result(seen)
+    class(placed_shape_type), intent(in) :: self
+    real(wp), intent(in) :: origin(3)
+
+    seen = placed_shape_type(self%shape%shifted_by(-origin), self%reference - origin, self%pose)
+  end function seen_from
 
   !> Where a place that rides on a body comes when the body goes from one pose to another.
   pure function carry_along(reference, from, to, x) result(carried)

@@ -36,7 +36,7 @@ module qsmpm_rigid_shape
     !> Half lengths of the core of a block, and its axes (3, axes); its middle is the place.
     real(wp) :: half(3) = 0.0_wp, axes(3, 3) = identity
   contains
-    procedure :: distance_of
+    procedure :: distance_of, shifted_by
   end type rigid_shape_type
 
   type :: distance_type
@@ -197,6 +197,25 @@ contains
     mirrored(1, :) = -vertices(1, :)
     mirrored(2, :) = vertices(2, :)
   end function mirrored
+
+  !> The shape moved as it is.
+  pure type(rigid_shape_type) function shifted_by(self, displacement) result(shape)
+    class(rigid_shape_type), intent(in) :: self
+    !> Three components, the third 0 in the plane.
+    real(wp), intent(in) :: displacement(3)
+
+    shape%kind = self%kind
+    shape%place = self%place + displacement
+    shape%normal = self%normal
+    shape%radius = self%radius
+    shape%half = self%half
+    shape%axes = self%axes
+    if (.not. allocated(self%core)) return
+    shape%core = self%core
+    ! A turned polygon keeps its distances from the line.
+    if (self%kind /= kind_turned) shape%core(1, :) = self%core(1, :) + displacement(1)
+    shape%core(2, :) = self%core(2, :) + displacement(2)
+  end function shifted_by
 
   !> Distance of a place, with its derivatives.
   pure type(distance_type) function distance_of(self, x) result(distance)

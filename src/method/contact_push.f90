@@ -99,6 +99,10 @@ contains
     pair%tension = self%bonded(c)
     pair%friction = self%strength(1, c)
     pair%adhesion = self%strength(2, c)
+    if (self%goes_along .and. self%pressure(c) > 0.0_wp) then
+      pair%tension = .true.
+      if (any(self%strength(:, c) > 0.0_wp)) pair%adhesion = huge(1.0_wp)
+    end if
     tractions = contact_tractions(pair, self%penalty(:, c), self%pressure(c), self%shear(:, c), gap, slip_here, &
       touching*self%cell_size)
   end subroutine tractions_of_patch
@@ -112,13 +116,14 @@ contains
     type(place_measure_type), intent(out) :: measure(self%patches%first(c):)
     real(wp), intent(out) :: gap, slip(3)
     type(placed_shape_type) :: body
-    real(wp) :: u(3), ridden(3)
+    real(wp) :: u(3), x(3), ridden(3)
     integer :: k, a, first
 
     gap = 0.0_wp
     slip = 0.0_wp
     first = self%connectivity%first(c)
-    body = self%now(self%pairs(self%patches%pair(c))%body)
+    body = self%nearby(self%pairs(self%patches%pair(c))%body)
+    body%pose = self%now(self%pairs(self%patches%pair(c))%body)%pose
     if (turning_node(self, c) > 0) body%pose%rotation(3) = body%pose%rotation(3) &
       + displacement(1, self%connectivity%nodes(self%connectivity%first(c + 1) - 1))
     associate (before => self%before(self%pairs(self%patches%pair(c))%body)%pose)
@@ -128,13 +133,14 @@ contains
           u(:self%dimension) = u(:self%dimension) &
             + self%shape(a - first + 1, k)*displacement(:self%dimension, self%connectivity%nodes(a))
         end do
-        ridden = carry_along(body%reference, before, body%pose, self%place(:, k))
-        measure(k)%distance = body%distance_at(self%place(:, k) + u)
-        measure(k)%arm = self%place(:, k) + u - body%reference - body%pose%displacement
+        x = self%place(:, k) - self%origin
+        ridden = carry_along(body%reference, before, body%pose, x)
+        measure(k)%distance = body%distance_at(x + u)
+        measure(k)%arm = x + u - body%reference - body%pose%displacement
         measure(k)%ridden = ridden - body%reference - body%pose%displacement
         gap = gap + self%area(k)*measure(k)%distance%value/self%patch_area(c)
         slip = slip + self%area(k)/self%patch_area(c) &
-          *matmul(projection(self%normal(:, k)), u - (ridden - self%place(:, k)))
+          *matmul(projection(self%normal(:, k)), u - (ridden - x))
       end do
     end associate
   end subroutine measure_patch

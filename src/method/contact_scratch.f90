@@ -42,6 +42,10 @@ module qsmpm_contact_scratch
     !> Bodies at the start of the step; at the load fraction in force but for what free components add; and with that,
     !> at the last evaluation (bodies).
     type(placed_shape_type), allocatable :: before(:), now(:), final(:)
+    !> Where coordinates of the patches count from in the iterations, and the bodies at the start of the step seen from
+    !> there (bodies): far from the origin of the model the rounding of a gap would be a force.
+    real(wp) :: origin(3) = 0.0_wp
+    type(placed_shape_type), allocatable :: nearby(:)
     !> Columns of each body in the table of unknowns, 0 where it is held along all axes, and where it may not turn; load
     !> at the fraction in force (bodies), (rows of a load, bodies).
     integer, allocatable :: column(:), turning_column(:)
@@ -72,6 +76,10 @@ module qsmpm_contact_scratch
     integer :: dimension = 2
     !> No displacement of the step has been evaluated yet: the bodies push as they did at the end of the step before.
     logical :: at_rest = .true.
+    !> The first evaluation of a step in which bodies move: what a body holds at its start goes with it, neither parted
+    !> nor slipping, and the first correction brings the soil along. By its limits a motion in steps of any use would
+    !> slip everywhere at once, and ask of the soil for what it may not carry.
+    logical :: goes_along = .false.
   end type contact_scratch_type
 
 contains
@@ -118,6 +126,12 @@ contains
     call find_functions(self, model, configuration, basis)
     call gather_nodes(self, basis)
     call lay_places(self, model)
+    self%origin = 0.0_wp
+    if (size(self%area) > 0) self%origin = self%place(:, 1)
+    self%nearby = self%before
+    do k = 1, size(self%nearby)
+      self%nearby(k) = self%before(k)%seen_from(self%origin)
+    end do
     call take_multipliers(self, model, configuration)
     call take_strengths(self, model)
     call find_bonds(self)

@@ -104,6 +104,8 @@ module qsmpm_equilibrium
     real(wp) :: worst_size = 0.0_wp
     integer :: worst_label = 0
     real(wp) :: worst_place(3) = 0.0_wp
+    !> Where the stabilisation carries the largest share; set by whoever knows places.
+    real(wp) :: share_place(3) = 0.0_wp
   end type solution_type
 
   !> What the iterations so far say of the next trial.

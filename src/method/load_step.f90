@@ -119,6 +119,7 @@ contains
     if (solution%converged) call judge_length(model, step, controls, attempt, solution, error)
     if (allocated(error)) return
     call name_worst_node(model, solution)
+    call place_share(model, solution)
     if (solution%converged) call carry_over(model, step, goal, attempt, force_before, solution, error)
   end subroutine solve_step
 
@@ -136,9 +137,7 @@ contains
 
     call leave_joint_system(step%joint)
     call save_places(model, before)
-    associate (d => model%mesh%dimension, n => model%space%node_count)
-      solution%compliance = compliance_in(step, goal%increment(:d, :n), solution%displacement(:d, :n))
-    end associate
+    solution%compliance = compliance_in(step, goal%increment, solution%displacement)
     call take_reactions_and_work(step, model%loading%constrained, force_before, solution, model%state%reactions, &
       model%state%progress, error)
     call switch_timer(step%profile%watch, part_convection)
@@ -251,10 +250,10 @@ contains
     call add_shares(model%part%team, unknowns, load)
   end subroutine put_in_force
 
-  !> What a load increment does by a displacement, at the free components.
+  !> What a load increment does by a displacement, at the free components: loads at nodes and on rigid bodies.
   type(compliance_type) function compliance_in(step, increment, displacement)
     type(step_type), intent(in) :: step
-    !> (dimension, node_count)
+    !> (components, nodes)
     real(wp), intent(in) :: increment(:, :), displacement(:, :)
     real(wp) :: load(step%equations%count), move(step%equations%count)
 
@@ -368,6 +367,20 @@ contains
     call spread_from(model%part%team, rank, solution%worst_place)
     solution%worst_label = int(label(1))
   end subroutine name_worst_node
+
+  !> Where the stabilisation carries the largest share of the forces.
+  subroutine place_share(model, solution)
+    type(model_type), intent(in) :: model
+    type(solution_type), intent(inout) :: solution
+    integer :: node, rank
+
+    node = 0
+    if (allocated(solution%shares)) node = maxval([0, solution%shares%node])
+    rank = lowest_rank(model%part%team, node > 0)
+    if (rank == model%part%team%ranks) return
+    if (node > 0) solution%share_place(:model%mesh%dimension) = node_position(model%space, model%mesh, node)
+    call spread_from(model%part%team, rank, solution%share_place)
+  end subroutine place_share
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
   subroutine take_reactions_and_work(step, constrained, force_before, solution, reactions, progress, error)

@@ -22,6 +22,8 @@ module qsmpm_observer
     real(wp) :: out_of_balance = 0.0_wp
     !> What terms carry that are no part of the physics (docs/methods/ghost.md, docs/methods/proximal.md).
     type(step_share_type), allocatable :: shares(:)
+    !> Where the stabilisation carries the largest share.
+    real(wp) :: share_place(3) = 0.0_wp
     !> What the load increment does.
     type(compliance_type) :: compliance
     !> Points whose stress differs too much between the cell average and their own history.

@@ -50,6 +50,9 @@ module qsmpm_phase_report
     !> Steps of the phase in which the stabilisation carried much, the largest share and where it was.
     integer :: stiff_steps = 0
     real(wp) :: worst_share = 0.0_wp, worst_load_factor = 0.0_wp
+    !> Steps of the phase in which it carried more than STABILISATION SHARE and that were borne, and the largest share.
+    integer :: borne_steps = 0
+    real(wp) :: largest_borne = 0.0_wp
     !> Active window that the observer knows of.
     type(window_type) :: window
     !> What the rows of a moving mesh have done.
@@ -117,13 +120,17 @@ contains
   end subroutine report_length
 
   !> Warn of the first step of a phase in which the stabilisation carries much, and remember the worst.
-  subroutine report_stabilisation(load_factor, share, report, observer)
+  subroutine report_stabilisation(load_factor, share, allowed, report, observer)
     real(wp), intent(in) :: load_factor
-    !> Share of the stabilisation in the step.
-    real(wp), intent(in) :: share
+    !> Share of the stabilisation in the step, and what the deck allows.
+    real(wp), intent(in) :: share, allowed
     type(phase_report_type), intent(inout) :: report
     class(observer_type), intent(inout) :: observer
 
+    if (share > allowed) then
+      report%borne_steps = report%borne_steps + 1
+      report%largest_borne = max(report%largest_borne, share)
+    end if
     if (.not. share > much) return
     if (report%stiff_steps == 0) call observer%note('warning: the stabilisation carries '//percent_text(share)// &
       ' of the forces at load factor '//factor_text(load_factor)//': the body is too stiff '// &
@@ -146,6 +153,13 @@ contains
         "': the stabilisation carries more than "//percent_text(much)//' of the forces in '// &
         integer_text(report%stiff_steps)//' of '//integer_text(progress%phase_steps)//' steps, '// &
         percent_text(report%worst_share)//' at the most, at load factor '//factor_text(report%worst_load_factor))
+      if (report%borne_steps > 0) call observer%note("warning: phase '"//phase%name// &
+        "': the stabilisation of cut cells carries up to "//percent_text(report%largest_borne)// &
+        ' of the forces of their neighbourhood in '//integer_text(report%borne_steps)//' of '// &
+        integer_text(progress%phase_steps)//' steps, more than STABILISATION SHARE: '// &
+        'stresses there are off by about as much')
+      report%borne_steps = 0
+      report%largest_borne = 0.0_wp
       report%stiff_steps = 0
       report%worst_share = 0.0_wp
       call end_cut_cell_check(phase%name, cut, observer)

@@ -557,7 +557,7 @@ contains
     ! What has been put together is shared as the points lie now.
     if (.not. (allocated(error) .or. joins)) call even_parts(model, loop, observer, error)
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
-      loop%report, observer)
+      model%analysis%phases(model%state%progress%phase)%controls%stabilisation_share, loop%report, observer)
     associate (progress => model%state%progress)
       call report_length(progress%load_factor, record%step_error, &
         model%analysis%phases(progress%phase)%controls%step_error, loop%report, observer)

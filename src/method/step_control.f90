@@ -35,8 +35,10 @@ module qsmpm_step_control
   use qsmpm_error, only: error_not_converged, error_singular
   use qsmpm_limit_load, only: compliance_type, limit_load_type, compliance_of
   use qsmpm_model, only: model_type
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term_share, only: step_share_type, share_named, load_share_named, damping_share, stabilisation_share
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
@@ -45,7 +47,7 @@ module qsmpm_step_control
   public :: has_length_error, is_too_long, retries_line_search
   public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
   public :: must_equilibrate, lacks_support, reject, reject_solve, cause_of_end
-  public :: is_balanced, judge_stabilisation, reject_compliant, exceeds
+  public :: is_balanced, judge_stabilisation, reject_compliant, exceeds, reject_overloaded, fades_slowly
 
   !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
   real(wp), parameter :: substep_residual = 1.0e-3_wp
@@ -59,6 +61,15 @@ module qsmpm_step_control
   !> Re-equilibration near a limit load takes more iterations; its stabilisation is not weaker than this share.
   integer, parameter :: more_at_constant_load = 3
   real(wp), parameter :: weakest = 1.0e-6_wp
+  !> Factor from one re-equilibration to the next where the share would take more than so many to fall below its bound;
+  !> looked at from the second one on.
+  real(wp), parameter :: fading = 0.1_wp, patience = 8.0_wp
+  !> Share of the forces that a stabilisation may carry after all re-equilibrations: an error below that of the grid.
+  real(wp), parameter :: bearable = 1.0e-2_wp
+  !> Compliance over that of the first step, and iterations over MAX ITERATIONS, beyond both of which a step under loads
+  !> on bodies has no equilibrium to be found.
+  real(wp), parameter :: overloaded = 10.0_wp
+  integer, parameter :: most_work = 2
   !> The smallest step is so up to this share of it: round-off.
   real(wp), parameter :: same_length = 1.0e-9_wp
 
@@ -119,13 +130,15 @@ contains
   end function static_attempt
 
   !> The same at constant load, with the stabilisation of the re-equilibration of this number.
-  pure type(attempt_type) function reequilibration_attempt(controls, fraction, start, move, number) result(attempt)
+  pure type(attempt_type) function reequilibration_attempt(controls, fraction, start, move, number, fadings) &
+    result(attempt)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: fraction, start, move
-    integer, intent(in) :: number
+    !> Fadings that the deck has not asked for.
+    integer, intent(in) :: number, fadings
 
     attempt = static_attempt(controls, fraction, start, move)
-    attempt%stabilisation = max(weakest, controls%stabilisation_fade**number)
+    attempt%stabilisation = max(weakest, controls%stabilisation_fade**number*fading**fadings)
   end function reequilibration_attempt
 
   !> Controls of a re-equilibration.
@@ -299,17 +312,48 @@ contains
     must_equilibrate = .not. is_within_share(controls, shares) .and. taken < controls%max_reequilibrations
   end function must_equilibrate
 
-  !> Reject a step whose stabilisation carries too much.
-  pure subroutine judge_stabilisation(controls, shares, outcome)
+  !> Whether re-equilibrations with the same stabilisation would be many: its share falls by a quotient each time.
+  pure logical function fades_slowly(controls, before, now, taken) result(slowly)
+    type(controls_type), intent(in) :: controls
+    !> Share before the last re-equilibration and after it.
+    real(wp), intent(in) :: before, now
+    !> Re-equilibrations so far.
+    integer, intent(in) :: taken
+
+    slowly = .false.
+    if (controls%stabilisation_fade < 1.0_wp .or. taken < 2) return
+    if (.not. (now > controls%stabilisation_share .and. before < huge(before) .and. now < huge(now))) return
+    slowly = .not. now < before
+    if (.not. slowly) slowly = log(now/controls%stabilisation_share) > patience*log(before/now)
+  end function fades_slowly
+
+  !> Reject a step whose stabilisation carries too much. What is bearable is accepted where no
+  !> factor of safety hangs on it; the phase warns of it.
+  pure subroutine judge_stabilisation(controls, shares, place, strictly, outcome)
     type(controls_type), intent(in) :: controls
     type(step_share_type), allocatable, intent(in) :: shares(:)
+    !> Where it carries most.
+    real(wp), intent(in) :: place(:)
+    logical, intent(in) :: strictly
     type(outcome_type), intent(inout) :: outcome
-    character(len=120) :: text
+    character(len=:), allocatable :: places
+    real(wp) :: share
+    integer :: i
 
-    if (is_within_share(controls, shares)) return
-    write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', share_named(shares, stabilisation_share), &
-      ' of the forces and re-equilibration does not bring it below ', controls%stabilisation_share
-    call reject(trim(text)//'; STABILISATION SHARE of *CONTROLS allows more of it, STABILISATION FADE=0.1 lowers it', &
+    if (is_within_share(controls, shares) .or. (outcome%accepted .and. .not. strictly .and. &
+      share_named(shares, stabilisation_share) <= bearable)) return
+    ! Of nothing, or not a number: all there is, and more.
+    share = share_named(shares, stabilisation_share)
+    if (.not. share <= 10.0_wp) share = 10.0_wp
+    places = rounded_text(place(1), 4)
+    do i = 2, size(place)
+      places = places//', '//rounded_text(place(i), 4)
+    end do
+    call reject('the stabilisation carries '// &
+      rounded_text(100.0_wp*share, 2)//' % of the forces at ('//places// &
+      ') and re-equilibration does not bring it below '//rounded_text(100.0_wp*controls%stabilisation_share, 2)// &
+      ' %: stresses there are off by about as much, and the ground may carry less by itself; finer cells there, '// &
+      'a smaller FACTOR of *METHOD, or more STABILISATION SHARE', &
       outcome)
   end subroutine judge_stabilisation
 
@@ -327,6 +371,30 @@ contains
     call reject(trim(text), outcome)
     outcome%at_limit = .true.
   end subroutine reject_compliant
+
+  !> Reject a step of a phase that loads bodies beyond what the ground carries: it has become as compliant as at a limit
+  !> load, and no equilibrium is found with the iterations of two steps. LIMIT COMPLIANCE looks closer.
+  pure subroutine reject_overloaded(controls, loaded, converged, iterations, step, limit, outcome)
+    type(controls_type), intent(in) :: controls
+    !> Loads on bodies act in the phase; the last solve has converged.
+    logical, intent(in) :: loaded, converged
+    !> Of all solves of the step.
+    integer, intent(in) :: iterations
+    type(compliance_type), intent(in) :: step
+    type(limit_load_type), intent(in) :: limit
+    type(outcome_type), intent(inout) :: outcome
+    real(wp) :: compliance
+
+    if (.not. loaded .or. controls%limit_compliance > 0.0_wp .or. outcome%at_limit .or. outcome%unrecoverable) return
+    if (converged .and. iterations <= most_work*controls%max_iterations) return
+    compliance = max(compliance_of(step), limit%last)
+    if (.not. (limit%first > 0.0_wp .and. compliance > overloaded*limit%first)) return
+    call reject('the loads on rigid bodies are beyond what the ground carries: the body moves '// &
+      rounded_text(min(compliance/limit%first, 1.0e6_wp), 2)// &
+      ' times as far by the same load as in the first step, and '// &
+      integer_text(iterations)//' iterations find no equilibrium', outcome)
+    outcome%at_limit = .true.
+  end subroutine reject_overloaded
 
   !> Whether a step is too compliant to be accepted.
   pure logical function exceeds(step, limit, allowed)

@@ -2,7 +2,7 @@
 !> not accepted leaves the state as it was before. Who solves is passed in, so that a test scripts the outcomes.
 module qsmpm_stepping
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: phase_type, controls_type
+  use qsmpm_analysis, only: phase_type, controls_type, phase_safety
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_exchange, only: spread_from
@@ -12,13 +12,15 @@ module qsmpm_stepping
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
   use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_phase_loads, only: is_body_loaded
   use qsmpm_pushed_material, only: check_following
-  use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, first_damping, &
-    reequilibration_attempt, reequilibration_controls, is_balanced, is_beyond_help, is_dampable, reject_compliant, &
+  use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, fades_slowly, &
+    first_damping, reject_overloaded, reequilibration_attempt, reequilibration_controls, is_balanced, &
+    is_beyond_help, is_dampable, reject_compliant, &
     judge_stabilisation, lacks_support, largest_move, may_be_damped, must_equilibrate, reject, reject_solve, &
     static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
-  use qsmpm_term_share, only: add_solves
+  use qsmpm_term_share, only: add_solves, share_named, stabilisation_share
   implicit none
   private
 
@@ -109,6 +111,7 @@ contains
     if (solution%converged) then
       record%out_of_balance = solution%undamped_out_of_balance
       call add_solves(solution%shares, record%shares)
+      record%share_place = solution%share_place
       call add_compliance(solution%compliance, record%compliance)
       record%largest_move = max(record%largest_move, solution%largest_move)
       call reject_compliant(controls, record%compliance, model%state%progress%limit, outcome)
@@ -116,6 +119,8 @@ contains
       record%rejected = record%rejected + 1
       call reject_solve(solution, outcome)
     end if
+    call reject_overloaded(controls, is_body_loaded(model%analysis%phases(model%state%progress%phase)), &
+      solution%converged, record%iterations, record%compliance, model%state%progress%limit, outcome)
   end subroutine solve
 
   !> The static solve.
@@ -191,15 +196,20 @@ contains
     type(outcome_type), intent(inout) :: outcome
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
-    real(wp) :: load
+    real(wp) :: load, share
+    integer :: fadings
 
     load = model%state%progress%fraction
+    fadings = 0
     do while (must_equilibrate(controls, record%shares, record%reequilibrations))
       record%reequilibrations = record%reequilibrations + 1
+      share = share_named(record%shares, stabilisation_share)
       call solve(model, step, solver, reequilibration_controls(controls), &
         reequilibration_attempt(controls, load, record%start, largest_move(model, controls), &
-        record%reequilibrations), record, outcome, solution, error)
+        record%reequilibrations, fadings), record, outcome, solution, error)
       if (allocated(error) .or. outcome%at_limit) return
+      if (fades_slowly(controls, share, share_named(record%shares, stabilisation_share), record%reequilibrations)) &
+        fadings = fadings + 1
       if (solution%converged) cycle
       if (outcome%unrecoverable) return
       if (.not. is_dampable(model, controls)) exit
@@ -209,7 +219,8 @@ contains
       call observer%note('re-equilibration rejected ('//outcome%reason//')')
       return
     end do
-    call judge_stabilisation(controls, record%shares, outcome)
+    call judge_stabilisation(controls, record%shares, record%share_place(:model%mesh%dimension), &
+      model%analysis%phases(model%state%progress%phase)%kind == phase_safety, outcome)
     if (.not. outcome%accepted) call observer%note(outcome%reason)
   end subroutine equilibrate_again
 end module qsmpm_stepping

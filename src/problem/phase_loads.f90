@@ -6,7 +6,7 @@ module qsmpm_phase_loads
   implicit none
   private
 
-  public :: acts, is_loaded
+  public :: acts, is_loaded, is_body_loaded
 
 contains
 
@@ -38,4 +38,13 @@ contains
         + abs(phase%tractions(i)%gradient) > 0.0_wp
     end do
   end function acts
+
+  !> Whether a phase loads rigid bodies and moves none.
+  pure logical function is_body_loaded(phase)
+    type(phase_type), intent(in) :: phase
+
+    is_body_loaded = .false.
+    if (.not. allocated(phase%moves)) return
+    is_body_loaded = size(phase%moves) > 0 .and. all(phase%moves%is_load)
+  end function is_body_loaded
 end module qsmpm_phase_loads

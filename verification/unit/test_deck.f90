@@ -327,8 +327,8 @@ contains
       'd/test.inp:18: *GRAVTIY: unknown keyword (did you mean GRAVITY?)')
     call expect(tests, 'a limit load of displacements is told, also where what is held is held again', &
       with_line('*END PHASE|*PHASE, NAME=two|*FIX| base, ALL|*CONTROLS, LIMIT COMPLIANCE=9', &
-      '*END'), "d/test.inp:22: *CONTROLS: LIMIT COMPLIANCE never ends phase 'two': no gravity, traction or "// &
-      'pressure is given in it and nothing held is freed, and a prescribed displacement has no compliance; '// &
+      '*END'), "d/test.inp:22: *CONTROLS: LIMIT COMPLIANCE never ends phase 'two': no gravity, traction, "// &
+      'pressure or load on a body is given in it and nothing held is freed, and a prescribed displacement has no compliance; '// &
       'leave it out, and watch *HISTORY, QUANTITY=REACTION')
     call expect(tests, 'a value out of its range is told', with_line('*CONTROLS, STEPS=0', &
       '*END'), 'd/test.inp:18: *CONTROLS: STEPS = 0 is outside [1, 1000000]')

@@ -10,7 +10,8 @@ module test_step_control
   use qsmpm_limit_load, only: compliance_type, limit_load_type
   use qsmpm_model, only: model_type
   use qsmpm_step_control, only: substep_damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
-    has_length_error, reequilibration_attempt, reequilibration_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
+    has_length_error, reequilibration_attempt, fades_slowly, reject_overloaded, &
+    reequilibration_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
     reject_compliant, cause_of_end, lacks_support, largest_move, must_equilibrate, retries_line_search, static_attempt, &
       substep_attempt
   use qsmpm_step_solver, only: attempt_type
@@ -63,7 +64,7 @@ contains
       abs(attempt%tolerance - 1.0e-6_wp) <= 0.0_wp)
     controls = four
     controls%stabilisation_fade = 0.5_wp
-    attempt = reequilibration_attempt(controls, 0.5_wp, 0.25_wp, 0.1_wp, 3)
+    attempt = reequilibration_attempt(controls, 0.5_wp, 0.25_wp, 0.1_wp, 3, 0)
     call tests%close('the stabilisation fades from hold to hold', attempt%stabilisation, 0.125_wp, 0.0_wp)
     controls = reequilibration_controls(four)
     call tests%check('a hold may take three times the iterations', controls%max_iterations == 3*four%max_iterations)
@@ -185,6 +186,13 @@ contains
     shares(1)%share = 0.011_wp
     call tests%check('one above is brought down', must_equilibrate(controls, shares, 1))
     call tests%check('as often as the deck allows', .not. must_equilibrate(controls, shares, 2))
+    controls%stabilisation_share = 1.0e-3_wp
+    call tests%check('a share that halves is waited for', .not. fades_slowly(controls, 0.4_wp, 0.2_wp, 2))
+    call tests%check('one that falls by a tenth would take too many', fades_slowly(controls, 0.4_wp, 0.36_wp, 2))
+    call tests%check('after one re-equilibration that is not known', .not. fades_slowly(controls, 0.4_wp, 0.36_wp, 1))
+    call tests%check('and below the bound it does not matter', .not. fades_slowly(controls, 9.5e-4_wp, 9.0e-4_wp, 2))
+    controls%stabilisation_fade = 0.5_wp
+    call tests%check('what the deck fades is its own', .not. fades_slowly(controls, 0.4_wp, 0.36_wp, 2))
     call tests%put_off_traps()
     shares(1)%share = ieee_value(1.0_wp, ieee_quiet_nan)
     call tests%check('what is not a number is not little', must_equilibrate(controls, shares, 0) .and. &
@@ -215,6 +223,16 @@ contains
       call tests%check('it has no residual to name and asks for no length', outcome%worst_label == 0 .and. &
         .not. outcome%share > 0.0_wp .and. outcome%reason == &
         'the step is more than 1.00E+01 times as compliant as the first one')
+      controls = four
+      outcome = outcome_type(accepted=.true.)
+      call reject_overloaded(controls, .true., .true., 2*controls%max_iterations, more, limit, outcome)
+      call tests%check('an easy step under loads on bodies may be compliant', outcome%accepted)
+      call reject_overloaded(controls, .false., .false., 5, more, limit, outcome)
+      call tests%check('other loads are not looked at', outcome%accepted)
+      call reject_overloaded(controls, .true., .false., 5, five, limit, outcome)
+      call tests%check('nor is a solve that fails before the body gives way', outcome%accepted)
+      call reject_overloaded(controls, .true., .true., 2*controls%max_iterations + 1, more, limit, outcome)
+      call tests%check('a long one that gives way is beyond the ground', outcome%at_limit .and. .not. outcome%accepted)
     end associate
   end subroutine check_compliance
 end module test_step_control

@@ -175,13 +175,24 @@ contains
     type(tests_type), intent(inout) :: tests
     type(progress_type) :: progress
     type(compliance_type), parameter :: three = compliance_type(6.0_wp, 2.0_wp)
+    type(controls_type) :: asked
 
+    asked = ten
+    asked%limit_compliance = 10.0_wp
     progress%fraction = 0.3_wp
     progress%next_step = 0.25_wp
     call cut_back(ten, three, 0.4_wp, outcome_type(), progress)
     call tests%check('a step that ends on a multiple is cut back from the length it had', &
       abs(progress%next_step - 0.05_wp) <= rounding .and. .not. progress%limit%refused > 0.0_wp)
     call cut_back(ten, three, 0.4_wp, outcome_type(at_limit=.true.), progress)
+    call tests%check('one at a limit that nobody asked for is only cut back', .not. progress%limit%refused > 0.0_wp)
+    progress%next_step = 0.05_wp
+    call tests%check('nor given up at half of the first step', &
+      .not. is_given_up(ten, progress, outcome_type(at_limit=.true.)))
+    progress%next_step = 0.005_wp
+    call tests%check('but below a sixteenth', is_given_up(ten, progress, outcome_type(at_limit=.true.)) .and. &
+      .not. is_given_up(ten, progress, outcome_type()))
+    call cut_back(asked, three, 0.4_wp, outcome_type(at_limit=.true.), progress)
     call tests%check('one at the limit is remembered', abs(progress%limit%refused - 0.4_wp) + &
       abs(progress%limit%refused_middle - 0.35_wp) + abs(progress%limit%refused_compliance - 3.0_wp) <= rounding)
     progress%fraction = 0.35_wp

@@ -196,6 +196,7 @@ contains
     associate (unused => configuration)
     end associate
     self%scratch%at_rest = .true.
+    self%scratch%goes_along = .false.
     do b = 1, size(self%scratch%now)
       self%scratch%load(:, b) = load_on_body(model, b, fraction)
       self%scratch%now(b)%pose = moved_on(self%scratch%before(b)%pose, motion_in_phase(model, b), &
@@ -228,6 +229,7 @@ contains
     end associate
     if (present(prescribed)) continue
     self%scratch%at_rest = .false.
+    self%scratch%goes_along = has_moved(self%scratch) .and. all(abs(displacement) <= 0.0_wp)
     do c = 1, size(self%scratch%column)
       call place_body(self%scratch, c, displacement)
     end do
@@ -267,6 +269,20 @@ contains
         '): gap, slip or pressure are no numbers'
     end associate
   end subroutine check_number
+
+  !> Whether a body moves in the step by what is asked of it.
+  pure logical function has_moved(scratch)
+    type(contact_scratch_type), intent(in) :: scratch
+    integer :: b
+
+    has_moved = .false.
+    do b = 1, size(scratch%now)
+      associate (before => scratch%before(b)%pose, now => scratch%now(b)%pose)
+        has_moved = has_moved .or. any(abs(now%displacement - before%displacement) > 0.0_wp) .or. &
+          any(abs(now%rotation - before%rotation) > 0.0_wp)
+      end associate
+    end do
+  end function has_moved
 
   !> Put a body where it is with the displacement of its free components.
   pure subroutine place_body(scratch, body, displacement)
@@ -458,6 +474,7 @@ contains
     self%scratch%on_bodies%pressure = 0.0_wp
     self%scratch%on_bodies%shear = 0.0_wp
     self%scratch%at_rest = .false.
+    self%scratch%goes_along = .false.
     associate (scratch => self%scratch, patches => self%scratch%patches)
       do b = 1, size(scratch%now)
         call place_body(scratch, b, displacement)

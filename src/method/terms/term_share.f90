@@ -43,6 +43,8 @@ module qsmpm_term_share
     real(wp) :: internal_work = 0.0_wp
     !> Largest share of the internal force around a node.
     real(wp) :: force_share = 0.0_wp
+    !> Node where that is, 0 where it is a node of another process.
+    integer :: node = 0
   end type solve_share_type
 
   !> Internal work of the solves of a step, and the share of a term after the last one.
@@ -82,15 +84,17 @@ contains
     !> Values at nodes of others.
     type(owner_copies_type), intent(in) :: copies
     type(solve_share_type) :: share
-    real(wp) :: magnitude(size(displacement, 2))
+    real(wp) :: magnitude(size(displacement, 2)), shares(size(displacement, 2))
 
     share%name = name
     share%of_cells = .true.
     share%work = sum(force*displacement)
     share%internal_work = work_size
     magnitude = norm2(force, dim=1)
-    if (any_of(team, any(magnitude > 0.0_wp))) share%force_share = maxval(quotient(magnitude, &
-      forces_around(connectivity, norm2(force_size, dim=1), quiet*most, team, copies)))
+    if (.not. any_of(team, any(magnitude > 0.0_wp))) return
+    shares = quotient(magnitude, forces_around(connectivity, norm2(force_size, dim=1), quiet*most, team, copies))
+    share%force_share = maxval(shares)
+    share%node = maxloc(shares, dim=1)
   end function share_of_cells
 
   !> Largest F in the layers of cells around each own node. All cells at it are here: of the nodes of others it is the
@@ -124,12 +128,15 @@ contains
   subroutine join_share(team, share)
     type(team_type), intent(in) :: team
     type(solve_share_type), intent(inout) :: share
+    real(wp) :: here
 
     if (team%ranks == 1) return
+    here = share%force_share
     share%load_share = min(joint_norm(team, share%load_share), huge(1.0_wp))
     share%work = total(team, share%work)
     share%internal_work = total(team, share%internal_work)
     share%force_share = largest(team, share%force_share)
+    if (here < share%force_share) share%node = 0
   end subroutine join_share
 
   !> Take the shares of a solve into those of its step; the first solve begins them.
