@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """The report in a real browser: no sideways scrolling at three widths, values at the pointer, folded parts printed.
 
-    verification/browser.py [REPORT.html] [--shots FOLDER]
+    verification/browser.py [--install] [REPORT.html] [--shots FOLDER]
 
 Without a file a small report is made. `--shots` keeps a picture of the page at each width. Closes with N passed, M failed;
-where there is no chromium (Debian package chromium) it says so and looks at nothing.
+where there is no chromium (Debian package chromium) it is skipped; `--install` installs one first (tools/setup --long).
 """
 
 from __future__ import annotations
@@ -100,15 +100,24 @@ def check_all(told: dict, pages: int) -> list[tuple[str, bool]]:
     return [*found, (f"it prints, {pages} pages", pages > 0)]
 
 
+def find_browser() -> str | None:
+    """A browser of this machine."""
+    return shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
 def main() -> int:
     """Look at one report."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("report", nargs="?", type=Path)
     parser.add_argument("--shots", type=Path)
+    parser.add_argument("--install", action="store_true", help="install a browser where there is none")
     words = parser.parse_args()
-    browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    browser = find_browser()
+    if browser is None and words.install:
+        subprocess.run([TOP / "tools" / "setup", "--long"], check=True)
+        browser = find_browser()
     if browser is None:
-        print("no chromium here: the report was not looked at\n0 passed, 0 failed")
+        print("skipped: no chromium here, the report was not looked at; --install installs it\n0 passed, 0 failed, 1 skipped")
         return 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -3,8 +3,7 @@
 !> model: matrix, solver, factors and time are measured, the cost of the run is estimated from them.
 module qsmpm_plan
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, three_dimensional, basis_fem, stabilise_none, newton_modified, &
-    mesh_grid, phase_safety
+  use qsmpm_analysis, only: analysis_type, three_dimensional, basis_fem, stabilise_none, newton_modified, mesh_grid
   use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_contacts, only: contacts_type
@@ -20,6 +19,7 @@ module qsmpm_plan
   use qsmpm_number_text, only: integer_text, short_text
   use qsmpm_phase_start, only: start_phase
   use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
+  use qsmpm_plan_probe, only: trial_type, try_run, try_coarse, expected_range
   use qsmpm_reduction, only: reduction_check_type, reduction_name
   use qsmpm_scene, only: check_text
   use qsmpm_soil_points, only: soil_type, soil_of
@@ -34,8 +34,6 @@ module qsmpm_plan
   real(wp), parameter :: number_bytes = 8.0_wp, index_bytes = 4.0_wp, megabyte = 1.0e6_wp
   !> Equations beyond which the first step is not made for a plan.
   integer, parameter :: most_for_plan = 300000
-  !> Factors that a search for a factor of safety tries.
-  integer, parameter :: usual_tries = 12
 
 contains
 
@@ -242,7 +240,7 @@ contains
       ' MB: factors, matrix and element blocks')
   end subroutine plan_solver
 
-  !> Time of the run, by the first step.
+  !> The first step, and what the run will take: by trials of about a second, of the model and on coarser cells.
   subroutine plan_cost(model, solution, seconds, items)
     type(model_type), intent(in) :: model
     !> How the first step went.
@@ -250,19 +248,21 @@ contains
     !> Processor seconds of it.
     real(wp), intent(in) :: seconds
     type(plan_items_type), intent(inout) :: items
-    integer :: steps, p
+    type(trial_type) :: fine, coarse
+    real(wp) :: range(2)
+    character(len=:), allocatable :: text
 
-    steps = 0
-    do p = 1, size(model%analysis%phases)
-      associate (phase => model%analysis%phases(p))
-        if (phase%kind == phase_safety) steps = steps + usual_tries
-        if (phase%kind /= phase_safety .or. phase%safety%runout < huge(1.0_wp)) steps = steps + phase%controls%steps
-      end associate
-    end do
     if (.not. solution%converged) call add_item(items, 'converged', 'no: '//solution%reason)
     call add_item(items, 'iterations', integer_text(solution%iterations), is_figure=.true.)
     call add_item(items, 'processor seconds', short_text(seconds, 2), is_figure=.true.)
-    call add_item(items, 'expected of the run', 'at least '//short_text(steps*seconds, 2)//' s: '// &
-      integer_text(steps)//' steps like the first; steps that yield take more iterations')
+    call try_run(model, fine)
+    if (.not. fine%ended) call try_coarse(model, coarse)
+    range = expected_range(fine, coarse)
+    text = 'by the run itself, to its end'
+    if (.not. fine%ended) text = 'by '//short_text(fine%seconds, 2)//' s of it, '// &
+      integer_text(nint(fine%iterations))//' iterations to '//integer_text(nint(100.0_wp*fine%share))//' % of its steps'
+    if (coarse%iterations > 0.0_wp) text = text//'; on every second line of its grid '// &
+      integer_text(nint(coarse%iterations))//' iterations to '//integer_text(nint(100.0_wp*coarse%share))//' %'
+    call add_item(items, 'expected of the run', short_text(range(1), 2)//' to '//short_text(range(2), 2)//' s: '//text)
   end subroutine plan_cost
 end module qsmpm_plan

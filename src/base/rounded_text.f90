@@ -9,15 +9,19 @@ module qsmpm_rounded_text
 
 contains
 
-  !> A number in four digits.
-  pure function rounded_text(value) result(text)
+  !> A number in four significant digits at the most, or as many as are asked for.
+  pure function rounded_text(value, digits) result(text)
     !> Finite.
     real(wp), intent(in) :: value
+    !> 2 to 9.
+    integer, intent(in), optional :: digits
     character(len=:), allocatable :: text
-    character(len=16) :: buffer
+    character(len=16) :: buffer, form
     real(wp) :: rounded
 
-    write (buffer, '(es13.3e3)') value
+    form = '(es16.3e3)'
+    if (present(digits)) write (form, '(a,i1,a)') '(es16.', digits - 1, 'e3)'
+    write (buffer, form) value
     read (buffer, *) rounded
     text = real_text(rounded)
   end function rounded_text

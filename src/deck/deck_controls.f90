@@ -47,8 +47,8 @@ contains
     call fields%whole('STEPS', c%steps, 'load steps the phase is first cut into', range='[1, 1000000]')
     call fields%choice('NEWTON', c%newton, 'MODIFIED|FULL', 'MODIFIED keeps the stiffness of the start of the '// &
       'step, FULL takes the consistent tangent')
-    call fields%number('TOLERANCE', c%tolerance, 'allowed out-of-balance force over external force', &
-      range='[1e-12, 0.1]')
+    call fields%number('TOLERANCE', c%tolerance, 'allowed out-of-balance force over what the phase moves, and at '// &
+      'each node over the forces around it', range='[1e-12, 0.1]')
     call fields%whole('MAX ITERATIONS', c%max_iterations, 'iterations before a step is cut', range='[1, 100000]')
     call fields%answer('LINE SEARCH', c%line_search, 'shorten an iteration that does not help')
     call fields%number('SMALLEST STEP', c%smallest_step, 'smallest step, as a share of the first one, before the '// &

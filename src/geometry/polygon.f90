@@ -11,20 +11,20 @@ module qsmpm_polygon
 
 contains
 
-  !> Signed area, positive when counter-clockwise.
+  !> Signed area, positive when counter-clockwise; of places from the first vertex, so that its rounding is that of the
+  !> polygon wherever this lies.
   pure function polygon_area(vertices) result(area)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: vertices(:, :)
-    real(wp) :: area
-    integer :: i, j, n
+    real(wp) :: area, a(2), b(2)
+    integer :: i
 
-    n = size(vertices, 2)
     area = 0.0_wp
-    do i = 1, n
-      j = mod(i, n) + 1
-      area = area + vertices(1, i)*vertices(2, j) - vertices(1, j)*vertices(2, i)
+    do i = 2, size(vertices, 2) - 1
+      a = vertices(:, i) - vertices(:, 1)
+      b = vertices(:, i + 1) - vertices(:, 1)
+      area = area + 0.5_wp*(a(1)*b(2) - b(1)*a(2))
     end do
-    area = 0.5_wp*area
   end function polygon_area
 
   !> Centroid; the mean of the vertices when the area vanishes.

@@ -12,14 +12,14 @@
 !> The tangent of a trial is of use only when the trial is taken and not yet in equilibrium. Where the
 !> course of the iterations says otherwise it is left out, and found afterwards when that was wrong.
 module qsmpm_equilibrium
-  use qsmpm_agreement, only: any_of, lowest_rank, spread_text
+  use qsmpm_agreement, only: any_of, joint_norm, lowest_rank, spread_text
   use qsmpm_finite, only: is_usable, all_usable, unusable
   use qsmpm_kinds, only: wp, long
   use qsmpm_stopwatch, only: switch_timer, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: newton_modified, controls_type
   use qsmpm_equations, only: gather, scatter
-  use qsmpm_field_balance, only: find_references, find_imbalance
+  use qsmpm_field_balance, only: references_type, find_references, find_imbalance, leave_rounding
   use qsmpm_initialisation, only: step_type
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_joint_system, only: factorise_jointly, solve_jointly
@@ -43,6 +43,8 @@ module qsmpm_equilibrium
   !> An iteration must lower the residual by this share of its length; growing beyond this factor ends
   !> the step.
   real(wp), parameter :: least_descent = 1.0e-4_wp, most_growth = 3.0_wp
+  !> Of the residual before: an iteration that leaves more is looked at for rounding.
+  real(wp), parameter :: stalling = 0.1_wp
   !> Relative residual at which a frozen iteration is called divergent.
   real(wp), parameter :: divergence = 1.0e3_wp
 
@@ -54,6 +56,8 @@ module qsmpm_equilibrium
     real(wp), allocatable :: increment(:, :)
     !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
     real(wp) :: least_load = 0.0_wp
+    !> Share of the phase that the step is; 0 for one at constant load.
+    real(wp) :: phase_share = 0.0_wp
     !> Out-of-balance allowed (eq. 27).
     real(wp) :: tolerance = 1.0e-4_wp
   end type target_type
@@ -75,11 +79,12 @@ module qsmpm_equilibrium
     !> Those of an attempt before that led nowhere.
     integer :: lost_iterations = 0
     real(wp) :: out_of_balance = huge(1.0_wp)
+    !> That of the forces as a whole, which a line search lowers.
+    real(wp) :: whole_imbalance = huge(1.0_wp)
     !> The same at the end without transient terms: what a step is accepted by.
     real(wp) :: undamped_out_of_balance = huge(1.0_wp)
-    !> Norm of the load that out-of-balance and shares refer to; what the residuals of all fields refer to (fields).
-    real(wp) :: load_norm = 0.0_wp
-    real(wp), allocatable :: reference(:)
+    !> What residuals and shares refer to.
+    type(references_type) :: references
     !> What the terms carry that have a share.
     type(solve_share_type), allocatable :: shares(:)
     !> What the load increment does; set by whoever knows it.
@@ -129,11 +134,10 @@ contains
     solution%pushed = any_of(step%team, any(abs(goal%prescribed) > 0.0_wp))
     call evaluate_start(model, step, goal, tangent, residual, solution)
     do while (.not. allocated(solution%reason))
-      if (solution%out_of_balance <= goal%tolerance .and. &
-        (solution%iterations > 0 .or. .not. solution%pushed)) then
+      if (solution%out_of_balance <= goal%tolerance .and. is_pushed_through(solution)) then
         solution%converged = .true.
         step%usual_iterations = solution%iterations
-        call take_shares(step, residual, solution)
+        call take_shares(step, goal%tolerance, residual, solution)
         return
       end if
       if (solution%iterations >= controls%max_iterations) then
@@ -149,6 +153,16 @@ contains
       call search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
     end do
   end subroutine solve_equilibrium
+
+  !> Whether prescribed displacements are in force and a second iteration has answered what the first one, whose matrix
+  !> is that of before the push, has left; none is needed where that is rounding.
+  pure logical function is_pushed_through(solution)
+    type(solution_type), intent(in) :: solution
+    real(wp), parameter :: rounding = 1.0e-10_wp
+
+    is_pushed_through = .not. solution%pushed .or. solution%iterations > 1 .or. &
+      (solution%iterations == 1 .and. solution%out_of_balance <= rounding)
+  end function is_pushed_through
 
   !> Forces and tangent at the start of the step, with the force that prescribed displacements will call up.
   subroutine evaluate_start(model, step, goal, tangent, residual, solution)
@@ -199,22 +213,35 @@ contains
     real(wp), intent(out) :: residual(:)
     type(solution_type), intent(inout) :: solution
     real(wp) :: imbalance(size(goal%prescribed, 1), size(goal%prescribed, 2))
-    integer :: worst, first
+    integer :: worst, first, node
 
     associate (forces => step%forces, unknowns => step%unknowns)
       imbalance = forces%external - forces%internal - forces%numerical
       call gather(step%equations, imbalance, residual)
-      if (.not. allocated(solution%reference)) allocate (solution%reference(size(unknowns%fields)))
-      call find_references(step, goal%prescribed, goal%least_load, solution%reference)
-      solution%load_norm = solution%reference(1)
-      call find_imbalance(step, residual, solution%reference, solution%out_of_balance, worst)
+      call find_references(step, solution%displacement, goal%prescribed, goal%least_load, phase_load(step, goal), &
+        solution%references)
+      call find_imbalance(step, residual, solution%references, goal%tolerance, solution%whole_imbalance, &
+        solution%out_of_balance, worst, node)
       where (step%equations%number == 0 .or. .not. spread(step%own, 1, size(imbalance, 1))) imbalance = 0.0_wp
       first = joint_node(unknowns, 1, worst)
-      solution%worst_node = maxloc(maxval(abs(imbalance(:, first:first + unknowns%fields(worst)%node_count - 1)), &
-        dim=1), dim=1)
+      solution%worst_node = node
+      if (node == 0) solution%worst_node = maxloc(maxval(abs(imbalance(:, first:first &
+        + unknowns%fields(worst)%node_count - 1)), dim=1), dim=1)
       solution%worst_size = maxval(abs(imbalance(:, first - 1 + solution%worst_node)))
     end associate
   end subroutine out_of_balance
+
+  !> Norm of what the whole phase changes of the load, by the share of it that the step is.
+  real(wp) function phase_load(step, goal)
+    type(step_type), intent(in) :: step
+    type(target_type), intent(in) :: goal
+    real(wp) :: load(step%equations%count)
+
+    phase_load = 0.0_wp
+    if (.not. goal%phase_share > 0.0_wp) return
+    call gather(step%equations, goal%increment, load)
+    phase_load = joint_norm(step%team, norm2(pack(load, step%field_of == 1)))/goal%phase_share
+  end function phase_load
 
   !> Give up where the residual or the load cannot be computed with, and say which force it is and where.
   subroutine check_forces(step, residual, solution)
@@ -227,7 +254,7 @@ contains
     logical :: broken
 
     associate (own => pack(residual, step%field_of > 0))
-      broken = .not. (all_usable(size(own), own) .and. all(is_usable(solution%reference)))
+      broken = .not. (all_usable(size(own), own) .and. all(is_usable(solution%references%field)))
     end associate
     if (.not. any_of(step%team, broken)) return
     call give_up(step, 'the residual is'//unusable(6:), solution)
@@ -321,12 +348,13 @@ contains
     real(wp), intent(inout) :: residual(:)
     type(forecast_type), intent(inout) :: forecast
     type(solution_type), intent(inout) :: solution
-    real(wp) :: before, length, start(size(correction, 1), size(correction, 2))
+    real(wp) :: before, whole_before, length, start(size(correction, 1), size(correction, 2))
     logical :: frozen, whole, searched
     integer :: halving
 
     frozen = controls%newton == newton_modified
     before = solution%out_of_balance
+    whole_before = solution%whole_imbalance
     start = solution%displacement
     whole = solution%iterations == 1 .and. solution%pushed
     searched = controls%line_search .and. .not. (whole .or. frozen)
@@ -341,7 +369,7 @@ contains
       if (.not. step%failure%failed) then
         call out_of_balance(step, goal, residual, solution)
         if (.not. searched) exit
-        if (solution%out_of_balance <= max(goal%tolerance, (1.0_wp - least_descent*length)*before)) exit
+        if (solution%whole_imbalance <= max(goal%tolerance, (1.0_wp - least_descent*length)*whole_before)) exit
       else if (whole .or. step%failure%unrecoverable) then
         exit
       end if
@@ -349,13 +377,36 @@ contains
     end do
     forecast%previous = before
     forecast%halvings = halving
-    call judge_trial(step, residual, before, frozen, searched, solution)
+    if (solution%out_of_balance > max(goal%tolerance, stalling*before)) &
+      call look_beyond_rounding(model, step, goal%tolerance, residual, solution)
+    call judge_trial(step, residual, max(whole_before, goal%tolerance), frozen, searched, solution)
   end subroutine search_line
+
+  !> A residual that no longer falls may be rounding: judge what is more than that.
+  subroutine look_beyond_rounding(model, step, tolerance, residual, solution)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(in) :: step
+    real(wp), intent(in) :: tolerance
+    !> Residual at the free components (equations).
+    real(wp), intent(inout) :: residual(:)
+    type(solution_type), intent(inout) :: solution
+    real(wp) :: beyond(size(residual)), ratio, whole
+    integer :: worst, node
+
+    if (step%failure%failed .or. solution%iterations < 2) return
+    beyond = residual
+    call leave_rounding(model%mesh, model%space, step, solution%displacement, beyond)
+    call find_imbalance(step, beyond, solution%references, tolerance, whole, ratio, worst, node)
+    if (ratio > tolerance) return
+    residual = beyond
+    solution%whole_imbalance = whole
+    solution%out_of_balance = ratio
+  end subroutine look_beyond_rounding
 
   !> Give up where the trial that was taken leads nowhere.
   subroutine judge_trial(step, residual, before, frozen, searched, solution)
     type(step_type), intent(in) :: step
-    !> Residual at the free components (equations), and the out-of-balance of the iteration before.
+    !> Residual at the free components (equations), and the out-of-balance as a whole of the iteration before.
     real(wp), intent(in) :: residual(:), before
     !> With the matrix of the start of the step; by a line search.
     logical, intent(in) :: frozen, searched
@@ -369,7 +420,7 @@ contains
     if (allocated(solution%reason)) return
     if (frozen .and. solution%out_of_balance > divergence) then
       call give_up(step, 'the iteration diverges', solution)
-    else if (searched .and. solution%out_of_balance > most_growth*before) then
+    else if (searched .and. solution%whole_imbalance > most_growth*before) then
       call give_up(step, 'the line search finds no lower residual', solution)
     end if
   end subroutine judge_trial
@@ -396,20 +447,24 @@ contains
   end function is_wanted
 
   !> Shares of the terms, the residual without transient ones, forces at the end, largest move.
-  subroutine take_shares(step, residual, solution)
+  subroutine take_shares(step, tolerance, residual, solution)
     type(step_type), intent(in) :: step
+    !> Out-of-balance allowed.
+    real(wp), intent(in) :: tolerance
     !> Residual at the free components (equations).
     real(wp), intent(in) :: residual(:)
     type(solution_type), intent(inout) :: solution
     real(wp) :: force(size(solution%displacement, 1), size(solution%displacement, 2)), transient(size(residual))
-    integer :: worst
+    real(wp) :: whole
+    integer :: worst, node
 
-    call measure_shares(step%terms, solution%displacement, solution%load_norm, step%equations%connectivity, &
+    call measure_shares(step%terms, solution%displacement, solution%references%load, step%equations%connectivity, &
       step%team, step%own, step%node_copies, solution%shares)
     call sum_transient(step%terms, solution%displacement, force)
     call add_shares(step%team, step%unknowns, force)
     call gather(step%equations, force, transient)
-    call find_imbalance(step, residual + transient, solution%reference, solution%undamped_out_of_balance, worst)
+    call find_imbalance(step, residual + transient, solution%references, tolerance, whole, &
+      solution%undamped_out_of_balance, worst, node)
     solution%internal_force = step%forces%internal
     solution%external_force = step%forces%external
     solution%largest_move = largest_displacement(step, solution%displacement)

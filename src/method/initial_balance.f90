@@ -31,7 +31,7 @@ module qsmpm_initial_balance
   use qsmpm_team, only: team_type, largest
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term_sums, only: set_loads, discard_terms
-  use qsmpm_text, only: real_text
+  use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
 
@@ -183,8 +183,8 @@ contains
 
     above = reaches_above(model, phase%initial)
     if (above > same_level*maxval(model%mesh%bounds(:, 2) - model%mesh%bounds(:, 1))) call observer%note( &
-      'warning: material lies up to '//real_text(above)//' above the level of *INITIAL, TYPE=K0; its weight counts '// &
-      'as that of the ground does')
+      'warning: material lies up to '//rounded_text(above)//' above the level of *INITIAL, TYPE=K0; its weight '// &
+      'counts as that of the ground does')
   end subroutine warn_of_material_above
 
   !> What the stresses of a phase are called.

@@ -218,6 +218,7 @@ contains
         call put_in_force(model, configuration, attempt%start, unknowns, terms, start_of_step)
       call put_in_force(model, configuration, attempt%fraction, unknowns, terms, load)
       goal%increment = load - start_of_step
+      goal%phase_share = attempt%fraction - min(attempt%start, progress%fraction)
     end associate
     call find_prescribed(model, terms, unknowns, attempt%fraction, goal%prescribed)
     goal%tolerance = attempt%tolerance

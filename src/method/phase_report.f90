@@ -111,9 +111,9 @@ contains
 
     if (report%length_warned .or. bound > 0.0_wp .or. .not. step_error > long_step) return
     report%length_warned = .true.
-    call observer%note('warning: the step to load factor '//factor_text(load_factor)//' in two halves gives stresses '// &
-      'that differ by '//percent_text(0.5_wp*step_error)//': how the *USER MATERIAL integrates them depends on the length of '// &
-      'the steps (step_error of curves.csv); more STEPS, or STEP ERROR of *CONTROLS')
+    call observer%note('warning: the step to load factor '//factor_text(load_factor)//' in two halves gives '// &
+      'stresses that differ by '//percent_text(0.5_wp*step_error)//': how the *USER MATERIAL integrates them '// &
+      'depends on the length of the steps (step_error of curves.csv); more STEPS, or STEP ERROR of *CONTROLS')
   end subroutine report_length
 
   !> Warn of the first step of a phase in which the stabilisation carries much, and remember the worst.

@@ -8,7 +8,8 @@ module qsmpm_phase_stop
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
   use qsmpm_phase_stops, only: factor_column, is_reached, stop_share
-  use qsmpm_safety_bracket, only: bracket_type, factor_text, take_again
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_safety_bracket, only: bracket_type, take_again
   use qsmpm_step_length, only: length_to_stop
   use qsmpm_text, only: real_text
   implicit none
@@ -114,7 +115,7 @@ contains
 
     values = values_of(model, phase%stops)
     if (phase%kind == phase_safety) then
-      text = 'strength/'//factor_text(model%state%progress%strength_factor)
+      text = 'strength/'//rounded_text(model%state%progress%strength_factor, 6)
     else
       text = 'load factor '//real_text(model%state%progress%load_factor)
     end if

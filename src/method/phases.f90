@@ -552,8 +552,8 @@ contains
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
       loop%report, observer)
     associate (progress => model%state%progress)
-      call report_length(progress%load_factor, record%step_error, model%analysis%phases(progress%phase)%controls%step_error, &
-        loop%report, observer)
+      call report_length(progress%load_factor, record%step_error, &
+        model%analysis%phases(progress%phase)%controls%step_error, loop%report, observer)
     end associate
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine notify_step

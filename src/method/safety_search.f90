@@ -18,7 +18,8 @@ module qsmpm_safety_search
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_own_part, only: own_part_type
   use qsmpm_points, only: reset_strains
-  use qsmpm_safety_bracket, only: bracket_text, factor_text, is_closed, next_factor, note_lost, note_stable
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_safety_bracket, only: bracket_text, is_closed, next_factor, note_lost, note_stable
   use qsmpm_safety_factors, only: add_factor
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, first_damping, &
     is_beyond_help, is_dampable, largest_move, static_attempt, substep_attempt
@@ -74,7 +75,7 @@ contains
       call set_strength(model, before)
       if (allocated(error)) return
       call note_lost(factor, model%state%progress%bracket)
-      call observer%note('no equilibrium at strength/'//factor_text(factor)//': '//outcome%reason)
+      call observer%note('no equilibrium at strength/'//rounded_text(factor, 6)//': '//outcome%reason)
     end do
     outcome%accepted = .false.
   end subroutine find_stable_factor
@@ -86,8 +87,8 @@ contains
 
     text = ''
     if (.not. phase%controls%stabilisation_share > largest_share) return
-    text = "phase '"//phase%name//"': STABILISATION SHARE is "//factor_text(largest_share)//' in the search for '// &
-      'the factor, which more would raise; '//factor_text(phase%controls%stabilisation_share)
+    text = "phase '"//phase%name//"': STABILISATION SHARE is "//rounded_text(largest_share, 6)//' in the search '// &
+      'for the factor, which more would raise; '//rounded_text(phase%controls%stabilisation_share, 6)
     if (phase%safety%runout < huge(1.0_wp)) then
       text = text//' in the run-out'
     else
@@ -136,7 +137,7 @@ contains
         'the factor is that of this grid, and coarser ones '// &
         'give higher factors: `qsmpm-verify study DECK --history F` tells it with its grid error')
       if (phase%safety%runout <= progress%bracket%stable) call observer%note("warning: phase '"//phase%name// &
-        "': RUNOUT="//factor_text(phase%safety%runout)//' is no more than the stable factor: nothing runs out')
+        "': RUNOUT="//rounded_text(phase%safety%runout, 6)//' is no more than the stable factor: nothing runs out')
       if (.not. phase%safety%runout < huge(1.0_wp)) progress%fraction = 1.0_wp
     end associate
   end subroutine end_search

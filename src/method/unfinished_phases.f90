@@ -8,7 +8,7 @@ module qsmpm_unfinished_phases
   use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_phase_ends, only: end_of_phase
   use qsmpm_phase_tree, only: is_wanted, lineage
-  use qsmpm_safety_bracket, only: factor_text
+  use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
 
@@ -77,7 +77,7 @@ contains
     character(len=:), allocatable :: text
 
     text = "phase '"//phase%name//"' has lost equilibrium"
-    if (phase%kind /= phase_safety) text = text//' at load factor '//factor_text(phase%load_factor*ended%fraction)
+    if (phase%kind /= phase_safety) text = text//' at load factor '//rounded_text(phase%load_factor*ended%fraction, 6)
   end function text_of_loss
 
   !> The phases that start from a phase, directly or not; empty for none.

@@ -16,7 +16,7 @@ module qsmpm_bodies_in_place
   use qsmpm_rigid_outline, only: outline_corners
   use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, kind_half_space, kind_polygon
-  use qsmpm_text, only: real_text
+  use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
 
@@ -138,7 +138,7 @@ contains
         if (.not. any(buried .and. here)) cycle
         if (all(buried .or. .not. here)) call add_diagnostic(diagnostics, surface%where, '*SURFACE', "all of '"// &
           surface%name//"' lies inside of rigid bodies IN PLACE; TYPE=OUTLINE runs along them")
-        model%notes = model%notes//"surface '"//surface%name//"': "//real_text(sum(model%state%surface%area, &
+        model%notes = model%notes//"surface '"//surface%name//"': "//rounded_text(sum(model%state%surface%area, &
           mask=buried .and. here))//' of it lies inside of rigid bodies in place and is left out'//new_line('a')
       end associate
     end do

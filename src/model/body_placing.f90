@@ -14,7 +14,7 @@ module qsmpm_body_placing
   use qsmpm_point_location, only: relocate
   use qsmpm_point_selection, only: select_points
   use qsmpm_points, only: points_type, surface_points_type, carries_strains, reset_strains, set_normals, place_of
-  use qsmpm_text, only: real_text
+  use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
 
@@ -94,8 +94,8 @@ contains
     end if
     if (body%count == 0) call fail(error, error_deck, "body '"//name//"' cannot be put in place: the ground lies "// &
       'above all of it')
-    notes = notes//"body '"//name//"' comes: volume "//real_text(sum(body%volume))//' down to the ground, '// &
-      real_text(drawn)//' as drawn'//new_line('a')
+    notes = notes//"body '"//name//"' comes: volume "//rounded_text(sum(body%volume))//' down to the ground, '// &
+      rounded_text(drawn)//' as drawn'//new_line('a')
   end subroutine stretch
 
   !> Area of a surface point when heights are stretched: a = cof(F) a_0, F = diag(1, r) or diag(1, 1, r).
@@ -140,11 +140,11 @@ contains
       overlap = overlap + max(0.0_wp, share)*body%volume(i)
       gap = gap + max(0.0_wp, -share)*body%volume(i)
     end do
-    notes = notes//"body '"//name//"' comes as drawn, volume "//real_text(sum(body%volume))//': it overlaps the '// &
-      'ground by '//real_text(overlap)//' and leaves a gap of '//real_text(gap)//new_line('a')
-    if (overlap > overlapping*sum(body%volume)) call fail(error, error_deck, "body '"//name//"' overlaps the "// &
-      'ground by a volume of '//real_text(overlap)//' of '//real_text(sum(body%volume))//': *ACTIVATE, FILL=LEVEL '// &
-      'puts it on the ground as it is')
+    notes = notes//"body '"//name//"' comes as drawn, volume "//rounded_text(sum(body%volume))//': it overlaps the '// &
+      'ground by '//rounded_text(overlap)//' and leaves a gap of '//rounded_text(gap)//new_line('a')
+    if (overlap > overlapping*sum(body%volume)) call fail(error, error_deck, "body '"//name//"' overlaps "// &
+      'the ground by a volume of '//rounded_text(overlap)//' of '//rounded_text(sum(body%volume))//': *ACTIVATE, '// &
+      'FILL=LEVEL puts it on the ground as it is')
   end subroutine judge_overlap
 
   !> Tracers of a body that comes for the first time: displacements count from here.

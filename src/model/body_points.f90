@@ -45,6 +45,8 @@ module qsmpm_body_points
   real(wp), parameter :: away = 0.5_wp
   !> Share of the size of a cell by which a place may lie beyond the end of a grid.
   real(wp), parameter :: touching = 1.0e-7_wp
+  !> Share of a box by which a place may lie off it and touch it still: far above rounding, far below any gap.
+  real(wp), parameter :: rounding = 1.0e-9_wp
 
   !> The places of all outlines where they are, in the order in which they are kept.
   type, extends(carried_type) :: body_points_type
@@ -238,7 +240,7 @@ contains
         distance = bodies(model%contact_pairs(k)%body)%distance_at(x)
         normal = distance%normal(:2)
         associate (half => model%state%points%half_size(:, p))
-          if (distance%value > reach*sum(abs(normal)*half)) cycle
+          if (distance%value > (1.0_wp + rounding)*reach*sum(abs(normal)*half)) cycle
           near = places%pair == k .and. abs((places%position(1, :) - x(1))*normal(2) &
             - (places%position(2, :) - x(2))*normal(1)) <= sideways*(abs(normal(2))*half(1) + abs(normal(1))*half(2)) &
             .and. hypot(places%position(1, :) - x(1), places%position(2, :) - x(2)) <= 3.0_wp*reach*maxval(half)

@@ -12,7 +12,8 @@ module qsmpm_initial_results
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_stress_results, only: read_state_results
   use qsmpm_team, only: largest
-  use qsmpm_text, only: string_type, real_text
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -57,9 +58,9 @@ contains
         worst = p
       end do
       place = ''
-      if (worst > 0) place = real_text(points%position(1, worst))
+      if (worst > 0) place = rounded_text(points%position(1, worst))
       do d = 2, merge(size(points%position, 1), 0, worst > 0)
-        place = place//', '//real_text(points%position(d, worst))
+        place = place//', '//rounded_text(points%position(d, worst))
       end do
     end associate
     farthest_of_all = largest(model%part%team, farthest)

@@ -11,7 +11,7 @@
 !> docs/methods/limit_loads.md
 module qsmpm_limit_load
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: real_text
+  use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
 
@@ -131,7 +131,7 @@ contains
     real(wp), intent(in) :: loads(:)
     character(len=:), allocatable :: text
 
-    text = 'limit load '//six_digits(loads(3))
+    text = 'limit load '//rounded_text(loads(3), 6)
   end function limit_text
 
   !> The limit load, whose it is and how far it is known.
@@ -143,22 +143,10 @@ contains
 
     write (scatter, '(f12.1)') 100.0_wp*(loads(2) - loads(4))/loads(3)
     text = limit_text(loads)//' of this grid (the knee), known to '//trim(adjustl(scatter))// &
-      ' %: its plateau begins at '//six_digits(loads(4))//', carried is '//six_digits(loads(1))//', refused '// &
-      six_digits(loads(2))// &
+      ' %: its plateau begins at '//rounded_text(loads(4), 6)//', carried is '//rounded_text(loads(1), 6)// &
+      ', refused '//rounded_text(loads(2), 6)// &
       '; `qsmpm-verify study DECK --history load_factor` tells the error of the grid'
   end function limit_report
-
-  !> A number in six significant digits at the most.
-  pure function six_digits(value) result(text)
-    real(wp), intent(in) :: value
-    character(len=:), allocatable :: text
-    character(len=16) :: buffer
-    real(wp) :: rounded
-
-    write (buffer, '(es13.5e3)') value
-    read (buffer, *) rounded
-    text = real_text(rounded)
-  end function six_digits
 
   !> Compliance of the last accepted step relative to that of the first one of its phase, 0 where no load grows.
   pure real(wp) function relative_compliance(limit)

@@ -30,7 +30,8 @@ module qsmpm_model_bodies
   use qsmpm_polyhedron, only: polyhedron_volume
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_team, only: team_type, total
-  use qsmpm_text, only: integer_text, real_text
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
@@ -217,8 +218,8 @@ contains
       volume(b) = volume(b) - sum_of_body(model, model%state%points%volume, b)
       weight(b) = weight(b) - sum_of_body(model, model%state%points%weight, b)
       if (volume(b) > 0.0_wp) model%notes = model%notes//"body '"//model%analysis%bodies(b)%name//"': soil of "// &
-        'volume '//real_text(volume(b))//' and weight '//real_text(weight(b))//' is taken out where rigid bodies '// &
-        'are in place'//new_line('a')
+        'volume '//rounded_text(volume(b))//' and weight '//rounded_text(weight(b))//' is taken out where rigid '// &
+        'bodies are in place'//new_line('a')
     end do
   end subroutine make_room
 

@@ -45,6 +45,7 @@ module qsmpm_model_builder
   use qsmpm_team, only: team_type
   use qsmpm_element, only: element_order
   use qsmpm_undrained_law, only: make_undrained
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -336,8 +337,8 @@ contains
         end associate
       end do
       if (way > far*model%cell_size) model%notes = model%notes//"the plate '"//moving%set//"' of *MOVING MESH "// &
-        'goes '//real_text(way/model%cell_size)//' cells bonded to the soil; a *RIGID BODY with *CONTACT may part '// &
-        'from it and slide along it (docs/methods/contact.md)'//new_line('a')
+        'goes '//rounded_text(way/model%cell_size)//' cells bonded to the soil; a *RIGID BODY with *CONTACT may '// &
+        'part from it and slide along it (docs/methods/contact.md)'//new_line('a')
     end associate
   end subroutine advise_plate
 

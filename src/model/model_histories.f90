@@ -21,7 +21,8 @@ module qsmpm_model_histories
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_seed_table, only: seed_table_type
   use qsmpm_team, only: smallest
-  use qsmpm_text, only: upper, real_text
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_text, only: upper
   implicit none
   private
 
@@ -231,7 +232,7 @@ contains
       gap = smallest(model%part%team, gap)
       if (gap > on_side*(model%mesh%bounds(c, 2) - model%mesh%bounds(c, 1))) return
       model%notes = model%notes//"warning: history '"//history%name//"' (RUNOUT): the body reaches the side of the "// &
-        'mesh at '//real_text(side)//', where its outermost material point stays; let BODY= name what slides, '// &
+        'mesh at '//rounded_text(side)//', where its outermost material point stays; let BODY= name what slides, '// &
         'drawn as a body of its own, apart from the ground in front of it'//new_line('a')
     end associate
   end subroutine check_front

@@ -14,7 +14,7 @@ module qsmpm_model_surfaces
   use qsmpm_seed_table, only: seed_table_type, holds_any
   use qsmpm_surface_seeding, only: seed_faces, seed_segment
   use qsmpm_outline_seeding, only: seed_outline
-  use qsmpm_text, only: real_text
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_mesh_sets, only: faces_in_box, cuts_faces, set_tolerance
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   implicit none
@@ -116,7 +116,7 @@ contains
     real(wp), intent(in) :: left_out
 
     model%notes = model%notes//"warning: surface '"//surface%name//"': slivers of neighbouring faces in its box, "// &
-      real_text(left_out)//' in all, are left out'//new_line('a')
+      rounded_text(left_out)//' in all, are left out'//new_line('a')
   end subroutine report_slivers
 
   !> A surface that slides on its plane must be plane.

@@ -12,7 +12,7 @@ module qsmpm_profile_check
   use qsmpm_points, only: place_of
   use qsmpm_strength_profile, only: strength_at, varies_stiffness, young_at
   use qsmpm_team, only: team_type, smallest, largest, total
-  use qsmpm_text, only: real_text
+  use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
 
@@ -65,15 +65,16 @@ contains
       if (strength(2) < strength(1)) return
       if (strength(1) < 0.0_wp .or. (varies_stiffness(material%strength_profile) .and. .not. young(1) > 0.0_wp)) then
         call add_diagnostic(diagnostics, material%profile_where, '*STRENGTH PROFILE', "material '"//material%name// &
-          "': the strength is "//figure(strength(1))//' inside the body, at ('//figure(lowest(1))//', '// &
-          figure(lowest(2))//', '//figure(lowest(3))//'): it must not be negative, nor zero with a STIFFNESS RATIO')
+          "': the strength is "//rounded_text(strength(1))//' inside the body, at ('//rounded_text(lowest(1))//', '// &
+          rounded_text(lowest(2))//', '//rounded_text(lowest(3))//'): it must not be negative, nor zero with a '// &
+          'STIFFNESS RATIO')
         return
       end if
       if (mean(1) > 0.0_wp) call scale_law(mean(2)/mean(1), material, model%laws(number)%law)
       model%notes = model%notes//"material '"//material%name//"': strength from "// &
-        figure(max(material%cohesion, strength(1)))//' to '//figure(max(material%cohesion, strength(2)))
+        rounded_text(max(material%cohesion, strength(1)))//' to '//rounded_text(max(material%cohesion, strength(2)))
       if (varies_stiffness(material%strength_profile)) model%notes = model%notes//", Young's modulus from "// &
-        figure(young(1))//' to '//figure(young(2))
+        rounded_text(young(1))//' to '//rounded_text(young(2))
       model%notes = model%notes//new_line('a')
     end associate
   end subroutine check_material
@@ -106,16 +107,4 @@ contains
     law%stiffness_scale = law%stiffness_scale*mean/before
     material%strength_profile%mean_young = mean
   end subroutine scale_law
-
-  !> A number to four digits.
-  pure function figure(value) result(text)
-    real(wp), intent(in) :: value
-    character(len=:), allocatable :: text
-    character(len=16) :: digits
-    real(wp) :: rounded
-
-    write (digits, '(es16.3e3)') value
-    read (digits, *) rounded
-    text = real_text(rounded)
-  end function figure
 end module qsmpm_profile_check

@@ -20,6 +20,7 @@ module qsmpm_rigid_bodies
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, &
     box_polygon, turned_polygon, rounded_block, completed_by_image, largest_round
   use qsmpm_team, only: total
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -83,7 +84,7 @@ contains
       inside = total(model%part%team, inside)
       associate (body => model%analysis%rigid_bodies(b))
         if (inside > 0.0_wp) call add_diagnostic(diagnostics, body%where, '*RIGID BODY', 'soil of volume '// &
-          real_text(inside)//" lies inside of '"//body%name//"': draw the bodies of soil without it, or let "// &
+          rounded_text(inside)//" lies inside of '"//body%name//"': draw the bodies of soil without it, or let "// &
           'IN PLACE=YES take it out')
       end associate
     end do
@@ -194,7 +195,7 @@ contains
     type(diagnostics_type), intent(inout) :: diagnostics
 
     call add_diagnostic(diagnostics, body%where, '*RIGID BODY', "the corners of '"//body%name// &
-      "' cannot be as round as ROUND="//real_text(round)//': its edges allow '//real_text(most_of_edge*largest))
+      "' cannot be as round as ROUND="//real_text(round)//': its edges allow '//rounded_text(most_of_edge*largest))
   end subroutine refuse_round
 
   !> Lay what is kept of the bodies into the state: none has moved.

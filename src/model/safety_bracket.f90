@@ -12,11 +12,12 @@
 !> the search goes on where it holds.
 module qsmpm_safety_bracket
   use qsmpm_kinds, only: wp
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: real_text
   implicit none
   private
 
-  public :: bracket_type, next_factor, note_stable, note_lost, take_again, is_closed, bracket_text, factor_text
+  public :: bracket_type, next_factor, note_stable, note_lost, take_again, is_closed, bracket_text
 
   !> First dF, its growth, and the ends of the search.
   real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp
@@ -122,22 +123,11 @@ contains
       if (.not. b%stable > 0.0_wp) then
         text = 'no equilibrium down to a factor of '//real_text(smallest_factor)
       else if (b%lost > 0.0_wp) then
-        text = 'factor of safety between '//factor_text(b%stable)//' (stable) and '//factor_text(b%lost)//' (lost)'
+        text = 'factor of safety between '//rounded_text(b%stable, 6)//' (stable) and '// &
+          rounded_text(b%lost, 6)//' (lost)'
       else
-        text = 'factor of safety above '//factor_text(b%stable)
+        text = 'factor of safety above '//rounded_text(b%stable, 6)
       end if
     end associate
   end function bracket_text
-
-  !> A factor in six digits.
-  pure function factor_text(value) result(text)
-    real(wp), intent(in) :: value
-    character(len=:), allocatable :: text
-    character(len=16) :: buffer
-    real(wp) :: rounded
-
-    write (buffer, '(es13.5e3)') value
-    read (buffer, *) rounded
-    text = real_text(rounded)
-  end function factor_text
 end module qsmpm_safety_bracket

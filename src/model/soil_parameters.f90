@@ -10,7 +10,7 @@ module qsmpm_soil_parameters
   use qsmpm_softening, only: band_ratio
   use qsmpm_softening_model, only: softening_model_type, set_softening, largest_band_ratio
   use qsmpm_team, only: largest_of_all => largest
-  use qsmpm_text, only: real_text
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_undrained_parameters, only: undrained_c, undrained_ratio
   implicit none
   private
@@ -74,25 +74,12 @@ contains
     if (band_ratio(softening%softening, largest) <= bound .or. .not. largest > 0.0_wp) return
     if (softening%softening%by_cell) then
       call add_diagnostic(diagnostics, material%where, '*SOFTENING', "material '"//material%name// &
-        "' softens too fast for its cells, a point would snap back: size "//figure(largest)//', at most '// &
-        figure(bound*softening%softening%length))
+        "' softens too fast for its cells, a point would snap back: size "//rounded_text(largest, 3)//', at most '// &
+        rounded_text(bound*softening%softening%length, 3))
     else
       call add_diagnostic(diagnostics, material%where, '*SOFTENING', "material '"//material%name// &
         "' softens too fast, a point would snap back: plastic shear strain at least "// &
-        figure(softening%softening%strain/bound))
+        rounded_text(softening%softening%strain/bound, 3))
     end if
   end subroutine check_material
-
-  !> A number to three digits.
-  pure function figure(value) result(text)
-    !> The number.
-    real(wp), intent(in) :: value
-    character(len=:), allocatable :: text
-    character(len=16) :: digits
-    real(wp) :: rounded
-
-    write (digits, '(es16.2e3)') value
-    read (digits, *) rounded
-    text = real_text(rounded)
-  end function figure
 end module qsmpm_soil_parameters

@@ -8,6 +8,7 @@ library    functions, references: the formulas as a list, in full, as the page d
 chart      chart: error against cost; studies (their files), sampling (their runs), front (what is worth its cost)
 study      study: a user's own deck over grids, methods and steps, with the band of its answer (a folder of its own)
 week       week: scenes of a first week by default settings, beside hand values and plans
+metamorphic  metamorphic: scenes in other frames answer the same; frames (the decks of them)
 stability_map  map: tests where methods fail; stability (their files), mapping (how a method comes out)
 peers      peers: the same scenes in other programs; peers_scenes (their files), peers_model and peers_loads (what is taken
            from a run), peers_calculix and peers_kratos (the programs), peers_runs (runs kept), peers_compute, peers_judge

@@ -10,7 +10,8 @@ import os
 import sys
 
 from qsmpm_verify import (
-    batch, chart, curve, document, effectivity, library, paraview, peers, pictures, point, scene, stability_map, view, week,
+    batch, chart, curve, document, effectivity, library, metamorphic, paraview, peers, pictures, point, scene, stability_map, view,
+    week,
 )
 from qsmpm_verify.study import verb as study
 from qsmpm_verify.trouble import Trouble
@@ -24,7 +25,7 @@ def parser() -> argparse.ArgumentParser:
     verbs_of = (
         batch.add_list, batch.add_run, curve.add_words, library.add_words, chart.add_words, study.add_words,
         scene.add_words, peers.add_words, stability_map.add_words, effectivity.add_words, point.add_words, view.add_words,
-        paraview.add_words, document.add_words, pictures.add_words, week.add_words,
+        paraview.add_words, document.add_words, pictures.add_words, week.add_words, metamorphic.add_words,
     )  # fmt: skip
     for add in verbs_of:
         add(verbs)

@@ -1,7 +1,7 @@
 """`peers`: QSMPM held against other programs, CalculiX and Kratos, where they are installed.
 
 The scenes are verification/peers/*.toml. A mesh, its supports and its loads are taken from QSMPM's own results and given
-to the other program. Exit code 1 when a figure missed; a program that is not installed is named and fails nothing.
+to the other program. Exit code 1 when a figure missed; a program that is not installed is named, and what wants it is skipped.
 """
 
 from __future__ import annotations
@@ -127,6 +127,7 @@ def act(words: argparse.Namespace) -> int:
     if words.markdown:
         words.markdown.write_text("\n".join([*page, *points_page(points)]).rstrip() + "\n", encoding="utf-8")
     held, missed = sum(f.held is True for f in findings), sum(f.held is False for f in findings)
+    absent = sum(verdict_of(f) == ABSENT for f in findings)
     print("\n" + "\n".join(versions()))
-    print(f"{held} passed, {missed} failed")
+    print(f"{held} passed, {missed} failed" + (f", {absent} skipped" if absent else ""))
     return 1 if missed else 0

@@ -121,6 +121,6 @@ def act(words: argparse.Namespace) -> int:
     if words.json:
         write_json(flat, words.json)
     if words.markdown:
-        words.markdown.write_text(page("tools/qsmpm-verify week --markdown FILE", rows, plan, notes), encoding="utf-8")
+        words.markdown.write_text(page(f"tools/qsmpm-verify week --effort {words.effort} --markdown FILE", rows, plan, notes), encoding="utf-8")
     print(closing_line(flat))
     return 1 if counts(flat)[1] else 0

@@ -3,7 +3,7 @@
 
     run_ranks.py [BUILD] [--long]
 
-Where BUILD (default build) has no qsmpm-mpi, because MPI or PETSc are not installed, that is said and nothing is checked.
+Where BUILD (default build) has no qsmpm-mpi, because MPI or PETSc are not installed, that is said and its checks are skipped.
 Each check is a function of a module of this folder; its first line says what it promises.
 """
 from __future__ import annotations
@@ -42,12 +42,12 @@ def main() -> int:
     reader.add_argument("--long", action="store_true", help="the long checks too")
     words = reader.parse_args()
     build = words.build.resolve()
+    checks = CHECKS + (LONG_CHECKS if words.long else [])
     if not (build / "qsmpm-mpi").is_file():
-        print(f"{build} has no qsmpm-mpi: tools/setup --mpi, then cmake -DQSMPM_MPI=ON; all of this part is left out")
-        print("0 passed, 0 failed")
+        print(f"skipped: {build} has no qsmpm-mpi: tools/setup --mpi, then cmake -DQSMPM_MPI=ON")
+        print(f"0 passed, 0 failed, {len(checks)} skipped")
         return 0
     failed = 0
-    checks = CHECKS + (LONG_CHECKS if words.long else [])
     with tempfile.TemporaryDirectory(prefix="qsmpm-ranks-") as folder:
         for number, check in enumerate(checks):
             name = (check.__doc__ or check.__name__).splitlines()[0]

@@ -48,6 +48,7 @@ program run_unit_tests
   use test_arguments, only: collect_arguments
   use test_basis_traits, only: collect_basis_traits
   use test_plan_items, only: collect_plan_items
+  use test_plan_probe, only: collect_plan_probe
   use test_scene, only: collect_scene
   use test_revolved_profile, only: collect_revolved_profile
   use test_scene_results, only: collect_scene_results
@@ -188,6 +189,7 @@ program run_unit_tests
   call register('arguments', collect_arguments)
   call register('basis_traits', collect_basis_traits)
   call register('plan_items', collect_plan_items)
+  call register('plan_probe', collect_plan_probe)
   call register('scene', collect_scene)
   call register('revolved_profile', collect_revolved_profile)
   call register('scene_results', collect_scene_results)

@@ -6,7 +6,9 @@ module test_equilibrium
   use qsmpm_analysis, only: analysis_type, controls_type, newton_full, newton_modified
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
+  use qsmpm_equations, only: gather
   use qsmpm_error, only: error_type, error_not_converged, error_singular
+  use qsmpm_field_balance, only: references_type, find_imbalance, leave_rounding
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: tangent_none
   use qsmpm_linear_system, only: end_system
@@ -45,6 +47,10 @@ contains
     call check_drag(tests)
     call check_supported(tests)
     call check_tolerance(tests)
+    call check_reference(tests)
+    call check_nodes(tests)
+    call check_two_iterations(tests)
+    call check_rounding(tests)
     call check_prescribed(tests)
     call check_all_prescribed(tests)
     call check_modified(tests)
@@ -141,8 +147,8 @@ contains
     off = norm2(residual_of(model, step, load, solution%displacement, coefficient))/load_of(model, step, load)
     call tests%check(name//'the residual of all forces is within the tolerance', off <= 1.0001_wp*goal%tolerance)
     call tests%close(name//'it is the one that is told', solution%out_of_balance, off, 1.0e-6_wp*goal%tolerance)
-    call tests%close(name//'relative to the load', solution%load_norm, load_of(model, step, load), &
-      1.0e-12_wp*solution%load_norm)
+    call tests%close(name//'relative to the load', solution%references%load, load_of(model, step, load), &
+      1.0e-12_wp*solution%references%load)
     call tests%check(name//'the body sinks', minval(solution%displacement(2, :)) < -1.0e-3_wp)
     call tests%close(name//'the largest move is told', solution%largest_move, maxval(abs(solution%displacement)), 0.0_wp)
     call tests%close(name//'the internal force is that of the points', &
@@ -171,12 +177,121 @@ contains
     call damp(step, coefficient)
     call solve_equilibrium(model, step, goal, controls, damped)
     call tests%check('drag slows the body', damped%converged .and. damped%largest_move < 0.9_wp*free%largest_move)
-    drag = norm2(coefficient*spread(step%lumped, 1, 2)*damped%displacement)/damped%load_norm
+    drag = norm2(coefficient*spread(step%lumped, 1, 2)*damped%displacement)/damped%references%load
     call tests%close('the share of the drag is told', share_of(damped%shares, damping_share), drag, 1.0e-12_wp)
     call tests%close('the residual without the drag is told', damped%undamped_out_of_balance, &
-      norm2(residual_of(model, step, load, damped%displacement, 0.0_wp))/damped%load_norm, 1.0e-9_wp)
+      norm2(residual_of(model, step, load, damped%displacement, 0.0_wp))/damped%references%load, 1.0e-9_wp)
     call end_system(step%system)
   end subroutine check_drag
+
+  !> The forces are measured by what the phase moves, not by what is held far from it: reactions where it pushes, the
+  !> change of the load where it loads, and the whole load where it moves nothing.
+  subroutine check_reference(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+    real(wp) :: pushed, whole
+
+    allocate (model, step)
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1|*PRESCRIBE|head, Y, -0.001', model, &
+      step, goal, load)
+    call solve_equilibrium(model, step, goal, controls, solution)
+    pushed = norm2(pack(solution%internal_force, abs(goal%prescribed) > 0.0_wp))
+    call tests%close('a push is measured by its own reactions', solution%references%field(1), pushed, 1.0e-12_wp*pushed)
+    call tests%check('which the held base exceeds', pushed < 0.5_wp*solution%references%load)
+    call end_system(step%system)
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
+    whole = load_of(model, step, load)
+    allocate (goal%increment, source=0.01_wp*load)
+    goal%phase_share = 0.1_wp
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%close('a load by what the phase adds to it', solution%references%field(1), 0.1_wp*whole, 1.0e-12_wp*whole)
+    goal%phase_share = 0.0_wp
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%close('a phase that adds nothing by the whole load', solution%references%field(1), whole, 1.0e-12_wp*whole)
+    call end_system(step%system)
+  end subroutine check_reference
+
+  !> A residual at one node that is nothing beside the load of all is seen beside the forces around it.
+  subroutine check_nodes(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(target_type) :: goal
+    real(wp), allocatable :: load(:, :), residual(:), at_node(:, :)
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+    real(wp), parameter :: share = 1.0e-3_wp, far = 1.0e9_wp
+    real(wp) :: whole, ratio
+    integer :: field, node, free
+
+    allocate (model, step)
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
+    call solve_equilibrium(model, step, goal, controls, solution)
+    free = findloc(step%equations%number(2, :) > 0, .true., dim=1, back=.true.)
+    allocate (residual(step%equations%count), at_node(2, model%space%node_count))
+    at_node = 0.0_wp
+    at_node(2, free) = share*maxval(abs(solution%internal_force))
+    call gather(step%equations, at_node, residual)
+    call find_imbalance(step, residual, references_type(field=[far]), 1.0e-4_wp, whole, ratio, field, node)
+    call tests%check('as a whole it is nothing', whole < 1.0e-9_wp)
+    call tests%check('at its node it is much', ratio > 0.1_wp*share .and. ratio < 10.0_wp*share)
+    call tests%check('and the node is named', node == free .and. field == 1)
+    call find_imbalance(step, residual, references_type(field=[far]), 1.0e-15_wp, whole, ratio, field, node)
+    call tests%check('nodes are asked where the whole holds', node == 0 .and. ratio <= whole)
+    call end_system(step%system)
+  end subroutine check_nodes
+
+  !> However much is allowed, a push is answered by a second iteration, unless the first one leaves nothing.
+  subroutine check_two_iterations(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+
+    allocate (model, step)
+    call build('BASIS=STANDARD', yielding, 18.0_wp, '*FIX|base, ALL|*PRESCRIBE|head, Y, -0.001', model, step, goal, load)
+    goal%tolerance = 0.9_wp
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check('a push takes two iterations', solution%converged .and. solution%iterations == 2)
+    call end_system(step%system)
+    call build('BASIS=STANDARD', elastic, 0.0_wp, '*FIX|every, X|*PRESCRIBE|every, Y, -0.001', model, step, goal, load)
+    goal%tolerance = 0.9_wp
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check('one that leaves nothing takes one', solution%converged .and. solution%iterations == 1)
+    call end_system(step%system)
+  end subroutine check_two_iterations
+
+  !> Rounding is taken from a residual, and nothing else.
+  subroutine check_rounding(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(target_type) :: goal
+    real(wp), allocatable :: load(:, :), residual(:)
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+    real(wp) :: largest
+
+    allocate (model, step)
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
+    call solve_equilibrium(model, step, goal, controls, solution)
+    largest = maxval(abs(solution%internal_force))
+    allocate (residual(step%equations%count), source=epsilon(1.0_wp)*largest)
+    call leave_rounding(model%mesh, model%space, step, solution%displacement, residual)
+    call tests%close('rounding is left out', maxval(abs(residual)), 0.0_wp, 0.0_wp)
+    residual = -1.0e-9_wp*largest
+    call leave_rounding(model%mesh, model%space, step, solution%displacement, residual)
+    call tests%close('a residual stays', minval(residual), -1.0e-9_wp*largest, 1.0e-10_wp*largest)
+    call end_system(step%system)
+  end subroutine check_rounding
 
   !> Springs of a support carry load, and their force is part of the internal force that is told.
   subroutine check_supported(tests)
@@ -196,12 +311,12 @@ contains
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('a supported body finds its equilibrium', solution%converged)
     call tests%check('the residual with the springs is within the tolerance', norm2(residual_of(model, step, load, &
-      solution%displacement, 0.0_wp)) <= 1.0001_wp*goal%tolerance*solution%load_norm)
+      solution%displacement, 0.0_wp)) <= 1.0001_wp*goal%tolerance*solution%references%load)
     allocate (springs, source=force_named(step, 'force of the supports', solution%displacement))
-    call tests%check('the springs carry load', norm2(springs) > 0.01_wp*solution%load_norm)
+    call tests%check('the springs carry load', norm2(springs) > 0.01_wp*solution%references%load)
     call tests%close('the internal force holds the springs', &
       maxval(abs(solution%internal_force - force_named(step, 'internal force', solution%displacement) - springs)), &
-      0.0_wp, 1.0e-10_wp*solution%load_norm)
+      0.0_wp, 1.0e-10_wp*solution%references%load)
     supports => term_named(step, 'force of the supports')
     call supports%commit(solution%displacement, model)
     call tests%check('surface points hold the reactions of their springs', maxval(abs(model%state%surface%reaction)) > 0.0_wp)
@@ -270,9 +385,9 @@ contains
     call tests%close('they are there', maxval(abs(pack(solution%displacement - goal%prescribed, model%loading%constrained))), &
       0.0_wp, 0.0_wp)
     call tests%check('the residual is within the tolerance of the reactions', norm2(residual_of(model, step, load, &
-      solution%displacement, 0.0_wp)) <= 1.0001_wp*goal%tolerance*solution%load_norm)
+      solution%displacement, 0.0_wp)) <= 1.0001_wp*goal%tolerance*solution%references%load)
     reactions = norm2(pack(step%forces%internal, model%loading%constrained .and. spread(step%equations%active, 1, 2)))
-    call tests%close('which they are', solution%load_norm, reactions, 1.0e-10_wp*reactions)
+    call tests%close('which they are', solution%references%load, reactions, 1.0e-10_wp*reactions)
     call tests%check('the sides bulge', maxval(abs(solution%displacement(1, :))) > 1.0e-4_wp)
     call end_system(step%system)
   end subroutine check_prescribed

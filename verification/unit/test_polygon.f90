@@ -28,6 +28,8 @@ contains
     call tests%start('polygon')
     call tests%close('an L of three unit squares has area 3', polygon_area(angle), 3.0_wp, rounding)
     call tests%close('a clockwise polygon has negative area', polygon_area(square(:, 4:1:-1)), -1.0_wp, rounding)
+    call tests%close('a cell of three centimetres a hundred kilometres away keeps its area', &
+      polygon_area(0.03_wp*square + 100000.3_wp), 0.0009_wp, 1.0e-11_wp)
     centroid = polygon_centroid(angle)
     call tests%close('the centroid of the L is 5/6 from its corner', centroid(1), 5.0_wp/6.0_wp, rounding)
     call tests%check('the notch of the L is outside', .not. polygon_contains(angle, [1.5_wp, 1.5_wp]))

@@ -5,7 +5,7 @@ module test_unknowns
   use qsmpm, only: wp, error_type, problem_type, simulation_type, snapshot_type, step_record_type, model_type, &
     kept_values, keep_values
   use qsmpm_equations, only: gather, scatter
-  use qsmpm_field_balance, only: find_imbalance
+  use qsmpm_field_balance, only: references_type, find_imbalance
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: step_info_type, tangent_consistent
   use qsmpm_phase_start, only: start_phase
@@ -352,20 +352,23 @@ contains
   subroutine check_norm(tests)
     type(tests_type), intent(inout) :: tests
     class(step_type), allocatable :: step
-    real(wp) :: ratio
-    integer :: worst
+    real(wp) :: ratio, whole
+    integer :: worst, node
 
     allocate (step)
     call add_field(step%unknowns, 'displacement', 2, 4)
     call add_field(step%unknowns, field, 1, 4, tolerance_ratio=10.0_wp)
     step%field_of = [1, 2, 1, 2]
-    call find_imbalance(step, [3.0_wp, 3.0e-9_wp, 4.0_wp, 4.0e-9_wp], [1.0e6_wp, 1.0e-6_wp], ratio, worst)
+    call find_imbalance(step, [3.0_wp, 3.0e-9_wp, 4.0_wp, 4.0e-9_wp], references_type(field=[1.0e6_wp, 1.0e-6_wp]), &
+      0.0_wp, whole, ratio, worst, node)
     call tests%close('a small field does not hide', ratio, 5.0e-4_wp, 1.0e-15_wp)
     call tests%check('and is the worst', worst == 2)
-    call find_imbalance(step, [3.0_wp, 3.0e-9_wp, 4.0_wp, 4.0e-9_wp], [1.0e3_wp, 1.0e-6_wp], ratio, worst)
+    call find_imbalance(step, [3.0_wp, 3.0e-9_wp, 4.0_wp, 4.0e-9_wp], references_type(field=[1.0e3_wp, 1.0e-6_wp]), &
+      0.0_wp, whole, ratio, worst, node)
     call tests%close('else the forces are', ratio, 5.0e-3_wp, 1.0e-15_wp)
     call tests%check('whichever is worse', worst == 1)
-    call find_imbalance(step, [0.0_wp, 1.0e-9_wp, 0.0_wp, 0.0_wp], [1.0_wp, 0.0_wp], ratio, worst)
+    call find_imbalance(step, [0.0_wp, 1.0e-9_wp, 0.0_wp, 0.0_wp], references_type(field=[1.0_wp, 0.0_wp]), &
+      0.0_wp, whole, ratio, worst, node)
     call tests%check('without a reference nothing may be left', ratio > 1.0e300_wp .and. worst == 2)
   end subroutine check_norm
 

@@ -9,7 +9,8 @@ module qsmpm_c
   public :: qsmpm_api_version, qsmpm_version, qsmpm_has, qsmpm_create, qsmpm_destroy, qsmpm_error, &
     qsmpm_messages, qsmpm_set_logger, qsmpm_set_verbosity, qsmpm_set_threads, qsmpm_read_deck, &
     qsmpm_parse_deck, qsmpm_set_material, qsmpm_initialise, qsmpm_advance, qsmpm_advance_to, qsmpm_run, &
-    qsmpm_finished, qsmpm_record, qsmpm_finish_record, qsmpm_save, qsmpm_load, qsmpm_checkpoint, qsmpm_restore_checkpoint, &
+    qsmpm_finished, qsmpm_record, qsmpm_finish_record, qsmpm_save, qsmpm_load, qsmpm_checkpoint, &
+    qsmpm_restore_checkpoint, &
     qsmpm_add_stage, qsmpm_add_cards, qsmpm_end_stage, qsmpm_set_load_factor, qsmpm_set_steps, qsmpm_set_time, &
     qsmpm_set_start_time, qsmpm_set_gravity, &
     qsmpm_set_traction, qsmpm_set_pressure, qsmpm_set_displacement, qsmpm_set_fixity, qsmpm_shape, qsmpm_count, &

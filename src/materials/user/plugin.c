@@ -115,7 +115,7 @@ static void tell_long_call(procedure model, unsigned seconds)
 /* Look at the calls for ever. */
 static void *watch(void *unused)
 {
-    static unsigned seen[most_threads], ticks[most_threads], next[most_threads];
+    unsigned seen[most_threads] = {0}, ticks[most_threads] = {0}, next[most_threads] = {0};
     const struct timespec pause = {0, tick * 1000000L};
     unsigned count;
     int i;

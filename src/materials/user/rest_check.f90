@@ -1,6 +1,6 @@
 !> Whether a soil model keeps its stress where nothing is strained. One that does not may return to its yield surface,
-!> which a second call leaves alone, or flow with time, which a shorter time makes less; what does neither is no function
-!> of strain and time: it adds up with the calls.
+!> which a second call leaves alone, or flow with time, which a shorter time makes less; what does neither is no
+!> function of strain and time: it adds up with the calls.
 module qsmpm_rest_check
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
@@ -55,7 +55,8 @@ contains
     state = after(7:)
     call model%update(other, stress, state, response)
     if (response%status /= status_ok .or. change(after(:6), stress) <= left*first) return
-    other%step_info%duration = merge(shorter*increment%step_info%duration, 1.0_wp, increment%step_info%duration > shortest)
+    other%step_info%duration = merge(shorter*increment%step_info%duration, 1.0_wp, &
+      increment%step_info%duration > shortest)
     stress = before(:6)
     state = before(7:)
     call model%update(other, stress, state, response)

@@ -267,7 +267,8 @@ contains
     call put(at_drplde, nothing)
     call put(at_stran, increment%strain_start)
     call put(at_dstran, increment%strain)
-    call put(at_time, increment%step_info%start*increment%step_info%phase_time + [0.0_wp, increment%step_info%phase_start])
+    call put(at_time, increment%step_info%start*increment%step_info%phase_time &
+      + [0.0_wp, increment%step_info%phase_start])
     call put(at_predef, nothing)
     call put(at_dpred, nothing)
     call put(at_coords, increment%place)

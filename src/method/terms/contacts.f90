@@ -71,6 +71,7 @@ contains
     allocate (contacts_type :: term)
     term%name = 'force of the contacts'
     term%role = role_external
+    term%of_bodies = .true.
     term%anchors = .true.
   end subroutine new_contacts
 

@@ -90,6 +90,8 @@ module qsmpm_term
     logical :: transient = .false.
     !> It holds the body against the ground, which rigid motions of a piece do not satisfy.
     logical :: anchors = .false.
+    !> It is a force of rigid bodies, which may be all that a phase moves.
+    logical :: of_bodies = .false.
     !> Its blocks are symmetric; known when it is prepared.
     logical :: symmetric = .true.
     !> Points whose stress an evaluation updates, for the profile of the run.

@@ -21,7 +21,7 @@ module qsmpm_term_share
   private
 
   public :: solve_share_type, step_share_type, share_of_load, share_of_cells, join_share, add_solves, &
-    share_named, load_share_named
+    share_named, load_share_named, forces_around, quotient
 
   !> Columns of curves.csv that step control asks for.
   character(len=*), parameter, public :: damping_share = 'damping_share', stabilisation_share = 'stabilisation_share'
@@ -90,23 +90,23 @@ contains
     share%internal_work = work_size
     magnitude = norm2(force, dim=1)
     if (any_of(team, any(magnitude > 0.0_wp))) share%force_share = maxval(quotient(magnitude, &
-      forces_around(connectivity, norm2(force_size, dim=1), most, team, copies)))
+      forces_around(connectivity, norm2(force_size, dim=1), quiet*most, team, copies)))
   end function share_of_cells
 
   !> Largest F in the layers of cells around each own node. All cells at it are here: of the nodes of others it is the
   !> owners who know what is around them.
-  function forces_around(connectivity, size_at, most, team, copies) result(around)
+  function forces_around(connectivity, size_at, least, team, copies) result(around)
     type(connectivity_type), intent(in) :: connectivity
     !> F (nodes of the displacement, the first of all).
     real(wp), intent(in) :: size_at(:)
-    !> Largest of all.
-    real(wp), intent(in) :: most
+    !> What F is at the least.
+    real(wp), intent(in) :: least
     type(team_type), intent(in) :: team
     type(owner_copies_type), intent(in) :: copies
     real(wp) :: around(size(size_at)), inner(size(size_at)), table(1, size(size_at))
     integer :: k, layer
 
-    around = max(size_at, quiet*most)
+    around = max(size_at, least)
     do layer = 1, layers
       table(1, :) = around
       call copy_values(team, copies, table)

@@ -19,8 +19,9 @@ module qsmpm_term_sums
   private
 
   public :: start_terms, prepare_terms, begin_terms, set_loads, evaluate_terms, judge_terms, sum_forces, &
-    sum_transient, add_all_blocks, linear_forces, sum_field_sizes, measure_shares, share_names, find_unusable, &
-    are_symmetric, evaluated_points, mark_anchored, commit_terms, discard_terms
+    sum_transient, add_all_blocks, linear_forces, sum_body_forces, sum_field_sizes, sum_force_sizes, &
+    measure_shares, share_names, find_unusable, are_symmetric, evaluated_points, mark_anchored, commit_terms, &
+    discard_terms
 
 contains
 
@@ -212,6 +213,21 @@ contains
     end do
   end subroutine linear_forces
 
+  !> Force of rigid bodies.
+  subroutine sum_body_forces(terms, displacement, force)
+    type(term_slot_type), intent(in) :: terms(:)
+    !> Displacement that was evaluated (components, nodes).
+    real(wp), intent(in) :: displacement(:, :)
+    !> (components, nodes)
+    real(wp), intent(out) :: force(:, :)
+    integer :: t
+
+    force = 0.0_wp
+    do t = 1, size(terms)
+      if (terms(t)%term%of_bodies) call add_part(terms(t)%term, displacement, force)
+    end do
+  end subroutine sum_body_forces
+
   !> Contributions to the fields beside the displacement by their size: what the residual of a field refers to.
   subroutine sum_field_sizes(terms, sizes)
     type(term_slot_type), intent(in) :: terms(:)
@@ -226,6 +242,27 @@ contains
     end do
     sizes = part%force
   end subroutine sum_field_sizes
+
+  !> Internal forces of the displacement by their size, which the soil, the first term, acts on.
+  subroutine sum_force_sizes(terms, team, own, copies, sizes)
+    type(term_slot_type), intent(in) :: terms(:)
+    type(team_type), intent(in) :: team
+    !> Own nodes (all nodes).
+    logical, intent(in) :: own(:)
+    !> Values at nodes of others.
+    type(owner_copies_type), intent(in) :: copies
+    type(force_sizes_type), intent(out) :: sizes
+    integer :: t
+
+    allocate (sizes%force(terms(1)%term%rows, terms(1)%term%columns), source=0.0_wp)
+    do t = 1, size(terms)
+      if (.not. allocated(terms(t)%term%needs%fields)) call terms(t)%term%add_sizes(sizes)
+    end do
+    sizes%most = largest(team, maxval(norm2(sizes%force, dim=1)))
+    sizes%team = team
+    sizes%copies = copies
+    if (team%ranks > 1) sizes%own = own(:size(sizes%force, 2))
+  end subroutine sum_force_sizes
 
   !> What the terms carry of a solve, those that have a share.
   subroutine measure_shares(terms, displacement, load_norm, connectivity, team, own, copies, shares)
@@ -244,15 +281,7 @@ contains
     type(force_sizes_type) :: sizes
     integer :: t, n
 
-    ! Those of the displacement, which the first term, the soil, acts on.
-    allocate (sizes%force(terms(1)%term%rows, terms(1)%term%columns), source=0.0_wp)
-    do t = 1, size(terms)
-      if (.not. allocated(terms(t)%term%needs%fields)) call terms(t)%term%add_sizes(sizes)
-    end do
-    sizes%most = largest(team, maxval(norm2(sizes%force, dim=1)))
-    sizes%team = team
-    sizes%copies = copies
-    if (team%ranks > 1) sizes%own = own(:size(sizes%force, 2))
+    call sum_force_sizes(terms, team, own, copies, sizes)
     allocate (shares(count_shares(terms)))
     n = 0
     do t = 1, size(terms)
