@@ -1,8 +1,8 @@
 !> The tangent of a soil model by central differences of its stress.
 !>
-!> The change of the strain is a share of the increment. A model that integrates by substeps of its own, of an error that
-!> it controls, answers small changes with jumps: where the second difference is no longer small beside the first one,
-!> the change is enlarged until it is, so that the jumps do not become a tangent.
+!> The change of the strain is a share of the increment. A model that integrates by substeps of controlled error answers
+!> small changes with jumps: where the second difference is no longer small beside the first one, the change is enlarged
+!> until it is, so that the jumps do not become a tangent.
 module qsmpm_difference_tangent
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
