@@ -738,13 +738,38 @@ def clocks_and_levels(checks: Checks, folder: pathlib.Path) -> None:
 
 def leaves_by_exit(checks: Checks, folder: pathlib.Path) -> None:
     """A model that ends the process with exit code 0, past all handlers, is a failure of the model."""
+    for kind, name in ((12, "_exit"), (20, "quick_exit")):
+        run = checks.run(folder, faulty_block(checks, kind), out=folder / name)
+        checks.check(f"{name}(0) inside a model ends with exit 6", run.returncode == 6, f"exit {run.returncode}: {run.stderr[-300:]}")
+        checks.check("and with a message", "ends the program" in run.stderr, run.stderr[-300:])
+        rows = len((folder / name / "curves.csv").read_text().splitlines()) - 1
+        checks.check("the steps before are whole", rows == 2 and (folder / name / "restart.h5").exists(), f"{rows} rows")
+
+
+def faulty_block(checks: Checks, kind: int) -> str:
+    """A block of a model that goes wrong in its third step."""
     library = pathlib.Path(checks.binary).parent / "verification" / "plugins" / "libfaulty.so"
-    deck = block(steps=4).replace("*ELASTIC\n100, 0.3\n", f"*USER MATERIAL, INTERFACE=UMAT, LIBRARY={library}\n 200, 0.3, 12, 3, 0, 0\n")
-    run = checks.run(folder, deck)
-    checks.check("_exit(0) inside a model ends with exit 6", run.returncode == 6, f"exit {run.returncode}: {run.stderr[-300:]}")
-    checks.check("and with a message", "ends the program" in run.stderr, run.stderr[-300:])
+    return block(steps=4).replace("*ELASTIC\n100, 0.3\n", f"*USER MATERIAL, INTERFACE=UMAT, LIBRARY={library}\n 200, 0.3, {kind}, 3, 0, 0\n")
+
+
+def never_returns(checks: Checks, folder: pathlib.Path) -> None:
+    """A model in an endless loop: the first SIGTERM ends the run, with its results whole and the model named."""
+    (folder / "case.inp").write_text(faulty_block(checks, 21))
+    process = subprocess.Popen([checks.binary, "run", str(folder / "case.inp"), "--out", str(folder / "out")],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    wait_for_rows(process, folder / "out", 2)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGTERM)
+    try:
+        code = process.wait(20)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        code = process.wait()
+    text = (folder / "out" / "job.log").read_text()
+    checks.check("SIGTERM ends a run whose model does not return with exit 143", code == 143, f"exit {code}: {text[-300:]}")
+    checks.check("and the log names the model", "the model does not return" in text, text[-300:])
     rows = len((folder / "out" / "curves.csv").read_text().splitlines()) - 1
-    checks.check("the steps before are whole", rows == 2 and (folder / "out" / "restart.h5").exists(), f"{rows} rows")
+    checks.check("the steps before it are whole", rows == 2 and (folder / "out" / "restart.h5").exists(), f"{rows} rows")
 
 
 def small_memory(checks: Checks, folder: pathlib.Path) -> None:
@@ -818,7 +843,7 @@ def piped(checks: Checks, folder: pathlib.Path) -> None:
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
     for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, pressed, stretched, loaded, quiet, stopped_in_metis, follows, echo_runs, bases,
-                 threads, sleeping_threads, two_runs, damaged, resealed, strange_library, planned, silent_decks, leaves_by_exit,
+                 threads, sleeping_threads, two_runs, damaged, resealed, strange_library, planned, silent_decks, leaves_by_exit, never_returns,
                  clocks_and_levels,
                  small_memory, full_disk, shell_limits, piped):
         with tempfile.TemporaryDirectory() as name:

@@ -12,6 +12,8 @@ C      16 211 numbers behind STATEV   17 12 behind STRESS
 C      18 2 before DDSDDE             19 behind PROPS
 C      20 quick_exit(0)               21 an endless loop
 C      22 half the stress again, at no strain too
+C      23 so much more stress with time               24 not below -1
+C      25 jumps of PROPS(5) from strain to strain
 C     from the KINC of PROPS(4) on, and where PROPS(7) is given only
 C     at an X above it.
       SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,
@@ -69,6 +71,10 @@ C     at an X above it.
         IF(PNEWDT.LT.0.D0) EXIT
       END DO
       IF(KIND.EQ.22) STRESS(1:NTENS)=1.5D0*STRESS(1:NTENS)
+      IF(KIND.EQ.23) STRESS(1:NTENS)=(1.D0+0.5D0*DTIME)*STRESS(1:NTENS)
+      IF(KIND.EQ.24) STRESS(1:NTENS)=MAX(-1.D0,STRESS(1:NTENS))
+      IF(KIND.EQ.25) STRESS(1)=STRESS(1)+PROPS(5)*
+     1 SIN(1.D9*SUM(DSTRAN(1:NTENS)))
       IF(KIND.EQ.10) THEN
         FORM='(I5)'
         WRITE(6,FORM) G

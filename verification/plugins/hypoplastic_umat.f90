@@ -1,5 +1,6 @@
 ! Hypoplastic sand after von Wolffersdorff (1996), without intergranular strain: the rate of stress is linear in the strain
-! rate and in its norm. Explicit steps of at most PROPS(9) of strain each, one where it is 0.
+! rate and in its norm. Explicit steps of at most PROPS(9) of strain each, one where it is 0; where it is negative, substeps
+! whose error is below -PROPS(9) of the stress, chosen by a comparison: its answer jumps from strain to strain.
 ! PROPS: friction angle [degrees], h_s, n, e_d0, e_c0, e_i0, alpha, beta, longest substep; STATEV(1): void ratio.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
     dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, dfgrd0, dfgrd1, &
@@ -21,18 +22,47 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   e = statev(1)
   steps = 1
   if (props(9) > 0d0) steps = max(1, ceiling(norm(d)/props(9)))
-  d = d/steps
+  if (props(9) < 0d0) then
+    call controlled(t, e, d, -props(9))
+    steps = 0
+  end if
+  d = d/max(steps, 1)
   do i = 1, steps
     call rates(t, e, props, l, n)
     t = t + matmul(l, d) + n*norm(d)
     e = e + (1d0 + e)*sum(d(1:3))
   end do
+  if (steps == 0) call rates(t, e, props, l, n)
   ddsdde = l(:ntens, :ntens)
   ddsdde(:, 4:) = 0.5d0*ddsdde(:, 4:)
   stress = t(:ntens)
   statev(1) = e
 
 contains
+
+  ! The increment by a second-order step and its error, halved where that is above the tolerance, doubled where far below.
+  subroutine controlled(t, e, d, tolerance)
+    double precision :: t(6), e, d(6), tolerance, first(6), second(6), done, part, off
+
+    done = 0d0
+    part = 1d0
+    do while (done < 1d0)
+      part = min(part, 1d0 - done)
+      call rates(t, e, props, l, n)
+      first = part*(matmul(l, d) + n*norm(d))
+      call rates(t + first, e + part*(1d0 + e)*sum(d(1:3)), props, l, n)
+      second = part*(matmul(l, d) + n*norm(d))
+      off = 0.5d0*norm(second - first)/norm(t + first)
+      if (off > tolerance .and. part > 1d-3) then
+        part = 0.5d0*part
+        cycle
+      end if
+      t = t + 0.5d0*(first + second)
+      e = e + part*(1d0 + e)*sum(d(1:3))
+      done = done + part
+      if (off < 0.2d0*tolerance) part = 2d0*part
+    end do
+  end subroutine controlled
 
   ! Norm of a tensor of six components.
   double precision function norm(a)

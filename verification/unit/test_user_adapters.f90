@@ -51,6 +51,9 @@ contains
     call check_tangents(tests)
     call check_as_built_in(tests)
     call check_rest(tests)
+    call check_changes_at_rest(tests)
+    call check_jumps(tests)
+    call check_own_helpers(tests)
     call check_faulty_models(tests)
     call check_planted(tests)
     call check_loading(tests)
@@ -407,19 +410,80 @@ contains
     call tests%close('its tangent is that of small strains', maxval(abs(batch%tangent - other%tangent)), 0.0_wp, 1.0e-5_wp)
     call law%update(batch, tangent_none)
     call tests%check('no tangent is made where none is wanted', all(batch%status == status_ok))
-
-  contains
-
-    !> Let the points of a batch stay where they are.
-    subroutine at_rest(points)
-      type(batch_type), intent(inout) :: points
-      integer :: p
-
-      do p = 1, points%count
-        call pack_gradient(identity, points%gradient(:, p))
-      end do
-    end subroutine at_rest
   end subroutine check_rest
+
+  !> Let the points of a batch stay where they are.
+  subroutine at_rest(points)
+    type(batch_type), intent(inout) :: points
+    integer :: p
+
+    do p = 1, points%count
+      call pack_gradient(identity, points%gradient(:, p))
+    end do
+  end subroutine at_rest
+
+  !> Stress that changes at no strain: again with every call it is a fault, with time it is told, towards a limit it is let be.
+  subroutine check_changes_at_rest(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: stress(6) = [-1.0_wp, -2.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+    type(umat_type) :: model
+    type(soil_model_law_type) :: law
+    type(batch_type) :: batch
+    type(error_type), allocatable :: error
+    integer :: kind
+
+    do kind = 22, 24
+      call make_umat(user_of(interface_umat, 'faulty', [200.0_wp, 0.3_wp, real(kind, wp), 0.0_wp], 0), 'moves', model, error)
+      call ask_stiffness(model, 0.0_wp, 0.0_wp, stress, error)
+      call make_soil_model_law(model, 3, law)
+      call tests%check('a flow is told, nothing else', merge(index(law%advice, 'changes with time') > 0, &
+        len(law%advice) == 0, kind == 23))
+      call random_batch(law, 3, 0.03_wp, 3.0_wp, batch)
+      call at_rest(batch)
+      batch%step_info%duration = 0.1_wp
+      call law%update(batch, tangent_none)
+      call tests%check('a change with every call is a fault, flow and return are not', all(batch%status == &
+        merge(status_unrecoverable, status_ok, kind == 22)))
+    end do
+  end subroutine check_changes_at_rest
+
+  !> A model whose answer jumps by 2e-5 from strain to strain, as one of substeps of controlled error does: its tangent by
+  !> differences is that of the elasticity below, 2 % of which the jumps are over the smallest change of a strain.
+  subroutine check_jumps(tests)
+    type(tests_type), intent(inout) :: tests
+    type(umat_type) :: model
+    type(error_type), allocatable :: error
+    type(soil_response_type) :: smooth, jumps
+    real(wp) :: stress(6), state(0)
+
+    call make_umat(user_of(interface_umat, 'faulty', [200.0_wp, 0.3_wp, 25.0_wp, 9.0_wp, 2.0e-5_wp], 0), 'jumps', model, error)
+    model%user%tangent = model_tangent_numerical
+    stress = 0.0_wp
+    call model%update(distinct_increment(), stress, state, jumps)
+    model%props(5) = 0.0_wp
+    stress = 0.0_wp
+    call model%update(distinct_increment(), stress, state, smooth)
+    call tests%close('jumps do not become a tangent', maxval(abs(jumps%tangent - smooth%tangent)), 0.0_wp, 2.0_wp)
+    call tests%close('without them it is that of the smallest changes', smooth%tangent(1, 1), 200.0_wp*0.7_wp/(1.3_wp*0.4_wp), &
+      1.0e-6_wp)
+  end subroutine check_jumps
+
+  !> What tools/build-umat does for a library: local variables at zero, its own procedures before those that are lent.
+  subroutine check_own_helpers(tests)
+    type(tests_type), intent(inout) :: tests
+    type(umat_type) :: model
+    type(error_type), allocatable :: error
+    type(soil_response_type) :: response
+    real(wp) :: stress(6), state(0)
+
+    call make_umat(user_of(interface_umat, 'own_helpers', [200.0_wp, 0.0_wp], 0), 'own', model, error)
+    call tests%check('a library with an XIT of its own is built', .not. allocated(error))
+    if (allocated(error)) return
+    stress = 0.0_wp
+    call model%update(distinct_increment(), stress, state, response)
+    call tests%close('local variables start at zero', stress(1), 0.0_wp, 0.0_wp)
+    call tests%close('its own SINV goes first', stress(2), 5.0_wp, 0.0_wp)
+  end subroutine check_own_helpers
 
   !> Models that do not return: the reason, and that others go on.
   subroutine check_faulty_models(tests)

@@ -1,4 +1,8 @@
 !> The tangent of a soil model by central differences of its stress.
+!>
+!> The change of the strain is a share of the increment. A model that integrates by substeps of controlled error answers
+!> small changes with jumps: where the second difference is no longer small beside the first one, the change is enlarged
+!> until it is, so that the jumps do not become a tangent.
 module qsmpm_difference_tangent
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
@@ -8,8 +12,12 @@ module qsmpm_difference_tangent
 
   public :: difference_tangent
 
-  !> Change of a strain for differences: this share of the largest one, at the least of the smallest one.
-  real(wp), parameter :: difference = 1.0e-4_wp, smallest = 1.0e-5_wp
+  !> Change of a strain for differences: this share of the largest one, at the least of the smallest one; enlarged so
+  !> many times at most, which stays within the increment.
+  real(wp), parameter :: difference = 1.0e-4_wp, smallest = 1.0e-5_wp, growth = 30.0_wp
+  integer, parameter :: most_growths = 2
+  !> Second difference over the first one that still is no noise.
+  real(wp), parameter :: smooth = 0.1_wp
 
 contains
 
@@ -23,36 +31,58 @@ contains
     real(wp), intent(in) :: state(:)
     !> What the model says; its tangent is set.
     type(soil_response_type), intent(inout) :: response
-    type(soil_increment_type) :: moved
     type(soil_response_type) :: said
-    real(wp) :: ahead(6), back(6), own(size(state)), change(3, 3), h
-    integer :: j
+    real(wp) :: middle(6), ahead(6), back(6), share
+    integer :: j, growths
 
-    moved = increment
-    moved%wants_tangent = .false.
-    moved%elastic_tangent = .false.
-    h = difference*max(smallest, maxval(abs(increment%strain)))
+    middle = stress_there(model, increment, stress, state, 1, 0.0_wp, said)
+    share = difference
+    growths = merge(0, most_growths, any(abs(increment%strain) > 0.0_wp))
     do j = 1, 6
-      change = strained(j, increment%gradient_end)
-      moved%strain(j) = increment%strain(j) + h
-      moved%gradient_end = increment%gradient_end + h*change
-      ahead = stress
-      own = state
-      call model%update(moved, ahead, own, said)
-      moved%strain(j) = increment%strain(j) - h
-      moved%gradient_end = increment%gradient_end - h*change
-      back = stress
-      own = state
-      if (said%status == status_ok) call model%update(moved, back, own, said)
-      moved%strain(j) = increment%strain(j)
+      do
+        associate (h => share*max(smallest, maxval(abs(increment%strain))))
+          if (said%status == status_ok) ahead = stress_there(model, increment, stress, state, j, h, said)
+          if (said%status == status_ok) back = stress_there(model, increment, stress, state, j, -h, said)
+          if (said%status /= status_ok) exit
+          response%tangent(:, j) = (ahead - back)/(2.0_wp*h)
+        end associate
+        if (growths == 0 .or. maxval(abs(ahead - 2.0_wp*middle + back)) <= smooth*maxval(abs(ahead - back))) exit
+        growths = growths - 1
+        share = growth*share
+      end do
       if (said%status /= status_ok) exit
-      response%tangent(:, j) = (ahead - back)/(2.0_wp*h)
     end do
     if (said%status == status_ok) return
     response%status = said%status
     response%share = said%share
     if (allocated(said%message)) response%message = said%message
   end subroutine difference_tangent
+
+  !> Stress at the end of a step of which a component of the strain is larger.
+  function stress_there(model, increment, stress, state, component, change, said) result(there)
+    class(soil_model_type), intent(in) :: model
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress at the start, turned (6), and state at the start.
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(in) :: state(:)
+    !> Component of the strain, and by how much.
+    integer, intent(in) :: component
+    real(wp), intent(in) :: change
+    !> What the model says.
+    type(soil_response_type), intent(inout) :: said
+    type(soil_increment_type) :: moved
+    real(wp) :: there(6), own(size(state))
+
+    moved = increment
+    moved%wants_tangent = .false.
+    moved%elastic_tangent = .false.
+    moved%strain(component) = increment%strain(component) + change
+    moved%gradient_end = increment%gradient_end + change*strained(component, increment%gradient_end)
+    there = stress
+    own = state
+    call model%update(moved, there, own, said)
+  end function stress_there
 
   !> Change of a deformation gradient with a strain at its end.
   pure function strained(component, gradient) result(change)

@@ -212,8 +212,8 @@ static int was_abandoned(procedure model)
 {
     int i;
 
-    for (i = 0; i < abandoned && i < most_abandoned; i++)
-        if (abandoned_model[i] == model || i == most_abandoned - 1) return abandoned_by[i];
+    for (i = 0; i < most_abandoned; i++)
+        if (abandoned_model[i] == model || (i == most_abandoned - 1 && abandoned_model[i] != NULL)) return abandoned_by[i];
     return 0;
 }
 
@@ -222,7 +222,7 @@ static void forget(procedure model)
 {
     int i;
 
-    for (i = 0; i < abandoned && i < most_abandoned; i++)
+    for (i = 0; i < most_abandoned; i++)
         if (abandoned_model[i] == model) abandoned_model[i] = NULL;
 }
 
@@ -230,6 +230,7 @@ static void forget(procedure model)
 int qsmpm_guarded(procedure model, void (*call)(void *), void *data)
 {
     struct guard here, *outer = active;
+    int i;
 
     if (abandoned && was_abandoned(model)) return was_abandoned(model);
     here.what = 0;
@@ -243,11 +244,10 @@ int qsmpm_guarded(procedure model, void (*call)(void *), void *data)
     note_call(model);
     fesetenv(&here.arithmetic);
     if (here.what == 0) return 0;
-    if (abandoned < most_abandoned) {
-        abandoned_model[abandoned] = model;
-        abandoned_by[abandoned] = (int)here.what;
-        abandoned++;
-    }
+    for (i = 0; i < most_abandoned - 1 && abandoned_model[i] != NULL;) i++;
+    abandoned_model[i] = model;
+    abandoned_by[i] = (int)here.what;
+    abandoned++;
     if (here.what == left_by_exit) atexit(qsmpm_guard_leave);
     return (int)here.what;
 }
