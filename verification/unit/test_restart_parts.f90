@@ -2,6 +2,7 @@
 !> and read back, whole and by the team, bit for bit; parts that are missing, damaged or of another state are refused.
 module test_restart_parts
   use qsmpm_analysis, only: analysis_type
+  use qsmpm_cell_numbers, only: whole_cells
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_division, only: enter_team, settle_part, share_cells
   use qsmpm_error, only: error_type
@@ -41,19 +42,25 @@ contains
     call execute_command_line('mkdir '//directory//'/parts')
     call check_whole(tests, directory//'/restart.h5')
     call check_team(tests, directory//'/restart.h5')
+    call check_cells(tests, directory//'/restart.h5')
     call check_refusals(tests, directory)
     call remove_folder(directory)
   end subroutine collect_restart_parts
 
   !> A block beside a pit that is taken out, under a lift that waits; the second phase has begun.
-  subroutine build(model)
+  subroutine build(model, grid)
     type(model_type), intent(out) :: model
+    !> Lines of the grid; bars are line ends. One that is looked at whole unless given.
+    character(len=*), intent(in), optional :: grid
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: lines
 
+    lines = 'X, 0, 3, 6|Y, 0, 2, 4|'
+    if (present(grid)) lines = grid
     allocate (analysis)
-    call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 3, 6|Y, 0, 2, 4|'// &
+    call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|'//lines// &
       '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1500, 0.25|*UNIT WEIGHT|17|'// &
       '*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1|*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX|1, 2, 0, 1|'// &
       '*BODY, NAME=lift, MATERIAL=soil, SHAPE=BOX, ACTIVE=NO|0, 1, 1, 1.5|'// &
@@ -75,17 +82,20 @@ contains
 
   !> Write the state of a model shared by a team of one, altered from what it began with, in parts. Alone nothing marks
   !> what is own: all is.
-  subroutine write_parts(path, written, error)
+  subroutine write_parts(path, written, error, grid, wrong)
     character(len=*), intent(in) :: path
     !> The state, of the whole model.
     class(state_type), allocatable, intent(out) :: written
     type(error_type), allocatable, intent(out) :: error
+    !> Of the deck; the cell of a surface point that is none.
+    character(len=*), intent(in), optional :: grid
+    integer, intent(in), optional :: wrong
     class(model_type), allocatable :: model
     type(image_type) :: index, part
     logical :: short
 
     allocate (model)
-    call build(model)
+    call build(model, grid)
     call alter_validly(model%state)
     ! A grid is where its deck has it.
     model%state%coordinates = model%mesh%coordinates
@@ -100,6 +110,7 @@ contains
       part%unloading_surface = spread(.true., 1, state%inactive%unloading_surface%count)
       part%nodes = spread(.true., 1, model%space%node_count)
     end associate
+    if (present(wrong)) model%state%surface%cell(1) = wrong
     call create_image(index)
     call put_attribute(index, '/', 'layout', layout)
     call put_attribute(index, '/', 'fingerprint_1', mark(1))
@@ -154,6 +165,41 @@ contains
     names = state_differences(written, fresh%state)
     call tests%check('what it shares is the state written: '//names, len(names) == 0)
   end subroutine check_team
+
+  !> Cells are numbered as in the whole grid while the file is one of parts, and as in the window of a model again; what is
+  !> in no cell of the grid is refused.
+  subroutine check_cells(tests, path)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: path
+    character(len=*), parameter :: wide = 'X, -6, 12, 36|Y, -4, 5, 18|'
+    class(state_type), allocatable :: written
+    class(model_type), allocatable :: model, fresh
+    type(error_type), allocatable :: error
+    type(reader_type) :: reader
+
+    allocate (model, fresh)
+    call build(model, wide)
+    call build(fresh, wide)
+    call write_parts(path, written, error, wide)
+    if (.not. allocated(error)) call read_restart(path, fresh, mark, error)
+    call tests%check('a part of a wide grid is written and read', .not. allocated(error))
+    call tests%check('material points are in their cells', all(whole_cells(fresh, fresh%state%points%cell) == &
+      whole_cells(model, written%points%cell)))
+    call tests%check('and surface points', all(whole_cells(fresh, fresh%state%surface%cell) == &
+      whole_cells(model, written%surface%cell)))
+    call tests%check('and those of what is taken out', all(whole_cells(fresh, fresh%state%inactive%unloading%cell) == &
+      whole_cells(model, written%inactive%unloading%cell)))
+    call write_parts(path, written, error, wrong=1000)
+    call open_reader(reader, path)
+    deallocate (fresh)
+    allocate (fresh)
+    call build(fresh)
+    call read_divided(reader, '', .true., team_type(), written%points%count + written%inactive%points%count + &
+      written%inactive%unloading%count, fresh, error)
+    call close_reader(reader, error)
+    call tests%check('a surface point in no cell is refused', allocated(error))
+    if (allocated(error)) call tests%check('by name: '//error%message, index(error%message, 'the surface points') > 0)
+  end subroutine check_cells
 
   !> A part must be whole, of this file and there.
   subroutine check_refusals(tests, directory)
