@@ -10,7 +10,7 @@ with a limit in CPU seconds, until one fails.
     verification/mutants.py                     20 mutants
     verification/mutants.py --long              200 mutants, 80 of them in the rooms of ROOMS
     verification/mutants.py --long --guarded    those 80 alone
-    verification/mutants.py --room loads --count 30 --seed 3
+    verification/mutants.py --room loads --room phases --count 30 --seed 3
 
 Results are kept in build/mutants/results.json and used again while the sources and the file of the suite are the
 same; --fresh runs all again. Mutants that
@@ -49,6 +49,8 @@ ROOMS = {
     "loads": ["method/terms/dead_loads", "method/terms/pressures", "method/terms/supports", "model/model_surfaces"],
     "contact": ["method/contact_", "method/terms/contacts", "model/body_loads", "model/body_points", "model/contact_gaps", "method/penetration",
                 "materials/confinement"],
+    "safety": ["method/safety_", "model/safety_", "materials/strength_factor"],
+    "restart in parts": ["output/restart_parts", "output/restart_division"],
     "restart": ["output/restart", "base/hdf5_"],
 }
 ROOM_SHARE = 0.4
@@ -534,10 +536,10 @@ class Results:
         self.path.write_text(json.dumps({"sources": self.sources, "suites": self.suites, "results": self.all}))
 
 
-def quotas(count: int, room: str | None, guarded: bool) -> dict[str, int]:
+def quotas(count: int, rooms: list[str], guarded: bool) -> dict[str, int]:
     """Mutants wanted of every room: ROOM_SHARE of them in ROOMS in equal parts, the rest by the folders of src."""
-    if room:
-        return {room: count}
+    if rooms:
+        return spread(count, rooms)
     inside = spread(round(ROOM_SHARE * count), list(ROOMS))
     folders = sorted(path.name for path in (TOP / "src").iterdir() if path.is_dir())
     return inside if guarded else {**inside, **spread(count - round(ROOM_SHARE * count), folders)}
@@ -584,7 +586,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--long", action="store_true", help="200 mutants")
     parser.add_argument("--count", type=int, help="number of mutants, 20 when not given")
-    parser.add_argument("--room", help="mutants of this room or folder of src alone")
+    parser.add_argument("--room", action="append", default=[], help="mutants of this room or folder of src alone; may be repeated")
     parser.add_argument("--guarded", action="store_true", help="of the mutants those in the rooms of ROOMS alone")
     parser.add_argument("--seed", type=int, default=12)
     parser.add_argument("--without", action="append", default=[], help="leave a suite out, to see what it is worth")

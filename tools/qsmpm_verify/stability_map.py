@@ -30,7 +30,7 @@ Matrix = dict[tuple[str, str], Field]
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Words of the verb."""
     verb = verbs.add_parser("map", help="the stability map: tests where methods fail, and how each method comes out")
-    verb.add_argument("tests", nargs="*", help="S1 to S31; all when none is given")
+    verb.add_argument("tests", nargs="*", help="rows, as S1; all when none is given")
     verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
     verb.add_argument("--out", type=Path, default=BUILD / "stability", help="folder of the runs")
     verb.add_argument("--charts", type=Path, default=BUILD / "charts", help="folder of the picture and the CSV file")

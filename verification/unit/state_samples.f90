@@ -8,11 +8,11 @@ module state_samples
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: state_type, progress_type, phase_end_type
   use qsmpm_field_list, only: field_list_type
-  use qsmpm_points, only: carried_type
+  use qsmpm_points, only: carried_type, points_type
   implicit none
   private
 
-  public :: alter_state, state_differences, carried_names, same_reals
+  public :: alter_state, alter_validly, state_differences, carried_names, same_reals
 
   !> Change every element.
   interface alter
@@ -46,6 +46,47 @@ contains
     end if
     call alter_progress(state%progress)
   end subroutine alter_state
+
+  !> Alter all of a state that a run may alter, numbers of cells, bodies and materials staying those of its model.
+  subroutine alter_validly(state)
+    class(state_type), intent(inout) :: state
+    class(state_type), allocatable :: before
+    integer :: i
+
+    allocate (before, source=state)
+    call alter_state(state)
+    state%points%cell = before%points%cell(before%points%count:1:-1)
+    state%surface%cell = [(before%points%cell(1 + mod(i, before%points%count)), i=1, state%surface%count)]
+    state%tracers%cell = [(before%points%cell(1 + mod(i, before%points%count)), i=1, state%tracers%count)]
+    state%points%body = before%points%body
+    state%points%material = before%points%material
+    state%surface%surface = before%surface%surface
+    state%watched%cell = before%points%cell(:state%watched%count)
+    state%watched%set = 1
+    state%watched%component = 2
+    state%points%plastic = 1
+    ! A restart file with a volume or a stretch that is none is refused.
+    state%points%volume = 0.125_wp + abs(state%points%volume)
+    state%points%left_cauchy_green = 0.125_wp + abs(state%points%left_cauchy_green)
+    call make_points_valid(state%inactive%points, before%inactive%points)
+    call make_points_valid(state%inactive%unloading, before%inactive%unloading)
+    state%inactive%surface%cell = before%inactive%surface%cell
+    state%inactive%unloading_surface%cell = before%inactive%unloading_surface%cell
+    state%inactive%feet%cell = before%inactive%feet%cell
+    state%progress%phase = before%progress%phase
+  end subroutine alter_validly
+
+  !> The same of points of bodies that are not there.
+  subroutine make_points_valid(points, before)
+    type(points_type), intent(inout) :: points
+    type(points_type), intent(in) :: before
+
+    points%cell = before%cell
+    points%body = before%body
+    points%material = before%material
+    points%volume = 0.125_wp + abs(points%volume)
+    points%left_cauchy_green = 0.125_wp + abs(points%left_cauchy_green)
+  end subroutine make_points_valid
 
   !> Change where the analysis stands.
   subroutine alter_progress(progress)

@@ -20,7 +20,7 @@ module test_body_loads
   use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
-  use qsmpm_term_sums, only: begin_terms, set_loads
+  use qsmpm_term_sums, only: begin_terms, set_loads, sum_field_sizes
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
   use term_samples, only: matrix_and_difference
@@ -108,6 +108,7 @@ contains
     real(wp) :: force(6), pushed
     logical :: free(body_components)
     real(wp) :: in_force(load_rows)
+    real(wp), allocatable :: sizes(:, :)
 
     allocate (model, step)
     call make_model(plate//push//load//shift//lift//aside, model)
@@ -136,6 +137,9 @@ contains
     pose = pose_of(model, 1)
     force = force_on_body(model, 1)
     call tests%close('the load stays in the next phase', force(2), 40.0_wp, 1.0e-6_wp)
+    allocate (sizes(2, all_nodes(step%unknowns)))
+    call sum_field_sizes(step%terms, sizes)
+    call tests%close('its balance refers to load and push', maxval(sizes(2, :)), 80.0_wp, 0.01_wp)
     call tests%close('along the other axis friction carries', force(1), -3.0_wp, 1.0e-6_wp)
     call tests%check('and the body has moved there', pose%displacement(1) > 1.0e-4_wp .and. &
       pose%displacement(1) < 1.0e-2_wp)

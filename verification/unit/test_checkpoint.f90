@@ -31,7 +31,7 @@ module test_checkpoint
   use deck_samples, only: joined
   use plugin_paths, only: plugin
   use scratch_folder, only: make_folder, remove_folder
-  use state_samples, only: alter_state, state_differences, carried_names, same_reals
+  use state_samples, only: alter_state, alter_validly, state_differences, carried_names, same_reals
   use testing, only: tests_type
   implicit none
   private
@@ -262,7 +262,7 @@ contains
 
     allocate (model, fresh, written)
     call build(kind, model)
-    call make_valid(model)
+    call alter_validly(model%state)
     written = model%state
     call write_restart(directory//'/restart.h5', model, mark, error)
     call build(kind, fresh)
@@ -272,50 +272,6 @@ contains
     call tests%check(kind//': the mesh is that of the state read', &
       same_reals([fresh%mesh%coordinates], [written%coordinates]))
   end subroutine check_restart
-
-  !> Alter all of the state that a run may alter, numbers of cells, bodies and materials staying those of the model.
-  subroutine make_valid(model)
-    type(model_type), intent(inout) :: model
-    class(state_type), allocatable :: before
-    integer :: i
-
-    allocate (before)
-    before = model%state
-    call alter_state(model%state)
-    associate (state => model%state)
-      state%points%cell = before%points%cell(before%points%count:1:-1)
-      state%surface%cell = [(before%points%cell(1 + mod(i, before%points%count)), i=1, state%surface%count)]
-      state%tracers%cell = [(before%points%cell(1 + mod(i, before%points%count)), i=1, state%tracers%count)]
-      state%points%body = before%points%body
-      state%points%material = before%points%material
-      state%surface%surface = before%surface%surface
-      state%watched%cell = before%points%cell(:state%watched%count)
-      state%watched%set = 1
-      state%watched%component = 2
-      state%points%plastic = 1
-      ! A restart file with a volume or a stretch that is none is refused.
-      state%points%volume = 0.125_wp + abs(state%points%volume)
-      state%points%left_cauchy_green = 0.125_wp + abs(state%points%left_cauchy_green)
-      call make_points_valid(state%inactive%points, before%inactive%points)
-      call make_points_valid(state%inactive%unloading, before%inactive%unloading)
-      state%inactive%surface%cell = before%inactive%surface%cell
-      state%inactive%unloading_surface%cell = before%inactive%unloading_surface%cell
-      state%inactive%feet%cell = before%inactive%feet%cell
-      state%progress%phase = before%progress%phase
-    end associate
-  end subroutine make_valid
-
-  !> The same of points of bodies that are not there.
-  subroutine make_points_valid(points, before)
-    type(points_type), intent(inout) :: points
-    type(points_type), intent(in) :: before
-
-    points%cell = before%cell
-    points%body = before%body
-    points%material = before%material
-    points%volume = 0.125_wp + abs(points%volume)
-    points%left_cauchy_green = 0.125_wp + abs(points%left_cauchy_green)
-  end subroutine make_points_valid
 
   !> A snapshot holds state, loads and stages.
   subroutine check_snapshot(tests, kind)

@@ -185,6 +185,8 @@ contains
       'factor of safety between 1.2 (stable) and 1.25 (lost)')
     call tests%check('one whose end is not known', bracket_text(bracket_type(1.2_wp, 1.25_wp)) == &
       'factor of safety at least 1.2 (stable); at 1.25 no equilibrium was found')
+    call tests%check('in six digits', bracket_text(bracket_type(1.23456789_wp, 1.24000012_wp, mechanism=.true.)) == &
+      'factor of safety between 1.23457 (stable) and 1.24 (lost)')
     call tests%check('none lost', bracket_text(bracket_type(10.0_wp, 0.0_wp)) == 'factor of safety above 10')
     call tests%check('none stable', bracket_text(bracket_type(0.0_wp, 0.1_wp)) == &
       'no equilibrium down to a factor of 0.1')

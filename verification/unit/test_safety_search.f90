@@ -8,10 +8,12 @@ module test_safety_search
   use qsmpm_kinds, only: wp, pi
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
+  use qsmpm_observer, only: step_record_type
   use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, error_stopped, &
     leave_lost_phase
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_safety_factors, only: is_running_out
   use qsmpm_safety_search, only: share_note
   use deck_samples, only: joined
   use scratch_folder, only: make_folder, remove_folder
@@ -25,9 +27,10 @@ module test_safety_search
 
   !> Keeps what it is shown of a mechanism.
   type, extends(test_observer_type) :: watching_type
-    integer :: mechanisms = 0
+    integer :: mechanisms = 0, iterations = 0
     real(wp) :: factor = 0.0_wp, shown_move = 0.0_wp, shown_strain = 0.0_wp
   contains
+    procedure :: accepted
     procedure :: mechanism
   end type watching_type
 
@@ -62,6 +65,7 @@ contains
     call check_runout(tests)
     call check_stop_card(tests)
     call check_stop(tests)
+    call check_faults(tests)
     call check_resumed(tests)
     call check_places(tests)
     call check_cut(tests)
@@ -129,6 +133,17 @@ contains
       script = solver
     end select
   end subroutine asked
+
+  !> Keep the iterations of the last step.
+  subroutine accepted(self, model, record, error)
+    class(watching_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(step_record_type), intent(in) :: record
+    type(error_type), allocatable, intent(out) :: error
+
+    call self%test_observer_type%accepted(model, record, error)
+    self%iterations = record%iterations
+  end subroutine accepted
 
   !> Keep what is shown.
   subroutine mechanism(self, model, error)
@@ -348,6 +363,31 @@ contains
     call search(whole)
     call tests%check('and can go on', len(state_differences(run%model%state, whole%model%state)) == 0)
   end subroutine check_stop
+
+  !> What ends the run in a try, and in the mechanism, ends it; a try that is lost leaves nothing in the record of the next.
+  subroutine check_faults(tests)
+    type(tests_type), intent(inout) :: tests
+    type(scripted_outcome_type), parameter :: fatal = scripted_outcome_type(fatal=.true.)
+    class(run_type), allocatable :: run
+    type(script_type) :: script
+
+    call make_run(soil, fixed, run, [good, good, good, fatal, good])
+    call search(run)
+    call tests%check('what is fatal in a try ends the run', allocated(run%error) .and. run%observer%phases == 1)
+    call tests%close('at the strength before', run%model%strength%factor, 1.0_wp, 0.0_wp)
+    call make_run(soil, fixed, run, [good, good, good, good, lost, fatal, damped, damped, good])
+    call search(run)
+    call tests%check('so does what is fatal as the mechanism begins', allocated(run%error))
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, scripted_outcome_type(iterations=2, &
+      damping_share=0.5_wp, undamped=0.5_wp, move=1.0e-9_wp), damped, damped, good])
+    call search(run)
+    call asked(run, script)
+    call tests%check('a mechanism that hardly moves is damped less', script%asked(8)%damping < script%asked(7)%damping)
+    call make_run(soil, 'TOLERANCE=0.05, GEOMETRY=FIXED', run, [good, good, good, lost, good, lost])
+    call search(run)
+    call tests%check('a try counts its own iterations', run%observer%iterations == 9 .and. run%observer%steps == 4)
+    call tests%check('without a run-out nothing runs out', .not. is_running_out(run%model))
+  end subroutine check_faults
 
   !> The method itself: a resumed run ends as one that was not interrupted.
   subroutine check_resumed(tests)

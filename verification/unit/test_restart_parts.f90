@@ -1,0 +1,247 @@
+!> Tests of restart files in parts without message passing: a model shared by a team of one is written as its only part
+!> and read back, whole and by the team, bit for bit; parts that are missing, damaged or of another state are refused.
+module test_restart_parts
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_cell_numbers, only: whole_cells
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_division, only: enter_team, settle_part, share_cells
+  use qsmpm_error, only: error_type
+  use qsmpm_hdf5_image, only: image_type, create_image, put_attribute
+  use qsmpm_hdf5_reader, only: reader_type, open_reader, close_reader
+  use qsmpm_kept_arrays, only: lay_array
+  use qsmpm_kinds, only: wp
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_restart, only: read_restart, write_restart
+  use qsmpm_restart_division, only: read_divided
+  use qsmpm_restart_parts, only: check_parts, put_own_state, put_shared_state, save_restart_parts
+  use qsmpm_team, only: team_type
+  use deck_samples, only: joined
+  use scratch_folder, only: make_folder, remove_folder
+  use state_samples, only: alter_validly, same_reals, state_differences
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_restart_parts
+
+  integer, parameter :: mark(2) = [5, -3]
+  !> Number that says that a file is in parts (qsmpm_restart).
+  integer, parameter :: layout = 19
+
+contains
+
+  !> All tests of the suite.
+  subroutine collect_restart_parts(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: directory
+
+    call tests%start('restart_parts')
+    call make_folder(directory)
+    call execute_command_line('mkdir '//directory//'/parts')
+    call check_whole(tests, directory//'/restart.h5')
+    call check_team(tests, directory//'/restart.h5')
+    call check_cells(tests, directory//'/restart.h5')
+    call check_refusals(tests, directory)
+    call remove_folder(directory)
+  end subroutine collect_restart_parts
+
+  !> A block beside a pit that is taken out, under a lift that waits; the second phase has begun.
+  subroutine build(model, grid)
+    type(model_type), intent(out) :: model
+    !> Lines of the grid; bars are line ends. One that is looked at whole unless given.
+    character(len=*), intent(in), optional :: grid
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: lines
+
+    lines = 'X, 0, 3, 6|Y, 0, 2, 4|'
+    if (present(grid)) lines = grid
+    allocate (analysis)
+    call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|'//lines// &
+      '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1500, 0.25|*UNIT WEIGHT|17|'// &
+      '*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1|*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX|1, 2, 0, 1|'// &
+      '*BODY, NAME=lift, MATERIAL=soil, SHAPE=BOX, ACTIVE=NO|0, 1, 1, 1.5|'// &
+      '*SURFACE, NAME=side, TYPE=OUTLINE, BODY=block, BOX|0.9, 1.1, 0, 1|'// &
+      '*SURFACE, NAME=edge, TYPE=OUTLINE, BODY=pit, BOX|1.9, 2.1, 0, 1|'// &
+      '*SURFACE, NAME=crest, TYPE=OUTLINE, BODY=lift, BOX|0, 1, 1.4, 1.6|'// &
+      '*METHOD, BASIS=STANDARD, INTEGRATION=CELL|*HISTORY, NAME=u, QUANTITY=DISPLACEMENT, COMPONENT=Y|1, 1|'// &
+      '*PHASE, NAME=one|*FIX|base, ALL|*TRACTION, SURFACE=side|-1, 0|*GRAVITY|0, -1|*END PHASE|'// &
+      '*PHASE, NAME=two|*DEACTIVATE|pit|*END PHASE|*PHASE, NAME=three|*ACTIVATE|lift|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'the deck of the suite is broken'
+    call lay_array(model%state%kept, 'multipliers', reshape([0.25_wp, -3.0_wp], [2, 1]))
+    call lay_array(model%state%kept, 'of nodes', spread([0.0_wp, 1.0_wp], 2, model%space%node_count), nodal=.true.)
+    call start_phase(model)
+    model%state%progress%fraction = 1.0_wp
+    model%state%progress%phase = 2
+    call start_phase(model)
+  end subroutine build
+
+  !> Write the state of a model shared by a team of one, altered from what it began with, in parts. Alone nothing marks
+  !> what is own: all is.
+  subroutine write_parts(path, written, error, grid, wrong)
+    character(len=*), intent(in) :: path
+    !> The state, of the whole model.
+    class(state_type), allocatable, intent(out) :: written
+    type(error_type), allocatable, intent(out) :: error
+    !> Of the deck; the cell of a surface point that is none.
+    character(len=*), intent(in), optional :: grid
+    integer, intent(in), optional :: wrong
+    class(model_type), allocatable :: model
+    type(image_type) :: index, part
+    logical :: short
+
+    allocate (model)
+    call build(model, grid)
+    call alter_validly(model%state)
+    ! A grid is where its deck has it.
+    model%state%coordinates = model%mesh%coordinates
+    allocate (written, source=model%state)
+    call share_cells(model, 1, short)
+    call enter_team(model, team_type())
+    call settle_part(model)
+    associate (part => model%part, state => model%state)
+      part%points = spread(.true., 1, state%points%count)
+      part%surface = spread(.true., 1, state%surface%count)
+      part%unloading = spread(.true., 1, state%inactive%unloading%count)
+      part%unloading_surface = spread(.true., 1, state%inactive%unloading_surface%count)
+      part%nodes = spread(.true., 1, model%space%node_count)
+    end associate
+    if (present(wrong)) model%state%surface%cell(1) = wrong
+    call create_image(index)
+    call put_attribute(index, '/', 'layout', layout)
+    call put_attribute(index, '/', 'fingerprint_1', mark(1))
+    call put_attribute(index, '/', 'fingerprint_2', mark(2))
+    call put_shared_state(index, model)
+    call create_image(part, 'qsmpm.part')
+    call put_own_state(part, model)
+    call save_restart_parts(team_type(), part, path, index, error)
+  end subroutine write_parts
+
+  !> One process joins the parts.
+  subroutine check_whole(tests, path)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: path
+    class(state_type), allocatable :: written
+    class(model_type), allocatable :: fresh
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: names
+
+    allocate (fresh)
+    call build(fresh)
+    call write_parts(path, written, error)
+    if (.not. allocated(error)) call read_restart(path, fresh, mark, error)
+    call tests%check('a file in parts is written and read', .not. allocated(error))
+    names = state_differences(written, fresh%state)
+    call tests%check('a state read from parts is the one written: '//names, len(names) == 0)
+  end subroutine check_whole
+
+  !> A team shares the parts.
+  subroutine check_team(tests, path)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: path
+    class(state_type), allocatable :: written
+    class(model_type), allocatable :: fresh
+    type(error_type), allocatable :: error, failure
+    type(reader_type) :: reader
+    character(len=:), allocatable :: names
+
+    allocate (fresh)
+    call build(fresh)
+    call write_parts(path, written, error)
+    call open_reader(reader, path)
+    call check_parts(team_type(), reader)
+    if (.not. allocated(error)) call read_divided(reader, '', .true., team_type(), written%points%count + &
+      written%inactive%points%count + written%inactive%unloading%count, fresh, error)
+    call close_reader(reader, failure)
+    call tests%check('a team shares a file in parts', .not. (allocated(error) .or. allocated(failure)))
+    call tests%check('what waits is put aside', same_reals([fresh%part%waiting%position, &
+      fresh%part%waiting_surface%position], [written%inactive%points%position, written%inactive%surface%position]))
+    fresh%state%inactive%points = fresh%part%waiting
+    fresh%state%inactive%surface = fresh%part%waiting_surface
+    names = state_differences(written, fresh%state)
+    call tests%check('what it shares is the state written: '//names, len(names) == 0)
+  end subroutine check_team
+
+  !> Cells are numbered as in the whole grid while the file is one of parts, and as in the window of a model again; what is
+  !> in no cell of the grid is refused.
+  subroutine check_cells(tests, path)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: path
+    character(len=*), parameter :: wide = 'X, -6, 12, 36|Y, -4, 5, 18|'
+    class(state_type), allocatable :: written
+    class(model_type), allocatable :: model, fresh
+    type(error_type), allocatable :: error
+    type(reader_type) :: reader
+
+    allocate (model, fresh)
+    call build(model, wide)
+    call build(fresh, wide)
+    call write_parts(path, written, error, wide)
+    if (.not. allocated(error)) call read_restart(path, fresh, mark, error)
+    call tests%check('a part of a wide grid is written and read', .not. allocated(error))
+    call tests%check('material points are in their cells', all(whole_cells(fresh, fresh%state%points%cell) == &
+      whole_cells(model, written%points%cell)))
+    call tests%check('and surface points', all(whole_cells(fresh, fresh%state%surface%cell) == &
+      whole_cells(model, written%surface%cell)))
+    call tests%check('and those of what is taken out', all(whole_cells(fresh, fresh%state%inactive%unloading%cell) == &
+      whole_cells(model, written%inactive%unloading%cell)))
+    call write_parts(path, written, error, wrong=1000)
+    call open_reader(reader, path)
+    deallocate (fresh)
+    allocate (fresh)
+    call build(fresh)
+    call read_divided(reader, '', .true., team_type(), written%points%count + written%inactive%points%count + &
+      written%inactive%unloading%count, fresh, error)
+    call close_reader(reader, error)
+    call tests%check('a surface point in no cell is refused', allocated(error))
+    if (allocated(error)) call tests%check('by name: '//error%message, index(error%message, 'the surface points') > 0)
+  end subroutine check_cells
+
+  !> A part must be whole, of this file and there.
+  subroutine check_refusals(tests, directory)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: directory
+    class(state_type), allocatable :: written
+    type(error_type), allocatable :: error
+    class(model_type), allocatable :: model
+    character(len=*), parameter :: all = 'parts/restart_*.h5', name = '$(cat name)'
+    integer :: code
+
+    call write_parts(directory//'/restart.h5', written, error)
+    call execute_command_line('cd '//directory//' && ls '//all//' >name', exitstat=code)
+    call tests%check('there is one part', code == 0)
+    call refused(tests, directory, 'printf x >>'//name, 'damaged')
+    ! Whole by its own seal.
+    allocate (model)
+    call build(model)
+    call write_restart(directory//'/one.h5', model, mark, error)
+    call execute_command_line('ls '//directory//'/'//all//' 2>/dev/null', exitstat=code)
+    call tests%check('a file in one piece takes the place of parts', code /= 0)
+    call refused(tests, directory, 'cp one.h5 '//name, 'of another state')
+    call refused(tests, directory, 'rm '//name, 'missing')
+  end subroutine check_refusals
+
+  !> A file is refused after something has been done to its part, and the model stays as it is.
+  subroutine refused(tests, directory, deed, word)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: directory, deed, word
+    class(model_type), allocatable :: fresh
+    class(state_type), allocatable :: before
+    type(error_type), allocatable :: error
+    logical :: named
+
+    allocate (fresh)
+    call build(fresh)
+    allocate (before, source=fresh%state)
+    call execute_command_line('cd '//directory//' && '//deed)
+    call read_restart(directory//'/restart.h5', fresh, mark, error)
+    named = .false.
+    if (allocated(error)) named = index(error%message, 'its part') > 0
+    call tests%check('a part that is '//word//' is refused by name', named)
+    call tests%check('and the model stays as it is', len(state_differences(before, fresh%state)) == 0)
+  end subroutine refused
+end module test_restart_parts
