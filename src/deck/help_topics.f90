@@ -109,8 +109,9 @@ contains
       topics_type('INITIAL STRESS,GEOSTATIC,AT REST,K0 PROCEDURE,INITIAL CONDITION,GRAVITY LOADING', &
         '*INITIAL, TYPE=K0 with *K0 of the materials, for level ground; else *GRAVITY and *RESET '// &
         'DISPLACEMENTS: docs/methods/initial_stresses.md'), &
-      topics_type('VOLUME LOSS,GROUND LOSS,CONTRACTION,TUNNEL,TBM,SHIELD,LINING,TROUGH,PECK,CAVITY', &
-        '*CONTRACTION shrinks the outline of a cavity by a volume loss: input/tunnel.inp, docs/methods/supports.md'), &
+      topics_type('VOLUME LOSS,GROUND LOSS,CONTRACTION,TUNNEL,TBM,SHIELD,CONVERGENCE OF A TUNNEL,TROUGH,PECK,CAVITY', &
+        '*CONTRACTION shrinks the outline of a cavity by a volume loss over a phase, *DEACTIVATE takes the soil of '// &
+        'a tunnel out; a lining that bends is not there: input/tunnel.inp, docs/methods/supports.md'), &
       topics_type('STRUT,PROP,SPRING,TRUSS,BRACING,PRESTRESS,TIE', &
         '*PROP draws a spring between two places, *INSTALL puts it in place and jacks it, *REMOVE takes it out: '// &
         'input/pit_propped.inp, docs/methods/supports.md'), &
@@ -235,9 +236,6 @@ contains
       topics_type('STRUT,PROP,SPRING,JACK,SHORING,ANCHOR,NAIL,SOIL NAIL,TIE,TIE ROD,TIEBACK,BOLT,CABLE,TRUSS', &
         '*PROP is a spring between two places that phases put in, jack and take out: a strut, or the free length '// &
         'of an anchor, which passes the soil untouched. Bonded anchors and nails are not there: docs/cannot.md'), &
-      topics_type('VOLUME LOSS,GROUND LOSS,CAVITY,TBM,CONVERGENCE OF A TUNNEL,TUNNEL', &
-        '*CONTRACTION shrinks the outline of a cavity by a volume loss over a phase, *DEACTIVATE takes the soil of '// &
-        'a tunnel out; a lining that bends is not there, nearest is a *BODY of stiff *ELASTIC: docs/cannot.md'), &
       topics_type('GEOGRID,GEOTEXTILE,BEAM,PLATE,SHELL,LINING,SHOTCRETE,COLUMN,STONE COLUMN,GROUT', &
         'structural elements are not there; nearest: a *BODY of stiff *ELASTIC a few cells thick; *PROP is a '// &
         'spring between two places: docs/cannot.md'), &

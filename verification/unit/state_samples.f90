@@ -120,7 +120,7 @@ contains
     call alter(progress%bracket%lost)
     call alter(progress%bracket%increment)
     progress%bracket%increment = 1.0_wp + abs(progress%bracket%increment)
-    progress%factors = reshape([1.0_wp, 1.25_wp, 1.5_wp], [3, 1])
+    progress%factors = reshape([1.0_wp, 1.25_wp, 1.5_wp, 1.0_wp], [4, 1])
     progress%stopped = .not. progress%stopped
     progress%ends = [phase_end_type()]
     progress%ends(1)%reason = 3
