@@ -183,8 +183,8 @@ contains
     call make_item(self, item, name, kind_real, sentence, none, range, needs, required)
     if (present(third)) item%third = third
     text = ''
-    if (present(none) .and. value >= huge(value)) then
-      text = none
+    if (value >= huge(value)) then
+      if (present(none)) text = none
     else if (in_range(value, item%range)) then
       text = real_text(value)
     end if

@@ -86,11 +86,11 @@ contains
     associate (first => analysis%bodies(between%bodies(1)), second => analysis%bodies(between%bodies(2)), &
       axes => analysis%mesh%axes)
       if (any([first%kind, second%kind] /= body_box .and. [first%kind, second%kind] /= body_polygon)) return
-      one = corners(first)
-      other = corners(second)
+      allocate (one, source=corners(first))
+      allocate (other, source=corners(second))
       near = near_share*(axes(1)%lines(size(axes(1)%lines)) - axes(1)%lines(1))
       if (analysis%model == three_dimensional) then
-        z = reshape([-huge(near), -huge(near), huge(near), huge(near)], [2, 2])
+        z = 0.25_wp*reshape([-huge(near), -huge(near), huge(near), huge(near)], [2, 2])
         if (first%kind == body_box) z(1, :) = first%box(3, :)
         if (second%kind == body_box) z(2, :) = second%box(3, :)
         if (overlap(one(1, :), other(1, :)) > near .and. overlap(one(2, :), other(2, :)) > near) then

@@ -4,6 +4,7 @@
 !> small changes with jumps: where the second difference is no longer small beside the first one, the change is enlarged
 !> until it is, so that the jumps do not become a tangent.
 module qsmpm_difference_tangent
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
@@ -46,7 +47,7 @@ contains
           if (said%status /= status_ok) exit
           response%tangent(:, j) = (ahead - back)/(2.0_wp*h)
         end associate
-        if (growths == 0 .or. maxval(abs(ahead - 2.0_wp*middle + back)) <= smooth*maxval(abs(ahead - back))) exit
+        if (growths == 0 .or. .not. is_noise(ahead, middle, back)) exit
         growths = growths - 1
         share = growth*share
       end do
@@ -57,6 +58,14 @@ contains
     response%share = said%share
     if (allocated(said%message)) response%message = said%message
   end subroutine difference_tangent
+
+  !> Whether differences of numbers show jumps.
+  pure logical function is_noise(ahead, middle, back)
+    real(wp), intent(in) :: ahead(6), middle(6), back(6)
+
+    is_noise = all(ieee_is_finite(ahead + middle + back))
+    if (is_noise) is_noise = maxval(abs(ahead - 2.0_wp*middle + back)) > smooth*maxval(abs(ahead - back))
+  end function is_noise
 
   !> Stress at the end of a step of which a component of the strain is larger.
   function stress_there(model, increment, stress, state, component, change, said) result(there)

@@ -2,6 +2,7 @@
 !> which a second call leaves alone, or flow with time, which a shorter time makes less; what does neither is no
 !> function of strain and time: it adds up with the calls.
 module qsmpm_rest_check
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
@@ -19,12 +20,14 @@ module qsmpm_rest_check
 
 contains
 
-  !> Whether an answer to no strain is another stress.
+  !> Whether an answer to no strain is another stress; one that is no number is no answer.
   pure logical function changes_at_rest(before, after)
     !> Cauchy stress (6).
     real(wp), intent(in) :: before(:), after(:)
 
-    changes_at_rest = change(before, after) > least_change*max(maxval(abs(before)), maxval(abs(after)))
+    changes_at_rest = all(ieee_is_finite(after))
+    if (changes_at_rest) changes_at_rest = &
+      change(before, after) > least_change*max(maxval(abs(before)), maxval(abs(after)))
   end function changes_at_rest
 
   !> Largest change of a component.
