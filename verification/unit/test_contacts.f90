@@ -2,6 +2,7 @@
 !> differences with sticking and slipping friction, what is kept of an accepted step and not of a lost one, soil inside
 !> of a body.
 module test_contacts
+  use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_invalid
   use qsmpm_analysis, only: analysis_type, initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type
   use qsmpm_contact_law, only: tractions_type, contact_tractions
@@ -444,14 +445,17 @@ contains
     call end_system(step%system)
   end subroutine check_sliver
 
-  !> A gap that is no number fails the step and says where.
+  !> A gap that is no number fails the step and says where; a build that stops at such a number needs no such check.
   subroutine check_numbers(tests)
     type(tests_type), intent(inout) :: tests
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :)
+    logical :: halts
 
+    call ieee_get_halting_mode(ieee_invalid, halts)
+    if (halts) return
     allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
     allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
