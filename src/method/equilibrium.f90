@@ -422,7 +422,7 @@ contains
     if (allocated(solution%reason)) return
     if (frozen .and. solution%out_of_balance > divergence) then
       call give_up(step, 'the iteration diverges', solution)
-    else if (searched .and. solution%whole_imbalance > most_growth*before) then
+    else if (searched .and. solution%whole_imbalance/most_growth > before) then
       call give_up(step, 'the line search finds no lower residual', solution)
     end if
   end subroutine judge_trial
