@@ -373,7 +373,7 @@ def quiet(checks: Checks, folder: pathlib.Path) -> None:
                  steps=2, fixities="*FIX\nbase, ALL\nside, X\n").replace("0, 1, 0, 1\n", "-1, 1, 0, 1\n") + VARIANTS
     run = checks.run(folder, deck, "--quiet")
     shown, told = run.stdout.splitlines(), run.stderr.splitlines()
-    checks.check("quiet, the factor of safety is shown", len(shown) == 2 and shown[0].startswith("phase 'factor': factor of safety between ")
+    checks.check("quiet, the factor of safety is shown", len(shown) == 2 and shown[0].startswith("phase 'factor': factor of safety ")
                  and shown[1].startswith("the factor is that of this grid"), run.stdout[-500:])
     warnings = [line for line in told if "warning: " in line]
     checks.check("quiet, warnings go to the error output", any("body 'block': 50.0 % of it lies outside" in line for line in warnings),

@@ -42,7 +42,8 @@ module qsmpm_safety_bracket
 
 contains
 
-  !> The factor to be tried.
+  !> The factor to be tried, farther than the last stable one by the width that ends the search at the least: where
+  !> factors that seemed lost turn out stable, one by one, the search goes on in such steps and ends.
   pure real(wp) function next_factor(bracket, tolerance) result(factor)
     type(bracket_type), intent(in) :: bracket
     !> Width of the bracket that ends the search.
@@ -52,7 +53,7 @@ contains
       if (is_closed(b, tolerance, .false.)) then
         factor = b%lost
       else if (b%stable > 0.0_wp) then
-        factor = min(b%stable + b%increment, largest_factor)
+        factor = min(b%stable + max(b%increment, tolerance), largest_factor)
         if (b%lost > 0.0_wp) factor = min(factor, 0.5_wp*(b%stable + b%lost))
       else if (b%lost > 0.0_wp) then
         factor = max(b%lost - b%increment, smallest_factor)

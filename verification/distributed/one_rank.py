@@ -139,7 +139,7 @@ def gives_way(place: Place) -> None:
 
 def repeats(place: Place) -> None:
     """PETSC gives the same bytes again, whatever PETSC_OPTIONS and .petscrc say, and prints nothing."""
-    deck = cut(6, 0.3, 7.0, 3, solver="PETSC")
+    deck = cut(6, 0.1, 9.0, 1, solver="PETSC")
     (place.work / ".petscrc").write_text("-log_view\n-qsmpm_ksp_monitor\n-qsmpm_ksp_gmres_cgs_refinement_type refine_always\n")
     first = place.run("qsmpm-mpi", deck, "first")
     other = place.run("qsmpm-mpi", deck, "other", HOME=str(place.work),

@@ -26,6 +26,7 @@ contains
     call check_brackets(tests)
     call check_again(tests)
     call check_sure(tests)
+    call check_settled(tests)
     call check_text(tests)
   end subroutine collect_safety_bracket
 
@@ -61,6 +62,22 @@ contains
     same = size(tried) == size(wanted)
     if (same) same = all(abs(tried - wanted) <= rounding)
   end function same
+
+  !> Where every factor that seemed lost turns out stable the search goes on by its width at the least, and does not stand.
+  subroutine check_settled(tests)
+    type(tests_type), intent(inout) :: tests
+    type(bracket_type) :: bracket
+    real(wp), parameter :: width = 0.005_wp
+    integer :: i
+
+    call note_stable(1.0_wp, .false., bracket)
+    do i = 1, 40
+      call note_lost(next_factor(bracket, width), bracket)
+      call note_stable(bracket%lost, .false., bracket)
+    end do
+    call tests%check('factors that are settled one by one lie apart by the width', &
+      next_factor(bracket, width) - bracket%stable >= width*(1.0_wp - rounding))
+  end subroutine check_settled
 
   !> Steps of 0.1, halved where equilibrium is lost.
   subroutine check_course(tests)
