@@ -104,8 +104,8 @@ contains
     end associate
   end subroutine report_window
 
-  !> Warn of the first step whose length counts; where the deck bounds that error, of the first that is as short as steps
-  !> may be and still beyond it.
+  !> Warn of the first step whose length counts; where the deck bounds that error, of the first that is as short as
+  !> steps may be and still beyond it.
   subroutine report_length(load_factor, step_error, bound, report, observer)
     real(wp), intent(in) :: load_factor
     !> Error by the length of the step, as a share of the stress, and the deck's bound, 0 for none.
@@ -116,9 +116,9 @@ contains
     if (report%length_warned .or. .not. step_error > merge(bound, long_step, bound > 0.0_wp)) return
     report%length_warned = .true.
     if (bound > 0.0_wp) then
-      call observer%note('warning: the step to load factor '//factor_text(load_factor)//' is the smallest one, and its '// &
-        'error by its length, '//percent_text(step_error)//', is above STEP ERROR: the soil moves on by itself there; '// &
-        'a smaller SMALLEST STEP of *CONTROLS follows it closer (step_error of curves.csv)')
+      call observer%note('warning: the step to load factor '//factor_text(load_factor)//' is the smallest one, and '// &
+        'its error by its length, '//percent_text(step_error)//', is above STEP ERROR: the soil moves on by itself '// &
+        'there; a smaller SMALLEST STEP of *CONTROLS follows it closer (step_error of curves.csv)')
       return
     end if
     call observer%note('warning: the step to load factor '//factor_text(load_factor)//' in two halves gives '// &
