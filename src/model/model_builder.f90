@@ -284,7 +284,7 @@ contains
     end do
   end subroutine choose_locking_treatments
 
-  !> Treatment of locking and size of cells of the grid of splines that a fitted mesh gives way to, and those of the mesh.
+  !> Treatment of locking and size of the cells of the grid of splines that a fitted mesh gives way to.
   subroutine settle_grid(model)
     type(model_type), intent(inout) :: model
     real(wp) :: factor(size(model%laws))

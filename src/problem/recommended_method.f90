@@ -2,7 +2,8 @@
 !>
 !>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.005 where a material can yield
 !>   the same with a moving mesh          SPLINE2, POINTS, 9 (27) points, FACTOR 5e-4
-!>   triangles that fit the outlines      FEM, where no body comes, goes or is moved through them
+!>   triangles that fit the outlines      FEM, 6 points a TRI6, where no body comes, goes or is moved through them;
+!>                                        when they are worn SPLINE2G, CELL on the grid, FACTOR 0.001
 !>   every other mesh                     STANDARD, CELL
 !>   the first with stiff bodies on lines STANDARD, CELL
 !>
@@ -13,10 +14,9 @@
 !> What the deck says itself stays. Programs that build an analysis without a deck name their method.
 module qsmpm_recommended_method
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, background_type, method_type, basis_auto, basis_fem, basis_standard, &
-    basis_spline2, basis_spline2g, body_box, body_polygon, integrate_points, integrate_cells, mesh_fitted, mesh_grid, &
-    select_list, stabilise_background, stabilise_ghost, stabilise_none, three_dimensional
-  use qsmpm_basis_traits, only: usual_factor
+  use qsmpm_analysis, only: analysis_type, background_type, body_type, method_type, basis_auto, basis_fem, &
+    basis_standard, basis_spline2, basis_spline2g, body_box, body_polygon, integrate_points, integrate_cells, &
+    mesh_fitted, mesh_grid, select_list, stabilise_background, stabilise_ghost, stabilise_none, three_dimensional
   use qsmpm_element, only: allowed_counts, tri6
   use qsmpm_material_traits, only: may_yield
   implicit none
@@ -28,8 +28,12 @@ module qsmpm_recommended_method
   integer, parameter :: open_integration = 0, open_stabilisation = -1
   !> Strength of the ghost penalty for plastic flow, and for a body that is pushed by a moving mesh (ghost.md).
   real(wp), parameter :: factor_of_flow = 5.0e-3_wp, factor_of_push = 5.0e-4_wp
-  !> Points of a cell that the second moments of quadratic functions need, in the plane and in space.
-  integer, parameter :: points_in_plane = 9, points_in_space = 27
+  !> The same for what comes after triangles: they have found the load that the ground bears, and a slide comes to rest
+  !> with less.
+  real(wp), parameter :: factor_of_slides = 1.0e-3_wp
+  !> Points of a cell that the second moments of quadratic functions need, in the plane and in space; points that
+  !> integrate a triangle of them.
+  integer, parameter :: points_in_plane = 9, points_in_space = 27, points_in_triangle = 6
   !> Young's modulus over the least one of the deck from which a body is stiff; a place on a line of the grid, as a
   !> share of its length.
   real(wp), parameter :: stiff = 300.0_wp, on_line = 1.0e-6_wp
@@ -108,6 +112,7 @@ contains
     else if (analysis%mesh%kind == mesh_fitted .and. .not. leaves_its_cells(analysis)) then
       call take(analysis%method, basis_fem, integrate_points, stabilise_none, analysis%method%stabilisation_factor)
       call prepare_grid(analysis)
+      if (analysis%mesh%element == 'TRI6') call seed(analysis%bodies, points_in_triangle)
       analysis%method_reason = 'BASIS=FEM on '//analysis%mesh%element//' that fit the outlines and go with the ground'
       if (allocated(analysis%backgrounds)) analysis%method_reason = analysis%method_reason// &
         '; when they are worn the run goes on with splines on the grid'
@@ -140,9 +145,8 @@ contains
     grid%mesh%element = 'QUAD4'
     grid%method%integration = open_integration
     grid%method%stabilisation = open_stabilisation
-    grid%method%stabilisation_factor = -1.0_wp
+    grid%method%stabilisation_factor = factor_of_slides
     call decide_splines(grid)
-    if (grid%method%stabilisation_factor < 0.0_wp) grid%method%stabilisation_factor = usual_factor(grid%method)
     allocate (analysis%backgrounds(2))
     call note_background(analysis, analysis%backgrounds(1))
     call note_background(grid, analysis%backgrounds(2))
@@ -176,7 +180,6 @@ contains
   !> Splines on a grid.
   pure subroutine decide_splines(analysis)
     type(analysis_type), intent(inout) :: analysis
-    integer :: b
 
     if (analysis%moving_mesh%active) then
       call take(analysis%method, basis_spline2, integrate_points, stabilise_ghost, factor_of_push)
@@ -190,11 +193,16 @@ contains
         analysis%method%stabilisation_factor)
       analysis%method_reason = 'BASIS=SPLINE2G, INTEGRATION=CELL (a grid, elastic materials)'
     end if
-    do b = 1, size(analysis%bodies)
-      if (analysis%bodies(b)%points_per_element == 0) analysis%bodies(b)%points_per_element = &
-        merge(points_in_space, points_in_plane, analysis%model == three_dimensional)
-    end do
+    call seed(analysis%bodies, merge(points_in_space, points_in_plane, analysis%model == three_dimensional))
   end subroutine decide_splines
+
+  !> Points of a cell for bodies that the deck gives none.
+  pure subroutine seed(bodies, points)
+    type(body_type), intent(inout) :: bodies(:)
+    integer, intent(in) :: points
+
+    where (bodies%points_per_element == 0) bodies%points_per_element = points
+  end subroutine seed
 
   !> The first body that is much stiffer than the softest material of the deck, by a material that it has at the start
   !> or gets; 0 for none. Of soil laws and models of the user no modulus is known.
