@@ -1,9 +1,9 @@
 !> The method of a deck that names none: what docs/methods/choosing.md recommends for its grid and its materials.
 !>
-!>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.005 where a material can yield
+!>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.001 where a material can yield
 !>   the same with a moving mesh          SPLINE2, POINTS, 9 (27) points, FACTOR 5e-4
 !>   triangles that fit the outlines      FEM, 6 points a TRI6, where no body comes, goes or is moved through them;
-!>                                        when they are worn SPLINE2G, CELL on the grid, FACTOR 0.001
+!>                                        when they are worn the first on the grid
 !>   every other mesh                     STANDARD, CELL
 !>   the first with stiff bodies on lines STANDARD, CELL
 !>
@@ -27,10 +27,7 @@ module qsmpm_recommended_method
   !> Marks of what a deck leaves open.
   integer, parameter :: open_integration = 0, open_stabilisation = -1
   !> Strength of the ghost penalty for plastic flow, and for a body that is pushed by a moving mesh (ghost.md).
-  real(wp), parameter :: factor_of_flow = 5.0e-3_wp, factor_of_push = 5.0e-4_wp
-  !> The same for what comes after triangles: they have found the load that the ground bears, and a slide comes to rest
-  !> with less.
-  real(wp), parameter :: factor_of_slides = 1.0e-3_wp
+  real(wp), parameter :: factor_of_flow = 1.0e-3_wp, factor_of_push = 5.0e-4_wp
   !> Points of a cell that the second moments of quadratic functions need, in the plane and in space; points that
   !> integrate a triangle of them.
   integer, parameter :: points_in_plane = 9, points_in_space = 27, points_in_triangle = 6
@@ -145,7 +142,7 @@ contains
     grid%mesh%element = 'QUAD4'
     grid%method%integration = open_integration
     grid%method%stabilisation = open_stabilisation
-    grid%method%stabilisation_factor = factor_of_slides
+    grid%method%stabilisation_factor = factor_of_flow
     call decide_splines(grid)
     allocate (analysis%backgrounds(2))
     call note_background(analysis, analysis%backgrounds(1))
@@ -186,7 +183,7 @@ contains
       analysis%method_reason = 'BASIS=SPLINE2, INTEGRATION=POINTS, FACTOR=5E-4 (the grid moves)'
     else if (any(may_yield(analysis%materials))) then
       call take(analysis%method, basis_spline2g, integrate_cells, stabilise_ghost, factor_of_flow)
-      analysis%method_reason = 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.005 (a grid, and a material '// &
+      analysis%method_reason = 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.001 (a grid, and a material '// &
         'can yield)'
     else
       call take(analysis%method, basis_spline2g, integrate_cells, stabilise_ghost, &

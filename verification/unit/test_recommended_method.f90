@@ -28,7 +28,7 @@ contains
     call check(tests, 'elastic work on a grid', 'QUAD4', '', basis_spline2g, integrate_cells, stabilise_ghost, &
       grid_ghost_factor, 9)
     call check(tests, 'plastic flow on a grid', 'QUAD4', strength, basis_spline2g, integrate_cells, &
-      stabilise_ghost, 5.0e-3_wp, 9)
+      stabilise_ghost, 1.0e-3_wp, 9)
     call check(tests, 'a grid that moves', 'QUAD4', strength//moving, basis_spline2, integrate_points, &
       stabilise_ghost, 5.0e-4_wp, 9)
     call check(tests, 'a perturbed grid', 'QUAD4, PERTURB=0.1', strength, basis_standard, integrate_cells, &
@@ -40,16 +40,16 @@ contains
     call check(tests, 'a strength of the deck', 'QUAD4', strength//'*METHOD, FACTOR=0.1|', basis_spline2g, &
       integrate_cells, stabilise_ghost, 0.1_wp, 9)
     call check(tests, 'points of the deck', 'QUAD4', strength//'*POINTS, PER ELEMENT=16|', basis_spline2g, &
-      integrate_cells, stabilise_ghost, 5.0e-3_wp, 16)
+      integrate_cells, stabilise_ghost, 1.0e-3_wp, 16)
     call check(tests, 'a method that is named', 'QUAD4', strength//'*METHOD, BASIS=GIMP|', basis_gimp, &
       integrate_points, stabilise_ghost, grid_ghost_factor, 0)
     call check(tests, 'a stiff body on lines of the grid', 'QUAD4', strength//concrete//'0, 1, 0.5, 1|', &
       basis_standard, integrate_cells, stabilise_background, background_factor, 0)
     call check(tests, 'one that ends within cells', 'QUAD4', strength//concrete//'0, 1, 0.6, 1|', &
-      basis_spline2g, integrate_cells, stabilise_ghost, 5.0e-3_wp, 9)
+      basis_spline2g, integrate_cells, stabilise_ghost, 1.0e-3_wp, 9)
     call check(tests, 'one that is not so stiff', 'QUAD4', strength//'*MATERIAL, NAME=brick|*ELASTIC| 2.9e5, 0.2|'// &
       '*BODY, NAME=wall, MATERIAL=brick, SHAPE=BOX| 0, 1, 0.5, 1|', basis_spline2g, integrate_cells, stabilise_ghost, &
-      5.0e-3_wp, 9)
+      1.0e-3_wp, 9)
     call check_meshes(tests)
   end subroutine collect_recommended_method
 
