@@ -6,6 +6,7 @@ module qsmpm_phases
   use qsmpm_agreement, only: agree, any_of
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety
   use qsmpm_contact_gaps, only: widest_gap
+  use qsmpm_contact_report, only: begin_contact_check
   use qsmpm_error, only: error_type, fail, error_tangled
   use qsmpm_histories, only: take_histories
   use qsmpm_division, only: divide_anew, division_text, unevenness
@@ -256,6 +257,7 @@ contains
     if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0 .or. &
       is_lost(model%state%progress)) then
       call resume_phase(model)
+      call begin_contact_check(model, loop%report%contact)
     else
       call enter_phase(model, loop, observer, error)
     end if
@@ -330,6 +332,7 @@ contains
     if (allocated(error)) return
     call note_lines(observer, notes)
     loop%report%lag_warned = .false.
+    call begin_contact_check(model, loop%report%contact)
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%initial%kind /= initial_keep) then
         ! Of the stresses as given, before they are corrected for the grid.
