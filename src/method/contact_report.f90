@@ -124,8 +124,8 @@ contains
         if (phase_is_complete(model%state%progress) .and. .not. course%touched .and. is_moved(model, b)) &
           call warn_of_idle(model, b, course%gap, body, observer)
         call count_fall(course)
-        if (course%falls > 0) call observer%note(body//': the force against its motion falls by more than 5 % and stays '// &
-          'low in '//integer_text(course%falls)//' of '//integer_text(steps)//' steps, the most in step '// &
+        if (course%falls > 0) call observer%note(body//': the force against its motion falls by more than 5 % and '// &
+          'stays low in '//integer_text(course%falls)//' of '//integer_text(steps)//' steps, the most in step '// &
           integer_text(course%step)//', from '//rounded_text(course%from)//' to '//rounded_text(course%to)// &
           ': the ground gives way, or contact is lost; smaller steps or cells tell')
         course = course_type(touched=course%touched, gap=course%gap)
@@ -141,7 +141,7 @@ contains
     text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"' moves rigid body '"
   end function start_of
 
-  !> A body that is moved and carries nothing: soil is inside of it, or none has come near. One that leaves is no matter.
+  !> A body that is moved and carries nothing: soil is inside of it, or none has come near; not one that leaves.
   subroutine warn_of_idle(model, body, gap, start, observer)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
@@ -159,8 +159,8 @@ contains
     call deepest_point(model, placed, deepest, point, depth)
     depth = largest(model%part%team, merge(depth, 0.0_wp, deepest == body))
     if (depth > inside*model%cell_size) then
-      call observer%note(start//' into soil, and it carries nothing: soil is '//rounded_text(depth)//' inside of it '// &
-        'and the surface of its *CONTACT is elsewhere')
+      call observer%note(start//' into soil, and it carries nothing: soil is '//rounded_text(depth)//' inside of it'// &
+        ' and the surface of its *CONTACT is elsewhere')
     else if (left > touching*model%cell_size .and. .not. left > gap) then
       call observer%note(start//', and nothing touches it: the nearest soil of its *CONTACT is '//rounded_text(left)// &
         ' away at the end')
@@ -177,8 +177,8 @@ contains
     is_moved = any(abs([motion%displacement, motion%rotation]) > 0.0_wp)
   end function is_moved
 
-  !> Distance from a body to the nearest soil that may touch it: points of the surfaces of its *CONTACT, or material points
-  !> where contact is asked for on the body.
+  !> Distance from a body to the nearest soil that may touch it: points of the surfaces of its *CONTACT, or material
+  !> points where contact is asked for on the body.
   function gap_of(model, body) result(gap)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body

@@ -300,9 +300,16 @@ contains
     end do
     associate (grid => model%analysis%backgrounds(2), axes => model%analysis%mesh%axes)
       grid%pressure_factor = factor
-      grid%cell_size = min(minval(axes(1)%lines(2:) - axes(1)%lines), minval(axes(2)%lines(2:) - axes(2)%lines))
+      grid%cell_size = min(smallest(axes(1)%lines), smallest(axes(2)%lines))
     end associate
   end subroutine settle_grid
+
+  !> Width of the narrowest cell of an axis.
+  pure real(wp) function smallest(lines)
+    real(wp), intent(in) :: lines(:)
+
+    smallest = minval(lines(2:) - lines(:size(lines) - 1))
+  end function smallest
 
   !> Whether a material locks: it nearly keeps its volume in elasticity, or flows without friction; functions that are
   !> linear in a cell lock in any flow of Mohr-Coulomb soil, whose dilatancy ties the volume as fast as none does.
