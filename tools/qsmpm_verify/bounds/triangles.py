@@ -97,6 +97,13 @@ def _delaunay(places: Array, box: Array) -> Array:
     return np.asarray(found[(found < len(places)).all(axis=1)])
 
 
+def _there(corners: Array, edges: Array, count: int) -> Array:
+    """Which edges are edges of triangles: four places on one circle leave a choice."""
+    pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    low, high = np.sort(edges, axis=1).T
+    return np.asarray(np.isin(low * count + high, pairs[:, 0].astype(np.int64) * count + pairs[:, 1]))
+
+
 def triangulate(corners: Array, edges: Array, belongs, size: float) -> Triangles:  # type: ignore[no-untyped-def]
     """Triangles no larger than a size of those whose middle belongs to the ground."""
     places, count = corners, len(corners)
@@ -111,6 +118,10 @@ def triangulate(corners: Array, edges: Array, belongs, size: float) -> Triangles
             places, edges = _halved(places, edges, split, count)
             continue
         found = _delaunay(places, box)
+        lost = np.flatnonzero(~_there(found, edges, len(places)))
+        if len(lost):
+            places, edges = _halved(places, edges, lost, count)
+            continue
         found = found[belongs(places[found].mean(axis=1))]
         if turn >= ROUNDS:
             break
