@@ -17,6 +17,8 @@ module qsmpm_error
   integer, parameter, public :: error_left_mesh = 4
   integer, parameter, public :: error_singular = 5
   integer, parameter, public :: error_user_material = 6
+  !> Inside of a step only: a mesh that goes with the ground has turned inside out.
+  integer, parameter, public :: error_tangled = 7
 
   !> What went wrong.
   type :: error_type

@@ -5,7 +5,7 @@ module qsmpm_deck
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_analysis, only: analysis_type, mesh_none, mesh_inline
   use qsmpm_basis_traits, only: usual_factor
-  use qsmpm_recommended_method, only: decide_method
+  use qsmpm_recommended_method, only: decide_mesh, decide_method
   use qsmpm_text, only: string_type, integer_text
   use qsmpm_path, only: base_name
   use qsmpm_messages, only: message_list_type, message_text, severity_error
@@ -74,6 +74,7 @@ contains
     call start(path, lines, state)
     call find_dimension(cards, state)
     call take_cards(cards, state)
+    call decide_mesh(state%analysis, state%points%per_element)
     call give_points(state)
     call give_units(state%analysis)
     call decide_method(state%analysis)

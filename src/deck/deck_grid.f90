@@ -45,7 +45,8 @@ contains
       call fields%given(given)
       call fields%line(mesh%where)
       call fields%word('ELEMENT', mesh%element, bar_list(element_words), 'element; bricks are cut into triangles, '// &
-        'wedges or tetrahedra', required=.true.)
+        'wedges or tetrahedra; when not given, HEX8 in space and in the plane TRI6 with FIT=YES, or QUAD4 where a '// &
+        'grid is better: what is pushed, comes or goes, or is elastic and smooth (the log says which)')
       call fields%choice('DIAGONAL', mesh%diagonal, bar_list(diagonal_words), 'how the diagonals of triangles run', &
         needs='ELEMENT=TRI3|TRI6|WEDGE6|WEDGE15')
       call fields%number('PERTURB', mesh%perturbation, 'random shift of inner nodes as a share of the smallest '// &
@@ -58,6 +59,8 @@ contains
       call fields%answer('FIT', fits, 'triangles whose edges lie on the outlines of bodies and rigid bodies as '// &
         'they are drawn, as large as the cells between the lines (docs/methods/fitted.md)', needs='ELEMENT=TRI3|TRI6')
       if (fields%reading) mesh%kind = merge(mesh_fitted, mesh_grid, fits)
+      call fields%answer('REFIT', mesh%refits, 'such triangles go with the ground where *METHOD names nothing '// &
+        'else; when they are worn the run goes on with splines on the grid. NO: it ends there', needs='FIT=YES')
       call fields%data('`axis, first, last, number of intervals [, last spacing / first spacing]` '// &
         'or `axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, huge(1), free=.true.)
       if (fields%writing .and. given) call write_axes(fields, mesh, deck%dimension)

@@ -19,7 +19,7 @@ module qsmpm_outline_graph
   !> Passes over all edges; each finds what the one before has made.
   integer, parameter :: most_passes = 20
 
-  !> An outline as it is drawn, closed, or a line.
+  !> An outline as it is drawn, closed, or a line, or one place where an edge has a vertex.
   type :: outline_type
     character(len=:), allocatable :: name
     !> (2, n); the last corner of a closed one is joined to the first.
@@ -59,6 +59,7 @@ contains
     integer, allocatable :: ends(:, :)
     integer :: count, pass, o
     type(cuts_type) :: cuts
+    logical, allocatable :: is_kept(:)
 
     allocate (vertex(2, 4 + 2*sum([(size(outlines(o)%corner, 2), o=1, size(outlines))])), ends(2, 0))
     count = 0
@@ -67,7 +68,7 @@ contains
     do o = 1, size(outlines)
       pass = size(ends, 2)
       call add_chain(box, outlines(o)%corner, outlines(o)%is_closed, sizes, vertex, count, ends)
-      if (size(ends, 2) > pass + merge(1, 0, outlines(o)%is_closed)) cycle
+      if (size(outlines(o)%corner, 2) == 1 .or. size(ends, 2) > pass + merge(1, 0, outlines(o)%is_closed)) cycle
       call fail(error, error_deck, "'"//outlines(o)%name//"' at ("//rounded_text(outlines(o)%corner(1, 1))//', '// &
         rounded_text(outlines(o)%corner(2, 1))//') is smaller than a twentieth of a cell: cells cannot fit it')
       return
@@ -86,7 +87,13 @@ contains
       call cut_edges(cuts, ends)
     end do
     call drop_outside(box, vertex, sizes, ends)
-    call drop_flat(vertex(:, :count), sizes, ends)
+    allocate (is_kept(count), source=.false.)
+    do o = 1, size(outlines)
+      if (size(outlines(o)%corner, 2) > 1) cycle
+      call place_vertex(box, outlines(o)%corner(:, 1), sizes, vertex, count, pass)
+      is_kept(pass) = .true.
+    end do
+    call drop_flat(vertex(:, :count), is_kept, sizes, ends)
     call keep_used(vertex(:, :count), ends, graph)
   end subroutine make_outline_graph
 
@@ -311,8 +318,10 @@ contains
   end subroutine drop_outside
 
   !> Vertices where two edges meet and do not turn, or hardly, go; corners of the box stay.
-  pure subroutine drop_flat(vertex, sizes, ends)
+  pure subroutine drop_flat(vertex, is_kept, sizes, ends)
     real(wp), intent(in) :: vertex(:, :)
+    !> Vertices that stay (vertices).
+    logical, intent(in) :: is_kept(:)
     type(leaf_sizes_type), intent(in) :: sizes
     integer, allocatable, intent(inout) :: ends(:, :)
     integer :: degree(size(vertex, 2)), edge(2, size(vertex, 2)), v, e, f, a, b
@@ -323,7 +332,7 @@ contains
     do while (changed)
       changed = .false.
       degree = 0
-      is_fixed = .false.
+      is_fixed = is_kept
       do e = 1, size(ends, 2)
         if (is_gone(e)) cycle
         do a = 1, 2

@@ -6,7 +6,7 @@ module qsmpm_moving_rows
   implicit none
   private
 
-  public :: scale_rows, carry_rows, is_tangled
+  public :: scale_rows, carry_rows, least_jacobian
 
 contains
 
@@ -59,14 +59,14 @@ contains
     end do
   end subroutine carry_rows
 
-  !> True when the map of a cell turns inside out at a node or at a point of its full rule.
-  subroutine is_tangled(mesh, coordinates, cell, tangled)
+  !> Least determinant of the map of a cell at its nodes and at the points of its full rule: one that is not positive
+  !> has turned inside out.
+  real(wp) function least_jacobian(mesh, coordinates, cell) result(least)
     type(mesh_type), intent(in) :: mesh
-    !> Node coordinates to test (dimension, node_count).
+    !> Node coordinates (dimension, node_count).
     real(wp), intent(in) :: coordinates(:, :)
     !> Number of the cell.
     integer, intent(in) :: cell
-    logical, intent(out) :: tangled
     real(wp) :: nodes(mesh%dimension, node_count(mesh%cell_kind(cell)))
     real(wp), allocatable :: places(:, :), weights(:)
     real(wp) :: corner(mesh%dimension, node_count(mesh%cell_kind(cell)))
@@ -75,14 +75,14 @@ contains
     corner = coordinates(:, mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
     nodes = local_nodes(mesh%cell_kind(cell))
     call full_rule(mesh%cell_kind(cell), places, weights)
-    tangled = .false.
+    least = huge(least)
     do k = 1, size(nodes, 2)
-      tangled = tangled .or. .not. jacobian(mesh%cell_kind(cell), nodes(:, k), corner) > 0.0_wp
+      least = min(least, jacobian(mesh%cell_kind(cell), nodes(:, k), corner))
     end do
     do k = 1, size(weights)
-      tangled = tangled .or. .not. jacobian(mesh%cell_kind(cell), places(:, k), corner) > 0.0_wp
+      least = min(least, jacobian(mesh%cell_kind(cell), places(:, k), corner))
     end do
-  end subroutine is_tangled
+  end function least_jacobian
 
   !> Determinant of the isoparametric map.
   pure function jacobian(kind, local, corner) result(determinant)

@@ -8,7 +8,7 @@
 !> rigid body.
 module qsmpm_convection
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type, fail, error_not_converged
+  use qsmpm_error, only: error_type, fail, error_not_converged, error_tangled
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_analysis, only: basis_fem
   use qsmpm_integration, only: integration_type
@@ -29,7 +29,7 @@ module qsmpm_convection
   use qsmpm_model_window, only: follow_material, reach_own
   use qsmpm_rigid_bodies, only: rigid_body_number
   use qsmpm_rigid_pose, only: placed_shape_type
-  use qsmpm_moving_rows, only: scale_rows, carry_rows, is_tangled
+  use qsmpm_moving_rows, only: scale_rows, carry_rows, least_jacobian
   implicit none
   private
 
@@ -92,7 +92,7 @@ contains
     end if
     if (allocated(error)) return
     call take_point_results(soil, source, model%laws, model%state%points)
-    if (model%space%domains) call grow_deformation(step%at_points, displacement, &
+    if (size(model%state%points%deformation_gradient, 2) > 0) call grow_deformation(step%at_points, displacement, &
       model%state%points%deformation_gradient)
   end subroutine convect
 
@@ -271,16 +271,14 @@ contains
     !> The mesh is tangled.
     type(error_type), allocatable, intent(out) :: error
     character(len=100) :: text
-    logical :: tangled
     integer :: k, c
 
     mesh%coordinates = mesh%coordinates + displacement
     do k = 1, activation%active_count
       c = activation%active_cell(k)
-      call is_tangled(mesh, mesh%coordinates, c, tangled)
-      if (.not. tangled) cycle
+      if (least_jacobian(mesh, mesh%coordinates, c) > 0.0_wp) cycle
       write (text, '(a,i0,a)') 'the mesh is tangled: element ', mesh%cell_label(c), ' has turned inside out'
-      call fail(error, error_not_converged, trim(text))
+      call fail(error, error_tangled, trim(text))
       return
     end do
     coordinates = mesh%coordinates

@@ -20,7 +20,7 @@ module qsmpm_held_sides
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_own_part, only: own_of
-  use qsmpm_points, only: carried_type
+  use qsmpm_points, only: carried_type, points_type, carries_strains
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_space, only: shape_values_type, functions_at
   use qsmpm_team, only: largest
@@ -154,6 +154,18 @@ contains
     end do
   end subroutine warn_of_reached_sides
 
+  !> Whether a point has sheared plastically; where strains are not carried, whether it yielded in the last step.
+  pure logical function has_yielded(points, p)
+    type(points_type), intent(in) :: points
+    integer, intent(in) :: p
+
+    if (carries_strains(points)) then
+      has_yielded = points%plastic_strain(p) > sheared
+    else
+      has_yielded = points%plastic(p) > 0
+    end if
+  end function has_yielded
+
   !> The longest way along a held side of soil within a cell of it that has yielded. Along a smooth side of a slice in
   !> space all of a slide goes: there only sides that hold fully are looked at.
   subroutine find_slide(model, axis, side, way, place, fully)
@@ -175,7 +187,7 @@ contains
       own = own_of(model%part%points, points%count)
       do p = 1, points%count
         if (.not. own(p) .or. abs(points%position(axis, p) - bound) > model%cell_size) cycle
-        if (.not. points%plastic_strain(p) > sheared) cycle
+        if (.not. has_yielded(points, p)) cycle
         move = points%position(:, p) - points%initial_position(:, p)
         move(axis) = 0.0_wp
         if (.not. norm2(move) > way) cycle

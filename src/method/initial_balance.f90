@@ -9,24 +9,25 @@
 !> that is not level, the first step would move the ground by what is missing, and its stresses would be neither K0
 !> nor those of a ground that has been loaded. So such ground is refused: by the change of the horizontal stress
 !> along the horizontal over the weight (`measure_slope`), which no mesh blurs, and, for what else may be missing, by
-!> the move max|u| as a share of max|u_w|, gamma H^2/2M on level ground. The norm of r is printed and not judged: it is
-!> as large where the rule of a cell does not integrate a linear stress, which moves the ground a little and hurts
-!> nobody. What the phase has moved the ground in fact stands in the log where it ends (qsmpm_phase_report).
+!> the move max|u| of the material points as a share of max|u_w|, gamma H^2/2M on level ground. The norm of r is printed
+!> and not judged: it is as large where the rule of a cell does not integrate a linear stress, which moves the ground a
+!> little and hurts nobody. What the phase has moved the ground in fact stands in the log where it ends
+!> (qsmpm_phase_report).
 module qsmpm_initial_balance
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: joint_norm, lowest_rank
-  use qsmpm_equations, only: gather, scatter
+  use qsmpm_equations, only: gather
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_exchange, only: spread_from
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_stress, only: reaches_above, measure_slope
-  use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, largest_move
+  use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, find_largest_move, &
+    largest_move
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: tangent_elastic
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
-  use qsmpm_space, only: node_position
   use qsmpm_stress_force, only: internal_force
   use qsmpm_team, only: team_type, largest
   use qsmpm_step_evaluation, only: evaluate_step
@@ -230,6 +231,7 @@ contains
     real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, resistance
     real(wp), dimension(step%equations%count) :: weight, residual, by_weight, by_residual
     real(wp) :: size_of_loads, size_of_points, largest_of_own
+    integer :: worst
 
     move = 0.0_wp
     balance%position = model%mesh%bounds(:, 1)
@@ -256,10 +258,9 @@ contains
     balance%residual = norm_of(step, residual)/size_of_loads
     call elastic_moves(step, weight, residual, by_weight, by_residual, error)
     if (allocated(error)) return
-    call scatter(step%equations, by_residual, move)
     balance%settlement = largest_move(step, by_weight)
-    largest_of_own = maxval(abs(by_residual), mask=step%field_of == 1)
-    balance%position = node_position(model%space, model%mesh, maxloc(maxval(abs(move(:, :size(load, 2))), 1), 1))
+    call find_largest_move(step, by_residual, largest_of_own, worst)
+    if (worst > 0) balance%position = model%state%points%position(:, worst)
     call take_largest(step%team, largest_of_own, balance%position)
     balance%move = largest_of_own/max(balance%settlement, tiny(1.0_wp))
   end subroutine measure_balance

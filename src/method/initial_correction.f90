@@ -19,6 +19,7 @@ module qsmpm_initial_correction
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: agree
   use qsmpm_analysis, only: three_dimensional
+  use qsmpm_deformation, only: point_displacement
   use qsmpm_division, only: migrate_points
   use qsmpm_equations, only: gather, scatter
   use qsmpm_error, only: error_type
@@ -37,7 +38,7 @@ module qsmpm_initial_correction
   implicit none
   private
 
-  public :: correction_type, correct_stresses, elastic_moves, largest_move
+  public :: correction_type, correct_stresses, elastic_moves, largest_move, find_largest_move
 
   !> Largest move, as a share of that under the weight, that is one of the grid, and the one that may be left.
   real(wp), parameter :: largest_of_grid = 1.0e-2_wp
@@ -230,14 +231,44 @@ contains
     share = largest_move(step, by_residual)/max(largest_move(step, by_weight), tiny(1.0_wp))
   end subroutine find_move
 
-  !> Largest component of a move of the nodes of all processes.
+  !> Largest component of a move of the material points of all processes: nodes beyond the ground, which next to nothing
+  !> holds, are no part of it.
   real(wp) function largest_move(step, move)
     type(step_type), intent(in) :: step
     !> (equations)
     real(wp), intent(in) :: move(:)
+    real(wp) :: of_own
+    integer :: point
 
-    largest_move = largest(step%team, maxval(abs(move), mask=step%field_of == 1))
+    call find_largest_move(step, move, of_own, point)
+    largest_move = largest(step%team, of_own)
   end function largest_move
+
+  !> The same of this process, and the point that moves so; 0 for none.
+  subroutine find_largest_move(step, move, most, point)
+    type(step_type), intent(in) :: step
+    !> (equations)
+    real(wp), intent(in) :: move(:)
+    real(wp), intent(out) :: most
+    integer, intent(out) :: point
+    real(wp) :: nodal(size(step%forces%internal, 1), size(step%forces%internal, 2)), u
+    integer :: g, q
+
+    nodal = 0.0_wp
+    call scatter(step%equations, move, nodal)
+    most = 0.0_wp
+    point = 0
+    associate (at_points => step%at_points)
+      do g = 1, at_points%group_count
+        do q = at_points%first(g), at_points%first(g + 1) - 1
+          u = maxval(abs(point_displacement(at_points, nodal, g, q)))
+          if (.not. u > most) cycle
+          most = u
+          point = at_points%source(q)
+        end do
+      end do
+    end associate
+  end subroutine find_largest_move
 
   !> Internal forces by the materials' own laws, whose states belong to the stresses of the points.
   subroutine find_forces(model, step, own, internal, error)

@@ -5,6 +5,7 @@ module qsmpm_phase_report
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: phase_type
+  use qsmpm_contact_report, only: contact_check_type, check_contact, end_contact_check
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
   use qsmpm_error, only: error_type, error_not_converged
   use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
@@ -59,6 +60,8 @@ module qsmpm_phase_report
     type(moving_mesh_check_type) :: rows
     !> How deep soil is inside of rigid bodies.
     type(penetration_check_type) :: penetration
+    !> How the forces on rigid bodies go.
+    type(contact_check_type) :: contact
     !> How far points have been carried across held sides of the mesh.
     type(side_check_type) :: sides
   end type phase_report_type
@@ -86,6 +89,7 @@ contains
     deepest = penetration
     call deepest_of_all(model%part%team, deepest)
     call warn_of_penetration(model, deepest, report%penetration, observer)
+    call check_contact(model, report%contact)
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     if (.not. is_divided(model%part)) call report_window(model, report, observer)
   end subroutine report_step
@@ -170,6 +174,7 @@ contains
       report%stiff_steps = 0
       report%worst_share = 0.0_wp
       call end_cut_cell_check(phase%name, cut, observer)
+      call end_contact_check(model, report%contact, observer)
       call warn_of_reached_sides(model, report%sides, observer)
       if (progress%phase == 1 .and. has_start_move(progress)) &
         call observer%note(start_text(progress, phase%name, model%analysis%length_unit))

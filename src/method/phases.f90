@@ -6,7 +6,8 @@ module qsmpm_phases
   use qsmpm_agreement, only: agree, any_of
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety
   use qsmpm_contact_gaps, only: widest_gap
-  use qsmpm_error, only: error_type, fail
+  use qsmpm_contact_report, only: begin_contact_check
+  use qsmpm_error, only: error_type, fail, error_tangled
   use qsmpm_histories, only: take_histories
   use qsmpm_division, only: divide_anew, division_text, unevenness
   use qsmpm_constant_load_test, only: test_constant_load
@@ -43,6 +44,7 @@ module qsmpm_phases
   use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
   use qsmpm_unfinished_phases, only: any_lost, is_loss, need_all_phases, not_run_text
+  use qsmpm_worn_mesh, only: is_worn, leave_mesh, may_leave_mesh
   implicit none
   private
 
@@ -147,6 +149,8 @@ contains
       call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
     end if
+    if (is_worn(model)) call change_background(model, loop, observer, error)
+    if (allocated(error)) return
     call reach_step(model, loop, model%analysis%phases(model%state%progress%phase), observer, error)
     if (allocated(error)) then
       call report_phase(model, loop%step%cut, loop%report, observer)
@@ -155,6 +159,20 @@ contains
       if (.not. allocated(error) .and. is_finished(model, loop)) call need_all_phases(model, error)
     end if
   end subroutine advance
+
+  !> Go over to the grid that follows a mesh which is worn.
+  subroutine change_background(model, loop, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: note
+
+    call leave_mesh(model, note, error)
+    if (allocated(error)) return
+    call begin_analysis(model, loop%step%terms)
+    call observer%note(note)
+  end subroutine change_background
 
   !> Give every process of the team its part of the model; alone it keeps the whole.
   subroutine take_parts(model, loop, observer, error)
@@ -239,6 +257,7 @@ contains
     if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0 .or. &
       is_lost(model%state%progress)) then
       call resume_phase(model)
+      call begin_contact_check(model, loop%report%contact)
     else
       call enter_phase(model, loop, observer, error)
     end if
@@ -313,6 +332,7 @@ contains
     if (allocated(error)) return
     call note_lines(observer, notes)
     loop%report%lag_warned = .false.
+    call begin_contact_check(model, loop%report%contact)
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%initial%kind /= initial_keep) then
         ! Of the stresses as given, before they are corrected for the grid.
@@ -427,7 +447,13 @@ contains
       call set_strength(model, strength)
       if (allocated(error)) return
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
-      if (is_given_up(phase%controls, model%state%progress, outcome)) then
+      if (may_leave_mesh(model) .and. (outcome%cause == error_tangled .or. is_given_up(phase%controls, &
+        model%state%progress, outcome))) then
+        call change_background(model, loop, observer, error)
+        if (allocated(error)) return
+        model%state%progress%next_step = 0.0_wp
+        cycle
+      else if (is_given_up(phase%controls, model%state%progress, outcome)) then
         call fail(error, cause_of_end(outcome), failure_text(model, loop%step, phase, outcome))
         call note_repeats(observer, repeats)
         return

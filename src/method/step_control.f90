@@ -32,7 +32,7 @@ module qsmpm_step_control
   use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: controls_type, basis_fem, newton_full
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_error, only: error_not_converged, error_singular
+  use qsmpm_error, only: error_not_converged, error_singular, error_tangled
   use qsmpm_limit_load, only: compliance_type, limit_load_type, compliance_of
   use qsmpm_model, only: model_type
   use qsmpm_rounded_text, only: rounded_text
@@ -208,6 +208,7 @@ contains
 
     cause_of_end = outcome%cause
     if (outcome%cause == error_singular .and. outcome%static_iterations > 0) cause_of_end = error_not_converged
+    if (outcome%cause == error_tangled) cause_of_end = error_not_converged
   end function cause_of_end
 
   !> Whether sub-steps are asked for and possible: a carried mesh cannot move on in them.

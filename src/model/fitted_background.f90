@@ -1,8 +1,9 @@
 !> The background of *GRID, FIT=YES: triangles whose edges lie on the outlines of bodies and on rigid bodies as they are
-!> drawn, those of later phases included.
+!> drawn, those of later phases included. Where a set of nodes or a surface ends on an outline there is a node.
 module qsmpm_fitted_background
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, body_box, body_polygon, rigid_box, rigid_circle, rigid_polygon
+  use qsmpm_analysis, only: analysis_type, body_box, body_polygon, rigid_box, rigid_circle, rigid_polygon, &
+    select_box
   use qsmpm_element, only: element_from_name, element_order, tri3
   use qsmpm_error, only: error_type
   use qsmpm_fitted_mesh, only: fit_triangles, fitted_mesh_type
@@ -18,6 +19,8 @@ module qsmpm_fitted_background
   integer, parameter :: halvings = 3
   !> Chords of a circle.
   integer, parameter :: chords = 64
+  !> Share of an edge within which a box touches it.
+  real(wp), parameter :: touching = 1.0e-9_wp
 
 contains
 
@@ -33,6 +36,7 @@ contains
     integer :: i, kind
 
     call outlines_of(analysis, outlines)
+    call add_ends(analysis, outlines)
     associate (x => analysis%mesh%axes(1)%lines, y => analysis%mesh%axes(2)%lines)
       call fit_triangles(x, y, outlines, halvings, fitted, error)
       if (allocated(error)) return
@@ -84,6 +88,67 @@ contains
     end do
     outlines = outlines(:n)
   end subroutine outlines_of
+
+  !> Places where the boxes of sets and surfaces end on outlines.
+  pure subroutine add_ends(analysis, outlines)
+    type(analysis_type), intent(in) :: analysis
+    type(outline_type), allocatable, intent(inout) :: outlines(:)
+    integer :: i, drawn
+
+    drawn = size(outlines)
+    do i = 1, size(analysis%node_sets)
+      if (analysis%node_sets(i)%selection == select_box) &
+        call cut_outlines(analysis%node_sets(i)%name, analysis%node_sets(i)%box, drawn, outlines)
+    end do
+    do i = 1, size(analysis%surfaces)
+      if (analysis%surfaces(i)%boxed) &
+        call cut_outlines(analysis%surfaces(i)%name, analysis%surfaces(i)%box, drawn, outlines)
+    end do
+  end subroutine add_ends
+
+  !> Places where a box cuts the edges of the outlines drawn.
+  pure subroutine cut_outlines(name, box, drawn, outlines)
+    character(len=*), intent(in) :: name
+    !> Lower and upper corner (3, 2).
+    real(wp), intent(in) :: box(:, :)
+    integer, intent(in) :: drawn
+    type(outline_type), allocatable, intent(inout) :: outlines(:)
+    type(outline_type) :: place
+    real(wp) :: share(2), a(2), along(2)
+    integer :: o, i, k
+
+    place%name = name
+    do o = 1, drawn
+      do i = 1, size(outlines(o)%corner, 2)
+        a = outlines(o)%corner(:, i)
+        along = outlines(o)%corner(:, modulo(i, size(outlines(o)%corner, 2)) + 1) - a
+        share = shares_inside(a, along, box(:2, :))
+        do k = 1, 2
+          if (share(1) > share(2) .or. share(k) <= 0.0_wp .or. share(k) >= 1.0_wp) cycle
+          place%corner = reshape(a + share(k)*along, [2, 1])
+          outlines = [outlines, place]
+        end do
+      end do
+    end do
+  end subroutine cut_outlines
+
+  !> Where a straight line enters and leaves a box, as shares of its length; the first is the larger where it misses it.
+  pure function shares_inside(from, along, box) result(share)
+    real(wp), intent(in) :: from(2), along(2), box(2, 2)
+    real(wp) :: share(2), ends(2), slack
+    integer :: d
+
+    share = [0.0_wp, 1.0_wp]
+    slack = touching*norm2(along)
+    do d = 1, 2
+      if (abs(along(d)) > slack) then
+        ends = (box(d, :) - from(d))/along(d)
+        share = [max(share(1), minval(ends)), min(share(2), maxval(ends))]
+      else if (from(d) < box(d, 1) - slack .or. from(d) > box(d, 2) + slack) then
+        share = [1.0_wp, 0.0_wp]
+      end if
+    end do
+  end function shares_inside
 
   pure subroutine add_outline(outlines, n, name, region, corner)
     type(outline_type), intent(inout) :: outlines(:)

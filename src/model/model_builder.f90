@@ -260,6 +260,7 @@ contains
     logical :: smooth, linear
     integer :: m
 
+    call settle_grid(model)
     smooth = all(model%analysis%method%basis /= [basis_standard, basis_fem])
     ! Quadratic triangles that fit the ground lock least of all with one pressure a cell, linear or not.
     linear = (all(element_order(model%mesh%cell_kind) == 1) .or. model%analysis%mesh%kind == mesh_fitted) .and. &
@@ -283,6 +284,26 @@ contains
     end do
   end subroutine choose_locking_treatments
 
+  !> Treatment of locking and size of the cells of the grid of splines that a fitted mesh gives way to.
+  subroutine settle_grid(model)
+    type(model_type), intent(inout) :: model
+    real(wp) :: factor(size(model%laws))
+    integer :: m
+
+    if (.not. allocated(model%analysis%backgrounds)) return
+    do m = 1, size(factor)
+      associate (material => model%analysis%materials(m))
+        factor(m) = merge(material%pressure_factor, smooth_factor, material%pressure_factor >= 0.0_wp)
+        if (material%locking_treatment == locking_none .or. (material%locking_treatment == locking_auto .and. &
+          .not. locks(traits_of(material), .false.))) factor(m) = 0.0_wp
+      end associate
+    end do
+    associate (grid => model%analysis%backgrounds(2), axes => model%analysis%mesh%axes)
+      grid%pressure_factor = factor
+      grid%cell_size = min(minval(axes(1)%lines(2:) - axes(1)%lines), minval(axes(2)%lines(2:) - axes(2)%lines))
+    end associate
+  end subroutine settle_grid
+
   !> Whether a material locks: it nearly keeps its volume in elasticity, or flows without friction; functions that are
   !> linear in a cell lock in any flow of Mohr-Coulomb soil, whose dilatancy ties the volume as fast as none does.
   pure logical function locks(traits, linear)
@@ -300,6 +321,10 @@ contains
     type(model_type), intent(inout) :: model
 
     model%state%coordinates = model%mesh%coordinates
+    if (allocated(model%analysis%backgrounds)) then
+      model%analysis%backgrounds(1)%pressure_factor = model%laws%pressure_factor
+      model%analysis%backgrounds(1)%cell_size = model%cell_size
+    end if
     allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), &
       model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call allocate_watched(model%state%watched, model%mesh%dimension, 0)
@@ -316,7 +341,7 @@ contains
     type(model_type), intent(inout) :: model
     real(wp), allocatable :: gradient(:, :)
 
-    if (.not. model%space%domains) return
+    if (.not. (model%space%domains .or. allocated(model%analysis%backgrounds))) return
     allocate (gradient(4*model%mesh%dimension - 3, model%state%points%count), source=0.0_wp)
     if (model%mesh%dimension == 2) then
       gradient([1, 4, 5], :) = 1.0_wp

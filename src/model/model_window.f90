@@ -7,6 +7,7 @@
 module qsmpm_model_window
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_grid, basis_fem
+  use qsmpm_background_in_use, only: number_of, take_background
   use qsmpm_body_stages, only: link_points
   use qsmpm_cell_numbers, only: number_all
   use qsmpm_diagnostics, only: diagnostics_type
@@ -29,7 +30,8 @@ module qsmpm_model_window
   implicit none
   private
 
-  public :: follow_material, reach_own, lay_window, restore, return_to_window, place_mesh, fit_window
+  public :: follow_material, window_of_material, reach_own, lay_window, restore, return_to_window, place_mesh, &
+    fit_window
 
 contains
 
@@ -45,6 +47,37 @@ contains
     grid = grid_of(model%analysis)
     whole = whole_window(grid)
     if (model%state%window == whole) return
+    call add_all(model, grid, needed, any_point)
+    if (.not. any_point) return
+    a = least_margin(model%analysis)
+    if (holds(model%state%window, widen(needed, [a, a, a], whole))) return
+    call add_cells(model, pieces_of(grid), needed)
+    window = widen(needed, usual_margin(model%analysis, needed%last - needed%first + 1), whole)
+    if (model%analysis%moving_mesh%active) window = hull(window, model%state%window)
+    call move_window(model, window, pieces_of(grid))
+  end subroutine follow_material
+
+  !> The window around what rides on a mesh that is no grid, and its usual margin.
+  subroutine window_of_material(model, window)
+    type(model_type), intent(in) :: model
+    type(window_type), intent(out) :: window
+    type(grid_type) :: grid
+    logical :: any_point
+
+    grid = grid_of(model%analysis)
+    window = whole_window(grid)
+    if (.not. model%analysis%mesh%windowed) return
+    call add_all(model, grid, window, any_point)
+    window = widen(window, usual_margin(model%analysis, window%last - window%first + 1), whole_window(grid))
+  end subroutine window_of_material
+
+  !> Cells around all that rides on the mesh.
+  subroutine add_all(model, grid, needed, any_point)
+    type(model_type), intent(in) :: model
+    type(grid_type), intent(in) :: grid
+    type(window_type), intent(inout) :: needed
+    logical, intent(out) :: any_point
+
     any_point = .false.
     call add_carried(model, grid, model%state%points, needed, any_point)
     call add_carried(model, grid, model%state%surface, needed, any_point)
@@ -57,14 +90,7 @@ contains
       call add_carried(model, grid, inactive%unloading_surface, needed, any_point)
       call add_carried(model, grid, inactive%feet, needed, any_point)
     end associate
-    if (.not. any_point) return
-    a = least_margin(model%analysis)
-    if (holds(model%state%window, widen(needed, [a, a, a], whole))) return
-    call add_cells(model, pieces_of(grid), needed)
-    window = widen(needed, usual_margin(model%analysis, needed%last - needed%first + 1), whole)
-    if (model%analysis%moving_mesh%active) window = hull(window, model%state%window)
-    call move_window(model, window, pieces_of(grid))
-  end subroutine follow_material
+  end subroutine add_all
 
   !> Widen the window of a process of a team by the cells that its own places have moved to and those around them: what
   !> lies beyond the window would be taken for lost, or for material at the wall of the mesh. It follows when the points
@@ -238,6 +264,7 @@ contains
 
     ! What was good for one part of the grid is good for another: there are no errors.
     model%state%window = window
+    call take_background(number_of(window), model)
     model%windows_built = model%windows_built + 1
     call make_mesh(model, none)
     call make_sets(model, none)
@@ -279,7 +306,7 @@ contains
     type(model_type), intent(inout) :: model
     type(window_type), intent(in) :: window
 
-    if (model%analysis%mesh%kind /= mesh_grid) return
+    if (model%analysis%mesh%kind /= mesh_grid .and. .not. allocated(model%analysis%backgrounds)) return
     if (.not. model%state%window == window) call fit_window(model, window)
   end subroutine return_to_window
 

@@ -124,8 +124,8 @@ module qsmpm_analysis
     real(wp) :: perturbation = 0.0_wp
     !> Grid: seed of the shifts and of random diagonals.
     integer :: seed = 1
-    !> Grid: look only at the part around the material.
-    logical :: windowed = .true.
+    !> Grid: look only at the part around the material; triangles that fit give way to the grid when they are worn.
+    logical :: windowed = .true., refits = .true.
     !> File: path relative to the working directory, format GMSH or ABAQUS.
     character(len=:), allocatable :: file, format
     !> Inline: node labels and coordinates (3,n).
@@ -554,6 +554,14 @@ module qsmpm_analysis
     logical :: strains = .true.
   end type output_request_type
 
+  !> Made of the lines of *GRID: mesh, method, factors against locking (materials), least size of a cell.
+  type, public :: background_type
+    integer :: kind = mesh_grid
+    character(len=:), allocatable :: element
+    type(method_type) :: method
+    real(wp), allocatable :: pressure_factor(:), cell_size
+  end type background_type
+
   !> Everything a deck says.
   type :: analysis_type
     !> Path of the deck and its base name without extension.
@@ -577,6 +585,8 @@ module qsmpm_analysis
     type(method_type) :: method
     !> Method that is recommended for a deck that names none, and why.
     character(len=:), allocatable :: method_reason
+    !> Of the start, and what follows when that is worn; unallocated where nothing follows.
+    type(background_type), allocatable :: backgrounds(:)
     type(solver_choice_type) :: solver
     type(moving_mesh_type) :: moving_mesh
     !> All-round pressure on every free boundary of the soil, compression positive.

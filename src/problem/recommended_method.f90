@@ -1,8 +1,9 @@
 !> The method of a deck that names none: what docs/methods/choosing.md recommends for its grid and its materials.
 !>
-!>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.005 where a material can yield
+!>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.001 where a material can yield
 !>   the same with a moving mesh          SPLINE2, POINTS, 9 (27) points, FACTOR 5e-4
-!>   triangles that fit the outlines      FEM, where no body comes, goes or is moved through them
+!>   triangles that fit the outlines      FEM, 6 points a TRI6, where no body comes, goes or is moved through them;
+!>                                        when they are worn the first on the grid
 !>   every other mesh                     STANDARD, CELL
 !>   the first with stiff bodies on lines STANDARD, CELL
 !>
@@ -13,21 +14,23 @@
 !> What the deck says itself stays. Programs that build an analysis without a deck name their method.
 module qsmpm_recommended_method
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, method_type, basis_auto, basis_fem, basis_standard, basis_spline2, &
-    basis_spline2g, body_box, body_polygon, integrate_points, integrate_cells, mesh_fitted, mesh_grid, &
-    stabilise_background, stabilise_ghost, stabilise_none, three_dimensional
+  use qsmpm_analysis, only: analysis_type, background_type, body_type, method_type, basis_auto, basis_fem, &
+    basis_standard, basis_spline2, basis_spline2g, body_box, body_polygon, integrate_points, integrate_cells, &
+    mesh_fitted, mesh_grid, select_list, stabilise_background, stabilise_ghost, stabilise_none, three_dimensional
+  use qsmpm_element, only: allowed_counts, tri6
   use qsmpm_material_traits, only: may_yield
   implicit none
   private
 
-  public :: undecided_method, decide_method, stiff_body
+  public :: undecided_method, decide_mesh, decide_method, stiff_body
 
   !> Marks of what a deck leaves open.
   integer, parameter :: open_integration = 0, open_stabilisation = -1
   !> Strength of the ghost penalty for plastic flow, and for a body that is pushed by a moving mesh (ghost.md).
-  real(wp), parameter :: factor_of_flow = 5.0e-3_wp, factor_of_push = 5.0e-4_wp
-  !> Points of a cell that the second moments of quadratic functions need, in the plane and in space.
-  integer, parameter :: points_in_plane = 9, points_in_space = 27
+  real(wp), parameter :: factor_of_flow = 1.0e-3_wp, factor_of_push = 5.0e-4_wp
+  !> Points of a cell that the second moments of quadratic functions need, in the plane and in space; points that
+  !> integrate a triangle of them.
+  integer, parameter :: points_in_plane = 9, points_in_space = 27, points_in_triangle = 6
   !> Young's modulus over the least one of the deck from which a body is stiff; a place on a line of the grid, as a
   !> share of its length.
   real(wp), parameter :: stiff = 300.0_wp, on_line = 1.0e-6_wp
@@ -43,12 +46,51 @@ contains
     method%stabilisation = open_stabilisation
   end function undecided_method
 
+  !> The element of a *GRID that names none.
+  pure subroutine decide_mesh(analysis, points)
+    type(analysis_type), intent(inout) :: analysis
+    !> Points of a cell that *POINTS asks for, 0 for the usual number (cards).
+    integer, intent(in) :: points(:)
+
+    if (analysis%mesh%kind /= mesh_grid .or. .not. allocated(analysis%mesh%element)) return
+    if (len(analysis%mesh%element) > 0) return
+    if (analysis%model == three_dimensional) then
+      analysis%mesh%element = 'HEX8'
+    else if (is_to_be_fitted(analysis, points)) then
+      analysis%mesh%element = 'TRI6'
+      analysis%mesh%kind = mesh_fitted
+    else
+      analysis%mesh%element = 'QUAD4'
+    end if
+  end subroutine decide_mesh
+
+  !> Whether triangles that fit the scene are the better background: ground that fails, layers, or outlines off the
+  !> lines, and nothing that wants a grid.
+  pure logical function is_to_be_fitted(analysis, points) result(fits)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: points(:)
+    integer :: b, i
+
+    fits = any(analysis%method%basis == [basis_auto, basis_fem]) .and. allocated(analysis%bodies) .and. &
+      allocated(analysis%materials) .and. .not. leaves_its_cells(analysis)
+    if (fits) fits = size(analysis%bodies) > 0 .and. size(analysis%materials) > 0 .and. &
+      .not. analysis%mesh%perturbation > 0.0_wp .and. all([(any(points(i) == [0, allowed_counts(tri6)]), &
+      i=1, size(points))])
+    if (fits .and. allocated(analysis%element_sets)) fits = size(analysis%element_sets) == 0
+    if (fits .and. allocated(analysis%node_sets)) fits = all(analysis%node_sets%selection /= select_list)
+    if (.not. fits) return
+    fits = all(analysis%bodies%kind == body_box .or. analysis%bodies%kind == body_polygon)
+    if (any(may_yield(analysis%materials)) .or. size(analysis%materials) > 1) return
+    fits = fits .and. .not. all([(ends_on_lines(analysis, b), b=1, size(analysis%bodies))])
+  end function is_to_be_fitted
+
   !> Decide what is open, and say in `method_reason` what and why where the basis was.
   pure subroutine decide_method(analysis)
     !> The analysis, read to its end.
     type(analysis_type), intent(inout) :: analysis
     integer :: b
 
+    if (analysis%method%basis == basis_fem) call prepare_grid(analysis)
     if (analysis%method%basis /= basis_auto) return
     b = stiff_body(analysis)
     if (analysis%mesh%kind == mesh_grid .and. is_spline_grid(analysis)) then
@@ -66,7 +108,11 @@ contains
         'stiffer than the softest: where it ends on lines of the grid BASIS=STANDARD is taken, which suits it better'
     else if (analysis%mesh%kind == mesh_fitted .and. .not. leaves_its_cells(analysis)) then
       call take(analysis%method, basis_fem, integrate_points, stabilise_none, analysis%method%stabilisation_factor)
-      analysis%method_reason = 'BASIS=FEM (triangles that fit the outlines go with the ground: no cell is cut)'
+      call prepare_grid(analysis)
+      if (analysis%mesh%element == 'TRI6') call seed(analysis%bodies, points_in_triangle)
+      analysis%method_reason = 'BASIS=FEM on '//analysis%mesh%element//' that fit the outlines and go with the ground'
+      if (allocated(analysis%backgrounds)) analysis%method_reason = analysis%method_reason// &
+        '; when they are worn the run goes on with splines on the grid'
     else
       call take(analysis%method, basis_standard, integrate_cells, stabilise_background, &
         analysis%method%stabilisation_factor)
@@ -76,6 +122,42 @@ contains
         'that fit the outlines, and bodies that come, go or are moved through them)'
     end if
   end subroutine decide_method
+
+  !> The grid of splines that follows when triangles are worn, where nothing is pushed by nodes that they have and it
+  !> does not.
+  pure subroutine prepare_grid(analysis)
+    type(analysis_type), intent(inout) :: analysis
+    type(analysis_type) :: grid
+    integer :: p, i
+
+    if (analysis%mesh%kind /= mesh_fitted .or. .not. (analysis%mesh%refits .and. allocated(analysis%phases))) return
+    if (leaves_its_cells(analysis)) return
+    do p = 1, size(analysis%phases)
+      do i = 1, size(analysis%phases(p)%prescriptions)
+        if (abs(analysis%phases(p)%prescriptions(i)%value) > 0.0_wp) return
+      end do
+    end do
+    grid = analysis
+    grid%mesh%kind = mesh_grid
+    grid%mesh%element = 'QUAD4'
+    grid%method%integration = open_integration
+    grid%method%stabilisation = open_stabilisation
+    grid%method%stabilisation_factor = factor_of_flow
+    call decide_splines(grid)
+    allocate (analysis%backgrounds(2))
+    call note_background(analysis, analysis%backgrounds(1))
+    call note_background(grid, analysis%backgrounds(2))
+  end subroutine prepare_grid
+
+  !> Mesh and method that an analysis has now.
+  pure subroutine note_background(analysis, background)
+    type(analysis_type), intent(in) :: analysis
+    type(background_type), intent(inout) :: background
+
+    background%kind = analysis%mesh%kind
+    background%element = analysis%mesh%element
+    background%method = analysis%method
+  end subroutine note_background
 
   !> Whether a mesh that goes with the ground is lost: bodies come or go, or rigid ones are moved.
   pure logical function leaves_its_cells(analysis) result(leaves)
@@ -95,25 +177,29 @@ contains
   !> Splines on a grid.
   pure subroutine decide_splines(analysis)
     type(analysis_type), intent(inout) :: analysis
-    integer :: b
 
     if (analysis%moving_mesh%active) then
       call take(analysis%method, basis_spline2, integrate_points, stabilise_ghost, factor_of_push)
       analysis%method_reason = 'BASIS=SPLINE2, INTEGRATION=POINTS, FACTOR=5E-4 (the grid moves)'
     else if (any(may_yield(analysis%materials))) then
       call take(analysis%method, basis_spline2g, integrate_cells, stabilise_ghost, factor_of_flow)
-      analysis%method_reason = 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.005 (a grid, and a material '// &
+      analysis%method_reason = 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.001 (a grid, and a material '// &
         'can yield)'
     else
       call take(analysis%method, basis_spline2g, integrate_cells, stabilise_ghost, &
         analysis%method%stabilisation_factor)
       analysis%method_reason = 'BASIS=SPLINE2G, INTEGRATION=CELL (a grid, elastic materials)'
     end if
-    do b = 1, size(analysis%bodies)
-      if (analysis%bodies(b)%points_per_element == 0) analysis%bodies(b)%points_per_element = &
-        merge(points_in_space, points_in_plane, analysis%model == three_dimensional)
-    end do
+    call seed(analysis%bodies, merge(points_in_space, points_in_plane, analysis%model == three_dimensional))
   end subroutine decide_splines
+
+  !> Points of a cell for bodies that the deck gives none.
+  pure subroutine seed(bodies, points)
+    type(body_type), intent(inout) :: bodies(:)
+    integer, intent(in) :: points
+
+    where (bodies%points_per_element == 0) bodies%points_per_element = points
+  end subroutine seed
 
   !> The first body that is much stiffer than the softest material of the deck, by a material that it has at the start
   !> or gets; 0 for none. Of soil laws and models of the user no modulus is known.

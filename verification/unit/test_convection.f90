@@ -7,7 +7,7 @@ module test_convection
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_element_shape, only: shape_functions
   use qsmpm_element, only: node_count
-  use qsmpm_error, only: error_type, error_left_mesh, error_not_converged
+  use qsmpm_error, only: error_type, error_left_mesh, error_tangled
   use qsmpm_held_sides, only: side_check_type, warn_of_crossing, warn_of_reached_sides
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: tangent_none
@@ -472,7 +472,7 @@ contains
     call evaluate_step(model, step, 0.0_wp*u, tangent_none)
     call convect(model, step, u, error)
     call tests%check('a tangled mesh is an error', allocated(error))
-    if (allocated(error)) call tests%check('that names the element', error%code == error_not_converged .and. &
+    if (allocated(error)) call tests%check('that names the element', error%code == error_tangled .and. &
       index(error%message, 'the mesh is tangled: element ') == 1)
     call tests%close('the state keeps its nodes', maxval(abs(model%state%coordinates - nodes)), 0.0_wp, 0.0_wp)
     call end_system(step%system)

@@ -1,7 +1,8 @@
-!> What a run is told of soil inside of rigid bodies, of soil that presses on them from afar and of surfaces that have
-!> folded: from which size on, and how often.
+!> What a run is told of soil inside of rigid bodies, of soil that presses on them from afar, of surfaces that have
+!> folded, of forces that fall and of bodies that carry nothing: from which size on, and how often.
 module test_penetration
   use qsmpm_analysis, only: analysis_type
+  use qsmpm_contact_report, only: contact_check_type, begin_contact_check, check_contact, end_contact_check
   use qsmpm_contact_results, only: penetration_type
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
@@ -12,6 +13,8 @@ module test_penetration
   use qsmpm_model_builder, only: build_model
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_start, only: start_phase
+  use qsmpm_rigid_bodies, only: keep_rigid_body
+  use qsmpm_rigid_pose, only: rigid_pose_type
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
   use testing, only: tests_type
@@ -42,6 +45,10 @@ contains
     call check_depth(tests, model)
     call check_gap(tests, model)
     call check_fold(tests, model)
+    call check_falls(tests, model)
+    model%state%progress%fraction = 1.0_wp
+    call check_idle(tests, model)
+    call check_touch(tests, model)
     call end_system(step%system)
   end subroutine collect_penetration
 
@@ -122,6 +129,140 @@ contains
     call tests%close('a steep one is not folded', said(model, found, check, words), 0.0_wp, 0.0_wp)
   end subroutine check_fold
 
+  !> Falls by more than a twentieth that stay are counted and the worst is named, once, where the phase ends; what is no
+  !> push resists nothing, and what is next to nothing falls as it likes.
+  subroutine check_falls(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    character(len=*), parameter :: falls = "warning: phase 'press' moves rigid body 'plate': the force against its "// &
+      'motion falls by more than 5 % and stays low in '
+    type(contact_check_type) :: check
+
+    call begin_contact_check(model, check)
+    call go(model, check, [100.0_wp, 100.0_wp, 94.9_wp, 94.9_wp, 90.2_wp, 80.0_wp, 80.0_wp, 76.1_wp])
+    call tests%close('falls by 5.1, 5.0, 11 and 4.9 %', ended(model, check, falls//'2 of 8 steps, the most in step 6, '// &
+      'from 90.2 to 80: '), 1.0_wp, 0.0_wp)
+    call tests%close('they are told once', ended(model, check, falls), 0.0_wp, 0.0_wp)
+    call go(model, check, [100.0_wp, 110.0_wp, 100.0_wp, 100.0_wp, 94.0_wp, 95.1_wp, 90.5_wp])
+    call tests%close('a peak and dips of one step', ended(model, check, falls), 0.0_wp, 0.0_wp)
+    call go(model, check, [100.0_wp, 100.0_wp, 90.0_wp, 94.9_wp, 90.0_wp])
+    call tests%close('one that is not quite back', ended(model, check, falls//'1 of 5 steps, the most in step 3, from '// &
+      '100 to 90: '), 1.0_wp, 0.0_wp)
+    call go(model, check, [100.0_wp, 100.0_wp, 90.0_wp])
+    call tests%close('the last step', ended(model, check, falls//'1 of 3 steps'), 1.0_wp, 0.0_wp)
+    call go(model, check, [50.0_wp, 5.1_wp, 4.0_wp, 1.0_wp, 0.0_wp])
+    call tests%close('what is below a tenth falls further', ended(model, check, falls//'1 of 5 steps, the most in step '// &
+      '3, from 5.1 to 4: '), 1.0_wp, 0.0_wp)
+    call go(model, check, [-50.0_wp, -90.0_wp, -95.0_wp, 0.0_wp, -3.0_wp, -4.0_wp])
+    call tests%close('soil that pushes on', ended(model, check, falls), 0.0_wp, 0.0_wp)
+    call go(model, check, [20.0_wp, 20.0_wp, 0.0_wp, 0.0_wp])
+    call tests%close('a push that carries no more', ended(model, check, falls//'1 of 4 steps'), 1.0_wp, 0.0_wp)
+    call go(model, check, [1.0_wp, 1.0_wp, 1.0_wp], across=50.0_wp)
+    call go(model, check, [1.0_wp, 1.0_wp, 1.0_wp], across=0.0_wp)
+    call tests%close('a force across that goes', ended(model, check, falls), 0.0_wp, 0.0_wp)
+  end subroutine check_falls
+
+  !> Steps with so much force against the motion.
+  subroutine go(model, check, forces, across)
+    type(model_type), intent(inout) :: model
+    type(contact_check_type), intent(inout) :: check
+    real(wp), intent(in) :: forces(:)
+    real(wp), intent(in), optional :: across
+    real(wp) :: other
+    integer :: i
+
+    other = 0.0_wp
+    if (present(across)) other = across
+    do i = 1, size(forces)
+      call place(model, i, [other, forces(i)])
+      call check_contact(model, check)
+    end do
+  end subroutine go
+
+  !> What nothing touches in a phase that moves it, at its end: the gap that is left, or how deep soil is inside.
+  subroutine check_idle(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    character(len=*), parameter :: idle = "moves rigid body 'plate', and nothing touches it: the nearest soil of its "// &
+      '*CONTACT is 0.5 away', lost = "moves rigid body 'plate' into soil, and it carries nothing: soil is 0.1917 inside"
+
+    call tests%close('above the ground', told(model, 0.6_wp, 0.5_wp, idle), 1.0_wp, 0.0_wp)
+    call tests%close('sideways above it', told(model, 0.5_wp, 0.5_wp, idle), 1.0_wp, 0.0_wp)
+    call tests%close('on its way up', told(model, 0.4_wp, 0.5_wp, idle), 0.0_wp, 0.0_wp)
+    call tests%close('on the ground', told(model, 0.5_wp, 0.9e-3_wp*cell, 'warning'), 0.0_wp, 0.0_wp)
+    call tests%close('just above it', told(model, 0.5_wp, 1.1e-3_wp*cell, 'nothing touches it'), 1.0_wp, 0.0_wp)
+    ! The highest points of the soil lie 0.0083 below its surface.
+    call tests%close('in the ground', told(model, 0.0_wp, -0.2_wp, lost), 1.0_wp, 0.0_wp)
+    call tests%close('less than a tenth of a cell', told(model, 0.0_wp, -0.03_wp, 'warning'), 0.0_wp, 0.0_wp)
+    model%state%progress%fraction = 0.5_wp
+    call tests%close('the phase is lost on its way', told(model, 0.6_wp, 0.5_wp, 'warning'), 0.0_wp, 0.0_wp)
+    model%analysis%phases(1)%moves(1)%body = 'another'
+    call tests%close('not moved', told(model, 0.6_wp, 0.5_wp, 'warning'), 0.0_wp, 0.0_wp)
+    model%analysis%phases(1)%moves(1)%body = 'plate'
+  end subroutine check_idle
+
+  !> A force before the phase or in it is a touch.
+  subroutine check_touch(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    type(contact_check_type) :: check
+
+    model%state%progress%fraction = 1.0_wp
+    call place(model, 0, [0.0_wp, 1.0_wp])
+    call begin_contact_check(model, check)
+    call place(model, 1, [0.0_wp, 0.0_wp, 0.5_wp])
+    call check_contact(model, check)
+    call tests%close('a force before the phase', ended(model, check, 'warning'), 0.0_wp, 0.0_wp)
+    call place(model, 0, [0.0_wp, 0.0_wp, 0.6_wp])
+    call begin_contact_check(model, check)
+    call place(model, 1, [-1.0_wp, 0.0_wp, 0.5_wp])
+    call check_contact(model, check)
+    call place(model, 2, [0.0_wp, 0.0_wp, 0.5_wp])
+    call check_contact(model, check)
+    call tests%close('a force on its way', ended(model, check, 'warning'), 0.0_wp, 0.0_wp)
+  end subroutine check_touch
+
+  !> The plate after so many steps, with a force, and how much higher than drawn.
+  subroutine place(model, steps, force)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: steps
+    !> Along x and y; the third is the height, as drawn where it is left out.
+    real(wp), intent(in) :: force(:)
+    real(wp) :: height
+
+    height = 0.0_wp
+    if (size(force) > 2) height = force(3)
+    model%state%progress%step = steps
+    model%state%progress%phase_steps = steps
+    call keep_rigid_body(model, 1, rigid_pose_type([0.0_wp, height, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp]), &
+      [force(1), force(2), 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
+  end subroutine place
+
+  !> How often something is said at the end of a phase without a force, between two heights.
+  real(wp) function told(model, start, end, words)
+    type(model_type), intent(inout) :: model
+    real(wp), intent(in) :: start, end
+    character(len=*), intent(in) :: words
+    type(contact_check_type) :: check
+
+    call place(model, 0, [0.0_wp, 0.0_wp, start])
+    call begin_contact_check(model, check)
+    call place(model, 1, [0.0_wp, 0.0_wp, end])
+    call check_contact(model, check)
+    told = ended(model, check, words)
+  end function told
+
+  !> How often something is said at the end of a phase.
+  real(wp) function ended(model, check, words)
+    type(model_type), intent(in) :: model
+    type(contact_check_type), intent(inout) :: check
+    character(len=*), intent(in) :: words
+    type(test_observer_type) :: observer
+
+    call end_contact_check(model, check, observer)
+    ended = times(observer, words)
+  end function ended
+
   !> How often a warning says something.
   real(wp) function said(model, found, check, words)
     type(model_type), intent(in) :: model
@@ -129,17 +270,25 @@ contains
     type(penetration_check_type), intent(inout) :: check
     character(len=*), intent(in) :: words
     type(test_observer_type) :: observer
-    integer :: start, place
 
     call warn_of_penetration(model, found, check, observer)
-    said = 0.0_wp
+    said = times(observer, words)
+  end function said
+
+  !> How often an observer was told something.
+  real(wp) function times(observer, words)
+    type(test_observer_type), intent(in) :: observer
+    character(len=*), intent(in) :: words
+    integer :: start, at
+
+    times = 0.0_wp
     if (.not. allocated(observer%text)) return
     start = 1
     do
-      place = index(observer%text(start:), words)
-      if (place == 0) exit
-      said = said + 1.0_wp
-      start = start + place
+      at = index(observer%text(start:), words)
+      if (at == 0) exit
+      times = times + 1.0_wp
+      start = start + at
     end do
-  end function said
+  end function times
 end module test_penetration

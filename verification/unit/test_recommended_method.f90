@@ -1,7 +1,8 @@
 !> The method of a deck that names none, or only a part of one: docs/methods/choosing.md.
 module test_recommended_method
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, basis_standard, basis_spline2, basis_spline2g, basis_gimp, &
+  use qsmpm_analysis, only: analysis_type, basis_fem, basis_standard, basis_spline2, basis_spline2g, basis_gimp, &
+    mesh_fitted, mesh_grid, &
     integrate_points, integrate_cells, stabilise_none, stabilise_background, stabilise_ghost, &
     grid_ghost_factor, background_factor
   use qsmpm_deck, only: parse_deck, message_list_type
@@ -27,7 +28,7 @@ contains
     call check(tests, 'elastic work on a grid', 'QUAD4', '', basis_spline2g, integrate_cells, stabilise_ghost, &
       grid_ghost_factor, 9)
     call check(tests, 'plastic flow on a grid', 'QUAD4', strength, basis_spline2g, integrate_cells, &
-      stabilise_ghost, 5.0e-3_wp, 9)
+      stabilise_ghost, 1.0e-3_wp, 9)
     call check(tests, 'a grid that moves', 'QUAD4', strength//moving, basis_spline2, integrate_points, &
       stabilise_ghost, 5.0e-4_wp, 9)
     call check(tests, 'a perturbed grid', 'QUAD4, PERTURB=0.1', strength, basis_standard, integrate_cells, &
@@ -39,17 +40,76 @@ contains
     call check(tests, 'a strength of the deck', 'QUAD4', strength//'*METHOD, FACTOR=0.1|', basis_spline2g, &
       integrate_cells, stabilise_ghost, 0.1_wp, 9)
     call check(tests, 'points of the deck', 'QUAD4', strength//'*POINTS, PER ELEMENT=16|', basis_spline2g, &
-      integrate_cells, stabilise_ghost, 5.0e-3_wp, 16)
+      integrate_cells, stabilise_ghost, 1.0e-3_wp, 16)
     call check(tests, 'a method that is named', 'QUAD4', strength//'*METHOD, BASIS=GIMP|', basis_gimp, &
       integrate_points, stabilise_ghost, grid_ghost_factor, 0)
     call check(tests, 'a stiff body on lines of the grid', 'QUAD4', strength//concrete//'0, 1, 0.5, 1|', &
       basis_standard, integrate_cells, stabilise_background, background_factor, 0)
     call check(tests, 'one that ends within cells', 'QUAD4', strength//concrete//'0, 1, 0.6, 1|', &
-      basis_spline2g, integrate_cells, stabilise_ghost, 5.0e-3_wp, 9)
+      basis_spline2g, integrate_cells, stabilise_ghost, 1.0e-3_wp, 9)
     call check(tests, 'one that is not so stiff', 'QUAD4', strength//'*MATERIAL, NAME=brick|*ELASTIC| 2.9e5, 0.2|'// &
       '*BODY, NAME=wall, MATERIAL=brick, SHAPE=BOX| 0, 1, 0.5, 1|', basis_spline2g, integrate_cells, stabilise_ghost, &
-      5.0e-3_wp, 9)
+      1.0e-3_wp, 9)
+    call check_meshes(tests)
   end subroutine collect_recommended_method
+
+  !> The background of a *GRID that names no element.
+  subroutine check_meshes(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: box = '*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX| 0, 1, 0, 0.5|', &
+      hill = '*BODY, NAME=block, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 1, 0| 0.4, 0.7|', &
+      second = '*BODY, NAME=more, MATERIAL=soil, SHAPE=BOX, ACTIVE=NO| 0, 1, 0.5, 1|'
+
+    call check_mesh(tests, 'ground that can fail', '', strength//box, 'TRI6', basis_fem, .true.)
+    call check_mesh(tests, 'elastic ground on lines', '', box, 'QUAD4', basis_spline2g, .false.)
+    call check_mesh(tests, 'elastic ground off lines', '', hill, 'TRI6', basis_fem, .true.)
+    call check_mesh(tests, 'two materials', '', concrete//'0, 1, 0.5, 1|'//box, 'TRI6', basis_fem, .true.)
+    call check_mesh(tests, 'a body that comes', '', strength//box//second, 'QUAD4', basis_spline2g, .false.)
+    call check_mesh(tests, 'a rigid body', '', strength//box//'*RIGID BODY, NAME=plate, SHAPE=BOX| 0, 1, 0.5, 1|', &
+      'QUAD4', basis_spline2g, .false.)
+    call check_mesh(tests, 'points of cells', '', strength//box//'*POINTS, PER ELEMENT=25|', 'QUAD4', basis_spline2g, .false.)
+    call check_mesh(tests, 'points of triangles', '', strength//box//'*POINTS, PER ELEMENT=12|', 'TRI6', basis_fem, .true.)
+    call check_mesh(tests, 'a method for grids', '', strength//box//'*METHOD, BASIS=GIMP|', 'QUAD4', basis_gimp, .false.)
+    call check_mesh(tests, 'a mesh that goes with the ground', '', strength//box//'*METHOD, BASIS=FEM|', 'TRI6', basis_fem, &
+      .true.)
+    call check_mesh(tests, 'no grid that follows', ', ELEMENT=TRI6, FIT=YES, REFIT=NO', strength//box, 'TRI6', basis_fem, &
+      .false.)
+    call check_mesh(tests, 'nodes that are pushed', '', strength//box//'*PRESCRIBE', 'TRI6', basis_fem, .false.)
+  end subroutine check_meshes
+
+  !> Read a deck and look at its background.
+  subroutine check_mesh(tests, name, words, cards, element, basis, follows)
+    type(tests_type), intent(inout) :: tests
+    !> What is checked, words of *GRID, cards behind the material; one that ends with *PRESCRIBE pushes nodes.
+    character(len=*), intent(in) :: name, words, cards, element
+    integer, intent(in) :: basis
+    !> A grid follows when the mesh is worn.
+    logical, intent(in) :: follows
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    integer :: pushed
+
+    allocate (analysis)
+    pushed = index(cards//'*PRESCRIBE', '*PRESCRIBE')
+    call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID'//words//'| X, 0, 1, 2| Y, 0, 1, 2|'// &
+      '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=top, BOX| 0, 1, 0.5, 0.5|*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|'// &
+      cards(:pushed - 1)//'*PHASE, NAME=load|*FIX| base, ALL|*GRAVITY| 0, -1|'// &
+      trim(merge('*PRESCRIBE| top, Y, -0.1|', '                         ', pushed <= len(cards)))//'*END PHASE|'), &
+      analysis, messages, error)
+    call tests%check(name//' without an element can be read', .not. allocated(error))
+    if (allocated(error)) return
+    call tests%check(name//': '//analysis%mesh%element, analysis%mesh%element == element .and. &
+      (analysis%mesh%kind == mesh_fitted .eqv. element == 'TRI6'))
+    call tests%check(name//': basis', analysis%method%basis == basis)
+    call tests%check(name//': what follows', allocated(analysis%backgrounds) .eqv. follows)
+    if (.not. (follows .and. allocated(analysis%backgrounds))) return
+    associate (grid => analysis%backgrounds(2))
+      call tests%check(name//': splines on a grid of quadrilaterals', grid%kind == mesh_grid .and. &
+        grid%element == 'QUAD4' .and. grid%method%basis == basis_spline2g .and. &
+        grid%method%stabilisation == stabilise_ghost .and. grid%method%stabilisation_factor > 0.0_wp)
+    end associate
+  end subroutine check_mesh
 
   !> Read a deck and look at its method.
   subroutine check(tests, name, element, cards, basis, integration, stabilisation, factor, points)

@@ -74,6 +74,18 @@ def rate(sine: float, place: float, state: State) -> State:
     return (s * along - c * across) / below, (s * across - (1 - c) * along) / (2 * chi * below) + 1
 
 
+class Rankine(unittest.TestCase):
+    def test_active_and_passive_are_two_ends_of_one_circle(self) -> None:
+        for depth, cohesion, friction in ((2.0, 0.0, 30.0), (3.0, 5.0, 20.0), (4.0, 12.0, 0.0)):
+            active = rankine_active(depth, 18.0, cohesion, friction, 60.0)
+            self.assertGreater(active, 0.0)
+            # What is active below the weight is passive below itself.
+            self.assertAlmostEqual(rankine_passive(0.0, 18.0, cohesion, friction, active), 18.0 * depth + 60.0, 9)
+
+    def test_soil_that_stands_by_itself_presses_on_nothing(self) -> None:
+        self.assertEqual(rankine_active(1.0, 18.0, 20.0, 25.0), 0.0)
+
+
 class PassiveWall(unittest.TestCase):
     def test_is_the_similarity_solution(self) -> None:
         for friction, wall in ((30, 10), (30, 20), (40, 20)):

@@ -1,0 +1,208 @@
+!> What a phase is told of the forces on its rigid bodies where it ends: of a body that it moves and that nothing has
+!> touched, or that carries nothing though soil is inside of it, and of a force against a steady push that falls in
+!> a step and stays low.
+module qsmpm_contact_report
+  use qsmpm_kinds, only: wp
+  use qsmpm_contact_results, only: deepest_point
+  use qsmpm_model, only: model_type
+  use qsmpm_observer, only: observer_type
+  use qsmpm_own_part, only: own_of
+  use qsmpm_points, only: place_of
+  use qsmpm_rigid_bodies, only: force_on_body, motion_in_phase, placed_bodies
+  use qsmpm_rigid_pose, only: placed_shape_type, rigid_pose_type
+  use qsmpm_rigid_shape, only: distance_type
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_step_length, only: phase_is_complete
+  use qsmpm_team, only: largest, smallest
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: contact_check_type, begin_contact_check, check_contact, end_contact_check
+
+  !> Fall of a force in a step that is told, as a share of what it was, and the share of the largest force of the phase
+  !> below which no fall counts.
+  real(wp), parameter :: much = 0.05_wp, little = 0.1_wp
+  !> Gap and depth over the size of a cell: nearer soil does touch, deeper soil is inside.
+  real(wp), parameter :: touching = 1.0e-3_wp, inside = 0.1_wp
+
+  !> How one body goes in a phase.
+  type :: course_type
+    !> It has carried a force, before the phase or in it.
+    logical :: touched = .false.
+    !> Distance of the soil at the start of the phase.
+    real(wp) :: gap = 0.0_wp
+    !> Force against its motion in the two steps before, below 0 for none, and the largest one.
+    real(wp) :: before(2) = -1.0_wp, most = 0.0_wp
+    !> The last step if the force is low in it, 0 if not; the force, that before it, and the lower one of two before.
+    integer :: dip = 0
+    real(wp) :: low = 0.0_wp, last = 0.0_wp, high = 0.0_wp
+    !> Falls; of the largest one the step and the forces before and behind it.
+    integer :: falls = 0, step = 0
+    real(wp) :: from = 1.0_wp, to = 1.0_wp
+  end type course_type
+
+  !> How the bodies go in a phase.
+  type :: contact_check_type
+    private
+    type(course_type), allocatable :: of(:)
+  end type contact_check_type
+
+contains
+
+  !> At the start of a phase, or where it is taken up again.
+  subroutine begin_contact_check(model, check)
+    type(model_type), intent(in) :: model
+    type(contact_check_type), intent(out) :: check
+    integer :: b
+
+    allocate (check%of(size(model%rigid_shapes)))
+    do b = 1, size(check%of)
+      check%of(b)%touched = any(abs(force_on_body(model, b)) > 0.0_wp)
+      if (is_moved(model, b)) check%of(b)%gap = gap_of(model, b)
+    end do
+  end subroutine begin_contact_check
+
+  !> After a step: does a body carry anything, and what resists its motion?
+  subroutine check_contact(model, check)
+    type(model_type), intent(in) :: model
+    type(contact_check_type), intent(inout) :: check
+    type(rigid_pose_type) :: motion
+    real(wp) :: force(6)
+    integer :: b
+
+    do b = 1, size(check%of)
+      force = force_on_body(model, b)
+      motion = motion_in_phase(model, b)
+      check%of(b)%touched = check%of(b)%touched .or. any(abs(force) > 0.0_wp)
+      call follow_force(check%of(b), model%state%progress%step, &
+        -dot_product(force(:3), motion%displacement)/max(norm2(motion%displacement), tiny(1.0_wp)))
+    end do
+  end subroutine check_contact
+
+  !> A force that is low has fallen if it was not high for one step alone and is not back in the next.
+  pure subroutine follow_force(course, step, force)
+    type(course_type), intent(inout) :: course
+    integer, intent(in) :: step
+    !> Against the motion.
+    real(wp), intent(in) :: force
+
+    if (force < (1.0_wp - much)*course%high) call count_fall(course)
+    course%dip = 0
+    course%high = minval(course%before)
+    if (course%high > little*course%most .and. force < (1.0_wp - much)*course%high) then
+      course%dip = step
+      course%low = force
+      course%last = course%before(2)
+    end if
+    course%before = [course%before(2), force]
+    course%most = max(course%most, force)
+  end subroutine follow_force
+
+  !> Count a dip as a fall.
+  pure subroutine count_fall(course)
+    type(course_type), intent(inout) :: course
+
+    if (course%dip == 0) return
+    course%falls = course%falls + 1
+    if (course%low*course%from > course%to*course%last) return
+    course%step = course%dip
+    course%from = course%last
+    course%to = course%low
+  end subroutine count_fall
+
+  !> At the end of a phase, or where it is lost: then nothing is said of what might have touched yet.
+  subroutine end_contact_check(model, check, observer)
+    type(model_type), intent(in) :: model
+    type(contact_check_type), intent(inout) :: check
+    class(observer_type), intent(inout) :: observer
+    integer :: b
+
+    do b = 1, size(check%of)
+      associate (course => check%of(b), steps => model%state%progress%phase_steps, &
+        body => start_of(model)//model%analysis%rigid_bodies(b)%name//"'")
+        if (phase_is_complete(model%state%progress) .and. .not. course%touched .and. is_moved(model, b)) &
+          call warn_of_idle(model, b, course%gap, body, observer)
+        call count_fall(course)
+        if (course%falls > 0) call observer%note(body//': the force against its motion falls by more than 5 % and stays '// &
+          'low in '//integer_text(course%falls)//' of '//integer_text(steps)//' steps, the most in step '// &
+          integer_text(course%step)//', from '//rounded_text(course%from)//' to '//rounded_text(course%to)// &
+          ': the ground gives way, or contact is lost; smaller steps or cells tell')
+        course = course_type(touched=course%touched, gap=course%gap)
+      end associate
+    end do
+  end subroutine end_contact_check
+
+  !> Begin of a warning of a body.
+  function start_of(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+
+    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"' moves rigid body '"
+  end function start_of
+
+  !> A body that is moved and carries nothing: soil is inside of it, or none has come near. One that leaves is no matter.
+  subroutine warn_of_idle(model, body, gap, start, observer)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    !> At the start of the phase.
+    real(wp), intent(in) :: gap
+    !> Begin of the sentence.
+    character(len=*), intent(in) :: start
+    class(observer_type), intent(inout) :: observer
+    type(placed_shape_type) :: placed(size(model%rigid_shapes))
+    real(wp) :: left, depth
+    integer :: deepest, point
+
+    placed = placed_bodies(model)
+    left = gap_of(model, body)
+    call deepest_point(model, placed, deepest, point, depth)
+    depth = largest(model%part%team, merge(depth, 0.0_wp, deepest == body))
+    if (depth > inside*model%cell_size) then
+      call observer%note(start//' into soil, and it carries nothing: soil is '//rounded_text(depth)//' inside of it '// &
+        'and the surface of its *CONTACT is elsewhere')
+    else if (left > touching*model%cell_size .and. .not. left > gap) then
+      call observer%note(start//', and nothing touches it: the nearest soil of its *CONTACT is '//rounded_text(left)// &
+        ' away at the end')
+    end if
+  end subroutine warn_of_idle
+
+  !> The present phase moves a body.
+  pure logical function is_moved(model, body)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    type(rigid_pose_type) :: motion
+
+    motion = motion_in_phase(model, body)
+    is_moved = any(abs([motion%displacement, motion%rotation]) > 0.0_wp)
+  end function is_moved
+
+  !> Distance from a body to the nearest soil that may touch it: points of the surfaces of its *CONTACT, or material points
+  !> where contact is asked for on the body.
+  function gap_of(model, body) result(gap)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    real(wp) :: gap
+    type(placed_shape_type) :: placed(size(model%rigid_shapes))
+    type(distance_type) :: distance
+    logical :: own(model%state%surface%count)
+    integer :: i, k
+
+    placed = placed_bodies(model)
+    own = own_of(model%part%surface, size(own))
+    gap = huge(1.0_wp)
+    do k = 1, size(model%contact_pairs)
+      if (model%contact_pairs(k)%body /= body) cycle
+      do i = 1, merge(size(own), model%state%points%count, model%contact_pairs(k)%surface > 0)
+        if (model%contact_pairs(k)%surface == 0) then
+          distance = placed(body)%distance_at(place_of(model%state%points, i))
+        else
+          if (.not. own(i) .or. model%state%surface%surface(i) /= model%contact_pairs(k)%surface) cycle
+          distance = placed(body)%distance_at(place_of(model%state%surface, i))
+        end if
+        gap = min(gap, distance%value)
+      end do
+    end do
+    gap = smallest(model%part%team, gap)
+  end function gap_of
+end module qsmpm_contact_report

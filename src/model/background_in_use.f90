@@ -1,0 +1,50 @@
+!> Which of the backgrounds of an analysis is in use. A run may start on triangles that fit its scene and go with the
+!> ground, and go over to the grid of their lines when they are worn (qsmpm_worn_mesh). The window of the state tells
+!> which it is: triangles have none.
+module qsmpm_background_in_use
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: locking_none, locking_uniform_pressure
+  use qsmpm_grid_window, only: window_type, operator(==)
+  use qsmpm_model, only: model_type
+  implicit none
+  private
+
+  public :: take_background, is_at_start, number_of
+
+contains
+
+  !> Number of the background that a window belongs to.
+  pure integer function number_of(window)
+    type(window_type), intent(in) :: window
+
+    number_of = merge(1, 2, window == window_type())
+  end function number_of
+
+  !> Whether a model stands on a background that another one may follow.
+  pure logical function is_at_start(model)
+    type(model_type), intent(in) :: model
+
+    is_at_start = allocated(model%analysis%backgrounds) .and. number_of(model%state%window) == 1
+  end function is_at_start
+
+  !> Kind of mesh, element, method, treatment of locking and size of the cells of a background.
+  pure subroutine take_background(number, model)
+    integer, intent(in) :: number
+    type(model_type), intent(inout) :: model
+    integer :: m
+
+    if (.not. allocated(model%analysis%backgrounds)) return
+    associate (analysis => model%analysis, background => model%analysis%backgrounds(number))
+      analysis%mesh%kind = background%kind
+      analysis%mesh%element = background%element
+      analysis%method = background%method
+      if (.not. allocated(background%pressure_factor)) return
+      model%cell_size = background%cell_size
+      do m = 1, size(model%laws)
+        model%laws(m)%pressure_factor = background%pressure_factor(m)
+        analysis%materials(m)%locking_treatment = merge(locking_uniform_pressure, locking_none, &
+          background%pressure_factor(m) > 0.0_wp)
+      end do
+    end associate
+  end subroutine take_background
+end module qsmpm_background_in_use

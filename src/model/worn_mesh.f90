@@ -1,0 +1,98 @@
+!> A mesh that goes with the ground is worn where the ground has sheared its cells: the run goes over to the grid of its
+!> lines, which is reset after every step. State lives on material points, so that only their cells, the loads in force
+!> and what is counted at nodes are found anew.
+module qsmpm_worn_mesh
+  use qsmpm_kinds, only: wp
+  use qsmpm_background_in_use, only: is_at_start, take_background
+  use qsmpm_error, only: error_type
+  use qsmpm_grid_window, only: window_type
+  use qsmpm_kept_arrays, only: renumber_nodal
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_model, only: model_type
+  use qsmpm_model_window, only: fit_window, window_of_material
+  use qsmpm_moving_rows, only: least_jacobian
+  use qsmpm_point_location, only: relocate
+  use qsmpm_points, only: carried_type
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: may_leave_mesh, is_worn, leave_mesh
+
+  !> Least quality of a triangle, 1 where its sides are alike and 0.15 for an angle of 5 degrees.
+  real(wp), parameter :: least_quality = 0.15_wp
+
+contains
+
+  !> Whether the mesh is that of the start and may be left: what a freed fixity has carried still falls to zero at its
+  !> nodes.
+  pure logical function may_leave_mesh(model) result(may)
+    type(model_type), intent(in) :: model
+
+    may = is_at_start(model)
+    if (may .and. model%state%progress%fraction < 1.0_wp) may = .not. any(abs(model%state%released) > 0.0_wp)
+  end function may_leave_mesh
+
+  !> Whether such a mesh is worn.
+  logical function is_worn(model)
+    type(model_type), intent(in) :: model
+    logical :: holds_soil(model%mesh%cell_count)
+    integer :: c
+
+    is_worn = .false.
+    if (.not. may_leave_mesh(model)) return
+    holds_soil = .false.
+    holds_soil(model%state%points%cell) = .true.
+    do c = 1, size(holds_soil)
+      if (holds_soil(c)) is_worn = quality(model%mesh, model%state%coordinates, c) < least_quality
+      if (is_worn) return
+    end do
+  end function is_worn
+
+  !> Least determinant of the map of a triangle over the squares of its sides, 1 where they are alike and straight.
+  real(wp) function quality(mesh, coordinates, cell)
+    type(mesh_type), intent(in) :: mesh
+    real(wp), intent(in) :: coordinates(:, :)
+    integer, intent(in) :: cell
+    real(wp), parameter :: of_equal_sides = 2.0_wp*sqrt(3.0_wp)
+
+    associate (x => coordinates(:, mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell) + 2)))
+      quality = of_equal_sides*least_jacobian(mesh, coordinates, cell)/sum((x - x(:, [2, 3, 1]))**2)
+    end associate
+  end function quality
+
+  !> Go over to the grid.
+  subroutine leave_mesh(model, note, error)
+    type(model_type), intent(inout) :: model
+    !> For the log.
+    character(len=:), allocatable, intent(out) :: note
+    !> A place that lies outside of the grid.
+    type(error_type), allocatable, intent(out) :: error
+    type(window_type) :: window
+
+    call take_background(2, model)
+    call window_of_material(model, window)
+    call fit_window(model, window)
+    call renumber_nodal(model%state%kept, spread(0, 1, model%space%node_count))
+    associate (state => model%state)
+      call place(state%points, 'material point')
+      call place(state%surface, 'surface point')
+      call place(state%tracers, 'tracer')
+      call place(state%watched, 'material in front of a prescribed set')
+    end associate
+    note = 'the triangles that fit the scene are left: the run goes on with splines on the grid of '// &
+      integer_text(model%mesh%cell_count)//' cells, which is reset after every step (docs/methods/fitted.md)'
+
+  contains
+
+    !> Find the cells of a set.
+    subroutine place(carried, name)
+      class(carried_type), intent(inout) :: carried
+      character(len=*), intent(in) :: name
+
+      if (allocated(error)) return
+      carried%cell = 1
+      call relocate(model%mesh, model%cell_size, carried, name, error)
+    end subroutine place
+  end subroutine leave_mesh
+end module qsmpm_worn_mesh
