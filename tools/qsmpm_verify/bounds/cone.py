@@ -19,7 +19,7 @@ import scipy.sparse as sparse
 from qsmpm_verify.results import Array
 from qsmpm_verify.trouble import Trouble
 
-TOLERANCE = 1e-7
+TOLERANCE = 1e-6
 SOLVED = "Solved"
 
 

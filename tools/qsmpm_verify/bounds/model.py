@@ -29,6 +29,10 @@ class Loads:
     def __sub__(self, other: Loads) -> Loads:
         return Loads(self.weight - other.weight, self.pore - other.pore, self.traction - other.traction)
 
+    def stress(self, size: float) -> float:
+        """Size of the stresses that the loads cause in a body of a size."""
+        return max(float(np.abs(self.weight).max(initial=0.0)) * size, float(np.abs(self.pore).max()), float(np.abs(self.traction).max()))
+
     def largest(self) -> float:
         """Size of what acts; zero where nothing does."""
         return max(float(np.abs(part).max(initial=0.0)) for part in (self.weight, self.pore, self.traction))

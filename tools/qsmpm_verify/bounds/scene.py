@@ -5,7 +5,7 @@ Cards that change no limit load (stiffness, method, steps, histories) are passed
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -340,7 +340,7 @@ class Phases:
         elif card.keyword not in PASSED:
             raise refuse(card, "limit analysis here does not know it")
 
-    def known(self, card: Card, name: str, table: dict[str, object] | dict[str, Surface]) -> str:
+    def known(self, card: Card, name: str, table: Container[str]) -> str:
         """A name that is there."""
         if name not in table:
             raise refuse(card, f"'{name}' is not there")
@@ -349,7 +349,7 @@ class Phases:
     def fix(self, card: Card) -> None:
         """Components of node sets that are held."""
         for row in card.data():
-            name = self.known(card, row[0].strip('"'), dict(self.reader.sets))
+            name = self.known(card, row[0].strip('"'), self.reader.sets)
             held = self.state.held.get(name, "")
             for word in map(plain, row[1:]):
                 held = "" if word == "FREE" else "XY" if word == "ALL" else "".join(sorted(set(held + word) & set("XY")))
@@ -358,7 +358,7 @@ class Phases:
     def prescribe(self, card: Card) -> None:
         """Components of node sets that are pushed: held, and the limit is that of the force that pushes."""
         for row in card.data():
-            name, axis = self.known(card, row[0].strip('"'), dict(self.reader.sets)), plain(row[1])
+            name, axis = self.known(card, row[0].strip('"'), self.reader.sets), plain(row[1])
             value = numbers(card, row[2:], 1, 1)[0]
             self.state.held[name] = "".join(sorted(set(self.state.held.get(name, "") + axis)))
             if value != 0.0:
@@ -400,19 +400,19 @@ class Phases:
 
     def activate(self, card: Card) -> None:
         """Bodies put in place, as they are drawn."""
-        names = {self.known(card, row[0].strip('"'), dict(self.reader.bodies)) for row in card.data()}
+        names = {self.known(card, row[0].strip('"'), self.reader.bodies) for row in card.data()}
         self.state = replace(self.state, active=self.state.active | names)
 
     def deactivate(self, card: Card) -> None:
         """Bodies taken out."""
-        names = {self.known(card, row[0].strip('"'), dict(self.reader.bodies)) for row in card.data()}
+        names = {self.known(card, row[0].strip('"'), self.reader.bodies) for row in card.data()}
         self.state = replace(self.state, active=self.state.active - names)
 
     def change(self, card: Card) -> None:
         """Bodies of another material."""
         for row in card.data():
-            body = self.known(card, row[0].strip('"'), dict(self.reader.bodies))
-            self.state.materials[body] = self.known(card, row[1].strip('"'), dict(self.reader.materials))
+            body = self.known(card, row[0].strip('"'), self.reader.bodies)
+            self.state.materials[body] = self.known(card, row[1].strip('"'), self.reader.materials)
 
     def safety(self, card: Card) -> None:
         """The flow rule of a search for a factor."""
@@ -456,9 +456,14 @@ def read_scene(deck: Deck, asked: str | None = None, factor: bool = False) -> Sc
             raise Trouble(f"{material.refused}: limit analysis here does not know it")
         if material.strength is None:
             raise Trouble(f"*MATERIAL, NAME={name}: no *MOHR COULOMB, so no limit")
+    x, y = phase.state.gravity
+    if (x != 0.0 or y > 0.0) and any(phase.state.water.values()):
+        raise Trouble("*WATER LEVEL: bounds take water where gravity points along -y; turn the deck")
     start = phase.state if phase.initial else phase.start
+    fastest = max((abs(value) for value in phase.pushed.values()), default=1.0)
+    pushed = {} if safety else {place: value / fastest for place, value in phase.pushed.items()}
     return Scene(
         {name: places for name, places in reader.bodies.items() if name in phase.state.active}, reader.materials, reader.surfaces,
-        reader.sets, start, phase.state, phase.name, phase.factor, safety, phase.flow, {} if safety else phase.pushed, reader.units,
+        reader.sets, start, phase.state, phase.name, phase.factor, safety, phase.flow, pushed, reader.units,
         reader.steps,
     )  # fmt: skip

@@ -24,6 +24,10 @@ from qsmpm_verify.trouble import RunFailed, Trouble
 # Factors are found to this share.
 CLOSE = 1e-4
 MOST_TRIES = 12
+# Triangles around a place where a load begins; loads that differ by less than this share are the same.
+FAN, SAME = 8, 1e-6
+# Units of stress tried, each ten times the one before.
+MOST_SCALES = 2
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,8 @@ class Side:
         whole = (lifted(array) if above else array for array in (model.cohesion, loads[0].pore, loads[1].pore))
         self.cohesion, self.pore, self.more = (array.ravel() for array in whole)
         self.material = np.repeat(model.material, 3)
-        self.scale = max(float(self.cohesion.max()), loads[0].largest(), 1e-12)
+        size = float(np.ptp(model.mesh.places, axis=0).max())
+        self.scale = max(float(self.cohesion.max()), *(load.stress(size) for load in loads), 1e-12)
         self.balance = Balance(balance.matrix, balance.dead / self.scale, balance.live / self.scale, balance.figure)
 
     def cones(self, factor: float) -> Yield:
@@ -88,9 +93,19 @@ class Side:
         point, head, slope = (np.concatenate(part) for part in zip(*parts))
         return Yield(point, head / self.scale, slope, self.more[point] / self.scale)
 
+    def raw(self, factor: float) -> Answer:
+        """The figure in units of `scale`."""
+        return largest(self.balance, self.cones(factor), self.kind)
+
     def solve(self, factor: float = 1.0) -> Answer:
-        """The figure in the units of the deck, at a factor."""
-        answer = largest(self.balance, self.cones(factor), self.kind)
+        """The figure in the units of the deck, at a factor; in larger units of stress where the solver does not end well."""
+        answer = self.raw(factor)
+        for _ in range(MOST_SCALES):
+            if answer.solved:
+                break
+            self.scale *= 10.0
+            self.balance = Balance(self.balance.matrix, self.balance.dead / 10.0, self.balance.live / 10.0, self.balance.figure)
+            answer = self.raw(factor)
         if self.kind is Kind.LOAD:
             return answer
         return Answer(answer.value * self.scale, answer.status, answer.stress, answer.motion, answer.rate, answer.head)
@@ -135,6 +150,22 @@ def find_factor(side: Side, guess: float) -> tuple[Bound, Answer]:
     return Bound(best[0], "Solved", _spent(start), tries), best[1]
 
 
+def narrow_fans(model: Model, before: Loads, live: Loads) -> Array:
+    """Places of the outline where loads or what is pushed begin, with too few triangles for the fan of stresses that starts there.
+
+    However small they are, stresses can turn no more than once from one triangle to the next.
+    """
+    seen: dict[int, Array] = {}
+    begins: set[int] = set()
+    for edge in np.flatnonzero(model.sides[:, 1] < 0):
+        for end, place in enumerate(model.edges[edge]):
+            acts = np.concatenate([load.traction[edge, end] for load in (before, live)] + [model.pushed[edge]])
+            if np.any(np.abs(acts - seen.setdefault(int(place), acts)) > SAME * (1e-300 + np.abs(acts) + np.abs(seen[int(place)]))):
+                begins.add(int(place))
+    count = np.bincount(model.mesh.corners.ravel(), minlength=len(model.mesh.places))
+    return np.array([place for place in sorted(begins) if count[place] < FAN], dtype=int)
+
+
 class Search:
     """Bounds of a scene."""
 
@@ -162,9 +193,10 @@ class Search:
             model = lay(self.scene, self.mesh)
             before, live = self.loads(model)
             _, torn = lower_balance(model, before, live)
-            if not len(torn):
+            cut = np.union1d(torn, narrow_fans(model, before, live))
+            if not len(cut):
                 break
-            self.mesh = cut_at(self.mesh, torn)
+            self.mesh = cut_at(self.mesh, cut)
         return model
 
     def upper(self, model: Model) -> tuple[Side, Nodes]:
