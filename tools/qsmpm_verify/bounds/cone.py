@@ -1,0 +1,118 @@
+"""Stresses inside the cones of yield: the largest of a linear figure, by the interior points of Clarabel.
+
+A stress point has three unknowns, m = (s_x + s_y)/2, d = (s_x - s_y)/2 and t_xy, tension positive. Mohr-Coulomb in the plane is a second-order cone:
+
+    |(d, t_xy)| <= c cos(phi) - (m + u) sin(phi)            u: pore pressure
+
+and a tension cut-off T is |(d, t_xy)| <= T - (m + u). The last unknown multiplies the live loads (LOAD), or is taken from the right of all cones (MARGIN);
+a FORCE has none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import scipy.sparse as sparse
+
+from qsmpm_verify.results import Array
+from qsmpm_verify.trouble import Trouble
+
+TOLERANCE = 1e-6
+SOLVED = "Solved"
+
+
+class Kind(Enum):
+    """What is made as large as it can be."""
+
+    LOAD = "load"
+    MARGIN = "margin"
+    FORCE = "force"
+
+
+@dataclass(frozen=True)
+class Yield:
+    """Cones at points: what their heads are without stress, slopes with m, change of pore pressure by the load; their points."""
+
+    point: Array
+    head: Array
+    slope: Array
+    pore: Array
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Equations: matrix on the stresses, right side without and with one unit of the live load; the figure of a FORCE."""
+
+    matrix: sparse.csr_matrix
+    dead: Array
+    live: Array
+    figure: Array | None = None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The largest figure, what the solver says of it, stresses (points, 3), duals of equations and of cone heads, heads."""
+
+    value: float
+    status: str
+    stress: Array
+    motion: Array
+    rate: Array
+    head: Array
+
+    @property
+    def solved(self) -> bool:
+        """Nothing else is a bound."""
+        return self.status == SOLVED
+
+
+def _cone_rows(cones: Yield, kind: Kind, unknowns: int) -> tuple[sparse.csr_matrix, Array]:
+    """Rows A and right side b so that b - A x is in the cones."""
+    count = len(cones.point)
+    row, column = 3 * np.arange(count), 3 * cones.point
+    rows, columns = [row, row + 1, row + 2], [column, column + 1, column + 2]
+    values = [cones.slope, np.full(count, -1.0), np.full(count, -1.0)]
+    if kind is not Kind.FORCE:
+        rows.append(row)
+        columns.append(np.full(count, unknowns - 1))
+        values.append(np.ones(count) if kind is Kind.MARGIN else cones.slope * cones.pore)
+    matrix = sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), (3 * count, unknowns))
+    right = np.zeros(3 * count)
+    right[::3] = cones.head
+    return matrix, right
+
+
+def largest(balance: Balance, cones: Yield, kind: Kind) -> Answer:
+    """The largest live load, margin or force."""
+    try:
+        import clarabel
+    except ImportError as error:
+        raise Trouble("bounds want the Python package clarabel: run tools/setup again, or pip install 'qsmpm[verify]'") from error
+    equations, stresses = balance.matrix.shape
+    extra = kind is not Kind.FORCE
+    unknowns = stresses + extra
+    matrix = balance.matrix
+    if extra:
+        live = -balance.live if kind is Kind.LOAD else np.zeros(equations)
+        matrix = sparse.hstack([matrix, sparse.csr_matrix(live[:, None])])
+    rows, right = _cone_rows(cones, kind, unknowns)
+    whole = sparse.csc_matrix(sparse.vstack([matrix, rows]))
+    figure = np.zeros(unknowns)
+    if kind is Kind.FORCE:
+        assert balance.figure is not None
+        figure = -balance.figure
+    else:
+        figure[-1] = -1.0
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
+    kinds = [clarabel.ZeroConeT(equations), *[clarabel.SecondOrderConeT(3)] * len(cones.point)]
+    empty = sparse.csc_matrix((unknowns, unknowns))
+    found = clarabel.DefaultSolver(empty, figure, whole, np.concatenate([balance.dead, right]), kinds, settings).solve()
+    x, z, s = np.array(found.x), np.array(found.z), np.array(found.s)
+    return Answer(
+        -float(found.obj_val), str(found.status), x[:stresses].reshape(-1, 3), z[:equations], z[equations::3], s[equations::3],
+    )  # fmt: skip

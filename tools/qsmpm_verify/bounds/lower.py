@@ -1,0 +1,135 @@
+"""Lower bound: stresses linear on each triangle, in balance inside and across edges, jumps along them allowed (Sloan 1988).
+
+The cones hold at the corners, so everywhere between them where cohesion and pore pressure are linear. Equations at a corner may depend on each other: around a
+crossing of two straight lines one of eight does, and at corners of the outline. Those are left out; where they contradict each other (a load that ends in
+a triangle has two tractions at one place) the triangles there are to be halved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sparse
+
+from qsmpm_verify.bounds.cone import Balance
+from qsmpm_verify.bounds.model import Loads, Model
+from qsmpm_verify.results import Array
+
+# Pivots below this share of the largest are none.
+SMALL = 1e-9
+
+
+@dataclass(frozen=True)
+class Traction:
+    """Equations at ends of edges: places of three or six coefficients, right sides, the corner of the mesh they belong to."""
+
+    columns: Array
+    values: Array
+    dead: Array
+    live: Array
+    corner: Array
+
+
+def traction_part(model: Model, edges: Array, unit: Array, end: int, side: int) -> tuple[Array, Array]:
+    """Columns and coefficients of the traction along unit vectors at an end of edges, in one of their triangles."""
+    triangle = model.sides[edges, side]
+    corner = np.argmax(model.mesh.corners[triangle] == model.edges[edges, end][:, None], axis=1)
+    n = model.normal[edges]
+    values = np.stack([(unit * n).sum(1), unit[:, 0] * n[:, 0] - unit[:, 1] * n[:, 1], unit[:, 0] * n[:, 1] + unit[:, 1] * n[:, 0]], 1)
+    return 3 * (3 * triangle + corner)[:, None] + np.arange(3), values
+
+
+def tractions(model: Model, before: Loads, live: Loads) -> Traction:
+    """Equations of all edges along the directions that are free."""
+    parts: list[tuple[Array, Array, Array, Array, Array]] = []
+    for edges, unit in model.free_axes():
+        inner = model.sides[edges, 1] >= 0
+        for end in range(2):
+            columns, values = traction_part(model, edges, unit, end, 0)
+            other, minus = traction_part(model, edges, unit, end, 1)
+            minus = np.where(inner[:, None], -minus, 0.0)
+            other = np.where(inner[:, None], other, columns)
+            dead, more = ((unit * loads.traction[edges, end]).sum(1) for loads in (before, live))
+            parts.append((np.hstack([columns, other]), np.hstack([values, minus]), dead, more, model.edges[edges, end]))
+    columns, values, dead, more, corner = (np.concatenate(part) for part in zip(*parts))
+    return Traction(columns, values, dead, more, corner)
+
+
+def _local(traction: Traction, rows: Array) -> Array:
+    """Dense equations at one corner, with both right sides behind."""
+    used, place = np.unique(traction.columns[rows], return_inverse=True)
+    found = np.zeros((len(rows), len(used) + 2))
+    place = place.reshape(len(rows), -1)
+    for k in range(place.shape[1]):
+        np.add.at(found, (np.arange(len(rows)), place[:, k]), traction.values[rows, k])
+    found[:, -2], found[:, -1] = traction.dead[rows], traction.live[rows]
+    return found
+
+
+def independent(model: Model, traction: Traction, scale: tuple[float, float]) -> tuple[Array, Array]:
+    """Which equations to keep, and corners where they contradict each other; `scale` is the size of both right sides."""
+    keep = np.ones(len(traction.corner), dtype=bool)
+    torn: list[int] = []
+    order = np.argsort(traction.corner, kind="stable")
+    starts = np.searchsorted(traction.corner[order], np.arange(len(model.mesh.places) + 1))
+    degree = np.bincount(model.edges.ravel(), minlength=len(model.mesh.places))
+    special = np.zeros(len(model.mesh.places), dtype=bool)
+    special[model.edges[(model.sides[:, 1] < 0) | (model.held > 0)].ravel()] = True
+    for corner in np.flatnonzero(special | (degree == 4)):
+        rows = order[starts[corner] : starts[corner + 1]]
+        if len(rows) < 2:
+            continue
+        dense = _local(traction, rows)
+        r, pivots = scipy.linalg.qr(dense[:, :-2].T, mode="r", pivoting=True)
+        size = np.abs(np.diag(r))
+        rank = int(np.sum(size > SMALL * size[0]))
+        if rank == len(rows):
+            continue
+        kept, left = pivots[:rank], pivots[rank:]
+        keep[rows[left]] = False
+        weights = np.linalg.lstsq(dense[kept, :-2].T, dense[left, :-2].T, rcond=None)[0]
+        miss = np.abs(dense[left, -2:] - weights.T @ dense[kept, -2:])
+        if np.any(miss > 1e-6 * np.array(scale)):
+            torn.append(int(corner))
+    return keep, np.array(torn, dtype=int)
+
+
+def lower_balance(model: Model, before: Loads, live: Loads) -> tuple[Balance, Array]:
+    """Balance in triangles and across edges; the figure is the power of tractions that push. Corners to be halved at, none when all is well."""
+    count = len(model.area)
+    slopes = model.gradients() * np.sqrt(model.area)[:, None, None]
+    number = np.arange(count)
+    rows, columns, values = [], [], []
+    for k in range(3):
+        x, y = slopes[:, k].T
+        first = 3 * (3 * number + k)
+        for row, column, value in ((2 * number, first, x), (2 * number, first + 1, x), (2 * number, first + 2, y), (2 * number + 1, first, y),
+                                   (2 * number + 1, first + 1, -y), (2 * number + 1, first + 2, x)):  # fmt: skip
+            rows.append(row)
+            columns.append(column)
+            values.append(value)
+    sides = [(-loads.weight * np.sqrt(model.area)[:, None]).ravel() for loads in (before, live)]
+    traction = tractions(model, before, live)
+    scale = (max(float(np.abs(before.traction).max()), 1e-30), max(float(np.abs(live.traction).max()), 1e-30))
+    keep, torn = independent(model, traction, scale)
+    kept = int(keep.sum())
+    rows.append(2 * count + np.repeat(np.arange(kept), 6))
+    columns.append(traction.columns[keep].ravel())
+    values.append(traction.values[keep].ravel())
+    matrix = sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), (2 * count + kept, 9 * count))
+    dead, more = np.append(sides[0], traction.dead[keep]), np.append(sides[1], traction.live[keep])
+    return Balance(matrix, dead, more, _figure(model)), torn
+
+
+def _figure(model: Model) -> Array | None:
+    """Power of the tractions on edges that are pushed."""
+    edges = np.flatnonzero(model.pushed.any(axis=1))
+    if not len(edges):
+        return None
+    found = np.zeros(9 * len(model.area))
+    for end in range(2):
+        columns, values = traction_part(model, edges, model.pushed[edges], end, 0)
+        np.add.at(found, columns.ravel(), (values * model.length[edges, None] / 2.0).ravel())
+    return found

@@ -1,0 +1,90 @@
+"""Words of `bounds`: DECK, --phase, --factor, --triangles, --passes, --out, --json."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from pathlib import Path
+
+from qsmpm_verify.bounds.cone import Kind
+from qsmpm_verify.bounds.picture import draw_mechanism
+from qsmpm_verify.bounds.scene import Scene, read_scene
+from qsmpm_verify.bounds.search import Bound, Found, Search
+from qsmpm_verify.study.cards import read_deck
+from qsmpm_verify.trouble import Trouble
+
+NAMES = {
+    Kind.LOAD: "load factor at failure",
+    Kind.MARGIN: "factor of safety",
+    Kind.FORCE: "force that pushes, its power over the largest velocity",
+}
+
+
+def add_words(verbs: argparse._SubParsersAction) -> None:
+    """Words of the verb."""
+    verb = verbs.add_parser("bounds", help="limit load or factor of safety of a deck, from above and below, by limit analysis")
+    verb.add_argument("deck", type=Path, help="a deck of plane strain whose bodies are boxes and polygons of *MOHR COULOMB")
+    verb.add_argument("--phase", help="the phase that is looked at (default the last one)")
+    verb.add_argument("--factor", action="store_true", help="the factor of safety at the end of a phase that is no TYPE=SAFETY")
+    verb.add_argument("--triangles", type=whole, default=500, metavar="N", help="triangles at the start (default 500)")
+    verb.add_argument("--passes", type=whole, default=3, metavar="N", help="times that they are halved where most is dissipated (default 3)")
+    verb.add_argument("--out", type=Path, help="a picture of the mechanism (.png, .svg or .pdf)")
+    verb.add_argument("--json", type=Path, help="a file of the bounds")
+    verb.set_defaults(act=act)
+
+
+def whole(word: str) -> int:
+    """A whole number that is not negative."""
+    if not word.isdigit():
+        raise argparse.ArgumentTypeError(f"'{word}' is no whole number")
+    return int(word)
+
+
+def bound_text(bound: Bound) -> str:
+    """A bound, or why there is none."""
+    if bound.solved:
+        return f"{bound.value:.6g}, {bound.seconds:.2g} CPU s"
+    return f"none: the solver says {bound.status}"
+
+
+def tell(scene: Scene, found: Found) -> None:
+    """A line a figure."""
+    print(f"phase      {scene.phase}: {NAMES[found.kind]}")
+    print(f"upper      {bound_text(found.upper)}")
+    print(f"lower      {bound_text(found.lower)}")
+    if found.upper.solved and found.lower.solved:
+        middle = 0.5 * (found.upper.value + found.lower.value)
+        print(f"bracket    {middle:.6g} +- {0.5 * (found.upper.value - found.lower.value) / abs(middle):.2%} on {found.triangles} triangles")
+    if found.reduced:
+        print("strength   reduced after Davis where psi < phi: bounds of that soil, an estimate of the one in the deck")
+
+
+def record(scene: Scene, found: Found) -> dict[str, object]:
+    """What is written; a figure that is no bound is null."""
+
+    def of(bound: Bound) -> dict[str, object]:
+        value = bound.value if bound.solved and math.isfinite(bound.value) else None
+        return {"value": value, "status": bound.status, "cpu_seconds": round(bound.seconds, 3)}
+
+    return {
+        "phase": scene.phase, "quantity": NAMES[found.kind], "upper": of(found.upper), "lower": of(found.lower),
+        "triangles": found.triangles, "davis": found.reduced,
+    }  # fmt: skip
+
+
+def act(words: argparse.Namespace) -> int:
+    """Read, solve, tell; exit code 1 when a bound is missing."""
+    if words.out is not None and words.out.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise Trouble(f"{words.out}: a picture is a .png, .svg or .pdf file")
+    if not 20 <= words.triangles <= 20000 or words.passes > 8:
+        raise Trouble("--triangles is 20 to 20000, --passes at most 8")
+    scene = read_scene(read_deck(words.deck), words.phase, words.factor)
+    found = Search(scene, words.triangles, words.passes).run()
+    tell(scene, found)
+    if words.json is not None:
+        words.json.parent.mkdir(parents=True, exist_ok=True)
+        words.json.write_text(json.dumps(record(scene, found), indent=1) + "\n", encoding="utf-8")
+    if words.out is not None:
+        print(draw_mechanism(scene, found, words.out))
+    return 0 if found.upper.solved and found.lower.solved else 1

@@ -1,0 +1,143 @@
+"""Bounds of limit analysis: closed forms lie between them, what they cannot take is refused, what is not solved is no bound."""
+
+import contextlib
+import io
+import json
+import math
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+from qsmpm_verify.bounds import cone
+from qsmpm_verify.cli import main
+
+HEAD = """*MODEL, TYPE=PLANE STRAIN
+*UNITS, LENGTH=m, FORCE=kN
+*GRID
+X, 0, {width}, 8
+Y, 0, {height}, 4
+*NSET, NSET=base, PLANE=Y
+0
+*NSET, NSET=left, PLANE=X
+0
+*NSET, NSET=right, PLANE=X
+{width}
+*MATERIAL, NAME=soil
+*ELASTIC
+10000, 0.3
+*MOHR COULOMB
+{strength}
+*UNIT WEIGHT
+{weight}
+*BODY, NAME=ground, MATERIAL=soil, SHAPE=POLYGON
+{outline}
+"""
+PHASE = """*PHASE, NAME=load
+*FIX
+base, ALL
+left, X
+right, X
+"""
+CUT = HEAD.format(width=6, height=3, strength="1, 0, 0", weight=1, outline="0, 0\n6, 0\n6, 2\n3, 2\n3, 3\n0, 3") + PHASE + "*GRAVITY\n0, -1\n*END PHASE\n"
+# Half of a strip of 2 m on soil without weight, the edge of its load at the first metre.
+STRIP = HEAD.format(width=6, height=3, strength="{strength}", weight=0, outline="0, 0\n6, 0\n6, 3\n0, 3") + (
+    "*SURFACE, NAME=footing, TYPE=SEGMENT\n1, 3, 0, 3\n") + PHASE + "*TRACTION, SURFACE=footing\n0, -1\n*END PHASE\n"
+SLOPE = HEAD.format(width=40, height=15, strength="10, 20, 20", weight=20, outline="0, 0\n40, 0\n40, 5\n32, 5\n12, 15\n0, 15") + (
+    PHASE + "*GRAVITY\n0, -1\n*END PHASE\n")
+
+
+class Bounds(unittest.TestCase):
+    def setUp(self) -> None:
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name)
+
+    def ask(self, deck: str, *words: str) -> tuple[int, str]:
+        """Exit code and what is said of a deck."""
+        (self.folder / "scene.inp").write_text(deck)
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            code = main(["bounds", str(self.folder / "scene.inp"), "--json", str(self.folder / "bounds.json"), *words])
+        return code, said.getvalue()
+
+    def bracket(self, deck: str, *words: str) -> tuple[float, float]:
+        """Lower and upper bound."""
+        code, said = self.ask(deck, "--triangles", "200", "--passes", "2", *words)
+        self.assertEqual(code, 0, said)
+        found = json.loads((self.folder / "bounds.json").read_text())
+        return found["lower"]["value"], found["upper"]["value"]
+
+    def between(self, exact: float, bracket: tuple[float, float], width: float) -> None:
+        """The exact value between bounds that are as near as that."""
+        low, high = bracket
+        self.assertLessEqual(low, exact * 1.0005)
+        self.assertGreaterEqual(high, exact * 0.9995)
+        self.assertLess(high / low - 1.0, width)
+
+    def test_vertical_cut(self) -> None:
+        # N_s between 3.7776 and 3.7794 (Pastor and others, 2000).
+        self.between(3.7776, self.bracket(CUT), 0.10)
+
+    def test_strip_of_prandtl(self) -> None:
+        self.between(2.0 + math.pi, self.bracket(STRIP.format(strength="1, 0, 0")), 0.04)
+
+    def test_force_that_pushes_a_strip_is_that_of_its_load(self) -> None:
+        deck = STRIP.format(strength="1, 0, 0").replace("*SURFACE, NAME=footing, TYPE=SEGMENT\n1, 3, 0, 3", "*NSET, NSET=foot, BOX\n0, 1, 3, 3")
+        deck = deck.replace("*TRACTION, SURFACE=footing\n0, -1", "*FIX\nfoot, X\n*PRESCRIBE\nfoot, Y, -0.3")
+        self.between(2.0 + math.pi, self.bracket(deck.replace("X, 0, 6, 8", "X, 0, 6, 12")), 0.08)
+
+    def test_strip_of_prandtl_with_friction(self) -> None:
+        phi = math.radians(25.0)
+        n_q = math.exp(math.pi * math.tan(phi)) * math.tan(math.pi / 4 + phi / 2) ** 2
+        self.between((n_q - 1.0) / math.tan(phi), self.bracket(STRIP.format(strength="1, 25, 25")), 0.08)
+
+    def test_factor_of_a_slope(self) -> None:
+        # Below the log spiral through the toe, 1.3682, as the ground below the toe may fail too.
+        low, high = self.bracket(SLOPE, "--factor")
+        self.assertLess(low, 1.3682)
+        self.assertGreater(low, 1.33)
+        self.assertGreater(high, 1.36)
+        self.assertLess(high, 1.40)
+
+    def test_weaker_flow_is_reduced_and_said(self) -> None:
+        full = self.bracket(SLOPE, "--factor")
+        low, high = self.bracket(SLOPE.replace("10, 20, 20", "10, 20, 0"), "--factor")
+        self.assertLess(high, full[1])
+        _, said = self.ask(SLOPE.replace("10, 20, 20", "10, 20, 0"), "--factor", "--triangles", "100", "--passes", "0")
+        self.assertIn("Davis", said)
+
+    def test_a_mechanism_is_drawn(self) -> None:
+        picture = self.folder / "mechanism.png"
+        code, said = self.ask(CUT, "--triangles", "100", "--passes", "0", "--out", str(picture))
+        self.assertEqual(code, 0, said)
+        self.assertGreater(picture.stat().st_size, 10000)
+
+    def test_what_is_not_solved_is_no_bound(self) -> None:
+        honest = cone.largest
+
+        def stopped(*given: object) -> cone.Answer:
+            a = honest(*given)  # type: ignore[arg-type]
+            return cone.Answer(a.value, "AlmostSolved", a.stress, a.motion, a.rate, a.head)
+
+        with mock.patch("qsmpm_verify.bounds.search.largest", stopped):
+            code, said = self.ask(CUT, "--triangles", "60", "--passes", "0")
+        self.assertEqual(code, 1)
+        self.assertIn("upper      none: the solver says AlmostSolved", said)
+        self.assertNotIn("bracket", said)
+        self.assertIsNone(json.loads((self.folder / "bounds.json").read_text())["upper"]["value"])
+
+    def test_what_bounds_cannot_take_is_refused_by_name(self) -> None:
+        for before, after, word in (
+            ("TYPE=PLANE STRAIN", "TYPE=AXISYMMETRIC", "TYPE=AXISYMMETRIC"),
+            ("*MOHR COULOMB\n1, 0, 0", "*CAM CLAY\n1, 1, 1, 1", "CAM CLAY"),
+            ("*GRAVITY\n0, -1", "*RIGID BODY, NAME=a, SHAPE=BOX\n0, 1, 3, 4", "RIGID BODY"),
+            ("*GRAVITY\n0, -1", "*GRAVITY\n1, 0\n*WATER LEVEL, UNIT WEIGHT=10\n0, 1\n6, 1", "WATER LEVEL"),
+            ("*GRAVITY\n0, -1\n", "", "no load changes"),
+        ):
+            code, said = self.ask(CUT.replace(before, after))
+            self.assertEqual(code, 2, said)
+            self.assertIn(word, said)
+        self.assertEqual(self.ask(CUT, "--phase", "none")[0], 2)
+        self.assertEqual(self.ask(CUT, "--triangles", "5")[0], 2)
+        self.assertEqual(self.ask(CUT, "--out", "picture.bmp")[0], 2)
