@@ -11,7 +11,7 @@ from qsmpm_verify.bounds.cone import Kind
 from qsmpm_verify.bounds.picture import draw_mechanism
 from qsmpm_verify.bounds.scene import Scene, read_scene
 from qsmpm_verify.bounds.search import Bound, Found, Search
-from qsmpm_verify.study.cards import read_deck
+from qsmpm_verify.study.cards import Deck, read_deck
 from qsmpm_verify.trouble import Trouble
 
 NAMES = {
@@ -71,6 +71,25 @@ def record(scene: Scene, found: Found) -> dict[str, object]:
         "phase": scene.phase, "quantity": NAMES[found.kind], "upper": of(found.upper), "lower": of(found.lower),
         "triangles": found.triangles, "davis": found.reduced,
     }  # fmt: skip
+
+
+def note_of(deck: Deck, safety: bool, value: float | None) -> str:
+    """A sentence for those who have computed the figure in another way, and where theirs lies."""
+    try:
+        scene = read_scene(deck, None, False)
+        if scene.safety is not safety or scene.pushed:
+            return ""
+        found = Search(scene).run()
+    except Trouble as trouble:
+        return f"no bounds of limit analysis: {trouble}"
+    if not (found.upper.solved and found.lower.solved):
+        return "no bounds of limit analysis: its programs were not solved"
+    low, high = found.lower.value, found.upper.value
+    text = f"limit analysis: between {low:.5g} and {high:.5g}" + (", strength reduced after Davis" if found.reduced else "")
+    if value is not None and not found.reduced and not low <= value <= high:
+        beyond = value / high - 1.0 if value > high else value / low - 1.0
+        text += f"; the answer is {abs(beyond):.2%} {'above' if beyond > 0 else 'below'} what it may be"
+    return text
 
 
 def act(words: argparse.Namespace) -> int:

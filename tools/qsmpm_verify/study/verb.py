@@ -7,10 +7,11 @@ import re
 import sys
 from pathlib import Path
 
+from qsmpm_verify.bounds.verb import note_of
 from qsmpm_verify.places import PROGRAM
 from qsmpm_verify.study.cards import read_deck
 from qsmpm_verify.study.judgement import answer_of, choice_of, seconds_of_choice, warnings_of
-from qsmpm_verify.study.search import Search, Trial, Wish
+from qsmpm_verify.study.search import FACTOR, Search, Trial, Wish
 from qsmpm_verify.study.telling import grid_text, tell_study
 from qsmpm_verify.trouble import RunFailed, Trouble
 
@@ -68,5 +69,8 @@ def act(words: argparse.Namespace) -> int:
         raise RunFailed(f"{words.deck}: no run of it gave a figure; the first says: {first}")
     answer = answer_of(search.trials)
     choice = choice_of(search.trials, answer, wish.target)
-    tell_study(search, answer, choice, warnings_of(deck))
+    notes = warnings_of(deck)
+    if wish.history in (FACTOR, "load_factor"):
+        notes = [*notes, *filter(None, [note_of(deck, wish.history == FACTOR, answer.value if answer else None)])]
+    tell_study(search, answer, choice, notes)
     return 0 if choice else 1

@@ -10,7 +10,9 @@ from pathlib import Path
 from unittest import mock
 
 from qsmpm_verify.bounds import cone
+from qsmpm_verify.bounds.verb import note_of
 from qsmpm_verify.cli import main
+from qsmpm_verify.study.cards import read_deck
 
 HEAD = """*MODEL, TYPE=PLANE STRAIN
 *UNITS, LENGTH=m, FORCE=kN
@@ -126,6 +128,16 @@ class Bounds(unittest.TestCase):
         self.assertIn("upper      none: the solver says AlmostSolved", said)
         self.assertNotIn("bracket", said)
         self.assertIsNone(json.loads((self.folder / "bounds.json").read_text())["upper"]["value"])
+
+    def test_a_study_is_told_where_its_answer_lies(self) -> None:
+        deck = self.folder / "scene.inp"
+        deck.write_text(CUT)
+        text = note_of(read_deck(deck), False, 4.2)
+        self.assertRegex(text, r"^limit analysis: between 3\.7\d+ and 3\.8\d+; the answer is \d+\.\d+% above what it may be$")
+        self.assertNotIn("the answer", note_of(read_deck(deck), False, 3.7776))
+        self.assertEqual(note_of(read_deck(deck), True, 4.2), "")
+        deck.write_text(CUT.replace("*GRAVITY", "*ROTATE\n*GRAVITY"))
+        self.assertIn("ROTATE", note_of(read_deck(deck), False, None))
 
     def test_what_bounds_cannot_take_is_refused_by_name(self) -> None:
         for before, after, word in (
