@@ -38,6 +38,7 @@ contains
     call check_change(tests)
     call check_quality(tests)
     call check_tangled(tests)
+    call check_cell_size(tests)
   end subroutine collect_worn_mesh
 
   !> Half of the load on triangles, a step on the grid, and back.
@@ -146,19 +147,40 @@ contains
       index(observer%text, words) > 0 .and. model%analysis%method%basis == basis_spline2g)
   end subroutine check_tangled
 
+  !> On lines of unequal distance the size that the grid is told by is that of its narrowest cell: widths 0.06, 0.12 and
+  !> 0.02 along x, 0.1 along y.
+  subroutine check_cell_size(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: even = 'X, 0, 2, 20|'
+    class(model_type), allocatable :: model
+    type(step_loop_type) :: loop
+
+    associate (at => index(slope, even))
+      call begin(model, loop, deck=slope(:at - 1)//'X, LINES, 0, 0.06|X, 0.06, 1.98, 16|X, LINES, 2|'// &
+        slope(at + len(even):))
+    end associate
+    call tests%close('the narrowest cell of a graded grid is its size', model%analysis%backgrounds(2)%cell_size, &
+      0.02_wp, 1.0e-12_wp)
+  end subroutine check_cell_size
+
   !> The slope at its start.
-  subroutine begin(model, loop, script)
+  subroutine begin(model, loop, script, deck)
     class(model_type), allocatable, intent(out) :: model
     type(step_loop_type), intent(out) :: loop
     !> Who solves; the method unless given.
     type(script_type), intent(in), optional :: script
+    !> Its deck; the slope's unless given.
+    character(len=*), intent(in), optional :: deck
     class(analysis_type), allocatable :: analysis
+    character(len=:), allocatable :: text
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     type(run_profile_type) :: profile
 
     allocate (analysis, model)
-    call parse_deck('slope.inp', joined(slope), analysis, messages, error)
+    text = slope
+    if (present(deck)) text = deck
+    call parse_deck('slope.inp', joined(text), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the deck of the worn_mesh suite is broken'
     if (present(script)) allocate (loop%solver, source=script)

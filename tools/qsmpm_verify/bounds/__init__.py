@@ -1,6 +1,9 @@
 """`bounds`: rigorous upper and lower bounds of a limit load or of a factor of safety, on the scene that a deck draws.
 
-scene       what of a deck limit analysis knows, from its cards; anything else is an error that names the card
+scene       bodies, strengths, and what acts on them at both ends of a phase
+words       names, numbers and boxes of cards; anything that is not known is an error that names the card
+reader      cards of the model
+phases      cards of the phases, and the scene of the one that is asked for
 strength    cohesion and friction at a factor of safety, Davis' reduction, strength profiles
 lines       the drawn lines cut at each other
 triangles   triangles between the lines; halving of those that are marked

@@ -12,7 +12,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from qsmpm_verify.bounds.lines import area_of, closed, crossings, inside, plane_graph
-from qsmpm_verify.bounds.scene import Level, Scene, State, rectangle
+from qsmpm_verify.bounds.scene import Level, Scene, State
+from qsmpm_verify.bounds.words import rectangle
 from qsmpm_verify.bounds.triangles import Triangles, triangulate
 from qsmpm_verify.results import Array
 from qsmpm_verify.trouble import Trouble

@@ -88,8 +88,8 @@ def _triangles_of(number: Array, edges: int) -> Array:
     return sides
 
 
-class _Laying:
-    """What is known while a scene is laid on triangles."""
+class _Placed:
+    """Triangles of a scene with the bodies they belong to and the faces that loads act on."""
 
     def __init__(self, scene: Scene, mesh: Triangles) -> None:
         self.scene, self.mesh = scene, mesh
@@ -212,22 +212,22 @@ class _Laying:
         return held, first, pushed
 
 
-def lay(scene: Scene, mesh: Triangles) -> Model:
+def model_of(scene: Scene, mesh: Triangles) -> Model:
     """The scene on triangles."""
-    laying = _Laying(scene, mesh)
-    names = sorted({scene.after.materials[name] for name in laying.names})
+    placed = _Placed(scene, mesh)
+    names = sorted({scene.after.materials[name] for name in placed.names})
     strengths = []
     for name in names:
         strength = scene.materials[name].strength
         assert strength is not None
         strengths.append(strength)
-    material = np.array([names.index(scene.after.materials[name]) for name in laying.names])[laying.body]
+    material = np.array([names.index(scene.after.materials[name]) for name in placed.names])[placed.body]
     places = mesh.places[mesh.corners]
     cohesion = np.zeros(mesh.corners.shape)
     for number, strength in enumerate(strengths):
         cohesion[material == number] = strength.cohesions(places[material == number])
-    held, direction, pushed = laying.supports()
+    held, direction, pushed = placed.supports()
     return Model(
-        mesh, mesh.areas(), laying.edges, laying.number, laying.sides, laying.normal, laying.length, material, strengths, cohesion,
-        laying.loads(scene.before), laying.loads(scene.after), held, direction, pushed,
+        mesh, mesh.areas(), placed.edges, placed.number, placed.sides, placed.normal, placed.length, material, strengths, cohesion,
+        placed.loads(scene.before), placed.loads(scene.after), held, direction, pushed,
     )  # fmt: skip

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from qsmpm_verify.bounds.cone import Answer, Balance, Kind, Yield, largest
+from qsmpm_verify.bounds.cone import TOLERANCE, Answer, Balance, Kind, Yield, largest
 from qsmpm_verify.bounds.layout import first_triangles
 from qsmpm_verify.bounds.lower import lower_balance
-from qsmpm_verify.bounds.model import Loads, Model, lay
+from qsmpm_verify.bounds.model import Loads, Model, model_of
 from qsmpm_verify.bounds.scene import Scene
 from qsmpm_verify.bounds.triangles import Triangles, cut_at, halve
 from qsmpm_verify.bounds.upper import Nodes, lifted, nodes_of, upper_balance
@@ -125,7 +125,7 @@ def _spent(start: float) -> float:
 
 
 def find_factor(side: Side, guess: float) -> tuple[Bound, Answer]:
-    """The factor at which the margin is zero, from the side on which it is a bound."""
+    """The factor at which the margin is zero, from the side on which it is a bound: by more than what the solver leaves open."""
     start, factor, tries = time.process_time(), guess, 0
     sign = -1.0 if side.above else 1.0
     low, high = 0.0, np.inf
@@ -136,10 +136,11 @@ def find_factor(side: Side, guess: float) -> tuple[Bound, Answer]:
         if not answer.solved:
             return Bound(np.nan, answer.status, _spent(start), tries), answer
         low, high = (max(low, factor), high) if answer.value >= 0.0 else (low, min(high, factor))
-        if answer.value * sign >= 0.0 and (best is None or factor * sign > best[0] * sign):
+        slack = TOLERANCE * side.scale
+        if answer.value * sign >= slack and (best is None or factor * sign > best[0] * sign):
             best = (factor, answer)
         slope = side.slope(answer, factor)
-        root = factor - answer.value / slope if slope < 0.0 else 2.0 * factor
+        root = factor - (answer.value - sign * slack) / slope if slope < 0.0 else 2.0 * factor
         near = abs(root / factor - 1.0)
         if best is not None and best[0] == factor and near < 3.0 * CLOSE:
             break
@@ -190,7 +191,7 @@ class Search:
     def settled(self) -> Model:
         """The scene on the mesh, cut through corners where loads contradict each other."""
         for _ in range(6):
-            model = lay(self.scene, self.mesh)
+            model = model_of(self.scene, self.mesh)
             before, live = self.loads(model)
             _, torn = lower_balance(model, before, live)
             cut = np.union1d(torn, narrow_fans(model, before, live))
@@ -232,7 +233,7 @@ class Search:
 
     def marked(self, density: Array, area: Array) -> Array:
         """Triangles to halve: the share of them that dissipates most, edges counted in the mean of slip lines and fans."""
-        worth = np.maximum(density, 0.0) * area**1.0
+        worth = np.maximum(density, 0.0) * area
         order = np.argsort(-worth, kind="stable")
         most = int(self.share * len(area)) + 1
         enough = int(np.searchsorted(np.cumsum(worth[order]), 0.95 * worth.sum())) + 1
@@ -240,7 +241,7 @@ class Search:
 
     def run(self) -> Found:
         """Passes, then both bounds on the last mesh."""
-        told: list[tuple[int, float]] = []
+        history: list[tuple[int, float]] = []
         for turn in range(self.passes + 1):
             model = self.settled()
             side, nodes = self.upper(model)
@@ -254,7 +255,7 @@ class Search:
                 answer = side.solve(self.guess)
             if not answer.solved:
                 break
-            told.append((len(model.area), self.guess if self.kind is Kind.MARGIN else answer.value))
+            history.append((len(model.area), self.guess if self.kind is Kind.MARGIN else answer.value))
             if self.kind is Kind.MARGIN and turn:
                 self.guess -= answer.value / side.slope(answer, self.guess)
             mechanism = self.mechanism(model, nodes, answer)
@@ -267,4 +268,4 @@ class Search:
             self.guess = 0.97 * upper.value
         lower, _ = self.solve(self.lower(model))
         reduced = any(strength.reduced() for strength in model.strengths)
-        return Found(self.kind, upper, lower, len(model.area), reduced, mechanism, told)
+        return Found(self.kind, upper, lower, len(model.area), reduced, mechanism, history)

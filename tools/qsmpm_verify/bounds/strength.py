@@ -36,7 +36,7 @@ class Strength:
         return np.empty(0) if self.profile is None else self.profile[:, 0]
 
     def at(self, factor: float, flow: str) -> tuple[float, float]:
-        """What c is multiplied by, and the sine and cosine's angle phi in radians, at a factor of safety."""
+        """What c is multiplied by, and phi in radians, at a factor of safety and after Davis."""
         phi, psi = math.radians(self.friction), math.radians(self.dilatancy)
         lowered = math.atan(math.tan(phi) / factor)
         if flow == "DAVIS A":

@@ -8,6 +8,7 @@ halved instead. Near an acute corner edges end at powers of two from it, so that
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,7 +105,7 @@ def _there(corners: Array, edges: Array, count: int) -> Array:
     return np.asarray(np.isin(low * count + high, pairs[:, 0].astype(np.int64) * count + pairs[:, 1]))
 
 
-def triangulate(corners: Array, edges: Array, belongs, size: float) -> Triangles:  # type: ignore[no-untyped-def]
+def triangulate(corners: Array, edges: Array, belongs: Callable[[Array], Array], size: float) -> Triangles:
     """Triangles no larger than a size of those whose middle belongs to the ground."""
     places, count = corners, len(corners)
     low, high = corners.min(axis=0), corners.max(axis=0)

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from qsmpm_verify.bounds.cone import Kind
 from qsmpm_verify.bounds.picture import draw_mechanism
-from qsmpm_verify.bounds.scene import Scene, read_scene
+from qsmpm_verify.bounds.phases import read_scene
+from qsmpm_verify.bounds.scene import Scene
 from qsmpm_verify.bounds.search import Bound, Found, Search
 from qsmpm_verify.study.cards import Deck, read_deck
 from qsmpm_verify.trouble import Trouble
@@ -48,7 +49,7 @@ def bound_text(bound: Bound) -> str:
     return f"none: the solver says {bound.status}"
 
 
-def tell(scene: Scene, found: Found) -> None:
+def report(scene: Scene, found: Found) -> None:
     """A line a figure."""
     print(f"phase      {scene.phase}: {NAMES[found.kind]}")
     print(f"upper      {bound_text(found.upper)}")
@@ -93,14 +94,14 @@ def note_of(deck: Deck, safety: bool, value: float | None) -> str:
 
 
 def act(words: argparse.Namespace) -> int:
-    """Read, solve, tell; exit code 1 when a bound is missing."""
+    """Read, solve, report; exit code 1 when a bound is missing."""
     if words.out is not None and words.out.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise Trouble(f"{words.out}: a picture is a .png, .svg or .pdf file")
     if not 20 <= words.triangles <= 20000 or words.passes > 8:
         raise Trouble("--triangles is 20 to 20000, --passes at most 8")
     scene = read_scene(read_deck(words.deck), words.phase, words.factor)
     found = Search(scene, words.triangles, words.passes).run()
-    tell(scene, found)
+    report(scene, found)
     if words.json is not None:
         words.json.parent.mkdir(parents=True, exist_ok=True)
         words.json.write_text(json.dumps(record(scene, found), indent=1) + "\n", encoding="utf-8")

@@ -10,6 +10,7 @@ from pathlib import Path
 from unittest import mock
 
 from qsmpm_verify.bounds import cone
+from qsmpm_verify.bounds.reader import Reader
 from qsmpm_verify.bounds.verb import note_of
 from qsmpm_verify.cli import main
 from qsmpm_verify.study.cards import read_deck
@@ -45,6 +46,9 @@ CUT = HEAD.format(width=6, height=3, strength="1, 0, 0", weight=1, outline="0, 0
 # Half of a strip of 2 m on soil without weight, the edge of its load at the first metre.
 STRIP = HEAD.format(width=6, height=3, strength="{strength}", weight=0, outline="0, 0\n6, 0\n6, 3\n0, 3") + (
     "*SURFACE, NAME=footing, TYPE=SEGMENT\n1, 3, 0, 3\n") + PHASE + "*TRACTION, SURFACE=footing\n0, -1\n*END PHASE\n"
+PUSHED = STRIP.format(strength="1, 0, 0").replace(
+    "*SURFACE, NAME=footing, TYPE=SEGMENT\n1, 3, 0, 3", "*NSET, NSET=foot, BOX\n0, 1, 3, 3").replace(
+    "*TRACTION, SURFACE=footing\n0, -1", "*FIX\nfoot, X\n*PRESCRIBE\nfoot, Y, -0.3")
 SLOPE = HEAD.format(width=40, height=15, strength="10, 20, 20", weight=20, outline="0, 0\n40, 0\n40, 5\n32, 5\n12, 15\n0, 15") + (
     PHASE + "*GRAVITY\n0, -1\n*END PHASE\n")
 
@@ -85,9 +89,7 @@ class Bounds(unittest.TestCase):
         self.between(2.0 + math.pi, self.bracket(STRIP.format(strength="1, 0, 0")), 0.04)
 
     def test_force_that_pushes_a_strip_is_that_of_its_load(self) -> None:
-        deck = STRIP.format(strength="1, 0, 0").replace("*SURFACE, NAME=footing, TYPE=SEGMENT\n1, 3, 0, 3", "*NSET, NSET=foot, BOX\n0, 1, 3, 3")
-        deck = deck.replace("*TRACTION, SURFACE=footing\n0, -1", "*FIX\nfoot, X\n*PRESCRIBE\nfoot, Y, -0.3")
-        self.between(2.0 + math.pi, self.bracket(deck.replace("X, 0, 6, 8", "X, 0, 6, 12")), 0.08)
+        self.between(2.0 + math.pi, self.bracket(PUSHED), 0.08)
 
     def test_strip_of_prandtl_with_friction(self) -> None:
         phi = math.radians(25.0)
@@ -108,6 +110,45 @@ class Bounds(unittest.TestCase):
         self.assertLess(high, full[1])
         _, said = self.ask(SLOPE.replace("10, 20, 20", "10, 20, 0"), "--factor", "--triangles", "100", "--passes", "0")
         self.assertIn("Davis", said)
+
+    def test_boxes_of_nodes_end_on_lines_of_the_grid_only_where_an_element_is_named(self) -> None:
+        for words, end in (("*GRID", 1.0), ("*GRID, ELEMENT=TRI6, FIT=YES", 1.0), ("*GRID, ELEMENT=QUAD4", 0.75)):
+            (self.folder / "scene.inp").write_text(PUSHED.replace("*GRID", words))
+            self.assertEqual(Reader(read_deck(self.folder / "scene.inp")).sets["foot"][1][0], end)
+
+    def test_slope_wholly_under_water_is_that_of_its_buoyant_weight(self) -> None:
+        dry = self.bracket(SLOPE.replace("\n20\n*BODY", "\n10\n*BODY"), "--factor")
+        water = SLOPE.replace("*GRAVITY\n", "*WATER LEVEL, UNIT WEIGHT=10\n0, 18\n40, 18\n*GRAVITY\n")
+        wet = self.bracket(water.replace("\n20\n*BODY", "\n18, 20\n*BODY"), "--factor")
+        # Other triangles, as the level is a line of them: the brackets meet, and are narrow beside what the water on the slope is worth.
+        self.assertLess(max(dry[0], wet[0]), min(dry[1], wet[1]))
+        self.assertLess(max(dry[1], wet[1]) / min(dry[0], wet[0]) - 1.0, 0.04)
+
+    def test_constant_profile_is_that_cohesion(self) -> None:
+        deck = STRIP.format(strength="7, 0, 0\n*STRENGTH PROFILE, TYPE=TABLE, ALONG=Y\n0, 1\n3, 1")
+        self.between(2.0 + math.pi, self.bracket(deck), 0.04)
+
+    def test_cut_off_of_tension_lowers_a_vertical_cut(self) -> None:
+        full, cut = self.bracket(CUT), self.bracket(CUT.replace("1, 0, 0", "1, 0, 0, 0"))
+        self.assertLess(cut[1], full[0])
+        self.assertGreater(cut[0], 0.5 * full[0])
+
+    def test_two_layers_lie_between_the_weak_and_the_strong(self) -> None:
+        lower = "*MATERIAL, NAME=stiff\n*ELASTIC\n10000, 0.3\n*MOHR COULOMB\n2, 0, 0\n*UNIT WEIGHT\n0\n"
+        body = "*BODY, NAME=below, MATERIAL=stiff, SHAPE=BOX\n0, 6, 0, 2.6\n*BODY, NAME=ground"
+        deck = PUSHED.replace("*BODY, NAME=ground", lower + body).replace("0, 0\n6, 0\n6, 3\n0, 3", "0, 2.6\n6, 2.6\n6, 3\n0, 3")
+        low, high = self.bracket(deck)
+        self.assertGreater(low, 1.05 * (2.0 + math.pi))
+        self.assertLess(high, 1.95 * (2.0 + math.pi))
+
+    def test_a_pressure_is_the_traction_against_its_face(self) -> None:
+        traction = STRIP.format(strength="1, 0, 0")
+        pressure = traction.replace("*TRACTION, SURFACE=footing\n0, -1", "*PRESSURE, SURFACE=footing\n1")
+        self.assertEqual(self.bracket(traction), self.bracket(pressure))
+
+    def test_a_supported_face_does_not_fail(self) -> None:
+        held = CUT.replace("*PHASE", "*SURFACE, NAME=face, TYPE=SEGMENT\n3, 2, 3, 3\n*PHASE").replace("*GRAVITY", "*SUPPORT, SURFACE=face, TYPE=NORMAL\n*GRAVITY")
+        self.assertGreater(self.bracket(held)[0], 1.3 * self.bracket(CUT)[1])
 
     def test_a_mechanism_is_drawn(self) -> None:
         picture = self.folder / "mechanism.png"

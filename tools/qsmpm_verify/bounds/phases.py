@@ -1,0 +1,201 @@
+"""Cards of the phases: what acts at the end of each, and the scene of the one that is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from qsmpm_verify.bounds.reader import Reader
+from qsmpm_verify.bounds.scene import Level, Push, Scene, State
+from qsmpm_verify.bounds.words import PASSED, name_of, numbers, only, refuse
+from qsmpm_verify.study.cards import Card, Deck, plain
+from qsmpm_verify.trouble import Trouble
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A phase as it was read: its state, what it pushes."""
+
+    name: str
+    state: State
+    start: State
+    factor: float
+    safety: bool
+    flow: str
+    pushed: dict[tuple[str, str], float]
+    initial: bool
+
+
+class Phases:
+    """States of the phases, in the order of the deck."""
+
+    def __init__(self, reader: Reader) -> None:
+        self.reader = reader
+        active = frozenset(name for name in reader.bodies if name not in reader.absent)
+        self.none = State(active=active, materials=dict(reader.body_materials))
+        self.done: dict[str, Phase] = {}
+
+    def read(self, cards: list[Card]) -> Phase:
+        """A phase of its cards."""
+        head = cards[0]
+        only(head, TYPE=("LOADING", "SAFETY"))
+        name = name_of(head, "NAME")
+        last = list(self.done.values())[-1].state if self.done else self.none
+        parent = next((v.strip('"') for k, v in head.parameters if plain(k) == "PARENT"), "")
+        if parent and parent not in self.done:
+            raise refuse(head, f"PARENT={parent} is no earlier phase")
+        start = self.done[parent].state if parent else last
+        factor = float(head.value("LOAD FACTOR") or 1.0)
+        self.state = replace(
+            start, tractions=dict(start.tractions), pushes=dict(start.pushes), water=dict(start.water), held=dict(start.held),
+            supports=dict(start.supports), materials=dict(start.materials),
+        )  # fmt: skip
+        self.factor, self.flow, self.initial = factor, "MATERIAL", False
+        self.pushed: dict[tuple[str, str], float] = {}
+        for card in cards[1:]:
+            self.take(card)
+        phase = Phase(name, self.state, start, factor, head.value("TYPE") == "SAFETY", self.flow, self.pushed, self.initial)
+        self.done[name] = phase
+        return phase
+
+    def take(self, card: Card) -> None:
+        """A card of a phase."""
+        words: dict[str, Callable[[Card], None]] = {
+            "FIX": self.fix, "PRESCRIBE": self.prescribe, "GRAVITY": self.gravity, "TRACTION": self.traction, "PRESSURE": self.pressure,
+            "WATER LEVEL": self.level, "SUPPORT": self.support, "ACTIVATE": self.activate, "DEACTIVATE": self.deactivate,
+            "CHANGE MATERIAL": self.change, "SAFETY": self.safety, "INITIAL": self.stresses,
+        }  # fmt: skip
+        if card.keyword in words:
+            words[card.keyword](card)
+        elif card.keyword not in PASSED:
+            raise refuse(card, "limit analysis here does not know it")
+
+    def known(self, card: Card, name: str, table: Container[str]) -> str:
+        """A name that is there."""
+        if name not in table:
+            raise refuse(card, f"'{name}' is not there")
+        return name
+
+    def fix(self, card: Card) -> None:
+        """Components of node sets that are held."""
+        for row in card.data():
+            name = self.known(card, row[0].strip('"'), self.reader.sets)
+            held = self.state.held.get(name, "")
+            for word in map(plain, row[1:]):
+                held = "" if word == "FREE" else "XY" if word == "ALL" else "".join(sorted(set(held + word) & set("XY")))
+            self.state.held[name] = held
+
+    def prescribe(self, card: Card) -> None:
+        """Components of node sets that are pushed: held, and the limit is that of the force that pushes."""
+        for row in card.data():
+            name, axis = self.known(card, row[0].strip('"'), self.reader.sets), plain(row[1])
+            value = numbers(card, row[2:], 1, 1)[0]
+            self.state.held[name] = "".join(sorted(set(self.state.held.get(name, "") + axis)))
+            if value != 0.0:
+                self.pushed[name, axis] = value
+
+    def gravity(self, card: Card) -> None:
+        """Weight."""
+        x, y = (self.factor * v for v in numbers(card, card.data()[0], 2, 2))
+        self.state = replace(self.state, gravity=(x, y))
+
+    def traction(self, card: Card) -> None:
+        """A dead load on a surface."""
+        x, y = (self.factor * v for v in numbers(card, card.data()[0], 2, 2))
+        self.state.tractions[self.known(card, name_of(card, "SURFACE"), self.reader.surfaces)] = (x, y)
+
+    def pressure(self, card: Card) -> None:
+        """A pressure on a surface, or that of water against it."""
+        name = self.known(card, name_of(card, "SURFACE"), self.reader.surfaces)
+        if card.value("LEVEL") is not None:
+            gradient = self.factor * float(card.value("UNIT WEIGHT") or "nan")
+            self.state.pushes[name] = Push(0.0, gradient, float(card.value("LEVEL") or "nan"), True)
+        else:
+            p, gradient, y = (numbers(card, card.data()[0], 1, 3) + [0.0, 0.0])[:3]
+            self.state.pushes[name] = Push(self.factor * p, self.factor * gradient, y, False)
+
+    def level(self, card: Card) -> None:
+        """Water in the ground and above it."""
+        body = name_of(card, "BODY") if card.value("BODY") is not None else ""
+        if card.value("TYPE") == "NONE":
+            self.state.water[body] = None
+        else:
+            corners = np.array([numbers(card, row, 2, 2) for row in card.data()])
+            self.state.water[body] = Level(corners, float(card.value("UNIT WEIGHT") or "nan"))
+
+    def support(self, card: Card) -> None:
+        """A surface that is held."""
+        only(card, TYPE=("FREE", "NORMAL", "ALL"))
+        self.state.supports[self.known(card, name_of(card, "SURFACE"), self.reader.surfaces)] = card.value("TYPE") or "NORMAL"
+
+    def activate(self, card: Card) -> None:
+        """Bodies put in place, as they are drawn."""
+        names = {self.known(card, row[0].strip('"'), self.reader.bodies) for row in card.data()}
+        self.state = replace(self.state, active=self.state.active | names)
+
+    def deactivate(self, card: Card) -> None:
+        """Bodies taken out."""
+        names = {self.known(card, row[0].strip('"'), self.reader.bodies) for row in card.data()}
+        self.state = replace(self.state, active=self.state.active - names)
+
+    def change(self, card: Card) -> None:
+        """Bodies of another material."""
+        for row in card.data():
+            body = self.known(card, row[0].strip('"'), self.reader.bodies)
+            self.state.materials[body] = self.known(card, row[1].strip('"'), self.reader.materials)
+
+    def safety(self, card: Card) -> None:
+        """The flow rule of a search for a factor."""
+        only(card, FLOW=("MATERIAL", "DAVIS A", "DAVIS B"))
+        self.flow = card.value("FLOW") or "MATERIAL"
+
+    def stresses(self, card: Card) -> None:
+        """Stresses at the start change no limit load; the loads of their phase act from its start."""
+        self.initial = card.value("TYPE") not in (None, "KEEP")
+
+
+def phase_cards(deck: Deck) -> list[list[Card]]:
+    """The cards of each phase."""
+    found: list[list[Card]] = []
+    for card in deck.cards:
+        if card.keyword == "PHASE":
+            found.append([])
+        if found:
+            found[-1].append(card)
+    return found
+
+
+def read_scene(deck: Deck, asked: str | None = None, factor: bool = False) -> Scene:
+    """The scene at a phase, the last one when none is asked for; `factor` asks for the factor of safety at its end."""
+    reader = Reader(deck)
+    phases, groups = Phases(reader), phase_cards(deck)
+    names = [name_of(group[0], "NAME") for group in groups]
+    if not names or (asked is not None and asked not in names):
+        raise Trouble(f"{deck.path}: no phase {asked or ''}; there are {', '.join(names) or 'none'}")
+    chosen = names.index(asked) if asked is not None else len(names) - 1
+    phase = [phases.read(group) for group in groups[: chosen + 1]][-1]
+    safety = phase.safety or factor
+    if not safety and (phase.start.active != phase.state.active or phase.start.materials != phase.state.materials):
+        raise Trouble(f"phase '{phase.name}': *ACTIVATE, *DEACTIVATE and *CHANGE MATERIAL are no loads; ask for its factor of safety (--factor)")
+    used = {phase.state.materials[name] for name in phase.state.active}
+    for name in sorted(used):
+        if name not in reader.materials:
+            raise Trouble(f"*BODY: material '{name}' is not there")
+        material = reader.materials[name]
+        if material.refused:
+            raise Trouble(f"{material.refused}: limit analysis here does not know it")
+        if material.strength is None:
+            raise Trouble(f"*MATERIAL, NAME={name}: no *MOHR COULOMB, so no limit")
+    x, y = phase.state.gravity
+    if (x != 0.0 or y > 0.0) and any(phase.state.water.values()):
+        raise Trouble("*WATER LEVEL: bounds take water where gravity points along -y; turn the deck")
+    start = phase.state if phase.initial else phase.start
+    fastest = max((abs(value) for value in phase.pushed.values()), default=1.0)
+    pushed = {} if safety else {place: value / fastest for place, value in phase.pushed.items()}
+    return Scene(
+        {name: places for name, places in reader.bodies.items() if name in phase.state.active}, reader.materials, reader.surfaces,
+        reader.sets, start, phase.state, phase.name, phase.factor, safety, phase.flow, pushed, reader.units,
+        reader.steps,
+    )  # fmt: skip
