@@ -17,7 +17,7 @@ import sys
 
 TOP = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(TOP / "tools"))
-from qsmpm_verify.bounds.scene import read_scene  # noqa: E402
+from qsmpm_verify.bounds.phases import read_scene  # noqa: E402
 from qsmpm_verify.bounds.search import Search  # noqa: E402
 from qsmpm_verify.cpu_limit import run_limited  # noqa: E402
 from qsmpm_verify.reference.slope import slope_spiral_safety, slope_spiral_unit_weight  # noqa: E402
