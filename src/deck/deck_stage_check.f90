@@ -1,7 +1,7 @@
 !> Staged construction, checked when the whole deck is known: the bodies exist, come when they are not there and go when
 !> they are, and something is left; nothing acts on a body that is not there.
 module qsmpm_deck_stage_check
-  use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages
+  use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages, leaves_cells
   use qsmpm_analysis, only: body_change_type, phase_type, source_line_type, select_outline, &
     basis_fem, carrier_points, fill_level
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
@@ -49,14 +49,16 @@ contains
 
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
-        if (state%analysis%method%basis == basis_fem) call state%error_from(phase%where, 'PHASE', &
-          'bodies that come or go want a mesh that is reset: *METHOD, BASIS=FEM is not for them')
+        if (state%analysis%method%basis == basis_fem) then
+          if (leaves_cells(state%analysis, p)) call state%error_from(phase%activations(1)%where, 'ACTIVATE', &
+            'FILL=SHAPE, and a body that is taken out in another phase, want a mesh that is reset: *METHOD, '// &
+            'BASIS=FEM is not for them')
+        end if
         do i = 1, size(phase%tractions)
           if (phase%tractions(i)%carrier == carrier_points) call state%error_from(phase%tractions(i)%where, &
             'TRACTION', 'CARRIER=POINTS is not for analyses in which bodies come or go')
         end do
       end associate
-      if (state%analysis%method%basis == basis_fem) return
     end do
   end subroutine check_method
 

@@ -44,7 +44,7 @@ module qsmpm_phases
   use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
   use qsmpm_unfinished_phases, only: any_lost, is_loss, need_all_phases, not_run_text
-  use qsmpm_worn_mesh, only: is_worn, leave_mesh, may_leave_mesh
+  use qsmpm_worn_mesh, only: has_no_room, is_worn, leave_mesh, may_leave_mesh
   implicit none
   private
 
@@ -146,7 +146,8 @@ contains
       call go_to_phase(model, next)
       call reset_division(model, loop)
       loop%end_notified = .false.
-      call enter_phase(model, loop, observer, error)
+      if (has_no_room(model)) call change_background(model, loop, observer, error)
+      if (.not. allocated(error)) call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
     end if
     if (is_worn(model)) call change_background(model, loop, observer, error)

@@ -3,11 +3,12 @@
 !> FILL=LEVEL stretches it along the vertical from the top as drawn down to the ground as it has settled
 !> (qsmpm_lift_feet); where the ground lies above the top nothing is left of it. FILL=SHAPE takes it as drawn: an
 !> overlap with the ground of more than a thousandth of it is an error. A body that has been there before comes back
-!> where it is.
+!> where it is. On a mesh that goes with the ground it fills its cells (qsmpm_cells_of_bodies).
 module qsmpm_body_placing
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: body_change_type, fill_level
+  use qsmpm_analysis, only: body_change_type, basis_fem, fill_level
   use qsmpm_active_bodies, only: body_number
+  use qsmpm_cells_of_bodies, only: put_in_cells, place_in_cell
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_lift_feet, only: stretch_over, height_over
   use qsmpm_model, only: model_type
@@ -37,7 +38,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
-    if (any(body%foot > 0)) then
+    if (model%analysis%method%basis == basis_fem) then
+      call put_into_cells(model, change%body, body, surface, notes)
+    else if (any(body%foot > 0)) then
       if (change%fill == fill_level) then
         call stretch(model, change%body, body, surface, notes, error)
       else
@@ -45,17 +48,41 @@ contains
       end if
       if (allocated(error)) return
       call place_tracers(model, body_number(model%analysis, change%body), change%fill)
-      body%foot = 0
-      surface%foot = 0
     end if
-    call relocate(model%mesh, model%cell_size, body, 'material point', error)
-    if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, surface, 'surface point', error)
-    if (allocated(error)) return
+    body%foot = 0
+    surface%foot = 0
+    if (model%analysis%method%basis /= basis_fem) then
+      call relocate(model%mesh, model%cell_size, body, 'material point', error)
+      if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, surface, 'surface point', error)
+      if (allocated(error)) return
+    end if
     call start_anew(model, body)
     surface%reaction = 0.0_wp
     surface%released = 0.0_wp
     call set_normals(surface, [(.true., i=1, surface%count)])
   end subroutine place_body
+
+  !> Put a body into the cells of a mesh that goes with the ground.
+  subroutine put_into_cells(model, name, body, surface, notes)
+    type(model_type), intent(inout) :: model
+    character(len=*), intent(in) :: name
+    type(points_type), intent(inout) :: body
+    type(surface_points_type), intent(inout) :: surface
+    character(len=:), allocatable, intent(inout) :: notes
+    real(wp) :: drawn
+    integer :: i
+
+    drawn = sum(body%volume)
+    call put_in_cells(model, body, surface)
+    notes = notes//comes_text(name, sum(body%volume), drawn)
+    associate (tracers => model%state%tracers, number => body_number(model%analysis, name))
+      do i = 1, tracers%count
+        if (model%tracer_body(i) /= number) cycle
+        tracers%position(:, i) = place_in_cell(model, tracers, i)
+        tracers%initial_position(:, i) = tracers%position(:, i)
+      end do
+    end associate
+  end subroutine put_into_cells
 
   !> Stretch a body down to the ground.
   subroutine stretch(model, name, body, surface, notes, error)
@@ -94,9 +121,19 @@ contains
     end if
     if (body%count == 0) call fail(error, error_deck, "body '"//name//"' cannot be put in place: the ground lies "// &
       'above all of it')
-    notes = notes//"body '"//name//"' comes: volume "//rounded_text(sum(body%volume))//' down to the ground, '// &
-      rounded_text(drawn)//' as drawn'//new_line('a')
+    notes = notes//comes_text(name, sum(body%volume), drawn)
   end subroutine stretch
+
+  !> A sentence for the log.
+  pure function comes_text(name, volume, drawn) result(text)
+    character(len=*), intent(in) :: name
+    !> On the ground as it is, and as drawn.
+    real(wp), intent(in) :: volume, drawn
+    character(len=:), allocatable :: text
+
+    text = "body '"//name//"' comes: volume "//rounded_text(volume)//' down to the ground, '//rounded_text(drawn)// &
+      ' as drawn'//new_line('a')
+  end function comes_text
 
   !> Area of a surface point when heights are stretched: a = cof(F) a_0, F = diag(1, r) or diag(1, 1, r).
   pure subroutine turn_area(ratio, axis, vector, area)

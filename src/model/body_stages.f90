@@ -8,10 +8,11 @@
 module qsmpm_body_stages
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages
-  use qsmpm_analysis, only: select_outline, body_change_type
+  use qsmpm_analysis, only: select_outline, body_change_type, basis_fem
   use qsmpm_body_feet, only: find_tracer_bodies, plant_feet
   use qsmpm_body_placing, only: place_body
   use qsmpm_carried_basis, only: nearest_point
+  use qsmpm_cells_of_bodies, only: move_their_nodes
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_inactive_points, only: allocate_inactive
   use qsmpm_law, only: law_type
@@ -37,6 +38,7 @@ contains
     call allocate_inactive(model%state%inactive, model%mesh%dimension)
     model%state%points%start_weight = model%state%points%weight
     if (.not. has_stages(model%analysis)) return
+    if (model%analysis%method%basis == basis_fem) model%drawn_coordinates = model%mesh%coordinates
     model%history_number = model%history_point
     if (is_divided(model%part)) model%history_number = int(model%part%history_number)
     call find_surface_bodies(model)
@@ -121,6 +123,8 @@ contains
       call end_unloading(model, .not. going)
       call move_bodies(going, model%state%points, inactive%unloading)
       call move_surfaces(going, model%state%surface, inactive%unloading_surface)
+      if (model%analysis%method%basis == basis_fem .and. any(coming)) call move_their_nodes(model, error)
+      if (allocated(error)) return
       do i = 1, size(phase%activations)
         call bring(model, phase%activations(i), notes, error)
         if (allocated(error)) return

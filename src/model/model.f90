@@ -199,6 +199,9 @@ module qsmpm_model
     integer, allocatable :: history_state(:), history_number(:)
     !> Body that each tracer rides with (0: with what is there), and its foot (0 for none) (tracers).
     integer, allocatable :: tracer_body(:), tracer_foot(:)
+    !> Places of the nodes before anything has moved, of a mesh that goes with the ground and bodies that come or go
+    !> (dimension, node_count).
+    real(wp), allocatable :: drawn_coordinates(:, :)
     !> What stands on the feet of bodies that come.
     type(lift_feet_type) :: feet
     !> Sentences the builder wants in the log (points picked, sets found, ...).

@@ -4,6 +4,7 @@
 module qsmpm_worn_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_background_in_use, only: is_at_start, take_background
+  use qsmpm_cells_of_bodies, only: bodies_fit
   use qsmpm_error, only: error_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_kept_arrays, only: renumber_nodal
@@ -17,7 +18,7 @@ module qsmpm_worn_mesh
   implicit none
   private
 
-  public :: may_leave_mesh, is_worn, leave_mesh
+  public :: may_leave_mesh, is_worn, has_no_room, leave_mesh
 
   !> Least quality of a triangle, 1 where its sides are alike and 0.15 for an angle of 5 degrees.
   real(wp), parameter :: least_quality = 0.15_wp
@@ -49,6 +50,14 @@ contains
     end do
   end function is_worn
 
+  !> Whether a body that comes finds no room in its cells, and they may be left.
+  logical function has_no_room(model)
+    type(model_type), intent(in) :: model
+
+    has_no_room = .false.
+    if (may_leave_mesh(model)) has_no_room = .not. bodies_fit(model)
+  end function has_no_room
+
   !> Least determinant of the map of a triangle over the squares of its sides, 1 where they are alike and straight.
   real(wp) function quality(mesh, coordinates, cell)
     type(mesh_type), intent(in) :: mesh
@@ -79,6 +88,11 @@ contains
       call place(state%surface, 'surface point')
       call place(state%tracers, 'tracer')
       call place(state%watched, 'material in front of a prescribed set')
+      call place(state%inactive%points, 'material point that is not there')
+      call place(state%inactive%unloading, 'material point that is taken out')
+      call place(state%inactive%surface, 'surface point that is not there')
+      call place(state%inactive%unloading_surface, 'surface point that is taken out')
+      call place(state%inactive%feet, 'place under a body that comes')
     end associate
     note = 'the triangles that fit the scene are left: the run goes on with splines on the grid of '// &
       integer_text(model%mesh%cell_count)//' cells, which is reset after every step (docs/methods/fitted.md)'

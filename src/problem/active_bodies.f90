@@ -2,12 +2,12 @@
 !> *CHANGE MATERIAL say, along the line of its ancestors. A body that a phase takes out is not there in that phase any
 !> more, though its weight and stress are lowered over it (qsmpm_unloading).
 module qsmpm_active_bodies
-  use qsmpm_analysis, only: analysis_type, body_change_type
+  use qsmpm_analysis, only: analysis_type, body_change_type, fill_shape
   use qsmpm_phase_tree, only: lineage
   implicit none
   private
 
-  public :: bodies_active, body_materials, materials_active, bodies_named, body_number, has_stages
+  public :: bodies_active, body_materials, materials_active, bodies_named, body_number, has_stages, leaves_cells
 
 contains
 
@@ -124,4 +124,22 @@ contains
       end associate
     end do
   end function has_stages
+
+  !> Whether a body that comes in a phase cannot have the cells which it is drawn with, on a mesh that goes with the
+  !> ground: it comes as drawn wherever the ground is, or again, when its cells have not kept up with the ground.
+  pure logical function leaves_cells(analysis, phase) result(leaves)
+    type(analysis_type), intent(in) :: analysis
+    !> Number of the phase.
+    integer, intent(in) :: phase
+    logical :: coming(size(analysis%bodies))
+    integer :: p
+
+    leaves = .false.
+    if (.not. allocated(analysis%phases(phase)%activations)) return
+    leaves = any(analysis%phases(phase)%activations%fill == fill_shape)
+    coming = bodies_named(analysis, analysis%phases(phase)%activations)
+    do p = 1, size(analysis%phases)
+      leaves = leaves .or. any(coming .and. bodies_named(analysis, analysis%phases(p)%deactivations))
+    end do
+  end function leaves_cells
 end module qsmpm_active_bodies

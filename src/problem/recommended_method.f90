@@ -2,7 +2,7 @@
 !>
 !>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.001 where a material can yield
 !>   the same with a moving mesh          SPLINE2, POINTS, 9 (27) points, FACTOR 5e-4
-!>   triangles that fit the outlines      FEM, 6 points a TRI6, where no body comes, goes or is moved through them;
+!>   triangles that fit the outlines      FEM, 6 points a TRI6, where no body is moved through them or comes as drawn;
 !>                                        when they are worn the first on the grid
 !>   every other mesh                     STANDARD, CELL
 !>   the first with stiff bodies on lines STANDARD, CELL
@@ -14,6 +14,7 @@
 !> What the deck says itself stays. Programs that build an analysis without a deck name their method.
 module qsmpm_recommended_method
   use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: leaves_cells
   use qsmpm_analysis, only: analysis_type, background_type, body_type, method_type, basis_auto, basis_fem, &
     basis_standard, basis_spline2, basis_spline2g, body_box, body_polygon, integrate_points, integrate_cells, &
     mesh_fitted, mesh_grid, select_list, stabilise_background, stabilise_ghost, stabilise_none, three_dimensional
@@ -119,7 +120,7 @@ contains
       analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (averaged functions and splines need a *GRID '// &
         'of QUAD4 or HEX8 that is not perturbed)'
       if (analysis%mesh%kind == mesh_fitted) analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (triangles '// &
-        'that fit the outlines, and bodies that come, go or are moved through them)'
+        'that fit the outlines, and bodies that come as drawn or again, or are moved through them)'
     end if
   end subroutine decide_method
 
@@ -159,19 +160,15 @@ contains
     background%method = analysis%method
   end subroutine note_background
 
-  !> Whether a mesh that goes with the ground is lost: bodies come or go, or rigid ones are moved.
+  !> Whether a mesh that goes with the ground is lost: a body that comes does not fill its cells, or rigid ones are
+  !> moved.
   pure logical function leaves_its_cells(analysis) result(leaves)
     type(analysis_type), intent(in) :: analysis
     integer :: p
 
     leaves = analysis%moving_mesh%active
-    if (allocated(analysis%bodies)) leaves = leaves .or. .not. all(analysis%bodies%active)
     if (allocated(analysis%rigid_bodies)) leaves = leaves .or. size(analysis%rigid_bodies) > 0
-    if (.not. allocated(analysis%phases)) return
-    do p = 1, size(analysis%phases)
-      if (allocated(analysis%phases(p)%deactivations)) leaves = leaves .or. size(analysis%phases(p)%deactivations) > 0
-      if (allocated(analysis%phases(p)%activations)) leaves = leaves .or. size(analysis%phases(p)%activations) > 0
-    end do
+    if (allocated(analysis%phases)) leaves = leaves .or. any([(leaves_cells(analysis, p), p=1, size(analysis%phases))])
   end function leaves_its_cells
 
   !> Splines on a grid.

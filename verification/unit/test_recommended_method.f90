@@ -58,13 +58,18 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), parameter :: box = '*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX| 0, 1, 0, 0.5|', &
       hill = '*BODY, NAME=block, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 1, 0| 0.4, 0.7|', &
-      second = '*BODY, NAME=more, MATERIAL=soil, SHAPE=BOX, ACTIVE=NO| 0, 1, 0.5, 1|'
+      second = '*BODY, NAME=more, MATERIAL=soil, SHAPE=BOX, ACTIVE=NO| 0, 1, 0.5, 1|', later = '*PHASE, NAME=a|'
 
     call check_mesh(tests, 'ground that can fail', '', strength//box, 'TRI6', basis_fem, .true.)
     call check_mesh(tests, 'elastic ground on lines', '', box, 'QUAD4', basis_spline2g, .false.)
     call check_mesh(tests, 'elastic ground off lines', '', hill, 'TRI6', basis_fem, .true.)
     call check_mesh(tests, 'two materials', '', concrete//'0, 1, 0.5, 1|'//box, 'TRI6', basis_fem, .true.)
-    call check_mesh(tests, 'a body that comes', '', strength//box//second, 'QUAD4', basis_spline2g, .false.)
+    call check_mesh(tests, 'a body that comes', '', strength//box//second, 'TRI6', basis_fem, .true.)
+    call check_mesh(tests, 'a body that comes as drawn', '', strength//box//second//later//'*ACTIVATE, FILL=SHAPE| more|'// &
+      '*END PHASE|', &
+      'QUAD4', basis_spline2g, .false.)
+    call check_mesh(tests, 'a body that goes and comes back', '', strength//box//second//later//'*ACTIVATE| more|*END PHASE|'// &
+      '*PHASE, NAME=b|*DEACTIVATE| more|*END PHASE|*PHASE, NAME=c|*ACTIVATE| more|*END PHASE|', 'QUAD4', basis_spline2g, .false.)
     call check_mesh(tests, 'a rigid body', '', strength//box//'*RIGID BODY, NAME=plate, SHAPE=BOX| 0, 1, 0.5, 1|', &
       'QUAD4', basis_spline2g, .false.)
     call check_mesh(tests, 'points of cells', '', strength//box//'*POINTS, PER ELEMENT=25|', 'QUAD4', basis_spline2g, .false.)
@@ -80,7 +85,8 @@ contains
   !> Read a deck and look at its background.
   subroutine check_mesh(tests, name, words, cards, element, basis, follows)
     type(tests_type), intent(inout) :: tests
-    !> What is checked, words of *GRID, cards behind the material; one that ends with *PRESCRIBE pushes nodes.
+    !> What is checked, words of *GRID, cards behind the material and, from *PHASE on, later phases; *PRESCRIBE at the
+    !> end pushes nodes.
     character(len=*), intent(in) :: name, words, cards, element
     integer, intent(in) :: basis
     !> A grid follows when the mesh is worn.
@@ -88,14 +94,15 @@ contains
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
-    integer :: pushed
+    integer :: pushed, later
 
     allocate (analysis)
     pushed = index(cards//'*PRESCRIBE', '*PRESCRIBE')
+    later = index(cards//'*PHASE', '*PHASE')
     call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID'//words//'| X, 0, 1, 2| Y, 0, 1, 2|'// &
       '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=top, BOX| 0, 1, 0.5, 0.5|*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|'// &
-      cards(:pushed - 1)//'*PHASE, NAME=load|*FIX| base, ALL|*GRAVITY| 0, -1|'// &
-      trim(merge('*PRESCRIBE| top, Y, -0.1|', '                         ', pushed <= len(cards)))//'*END PHASE|'), &
+      cards(:min(pushed, later) - 1)//'*PHASE, NAME=load|*FIX| base, ALL|*GRAVITY| 0, -1|'// &
+      trim(merge('*PRESCRIBE| top, Y, -0.1|', '                         ', pushed <= len(cards)))//'*END PHASE|'//cards(later:)), &
       analysis, messages, error)
     call tests%check(name//' without an element can be read', .not. allocated(error))
     if (allocated(error)) return

@@ -3,6 +3,7 @@
 module test_stages
   use qsmpm, only: wp, error_type, problem_type, simulation_type
   use qsmpm_active_bodies, only: bodies_active
+  use qsmpm_analysis, only: basis_spline2g
   use qsmpm_convection, only: convect
   use qsmpm_element, only: node_count
   use qsmpm_element_shape, only: shape_functions
@@ -27,8 +28,11 @@ module test_stages
   public :: collect_stages
 
   character(len=1), parameter :: nl = new_line('a')
-  character(len=*), parameter :: methods(6) = [character(len=60) :: 'BASIS=STANDARD', 'BASIS=STANDARD, INTEGRATION=CELL', &
-    'BASIS=GIMP', 'BASIS=SPLINE2, INTEGRATION=CELL', 'BASIS=SPLINE2G', 'BASIS=SPLINE2G, INTEGRATION=CELL']
+  !> A method, and the triangles that go with the ground instead of a grid.
+  character(len=*), parameter :: on_triangles = 'BASIS=FEM'
+  character(len=*), parameter :: methods(7) = [character(len=60) :: 'BASIS=STANDARD', 'BASIS=STANDARD, INTEGRATION=CELL', &
+    'BASIS=GIMP', 'BASIS=SPLINE2, INTEGRATION=CELL', 'BASIS=SPLINE2G', 'BASIS=SPLINE2G, INTEGRATION=CELL', &
+    on_triangles]
 
 contains
 
@@ -44,7 +48,9 @@ contains
     call check_lists(tests)
     call check_stretch(tests)
     call check_overlap(tests)
-    call check_lift(tests)
+    call check_lift(tests, 'BASIS=STANDARD, INTEGRATION=CELL')
+    call check_lift(tests, on_triangles)
+    call check_room(tests)
     call check_ride(tests)
     call check_losses(tests)
     call check_material(tests)
@@ -60,7 +66,8 @@ contains
     type(error_type), allocatable :: error
 
     allocate (problem)
-    call problem%parse('*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 4, 8'//nl//'Y, 0, 4, 8'//nl// &
+    call problem%parse('*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID'// &
+      trim(merge('               ', ', ELEMENT=QUAD4', method == on_triangles))//nl//'X, 0, 4, 8'//nl//'Y, 0, 4, 8'//nl// &
       '*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*NSET, NSET=left, PLANE=X'//nl//'0'//nl//'*NSET, NSET=right, PLANE=X'// &
       nl//'4'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl//'2e4, 0.3'//nl//'*UNIT WEIGHT'//nl//'20'//nl// &
       '*MATERIAL, NAME=heavy'//nl//'*ELASTIC'//nl//'4e4, 0.2'//nl//'*UNIT WEIGHT'//nl//'30'//nl// &
@@ -218,9 +225,9 @@ contains
     character(len=*), parameter :: fill(2) = ['SHAPE', 'LEVEL']
 
     allocate (run)
-    do i = 1, 2
-      call begin(run, 'BASIS=STANDARD, INTEGRATION=CELL', phase('*GRAVITY'//nl//'0, 20')// &
-        phase('*ACTIVATE, FILL='//fill(i)//nl//'lift'))
+    do i = 1, 3
+      call begin(run, trim(merge(on_triangles//repeat(' ', 30), 'BASIS=STANDARD, INTEGRATION=CELL       ', i == 3)), &
+        phase('*GRAVITY'//nl//'0, 20')//phase('*ACTIVATE, FILL='//fill(min(i, 2))//nl//'lift'))
       call finish_phase(run, error)
       call finish_phase(run, error)
       call tests%check('the ground is lifted', .not. allocated(error))
@@ -254,15 +261,17 @@ contains
   end subroutine check_overlap
 
   !> A lift has no stress and no weight when it comes, all of it at the end, and displacements count from its place.
-  subroutine check_lift(tests)
+  subroutine check_lift(tests, method)
     type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: method
     class(simulation_type), allocatable :: run
     type(error_type), allocatable :: error
     real(wp), allocatable :: load(:)
-    real(wp) :: drawn, gap
+    real(wp) :: drawn, gap, shape(6)
+    integer :: p
 
     allocate (run)
-    call begin(run, 'BASIS=STANDARD, INTEGRATION=CELL', phase('*ACTIVATE'//nl//'lift'))
+    call begin(run, method, phase('*ACTIVATE'//nl//'lift'))
     call finish_phase(run, error)
     run%model%state%progress%phase = 2
     allocate (run%model%loading%point_force(2, run%model%state%points%count), source=0.0_wp)
@@ -276,10 +285,19 @@ contains
       allocate (load, source=points%volume(pack_body(points%body, 3)))
       call tests%check('it is not stretched again', all(points%foot == 0))
       call tests%check('forces of a program on points are forgotten', .not. allocated(run%model%loading%point_force))
-      associate (half => points%half_size(:, pack_body(points%body, 3)))
-        call tests%check('boxes of its points have their volumes', all(abs(4.0_wp*half(1, :)*half(2, :) &
-          - points%volume(pack_body(points%body, 3))) <= 1.0e-12_wp*points%volume(pack_body(points%body, 3))))
-      end associate
+      if (method == on_triangles) then
+        do p = 1, points%count
+          call shape_functions(run%model%mesh%cell_kind(points%cell(p)), points%local(:, p), shape)
+          if (any(abs(interpolate(run%model%mesh, points%cell(p), shape, run%model%mesh%coordinates) - &
+            points%position(:, p)) > 1.0e-12_wp)) exit
+        end do
+        call tests%check('its points are at their places in its cells', p > points%count)
+      else
+        associate (half => points%half_size(:, pack_body(points%body, 3)))
+          call tests%check('boxes of its points have their volumes', all(abs(4.0_wp*half(1, :)*half(2, :) &
+            - points%volume(pack_body(points%body, 3))) <= 1.0e-12_wp*points%volume(pack_body(points%body, 3))))
+        end associate
+      end if
       call tests%close('it fills down to the settled ground', sum(load) - drawn, gap, 0.05_wp*gap)
       call tests%close('and weighs so', sum(points%weight(pack_body(points%body, 3))), 20.0_wp*sum(load), 1.0e-12_wp)
       call tests%close('its crest is where it is drawn', run%model%state%tracers%position(2, 1), 3.2_wp, 1.0e-12_wp)
@@ -288,6 +306,31 @@ contains
     end associate
     call run%destroy()
   end subroutine check_lift
+
+  !> Where the ground has heaved into a lift its cells would turn inside out: the triangles are left for a grid.
+  subroutine check_room(tests)
+    type(tests_type), intent(inout) :: tests
+    class(simulation_type), allocatable :: run
+    type(error_type), allocatable :: error
+
+    allocate (run)
+    call begin(run, on_triangles, phase('*ACTIVATE'//nl//'lift'))
+    call finish_phase(run, error)
+    associate (state => run%model%state, mesh => run%model%mesh)
+      where (mesh%coordinates(2, :) > 1.31_wp .and. mesh%coordinates(2, :) < 2.71_wp) mesh%coordinates(2, :) = &
+        mesh%coordinates(2, :) + 0.45_wp*(mesh%coordinates(2, :) - 1.3_wp)/1.4_wp
+      state%coordinates = mesh%coordinates
+      where (state%inactive%feet%position(2, :) > 0.0_wp) state%inactive%feet%position(2, :) = 3.15_wp
+      where (state%points%position(2, :) > 1.3_wp) state%points%position(2, :) = state%points%position(2, :) + &
+        0.45_wp*(state%points%position(2, :) - 1.3_wp)/1.4_wp
+    end associate
+    call run%advance(error)
+    call tests%check('a lift without room is put on the ground of a grid', .not. allocated(error) .and. &
+      run%model%analysis%method%basis == basis_spline2g)
+    call tests%close('and is as thick as the ground leaves it', sum(run%model%state%points%volume, &
+      mask=run%model%state%points%body == 3), 0.05_wp*1.8_wp, 2.0e-3_wp)
+    call run%destroy()
+  end subroutine check_room
 
   !> An excavation while a lift waits, its step prepared and evaluated at a displacement of x by -0.1 (x - 2), y by 0.1 y.
   subroutine begin_pit(run, step, u)

@@ -155,13 +155,31 @@ def dam(drawn: bool) -> float:
     return float(_factor(Scene(_line(*ground), _line(*water), 10.0, 18.5, 20.0, 0.0, lambda y: 12.0 + 0 * y, slope, 0.0)))
 
 
+def tunnel() -> float:
+    """Inward displacement of a cavity in Tresca soil from which the pressure is taken, plane strain, small strain, held all around.
+
+    Elastic beyond the radius c of yield: u = B/r - A r inward, A = B/R^2 for no displacement at R, that of the circle with the area of the
+    square. 2 s_u at c gives B; equilibrium with sigma_r = 0 at the wall gives c; the volume change up to c is elastic.
+    """
+    radius, pressure, strength, young, poisson, side = 2.0, 100.0, 50.0, 20000.0, 0.49, 40.0
+    shear, outer = young / 2 / (1 + poisson), 2 * side / math.sqrt(math.pi)
+
+    def unloading(c: float) -> float:
+        return 2 * strength * math.log(c / radius) + strength + strength * (c / outer) ** 2 / (1 - 2 * poisson) - pressure
+    c = float(brentq(unloading, radius, outer))
+    b = strength * c * c / 2 / shear
+    r = np.linspace(radius, c, 20001)
+    change = (1 - 2 * poisson) * (1 + poisson) / young * (4 * strength * np.log(radius / r) - 2 * strength + 2 * pressure)
+    return (b - b / outer**2 * c * c + float(np.trapezoid(change * r, r))) / radius
+
+
 def main() -> int:
     """Print them."""
     values: list[tuple[str, Callable[[], float]]] = [
         ("dam, full", lambda: dam(False)), ("dam, drawn down", lambda: dam(True)),
         ("pit, smooth wall", lambda: pit(False)), ("pit, rough wall", lambda: pit(True)),
         ("slide, strength of before", lambda: slide(24.0)), ("slide, strength that is left", lambda: slide(8.0)),
-        ("seam", seam),
+        ("seam", seam), ("tunnel, crown", tunnel),
     ]  # fmt: skip
     for name, value in values:
         print(f"{name:32s}{value():.4f}", flush=True)
