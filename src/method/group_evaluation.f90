@@ -146,7 +146,7 @@ contains
     b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
     treated = slot%pressure_factor > 0.0_wp .and. count > 1
     wide = is_wide(d, n) .and. .not. treated
-    symmetric = slot%law%symmetric .or. tangent == tangent_elastic
+    symmetric = (slot%law%symmetric .and. .not. work%batch%step_info%in_place) .or. tangent == tangent_elastic
     work%batch%count = count
     associate (batch => work%batch, tensor => work%products%tensor, weight => integration%weight(from:to))
       if (wide) then
@@ -168,9 +168,9 @@ contains
       if (bad > 0) bad = from - 1 + bad
       if (bad > 0) return
       if (batch%step_info%in_place .and. treated) then
-        call take_true_stress(slot, symmetric, tangent /= tangent_none, batch, work%pressure)
+        call take_true_stress(slot, tangent /= tangent_none, batch, work%pressure)
       else if (batch%step_info%in_place) then
-        call take_true_stress(slot, symmetric, tangent /= tangent_none, batch)
+        call take_true_stress(slot, tangent /= tangent_none, batch)
       end if
       if (size(results%plastic) > 0) call store_batch(from, batch, results)
       call add_run(d, m, n, count, wide, symmetric, from == integration%first(group), tangent /= tangent_none, weight, &

@@ -37,6 +37,7 @@ module qsmpm_initialisation
   use qsmpm_surface_refinement, only: refine_surfaces
   use qsmpm_team, only: team_type, total
   use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints
+  use qsmpm_safety_factors, only: is_searching
   use qsmpm_term_sums, only: start_terms, prepare_terms, are_symmetric
   use qsmpm_unloading, only: measure_unloading
   use qsmpm_unknowns, only: unknowns_type, fields_of_equations, most_components, all_nodes
@@ -326,12 +327,13 @@ contains
     if (allocated(equations%number)) deallocate (equations%number)
   end subroutine reset
 
-  !> Whether the matrices of this phase are symmetric: the frozen elastic one always is.
+  !> Whether the matrices of this phase are symmetric: the frozen elastic one always is, those of the search for a
+  !> factor are not, at small strain (qsmpm_small_strain).
   pure logical function is_symmetric(model, terms)
     type(model_type), intent(in) :: model
     type(term_slot_type), intent(in) :: terms(:)
 
-    is_symmetric = are_symmetric(terms)
+    is_symmetric = are_symmetric(terms) .and. .not. is_searching(model)
     if (model%analysis%phases(model%state%progress%phase)%controls%newton == newton_modified) is_symmetric = .true.
   end function is_symmetric
 end module qsmpm_initialisation

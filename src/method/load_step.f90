@@ -310,7 +310,8 @@ contains
     if (solution%largest_move > attempt%largest_move) then
       solution%converged = .false.
       solution%reason = 'the step moves a node too far'
-    else if (has_length_error(controls, attempt) .or. (has_user_law(model) .and. .not. attempt%damping > 0.0_wp)) then
+    else if (has_length_error(controls, attempt) .or. (has_user_law(model) .and. &
+      .not. (attempt%damping > 0.0_wp .or. attempt%in_place))) then
       call measure_length_error(model, step, .not. has_length_error(controls, attempt), solution, error)
       if (allocated(error) .or. .not. has_length_error(controls, attempt)) return
       solution%too_long = is_too_long(controls, attempt%fraction - model%state%progress%fraction, solution%step_error)
@@ -320,7 +321,8 @@ contains
     end if
   end subroutine judge_length
 
-  !> Whether there is a law of a user: how it integrates its rates is not known, so its steps are measured unasked.
+  !> Whether there is a law of a user: how it integrates its rates is not known, so its steps are measured unasked, but
+  !> for those at places that stay, which are no path.
   pure logical function has_user_law(model)
     type(model_type), intent(in) :: model
     integer :: m

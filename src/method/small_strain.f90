@@ -1,15 +1,19 @@
 !> Steps of small strain, whose places stay (GEOMETRY=FIXED of safety phases): forces are those of the true stress on
 !> the body as it stood, however far the step moves it, so that equilibrium is one of the undeformed body.
 !>
-!> The law is called at the stretch U = I + (H + H^T)/2 of the displacement gradient H, and its answer Q, A at U becomes
-!>   T = sym(Q U),   dT = sym(A:dU U + Q dU),   dU = (dH + dH^T)/2
+!> The law is called at a stretch U of the strain e = (H + H^T)/2 of the displacement gradient H,
+!>   U = (I - e/2)^-1 (I + e/2),   dU = B de B,  B = (I + U)/2,   d ln det U = n : de,  n = (U + U^-1 + 2 I)/4,
+!> which is exp(e) but for e^3/12: what keeps the volume in e keeps it in U, and pore water that is a hundred times as
+!> stiff as the soil does not see shear. The answer Q, A at U becomes, with J the change of volume,
+!>   T = sym(Q U),   dT = sym(A:dU U + Q dU)
 !> in its place: the stress per unit of the volume at the start, which laws bound that bound the Kirchhoff stress; of
-!> others the Cauchy stress T/det U. Where laws are symmetric dT is made so; it is at U = I.
+!> others the Cauchy stress T/J. Away from U = I the tangent of a symmetric law is not symmetric, and is taken as it is:
+!> made symmetric it errs by the strain times the stiffness of the water, which is more than soil that yields has.
 module qsmpm_small_strain
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: batch_type, law_slot_type
   use qsmpm_pressure_balance, only: packed_determinant, pressure_type
-  use qsmpm_tensor, only: gradient_index, gradient_row, gradient_column, identity, pack_gradient, unpack_gradient
+  use qsmpm_tensor, only: determinant, gradient_row, gradient_column, identity, inverse, pack_gradient, unpack_gradient
   implicit none
   private
 
@@ -17,26 +21,35 @@ module qsmpm_small_strain
 
 contains
 
-  !> F of the points becomes U.
+  !> F of the points becomes U; one that folds what e is, without a stretch, turns a point inside out.
   pure subroutine take_stretch(batch)
     type(batch_type), intent(inout) :: batch
+    real(wp) :: strain(3, 3), rest(3, 3), det
     integer :: p
 
     do p = 1, batch%count
-      call make_symmetric(batch%gradient(:, p))
+      strain = unpack_gradient(batch%gradient(:, p)) - identity
+      strain = 0.5_wp*(strain + transpose(strain))
+      rest = identity - 0.5_wp*strain
+      det = determinant(rest)
+      if (is_positive(rest, det)) then
+        call pack_gradient(2.0_wp*inverse(rest, det) - identity, batch%gradient(:, p))
+      else
+        call pack_gradient(-identity, batch%gradient(:, p))
+      end if
     end do
   end subroutine take_stretch
 
   !> Q and A of the points become T and dT/dH, the stress that is kept the one which is in equilibrium.
-  pure subroutine take_true_stress(slot, symmetric, with_tangent, batch, pressure)
+  pure subroutine take_true_stress(slot, with_tangent, batch, pressure)
     !> Law of the points.
     type(law_slot_type), intent(in) :: slot
-    !> The tangent is to be symmetric, and is wanted.
-    logical, intent(in) :: symmetric, with_tangent
+    !> The tangent is wanted.
+    logical, intent(in) :: with_tangent
     type(batch_type), intent(inout) :: batch
     !> What the law was called at, where the points share a pressure: r and l become what belongs to dT.
     type(pressure_type), intent(inout), optional :: pressure
-    real(wp) :: stretch(3, 3), piola(3, 3), volume
+    real(wp) :: stretch(3, 3), piola(3, 3), stress(3, 3), of_volume(3, 3), volume, scale
     integer :: p
 
     do p = 1, batch%count
@@ -44,65 +57,92 @@ contains
       if (present(pressure)) stretch = unpack_gradient(pressure%gradient(:, p))
       volume = packed_determinant(batch%gradient(:, p))
       piola = unpack_gradient(batch%piola(:, p))
-      call pack_gradient(product_of(piola, stretch), batch%piola(:, p))
       if (slot%law%bounds_kirchhoff) then
+        scale = 1.0_wp
         batch%stress(:, p) = volume*batch%stress(:, p)
-        call pack_gradient(unpack_gradient(batch%piola(:, p)) - slot%confinement*(volume - 1.0_wp)*identity, &
-          batch%piola(:, p))
+        stress = product_of(piola, stretch) - slot%confinement*(volume - 1.0_wp)*identity
+        of_volume = slot%confinement*volume*identity
       else
-        batch%piola(:, p) = batch%piola(:, p)/volume
+        scale = volume
+        stress = product_of(piola, stretch)/volume
+        of_volume = stress
       end if
+      call pack_gradient(stress, batch%piola(:, p))
       if (.not. with_tangent) cycle
-      call turn_tangent(stretch, piola, batch%tangent(:, :, p))
-      if (.not. slot%law%bounds_kirchhoff) call leave_volume(volume, batch%piola(:, p), batch%tangent(:, :, p))
-      if (symmetric) batch%tangent(:, :, p) = 0.5_wp*(batch%tangent(:, :, p) + transpose(batch%tangent(:, :, p)))
-      if (present(pressure)) call turn_pressure(stretch, merge(1.0_wp, volume, slot%law%bounds_kirchhoff), symmetric, &
-        pressure%right(:, p), pressure%left(:, p))
+      call turn_tangent(stretch, piola, scale, batch%tangent(:, :, p))
+      if (present(pressure)) then
+        call turn_pressure(stretch, scale, of_volume, pressure%right(:, p), pressure%left(:, p))
+        call leave_volume(stretch, of_volume, batch%tangent(:, :, p), pressure%left(:, p)/pressure%stiffness(p))
+      else
+        call leave_volume(stretch, of_volume, batch%tangent(:, :, p))
+      end if
     end do
   end subroutine take_true_stress
 
-  !> A becomes dT/dH.
-  pure subroutine turn_tangent(stretch, piola, tangent)
+  !> A becomes dT/dH, but for what the volume does to T.
+  pure subroutine turn_tangent(stretch, piola, scale, tangent)
     real(wp), intent(in) :: stretch(3, 3), piola(3, 3)
+    !> By what T is divided.
+    real(wp), intent(in) :: scale
     real(wp), intent(inout) :: tangent(:, :)
-    real(wp) :: turned(size(tangent, 1), size(tangent, 1)), along(size(tangent, 1)), change(size(tangent, 1))
-    integer :: j, mirror
+    real(wp) :: turned(size(tangent, 1), size(tangent, 1)), along(3, 3), packed(size(tangent, 1))
+    integer :: j, d
 
+    d = merge(2, 3, size(tangent, 1) == 5)
     do j = 1, size(tangent, 1)
-      mirror = mirrored(j, size(tangent, 1))
       along = 0.0_wp
-      along(j) = 0.5_wp
-      along(mirror) = along(mirror) + 0.5_wp
-      change = 0.5_wp*(tangent(:, j) + tangent(:, mirror))
-      call pack_gradient(product_of(unpack_gradient(change), stretch) &
-        + product_of(piola, unpack_gradient(along)), turned(:, j))
+      along(gradient_row(j, d), gradient_column(j, d)) = 1.0_wp
+      along = strained(stretch, along)
+      call pack_gradient(along, packed)
+      call pack_gradient((product_of(unpack_gradient(matmul(tangent, packed)), stretch) &
+        + product_of(piola, along))/scale, turned(:, j))
     end do
     tangent = turned
   end subroutine turn_tangent
 
-  !> T and dT of a law that bounds the Cauchy stress.
-  pure subroutine leave_volume(volume, stress, tangent)
-    real(wp), intent(in) :: volume, stress(:)
+  !> What the change of volume, d ln J = (n - l/k) : dH at held pressure, takes from T.
+  pure subroutine leave_volume(stretch, of_volume, tangent, shared)
+    !> U, and dT/d ln J with its sign turned.
+    real(wp), intent(in) :: stretch(3, 3), of_volume(3, 3)
     real(wp), intent(inout) :: tangent(:, :)
-    integer :: i, j
+    !> l/k of a point that shares a pressure.
+    real(wp), intent(in), optional :: shared(:)
+    real(wp) :: volume(size(tangent, 1)), change(size(tangent, 1))
+    integer :: j
 
-    tangent = tangent/volume
-    do i = 1, 3
-      j = gradient_index(i, i, merge(2, 3, size(stress) == 5))
-      tangent(:, j) = tangent(:, j) - stress
+    if (.not. any(abs(of_volume) > 0.0_wp)) return
+    call pack_gradient(of_volume, change)
+    call pack_gradient(0.25_wp*(stretch + inverse(stretch, determinant(stretch))) + 0.5_wp*identity, volume)
+    if (present(shared)) volume = volume - shared
+    do j = 1, size(tangent, 1)
+      tangent(:, j) = tangent(:, j) - change*volume(j)
     end do
   end subroutine leave_volume
 
   !> r and l of points under one pressure.
-  pure subroutine turn_pressure(stretch, volume, symmetric, right, left)
-    real(wp), intent(in) :: stretch(3, 3), volume
-    logical, intent(in) :: symmetric
+  pure subroutine turn_pressure(stretch, scale, of_volume, right, left)
+    real(wp), intent(in) :: stretch(3, 3), scale, of_volume(3, 3)
     real(wp), intent(inout) :: right(:), left(:)
 
-    call pack_gradient(product_of(unpack_gradient(right), stretch)/volume, right)
-    call make_symmetric(left)
-    if (symmetric) left = right
+    call pack_gradient(product_of(unpack_gradient(right), stretch)/scale - of_volume, right)
+    call pack_gradient(strained(stretch, unpack_gradient(left)), left)
   end subroutine turn_pressure
+
+  !> B sym(a) B: the change of U with the strain, and what belongs to the strain of what belongs to U.
+  pure function strained(stretch, a) result(c)
+    real(wp), intent(in) :: stretch(3, 3), a(3, 3)
+    real(wp) :: c(3, 3), b(3, 3)
+
+    b = 0.5_wp*(identity + stretch)
+    c = matmul(b, matmul(0.5_wp*(a + transpose(a)), b))
+  end function strained
+
+  !> Whether a symmetric tensor with this determinant has positive principal values only.
+  pure logical function is_positive(a, det)
+    real(wp), intent(in) :: a(3, 3), det
+
+    is_positive = a(1, 1) > 0.0_wp .and. a(1, 1)*a(2, 2) > a(1, 2)**2 .and. det > 0.0_wp
+  end function is_positive
 
   !> sym(a b), b symmetric.
   pure function product_of(a, b) result(c)
@@ -112,24 +152,4 @@ contains
     c = matmul(a, b)
     c = 0.5_wp*(c + transpose(c))
   end function product_of
-
-  !> The symmetric part of a packed tensor.
-  pure subroutine make_symmetric(a)
-    real(wp), intent(inout) :: a(:)
-    integer :: j, mirror
-
-    do j = 1, size(a)
-      mirror = mirrored(j, size(a))
-      if (mirror > j) a([j, mirror]) = 0.5_wp*(a(j) + a(mirror))
-    end do
-  end subroutine make_symmetric
-
-  !> Packed place of the transposed component.
-  pure integer function mirrored(j, components)
-    integer, intent(in) :: j, components
-    integer :: d
-
-    d = merge(2, 3, components == 5)
-    mirrored = gradient_index(gradient_column(j, d), gradient_row(j, d), d)
-  end function mirrored
 end module qsmpm_small_strain

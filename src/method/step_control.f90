@@ -129,7 +129,8 @@ contains
     if (controls%in_place) attempt%largest_move = huge(move)
   end function static_attempt
 
-  !> The same at constant load, with the stabilisation of the re-equilibration of this number.
+  !> The same at constant load, with the stabilisation of the re-equilibration of this number. Soil that moves as far as
+  !> a step may when it is only to let go of the stabilisation flows, also where places stay.
   pure type(attempt_type) function reequilibration_attempt(controls, fraction, start, move, number, fadings) &
     result(attempt)
     type(controls_type), intent(in) :: controls
@@ -138,6 +139,7 @@ contains
     integer, intent(in) :: number, fadings
 
     attempt = static_attempt(controls, fraction, start, move)
+    attempt%largest_move = move
     attempt%stabilisation = max(weakest, controls%stabilisation_fade**number*fading**fadings)
   end function reequilibration_attempt
 
@@ -211,12 +213,12 @@ contains
     if (outcome%cause == error_tangled) cause_of_end = error_not_converged
   end function cause_of_end
 
-  !> Whether sub-steps are asked for and possible: a carried mesh cannot move on in them.
+  !> Whether sub-steps are asked for and possible: a carried mesh cannot move on in them, but where places stay.
   pure logical function is_dampable(model, controls)
     type(model_type), intent(in) :: model
     type(controls_type), intent(in) :: controls
 
-    is_dampable = controls%damping .and. model%analysis%method%basis /= basis_fem
+    is_dampable = controls%damping .and. (model%analysis%method%basis /= basis_fem .or. controls%in_place)
   end function is_dampable
 
   !> Whether sub-steps may help a static step to this load fraction that was rejected.

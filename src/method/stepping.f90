@@ -221,6 +221,7 @@ contains
     end do
     call judge_stabilisation(controls, record%shares, record%share_place(:model%mesh%dimension), &
       model%analysis%phases(model%state%progress%phase)%kind == phase_safety, outcome)
-    if (.not. outcome%accepted) call observer%note(outcome%reason)
+    ! Who tries factors at places that stay tells it with the factor.
+    if (.not. (outcome%accepted .or. controls%in_place)) call observer%note(outcome%reason)
   end subroutine equilibrate_again
 end module qsmpm_stepping
