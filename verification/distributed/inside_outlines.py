@@ -11,7 +11,7 @@ from many_ranks import CARRIED, agrees, plane
 from parts import expect_same_results
 from restarts import ends_at, goes_on, often
 from shared_scenes import LOADED, SAME
-from support import TOP, Check, Place, Run, distance, expect, expect_same_bytes
+from support import TOP, Check, Place, Run, distance, expect, expect_same_bytes, pit_on_squares
 
 CELLS = "BASIS=STANDARD, INTEGRATION=CELL, KINEMATICS=LOGARITHMIC"
 HISTORIES = """*HISTORY, NAME=corner, QUANTITY=DISPLACEMENT, COMPONENT=X
@@ -144,7 +144,7 @@ def more_pressed(place: Place) -> None:
 
 def pit() -> str:
     """The pit of input/ in elastic ground, on cells that all of its bodies cut, with a street that is loaded from the start."""
-    deck = (TOP / "input/excavation.inp").read_text().replace("*MOHR COULOMB\n 15, 25, 0, 5\n", "")
+    deck = pit_on_squares().replace("*MOHR COULOMB\n 15, 25, 0, 5\n", "")
     for old, new in (("X, 0, 12, 24\n Y, 0, 8, 16", "X, 0, 12, 11\n Y, 0, 8, 9"),
                      ("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, STABILISATION SHARE=1, "),
                      ("STEPS=4", "STEPS=3"), ("STEPS=6", "STEPS=3"),

@@ -14,7 +14,7 @@ import h5py
 from many_ranks import CARRIED, SECONDS, STANDARD, end_one, plane
 from phase_begins import FREED, GROUND
 from shared_scenes import SAME, SLOPE
-from support import TOP, Check, Place, distance, expect
+from support import TOP, Check, Place, distance, expect, pit_on_squares
 
 SEAL = len(b"qsmpm crc32 00000000\n")
 
@@ -75,7 +75,7 @@ def blocks(place: Place) -> None:
 
 def bodies(place: Place) -> None:
     """A pit while bodies come and go, and when none go any more; walls that are freed; surfaces that stretch."""
-    pit = (TOP / "input/excavation.inp").read_text()
+    pit = pit_on_squares()
     pit = pit.replace(" X, 0, 12, 24\n Y, 0, 8, 16", " X, 0, 12, 12\n Y, 0, 8, 8").replace("4.5", "5").replace("3.5", "4")
     goes_on(place, "pit", pit.replace("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, "), 5, 12)
     freed = (TOP / "verification/cases/decks/support_free.inp").read_text()

@@ -7,7 +7,7 @@ import signal
 
 from many_ranks import CARRIED, STANDARD, WEIGHT, agrees, end_one, plane
 from parts import expect_same_points
-from support import TOP, Check, Place, Run, distance, expect, expect_same_bytes
+from support import TOP, Check, Place, Run, distance, expect, expect_same_bytes, pit_on_squares
 
 from qsmpm_verify.results import read_mechanism  # noqa: E402  (support.py has set the path)
 
@@ -123,7 +123,7 @@ def finds_bracket(place: Place, deck: str, ranks: int) -> None:
 
 def pit(steps: int) -> str:
     """The pit of input/ on coarse cells, with so many steps of its second stage."""
-    deck = (TOP / "input/excavation.inp").read_text().replace("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, ")
+    deck = pit_on_squares().replace("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, ")
     for old, new in ((" X, 0, 12, 24\n Y, 0, 8, 16", " X, 0, 12, 12\n Y, 0, 8, 8"), ("4.5", "5"), ("3.5", "4"), ("STEPS=4", "STEPS=2"),
                      ("STEPS=6", f"STEPS={steps}")):  # fmt: skip
         deck = deck.replace(old, new)
