@@ -2,7 +2,7 @@
 !> exist, materials that are complete.
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_none, mesh_file, body_region, body_all, select_outline, set_type, &
+  use qsmpm_analysis, only: mesh_none, mesh_file, mesh_fitted, body_region, body_all, select_outline, set_type, &
     source_line_type, initial_k0, initial_keep, initial_isotropic, initial_given, material_type, kinematics_jaumann, &
     rate_paper, phase_safety
   use qsmpm_text, only: string_type, add_word
@@ -82,6 +82,9 @@ contains
     if (.not. state%model_given) call missing('MODEL', 'the kind of model')
     if (state%analysis%mesh%kind == mesh_none) call missing('GRID', 'a mesh (*GRID, *MESH or '// &
       '*NODE and *ELEMENT)')
+    if (allocated(state%analysis%mesh%refined) .and. all(state%analysis%mesh%kind /= [mesh_none, mesh_fitted])) &
+      call state%error_from(state%analysis%mesh%where, 'REFINE', 'it is for triangles that fit the scene, and these '// &
+      'cells are not: *GRID without ELEMENT and what asks for squares, or ELEMENT=TRI6, FIT=YES')
     if (size(state%analysis%materials) == 0) call missing('MATERIAL', 'a material')
     if (size(state%analysis%bodies) == 0) call missing('BODY', 'a body')
     if (size(state%analysis%phases) == 0) call missing('PHASE', 'a phase')

@@ -126,13 +126,13 @@ module qsmpm_analysis
     integer :: seed = 1
     !> Grid: look only at the part around the material; triangles that fit give way to the grid when they are worn.
     logical :: windowed = .true., refits = .true.
+    !> Fitted: boxes as least and largest x and y, and the width of triangles there (5,n).
+    real(wp), allocatable :: refined(:, :)
     !> File: path relative to the working directory, format GMSH or ABAQUS.
     character(len=:), allocatable :: file, format
-    !> Inline: node labels and coordinates (3,n).
-    integer, allocatable :: node_labels(:)
+    !> Inline: coordinates (3,n) and labels of nodes, element labels, connectivity by label (nodes per element, n).
     real(wp), allocatable :: nodes(:, :)
-    !> Inline: element labels, connectivity by label (nodes per element, n).
-    integer, allocatable :: element_labels(:), connectivity(:, :)
+    integer, allocatable :: node_labels(:), element_labels(:), connectivity(:, :)
   end type mesh_source_type
 
   !> A named set of nodes or elements chosen in the deck.

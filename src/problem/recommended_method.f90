@@ -81,6 +81,7 @@ contains
     if (fits .and. allocated(analysis%node_sets)) fits = all(analysis%node_sets%selection /= select_list)
     if (.not. fits) return
     fits = all(analysis%bodies%kind == body_box .or. analysis%bodies%kind == body_polygon)
+    if (allocated(analysis%mesh%refined)) return
     if (any(may_yield(analysis%materials)) .or. size(analysis%materials) > 1) return
     fits = fits .and. .not. all([(ends_on_lines(analysis, b), b=1, size(analysis%bodies))])
   end function is_to_be_fitted
