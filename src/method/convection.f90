@@ -97,7 +97,8 @@ contains
   end subroutine convect
 
   !> Update stresses and states alone. Places stay where they are; what rides beside the material points counts its
-  !> displacement by its initial place instead, for histories and the springs of supports.
+  !> displacement by its initial place instead, for the springs of supports and for histories, but where a run-out
+  !> follows: theirs go on with it.
   subroutine update_in_place(model, step, displacement, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout), target :: step
@@ -116,8 +117,9 @@ contains
     associate (state => model%state)
       call draw_back(model%mesh, model%space, step%activation, state%points, displacement, spread(.true., 1, &
         state%surface%count), state%surface)
-      call draw_back(model%mesh, model%space, step%activation, state%points, displacement, &
-        own_of(model%part%tracers, state%tracers%count), state%tracers)
+      if (.not. model%analysis%phases(state%progress%phase)%safety%runout < huge(1.0_wp)) call draw_back(model%mesh, &
+        model%space, step%activation, state%points, displacement, own_of(model%part%tracers, state%tracers%count), &
+        state%tracers)
     end associate
     volume = model%state%points%volume
     call take_point_results(soil, source, model%laws, model%state%points)

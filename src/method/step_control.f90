@@ -15,9 +15,9 @@
 !>                a static solve once it carries less than DAMPING SHARE, if rejected again at a tenth of that share
 !>   re-equilibrated   at constant load while the stabilisation carries more than STABILISATION SHARE, MAX
 !>                REEQUILIBRATIONS times at the most; damped where that is rejected (must_equilibrate)
-!>   accepted     residual without damping <= TOLERANCE, stabilisation <= STABILISATION SHARE, C <= LIMIT COMPLIANCE C_1
-!>                (is_balanced, judge_stabilisation, reject_compliant); otherwise the step is rejected and the state
-!>                before it restored
+!>   accepted     residual without damping <= TOLERANCE, stabilisation <= STABILISATION SHARE or bearable, C <= LIMIT
+!>                COMPLIANCE C_1 (is_balanced, judge_stabilisation, is_borne, reject_compliant); otherwise the step is
+!>                rejected and the state before it restored
 !>   cut back     to ds/2, to what a law asks for, or to 0.7 STEP ERROR/e ds (length_after_rejection); an accepted step
 !>                that went past a value of *STOP to where it is reached (length_to_stop, qsmpm_phase_stop)
 !>   grown        x 2 up to ds_1 after few iterations, x 1/2 after many; x 0.7 STEP ERROR/e (length_after_step)
@@ -46,7 +46,7 @@ module qsmpm_step_control
   public :: largest_move, static_attempt, substep_attempt, reequilibration_attempt, reequilibration_controls
   public :: has_length_error, is_too_long, retries_line_search
   public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
-  public :: must_equilibrate, lacks_support, reject, reject_solve, cause_of_end
+  public :: must_equilibrate, is_borne, lacks_support, reject, reject_solve, cause_of_end
   public :: is_balanced, judge_stabilisation, reject_compliant, exceeds, reject_overloaded, fades_slowly
 
   !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
@@ -64,8 +64,11 @@ module qsmpm_step_control
   !> Factor from one re-equilibration to the next where the share would take more than so many to fall below its bound;
   !> looked at from the second one on.
   real(wp), parameter :: fading = 0.1_wp, patience = 8.0_wp
-  !> Share of the forces that a stabilisation may carry after all re-equilibrations: an error below that of the grid.
-  real(wp), parameter :: bearable = 1.0e-2_wp
+  !> Share of the forces that a stabilisation may carry after all re-equilibrations, an error below that of the grid: of
+  !> any, and at a place, as a thin edge, where its work for the whole body stays within STABILISATION SHARE.
+  real(wp), parameter :: bearable = 1.0e-2_wp, bearable_at_place = 5.0e-2_wp
+  !> Move of a re-equilibration over that of its step.
+  real(wp), parameter :: much_further = 20.0_wp
   !> Compliance over that of the first step, and iterations over MAX ITERATIONS, beyond both of which a step under loads
   !> on bodies has no equilibrium to be found.
   real(wp), parameter :: overloaded = 10.0_wp
@@ -129,17 +132,19 @@ contains
     if (controls%in_place) attempt%largest_move = huge(move)
   end function static_attempt
 
-  !> The same at constant load, with the stabilisation of the re-equilibration of this number. Soil that moves as far as
-  !> a step may when it is only to let go of the stabilisation flows, also where places stay.
-  pure type(attempt_type) function reequilibration_attempt(controls, fraction, start, move, number, fadings) &
+  !> The same at constant load, with the stabilisation of the re-equilibration of this number. Where places stay soil
+  !> that moves much further than in the step, when it is only to let go of the stabilisation, flows.
+  pure type(attempt_type) function reequilibration_attempt(controls, fraction, start, move, held, number, fadings) &
     result(attempt)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: fraction, start, move
+    !> Largest move of a node in the step before.
+    real(wp), intent(in) :: held
     !> Fadings that the deck has not asked for.
     integer, intent(in) :: number, fadings
 
     attempt = static_attempt(controls, fraction, start, move)
-    attempt%largest_move = move
+    if (controls%in_place) attempt%largest_move = max(held, much_further*min(held, move))
     attempt%stabilisation = max(weakest, controls%stabilisation_fade**number*fading**fadings)
   end function reequilibration_attempt
 
@@ -315,6 +320,18 @@ contains
     must_equilibrate = .not. is_within_share(controls, shares) .and. taken < controls%max_reequilibrations
   end function must_equilibrate
 
+  !> Whether what the stabilisation carries is bearable.
+  pure logical function is_borne(controls, shares)
+    type(controls_type), intent(in) :: controls
+    type(step_share_type), allocatable, intent(in) :: shares(:)
+    real(wp) :: most
+
+    most = bearable
+    if (allocated(shares)) most = merge(bearable_at_place, bearable, &
+      all(shares%work_share <= controls%stabilisation_share))
+    is_borne = share_named(shares, stabilisation_share) <= most
+  end function is_borne
+
   !> Whether re-equilibrations with the same stabilisation would be many: its share falls by a quotient each time.
   pure logical function fades_slowly(controls, before, now, taken) result(slowly)
     type(controls_type), intent(in) :: controls
@@ -343,10 +360,10 @@ contains
     real(wp) :: share
     integer :: i
 
-    if (is_within_share(controls, shares) .or. (outcome%accepted .and. .not. strictly .and. &
-      share_named(shares, stabilisation_share) <= bearable)) return
-    ! Of nothing, or not a number: all there is, and more.
     share = share_named(shares, stabilisation_share)
+    if (is_within_share(controls, shares) .or. (outcome%accepted .and. .not. strictly .and. &
+      is_borne(controls, shares))) return
+    ! Of nothing, or not a number: all there is, and more.
     if (.not. share <= 10.0_wp) share = 10.0_wp
     places = rounded_text(place(1), 4)
     do i = 2, size(place)

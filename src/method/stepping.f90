@@ -2,7 +2,7 @@
 !> not accepted leaves the state as it was before. Who solves is passed in, so that a test scripts the outcomes.
 module qsmpm_stepping
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: phase_type, controls_type, phase_safety
+  use qsmpm_analysis, only: phase_type, controls_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_exchange, only: spread_from
@@ -14,6 +14,7 @@ module qsmpm_stepping
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_phase_loads, only: is_body_loaded
   use qsmpm_pushed_material, only: check_following
+  use qsmpm_safety_factors, only: is_searching
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, fades_slowly, &
     first_damping, reject_overloaded, reequilibration_attempt, reequilibration_controls, is_balanced, &
     is_beyond_help, is_dampable, reject_compliant, &
@@ -196,16 +197,18 @@ contains
     type(outcome_type), intent(inout) :: outcome
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
-    real(wp) :: load, share
+    real(wp) :: load, share, held
     integer :: fadings
 
     load = model%state%progress%fraction
+    ! Strength that is not lowered moves nothing in the step.
+    held = merge(record%largest_move, huge(held), model%state%progress%strength_factor > 1.0_wp)
     fadings = 0
     do while (must_equilibrate(controls, record%shares, record%reequilibrations))
       record%reequilibrations = record%reequilibrations + 1
       share = share_named(record%shares, stabilisation_share)
       call solve(model, step, solver, reequilibration_controls(controls), &
-        reequilibration_attempt(controls, load, record%start, largest_move(model, controls), &
+        reequilibration_attempt(controls, load, record%start, largest_move(model, controls), held, &
         record%reequilibrations, fadings), record, outcome, solution, error)
       if (allocated(error) .or. outcome%at_limit) return
       if (fades_slowly(controls, share, share_named(record%shares, stabilisation_share), record%reequilibrations)) &
@@ -219,8 +222,8 @@ contains
       call observer%note('re-equilibration rejected ('//outcome%reason//')')
       return
     end do
-    call judge_stabilisation(controls, record%shares, record%share_place(:model%mesh%dimension), &
-      model%analysis%phases(model%state%progress%phase)%kind == phase_safety, outcome)
+    call judge_stabilisation(controls, record%shares, record%share_place(:model%mesh%dimension), is_searching(model), &
+      outcome)
     ! Who tries factors at places that stay tells it with the factor.
     if (.not. (outcome%accepted .or. controls%in_place)) call observer%note(outcome%reason)
   end subroutine equilibrate_again

@@ -12,7 +12,7 @@ module test_step_control
   use qsmpm_step_control, only: substep_damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
     has_length_error, reequilibration_attempt, fades_slowly, reject_overloaded, &
     reequilibration_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
-    reject_compliant, cause_of_end, lacks_support, largest_move, must_equilibrate, retries_line_search, static_attempt, &
+    reject_compliant, cause_of_end, lacks_support, largest_move, is_borne, must_equilibrate, retries_line_search, static_attempt, &
       substep_attempt
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term_share, only: damping_share, solve_share_type, stabilisation_share, step_share_type
@@ -64,8 +64,13 @@ contains
       abs(attempt%tolerance - 1.0e-6_wp) <= 0.0_wp)
     controls = four
     controls%stabilisation_fade = 0.5_wp
-    attempt = reequilibration_attempt(controls, 0.5_wp, 0.25_wp, 0.1_wp, 3, 0)
+    attempt = reequilibration_attempt(controls, 0.5_wp, 0.25_wp, 0.1_wp, 0.01_wp, 3, 0)
     call tests%close('the stabilisation fades from hold to hold', attempt%stabilisation, 0.125_wp, 0.0_wp)
+    call tests%close('within the move', attempt%largest_move, 0.1_wp, 0.0_wp)
+    controls%in_place = .true.
+    attempt = reequilibration_attempt(controls, 0.5_wp, 0.25_wp, 0.1_wp, 0.01_wp, 3, 0)
+    call tests%close('where places stay within twenty times that of the step', attempt%largest_move, 0.2_wp, rounding)
+    call tests%check('a carried mesh is damped there', is_dampable(model, controls))
     controls = reequilibration_controls(four)
     call tests%check('a hold may take three times the iterations', controls%max_iterations == 3*four%max_iterations)
     attempt = substep_attempt(four, substep_damping_type(2.0_wp, 0.5_wp, 1.0e-3_wp), 0.5_wp, 0.25_wp, 0.1_wp)
@@ -186,6 +191,13 @@ contains
     shares(1)%share = 0.011_wp
     call tests%check('one above is brought down', must_equilibrate(controls, shares, 1))
     call tests%check('as often as the deck allows', .not. must_equilibrate(controls, shares, 2))
+    shares(1)%share = 0.05_wp
+    call tests%check('much is borne at a place that hardly counts for the whole', is_borne(controls, shares))
+    shares(1)%share = 0.051_wp
+    call tests%check('not more', .not. is_borne(controls, shares))
+    shares(1) = step_share_type(stabilisation_share, share=0.05_wp, work_share=0.011_wp)
+    call tests%check('nor where its work counts', .not. is_borne(controls, shares))
+    shares(1)%work_share = 0.0_wp
     controls%stabilisation_share = 1.0e-3_wp
     call tests%check('a share that halves is waited for', .not. fades_slowly(controls, 0.4_wp, 0.2_wp, 2))
     call tests%check('one that falls by a tenth would take too many', fades_slowly(controls, 0.4_wp, 0.36_wp, 2))

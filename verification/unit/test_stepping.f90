@@ -487,8 +487,12 @@ contains
     call tests%check('down to a millionth', abs(it%script%asked(3)%stabilisation - 1.0e-6_wp) <= 0.0_wp)
     call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
-      scripted_outcome_type(stabilisation_share=0.011_wp)])
-    call tests%check('a share that stays is not accepted', it%is_restored() .and. it%record%reequilibrations == 3 .and. &
+      scripted_outcome_type(stabilisation_share=0.04_wp)])
+    call tests%check('a share that stays is borne at a place, where its work is none', .not. it%is_restored())
+    call start(it)
+    call it%go([scripted_outcome_type(stabilisation_share=0.08_wp), &
+      scripted_outcome_type(stabilisation_share=0.06_wp)])
+    call tests%check('a larger one is not accepted', it%is_restored() .and. it%record%reequilibrations == 3 .and. &
       size(it%script%asked) == 4)
     call tests%check('and told', index(it%outcome%reason, 'the stabilisation carries') == 1 .and. &
       it%outcome%worst_label == 0 .and. .not. it%outcome%unrecoverable)

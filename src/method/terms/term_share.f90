@@ -52,6 +52,8 @@ module qsmpm_term_share
     character(len=:), allocatable :: name
     real(wp) :: internal_work = 0.0_wp
     real(wp) :: share = 0.0_wp
+    !> That of the work, which counts for the whole body.
+    real(wp) :: work_share = 0.0_wp
   end type step_share_type
 
 contains
@@ -161,7 +163,8 @@ contains
     step%share = solve%load_share
     if (.not. solve%of_cells) return
     step%internal_work = step%internal_work + solve%internal_work
-    step%share = quotient(solve%work, step%internal_work)
+    step%work_share = quotient(solve%work, step%internal_work)
+    step%share = step%work_share
     ! The larger one; what is not a number stays.
     if (.not. solve%force_share <= step%share) step%share = solve%force_share
   end subroutine add_solve
