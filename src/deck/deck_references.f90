@@ -83,8 +83,8 @@ contains
     if (state%analysis%mesh%kind == mesh_none) call missing('GRID', 'a mesh (*GRID, *MESH or '// &
       '*NODE and *ELEMENT)')
     if (allocated(state%analysis%mesh%refined) .and. all(state%analysis%mesh%kind /= [mesh_none, mesh_fitted])) &
-      call state%error_from(state%analysis%mesh%where, 'REFINE', 'it is for triangles that fit the scene, and these '// &
-      'cells are not: *GRID without ELEMENT and what asks for squares, or ELEMENT=TRI6, FIT=YES')
+      call state%error_from(state%analysis%mesh%where, 'REFINE', 'it is for triangles that fit the scene, and '// &
+      'these cells are not: *GRID without ELEMENT and what asks for squares, or ELEMENT=TRI6, FIT=YES')
     if (size(state%analysis%materials) == 0) call missing('MATERIAL', 'a material')
     if (size(state%analysis%bodies) == 0) call missing('BODY', 'a body')
     if (size(state%analysis%phases) == 0) call missing('PHASE', 'a phase')

@@ -1,6 +1,7 @@
-!> Places where stress is singular and failure begins, as a deck draws them: corners at which soil turns inwards, as the
-!> toe of a slope, the foot of a pit or the edge of a fill, and ends of what loads or pushes a face. Triangles that fit the
-!> scene are smallest there: half of what a factor of safety is too high by goes, at the same cost (docs/methods/fitted.md).
+!> Places where stress is singular and failure begins, as a deck draws them: corners at which soil turns inwards, as
+!> the toe of a slope, the foot of a pit or the edge of a fill, and ends of what loads or pushes a face. Triangles that
+!> fit the scene are smallest there: half of what a factor of safety is too high by goes, at the same cost
+!> (docs/methods/fitted.md).
 module qsmpm_singular_corners
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_analysis, only: analysis_type
@@ -66,9 +67,10 @@ contains
       angle = turn + 8.0_wp*atan(1.0_wp)*k/directions
       soil = .false.
       do o = 1, size(outlines)
-        if (soil .or. outlines(o)%region == 0) cycle
-        if (active(outlines(o)%region)) soil = polygon_contains(outlines(o)%corner, &
-          corner + radius*[cos(angle), sin(angle)])
+        if (outlines(o)%region == 0) cycle
+        ! A body covers those that are drawn before it.
+        if (polygon_contains(outlines(o)%corner, corner + radius*[cos(angle), sin(angle)])) &
+          soil = active(outlines(o)%region)
       end do
       if (soil) full = full + 1
     end do

@@ -117,6 +117,7 @@ program run_unit_tests
   use test_locking_choice, only: collect_locking_choice
   use test_model_tangent, only: collect_model_tangent
   use test_recommended_method, only: collect_recommended_method
+  use test_singular_corners, only: collect_singular_corners
   use test_worn_mesh, only: collect_worn_mesh
   use test_locking_check, only: collect_locking_check
   use test_spline_axis, only: collect_spline_axis
@@ -262,6 +263,7 @@ program run_unit_tests
   call register('locking_choice', collect_locking_choice)
   call register('model_tangent', collect_model_tangent)
   call register('recommended_method', collect_recommended_method)
+  call register('singular_corners', collect_singular_corners)
   call register('worn_mesh', collect_worn_mesh)
   call register('locking_check', collect_locking_check)
   call register('spline_axis', collect_spline_axis)

@@ -1,0 +1,85 @@
+!> Where triangles that fit a scene are smallest: corners of soil that can yield, ends of loads, boxes of *REFINE.
+module test_singular_corners
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_error, only: error_type
+  use qsmpm_fitted_background, only: fit_background
+  use qsmpm_kinds, only: wp
+  use qsmpm_mesh, only: mesh_type
+  use deck_samples, only: joined
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_singular_corners
+
+  !> Ground of 4 x 2 m on cells of 0.5 m, on which and in which bodies are drawn; what holds it and its weight.
+  character(len=*), parameter :: head = '*MODEL, TYPE=PLANE STRAIN|*GRID| X, 0, 4, 8| Y, 0, 3, 6|', soil = &
+    '*NSET, NSET=base, PLANE=Y| 0|*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*MOHR COULOMB| 10, 20, 20|*UNIT WEIGHT| 1|', &
+    ground = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 4, 0| 4, 2.1| 0, 2.1|', &
+    weight = '*PHASE, NAME=weight|*FIX| base, ALL|*GRAVITY| 0, -1|*END PHASE|'
+
+contains
+
+  !> All tests.
+  subroutine collect_singular_corners(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: bank = '*BODY, NAME=bank, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 4, 0| 4, 1| 2, 1| '// &
+      '1.2, 2.5| 0, 2.5|', pit = '*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX| 0, 1.3, 1.2, 2.1|', &
+      dug = '*PHASE, NAME=dug|*DEACTIVATE| pit|*END PHASE|', face = '*SURFACE, NAME=top, TYPE=OUTLINE, BODY=ground, '// &
+      'BOX| 0, 1.3, 2.1, 2.1|', pushed = '*PHASE, NAME=pushed|*PRESSURE, SURFACE=top| 5|*END PHASE|', &
+      lens = '*BODY, NAME=lens, MATERIAL=soil, SHAPE=BOX| 1, 2.2, 0.7, 1.3|'
+
+    call tests%start('singular_corners')
+    call tests%close('level ground has cells as wide as those of its grid', smallest(head//soil//ground//weight, &
+      [2.0_wp, 2.1_wp]), 0.5_wp, 0.35_wp)
+    call tests%check('the toe of a bank small ones', smallest(head//soil//bank//weight, [2.0_wp, 1.0_wp]) < 0.1_wp)
+    call tests%check('not its crest', smallest(head//soil//bank//weight, [1.2_wp, 2.5_wp]) > 0.15_wp)
+    call tests%check('nor where nothing yields', smallest(head//'*REFINE| 3.9, 3.9, 0.1, 0.1, 0.5|'// &
+      without(soil, '*MOHR COULOMB| 10, 20, 20|')//bank//weight, [2.0_wp, 1.0_wp]) > 0.15_wp)
+    call tests%check('the foot of a pit that is dug', smallest(head//soil//ground//pit//weight//dug, [1.3_wp, 1.2_wp]) &
+      < 0.1_wp)
+    call tests%check('not a body within', smallest(head//soil//ground//lens//weight, [2.2_wp, 1.3_wp]) > 0.15_wp)
+    call tests%check('the end of a load', smallest(head//soil//ground//face//weight//pushed, [1.3_wp, 2.1_wp]) < 0.1_wp)
+    call tests%check('not that of a face alone', smallest(head//soil//ground//face//weight, [1.3_wp, 2.1_wp]) > 0.15_wp)
+    call tests%check('boxes have the width that is asked for, beyond the mesh as well', smallest(head//'*REFINE| 3, 9, '// &
+      '-5, 1, 0.125|'//soil//ground//weight, [3.5_wp, 0.5_wp]) < 0.19_wp)
+    call tests%check('an eighth of a cell at the least', smallest(head//'*REFINE| 3.5, 3.5, 0.5, 0.5, 1E-9|'//soil// &
+      ground//weight, [3.5_wp, 0.5_wp]) > 0.03_wp)
+  end subroutine collect_singular_corners
+
+  !> A text without a part of it.
+  pure function without(text, part) result(rest)
+    character(len=*), intent(in) :: text, part
+    character(len=:), allocatable :: rest
+    integer :: at
+
+    at = index(text, part)
+    rest = text(:at - 1)//text(at + len(part):)
+  end function without
+
+  !> Shortest distance of two nodes of a cell that lies within half a cell of the grid of a place.
+  real(wp) function smallest(deck, place)
+    character(len=*), intent(in) :: deck
+    real(wp), intent(in) :: place(2)
+    type(message_list_type) :: messages
+    class(analysis_type), allocatable :: analysis
+    type(error_type), allocatable :: error
+    type(mesh_type) :: mesh
+    integer :: c, k
+
+    allocate (analysis)
+    call parse_deck('corner.inp', joined(deck), analysis, messages, error)
+    if (.not. allocated(error)) call fit_background(analysis, mesh, error)
+    if (allocated(error)) error stop 'the deck of the singular_corners suite is broken'
+    smallest = huge(smallest)
+    do c = 1, mesh%cell_count
+      associate (nodes => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + 2))
+        if (norm2(sum(mesh%coordinates(:, nodes), dim=2)/3.0_wp - place) > 0.25_wp) cycle
+        do k = 1, 3
+          smallest = min(smallest, norm2(mesh%coordinates(:, nodes(k)) - mesh%coordinates(:, nodes(modulo(k, 3) + 1))))
+        end do
+      end associate
+    end do
+  end function smallest
+end module test_singular_corners
