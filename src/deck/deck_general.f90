@@ -238,8 +238,10 @@ contains
 
     call table%advise('smooth elastic work', 'BASIS=SPLINE2G, INTEGRATION=CELL, 9 points a cell or '// &
       'more: second order with a free surface; inside a filled region SPLINE3 with CELL and 16 points')
-    call table%advise('plastic flow, slopes', 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.002 to 0.01, '// &
-      '9 points a cell: least locking, least motion at constant load; GIMP with 4 points is cheapest, but stiffer')
+    call table%advise('limit loads, factors of safety, layers', '*GRID without ELEMENT, and no *METHOD: triangles '// &
+      'that fit the scene, then splines on the grid when these are worn')
+    call table%advise('plastic flow that goes far', 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.001, 9 points a '// &
+      'cell: least locking, least motion at constant load; GIMP with 4 points is cheapest, but stiffer')
     call table%advise('undrained, phi = 0 or nu > 0.45', 'BASIS=SPLINE2, 9 points a cell; the '// &
       'pressure of a cell is then uniform by itself (*VOLUMETRIC LOCKING)')
     call table%advise('penetration by a moving grid', 'BASIS=SPLINE2 or GIMP at points, FACTOR=5E-4, '// &

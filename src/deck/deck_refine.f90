@@ -19,8 +19,8 @@ contains
     call table%add('REFINE', in_model, once, 'Boxes in which triangles that fit the scene are smaller than the '// &
       'cells between the lines of *GRID, with cells in between around them: where ground fails, or a corner loads '// &
       'it. A corner is a box of no size. An eighth of a cell of the grid is the least; corners at which soil turns '// &
-      'inwards and ends of loads have it anyway.', refine_fields, '*REFINE| 0, 2, -1, 0, 0.1| 2, 2, 0, 0, 0.05', &
-      check_boxes)
+      'inwards and ends of loads have it anyway. `qsmpm-verify study` finds the boxes.', refine_fields, &
+      '*REFINE| 0, 2, -1, 0, 0.1| 2, 2, 0, 0, 0.05', check_boxes)
   end subroutine add_refine_keyword
 
   !> *REFINE.

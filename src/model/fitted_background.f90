@@ -42,11 +42,11 @@ contains
     call add_ends(analysis, outlines)
     associate (x => analysis%mesh%axes(1)%lines, y => analysis%mesh%axes(2)%lines)
       spacing = min(minval(x(2:) - x(:size(x) - 1)), minval(y(2:) - y(:size(y) - 1)))
-      corners = singular_corners(analysis, outlines, spacing)
-      places = refined_places(analysis%mesh%refined, x, y, 0.5_wp**halvings*spacing)
+      allocate (corners, source=singular_corners(analysis, outlines, spacing))
+      allocate (places, source=refined_places(analysis%mesh%refined, x, y, 0.5_wp**halvings*spacing))
       n = size(places, 2) + size(corners, 2)
-      places = reshape([places, [(corners(:, i), 0.0_wp, i=1, size(corners, 2))]], [3, n])
-      call fit_triangles(x, y, outlines, halvings, fitted, error, places)
+      call fit_triangles(x, y, outlines, halvings, fitted, error, reshape([places, [(corners(:, i), 0.0_wp, i=1, &
+        size(corners, 2))]], [3, n]))
       if (allocated(error)) return
       mesh%bounds = reshape([x(1), y(1), x(size(x)), y(size(y))], [2, 2])
     end associate

@@ -1,7 +1,7 @@
 """Runs of a study in the order of their cost, within a budget of CPU time.
 
 Every method starts on the coarsest grid; the cheapest run that is left is next, its cost foretold from the run before it
-of the same method. A method that failed twice in a row is left. Once the finest figures are there, one run in twice the
+of the same method. Triangles that fit the deck are also refined where its own run has sheared, time and again. A method that failed twice in a row is left. Once the finest figures are there, one run in twice the
 steps tells what the steps cost. The search ends when nothing is left, when the budget does not hold the next run, or
 when some run is close enough to the answer and no run that is left could be cheaper.
 """
@@ -20,7 +20,8 @@ from qsmpm_verify.cases import Case
 from qsmpm_verify.results import ResultError, read_cpu_seconds, read_curves
 from qsmpm_verify.runner import run_case
 from qsmpm_verify.study.cards import Deck
-from qsmpm_verify.study.variants import Method, at_level, dimension, levels_of, methods_of, with_method, with_steps
+from qsmpm_verify.study.refined import COST, LEVELS, REFINED, can_refine, refined
+from qsmpm_verify.study.variants import OWN, Method, at_level, dimension, levels_of, methods_of, with_method, with_steps
 
 # Cost of a halved grid over that of the grid before, beyond the number of its cells: longer equations, more iterations.
 GROWTH = 1.4
@@ -122,7 +123,7 @@ class Search:
     def __init__(self, deck: Deck, wish: Wish, tell: Callable[[Trial, float], None]) -> None:
         self.deck, self.wish, self.tell = deck, wish, tell
         self.levels = levels_of(deck)
-        self.methods = methods_of(deck)
+        self.methods = methods_of(deck) + ([REFINED] if can_refine(deck) else [])
         self.trials: list[Trial] = []
         self.spent = 0.0
         self.ending = ""
@@ -136,7 +137,18 @@ class Search:
         own = self.of(method)
         if len(own) >= MISSES and not any(t.good for t in own[-MISSES:]):
             return None
-        return self.levels[len(own)] if len(own) < len(self.levels) else None
+        levels = self.levels_for(method)
+        return levels[len(own)] if len(own) < len(levels) else None
+
+    def levels_for(self, method: Method) -> Sequence[int]:
+        """Grids of a method; none to be refined before the deck's own grid has a run."""
+        if method != REFINED:
+            return self.levels
+        return LEVELS if any(t.level == 0 and t.good for t in self.of(OWN)) else ()
+
+    def before(self, level: int) -> Trial:
+        """The run whose strain a refined one of a level takes."""
+        return next(t for t in self.of(REFINED if level > LEVELS[0] else OWN) if t.level == level - 1)
 
     def foretold(self, method: Method) -> float:
         """CPU seconds that the next run of a method will take, no less than noise; those of the deck's own method where it has none."""
@@ -144,14 +156,21 @@ class Search:
         if not known:
             return 0.0
         level = self.next_level(method)
+        if method == REFINED and level is not None:
+            last = self.before(level)
+            return max(NOISE, COST * last.seconds) if last.good else self.wish.budget
         last = known[-1]
         return max(NOISE, last.seconds * (2 ** dimension(self.deck) * GROWTH) ** ((level or 0) - last.level))
 
     def try_one(self, method: Method, level: int, steps: int) -> None:
         """Run one variant and keep what it told."""
-        gridded = at_level(self.deck, level)
-        assert gridded is not None, "levels are those that exist"
-        text = with_steps(with_method(gridded, method), steps).text() if steps > 1 else with_method(gridded, method).text()
+        if method == REFINED:
+            changed = refined(self.deck, level, self.wish.root / self.before(level).name / "results")
+        else:
+            gridded = at_level(self.deck, level)
+            assert gridded is not None, "levels are those that exist"
+            changed = with_method(gridded, method)
+        text = (with_steps(changed, steps) if steps > 1 else changed).text()
         left = self.wish.budget - self.spent
         trial, spent = run_trial(self.deck, Trial(method.label, level, steps, text), self.wish, left)
         self.spent += spent

@@ -55,10 +55,17 @@ def methods_of(deck: Deck) -> list[Method]:
     grid, own = deck.find("GRID"), deck.find("METHOD")
     if grid is None:
         return [OWN]
-    others: tuple[Method, ...] = PLANE_METHODS if grid.value("ELEMENT") in PLANE_ELEMENTS else SPACE_METHODS
+    plane = is_plane(deck, grid)
+    others: tuple[Method, ...] = PLANE_METHODS if plane else SPACE_METHODS
     if deck.find("MOVING MESH"):
-        others = MOVING_METHODS if grid.value("ELEMENT") in PLANE_ELEMENTS else ()
+        others = MOVING_METHODS if plane else ()
     return [OWN, *(m for m in others if not same_method(m, grid, own))]
+
+
+def is_plane(deck: Deck, grid: Card) -> bool:
+    """Whether the cells of a grid are those of a plane, named or not."""
+    element = grid.value("ELEMENT")
+    return element in PLANE_ELEMENTS or (element is None and len(axis_lines(deck, "Z")) == 0)
 
 
 def same_method(method: Method, grid: Card, own: Card | None) -> bool:
@@ -82,9 +89,9 @@ def with_method(deck: Deck, method: Method) -> Deck:
         grid = grid.with_value("ELEMENT", method.element)
         if method.element in ("QUAD4", "HEX8", "HEX20"):
             grid = grid.without("DIAGONAL", "PERTURB", "SEED")
-    changed = deck.with_card(card).with_card(grid)
+    changed = deck.with_card(card).with_card(grid.without("FIT", "REFIT"))
     return changed.with_cards(
-        [c.with_value("PER ELEMENT", "DEFAULT") if c.keyword == "POINTS" else c for c in changed.cards]
+        [c.with_value("PER ELEMENT", "DEFAULT") if c.keyword == "POINTS" else c for c in changed.cards if c.keyword != "REFINE"]
     )
 
 

@@ -15,12 +15,15 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
+import numpy as np
+
 from qsmpm_verify.cli import main
 from qsmpm_verify.places import PROGRAM, TOP
 from qsmpm_verify.results import ResultError
 from qsmpm_verify.study.band import SAFETY, Band, agreed, of_grids, of_steps, of_three, of_two
 from qsmpm_verify.study.cards import Card, Deck, items, plain, read_deck
 from qsmpm_verify.study.judgement import answer_of, choice_of, seconds_of_choice, warnings_of
+from qsmpm_verify.study.refined import REFINED, boxes_of, can_refine, sheared_cells
 from qsmpm_verify.study.search import NOISE, Search, Trial, Wish, figure_of
 from qsmpm_verify.study.variants import (
     PLANE_METHODS, at_level, axis_lines, dimension, levels_of, methods_of, same_method, with_method, with_steps,
@@ -362,6 +365,51 @@ class TestSearch(unittest.TestCase):
     def test_one_run_in_twice_the_steps_closes_it(self) -> None:
         search = self.go(1e4, 0.02, {"as the deck says": 0.01})
         self.assertEqual([t.steps for t in search.trials].count(2), 1)
+
+
+class TestRefined(unittest.TestCase):
+    """Cells that are refined by the strain of a run."""
+
+    X, Y = np.array([0.0, 1.0, 2.0, 3.0, 5.0]), np.array([0.0, 1.0, 2.0])
+
+    def test_cells_that_shear_and_those_around_that_hold_soil_are_refined(self) -> None:
+        place = np.array([[0.5, 0.5], [1.5, 0.5], [2.5, 0.5], [4.0, 0.5], [0.5, 1.5]])
+        cells = sheared_cells(self.X, self.Y, place, np.array([0.2, 0.0, 0.0, 0.0, 0.001]))
+        self.assertEqual(cells.tolist(), [[True, True, False, False], [True, False, False, False]])
+
+    def test_ground_that_rests_is_not(self) -> None:
+        self.assertFalse(sheared_cells(self.X, self.Y, np.array([[0.5, 0.5], [2.5, 1.5]]), np.zeros(2)).any())
+
+    def test_cells_of_one_width_are_one_box(self) -> None:
+        cells = np.array([[True, True, True, True], [False, True, False, False]])
+        self.assertEqual(boxes_of(self.X, self.Y, cells, 1), [" 0, 3, 0, 1, 0.5", " 3, 5, 0, 1, 0.707107", " 1, 2, 1, 2, 0.5"])
+
+    def test_a_grid_that_names_no_cells_is_tried_by_those_of_its_space(self) -> None:
+        text = "*GRID\nX, 0, 1, 2\nY, 0, 1, 2\n*REFINE\n 0, 1, 0, 1, 0.1\n*PHASE, NAME=a\n*END PHASE\n"
+        self.assertEqual(methods_of(deck_of(text))[1:], list(PLANE_METHODS))
+        self.assertIsNone(with_method(deck_of(text), PLANE_METHODS[0]).find("REFINE"))
+        solid = deck_of(text.replace("*REFINE\n 0, 1, 0, 1, 0.1", "Z, 0, 1, 1"))
+        self.assertEqual({m.element for m in methods_of(solid)[1:]}, {"HEX8", "HEX20"})
+
+    def test_what_cannot_have_triangles_that_fit_is_left(self) -> None:
+        plain_deck = "*GRID\nX, 0, 1, 2\nY, 0, 1, 2\n*PHASE, NAME=a\n*END PHASE\n"
+        self.assertTrue(can_refine(deck_of(plain_deck)))
+        for old, new in (("*GRID", "*GRID, ELEMENT=QUAD4"), ("Y, 0, 1, 2", "Y, 0, 1, 2\nZ, 0, 1, 1"), ("*PHASE, NAME=a", "*RIGID BODY, NAME=b\n*PHASE, NAME=a"),
+                         ("*PHASE, NAME=a", "*METHOD, BASIS=GIMP\n*PHASE, NAME=a")):  # fmt: skip
+            self.assertFalse(can_refine(deck_of(plain_deck.replace(old, new, 1))), new)
+
+    def test_a_study_of_a_slope_refines_its_slip_surface(self) -> None:
+        text = (TOP / "verification/cases/decks/slope_factor.inp").read_text().replace("X, 0, 5, 50", "X, 0, 5, 20").replace("Y, -0.5, 1, 15", "Y, -0.5, 1, 6")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "scene.inp"
+            path.write_text(text)
+            wish = Wish("F", "last", 0.01, 600.0, PROGRAM, Path(folder) / "runs")
+            search = Search(read_deck(path), wish, lambda t, s: None)
+            search.levels = [0]
+            for method, level in ((search.methods[0], 0), (REFINED, 1), (REFINED, 2)):
+                search.try_one(method, level, 1)
+        figures = [t.figure for t in search.trials]
+        self.assertTrue(1.14 < figures[2] < figures[1] < figures[0] < 1.25, f"{figures} {[t.reason for t in search.trials]}")
 
 
 class TestWords(unittest.TestCase):
