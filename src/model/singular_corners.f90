@@ -1,7 +1,8 @@
 !> Places where stress is singular and failure begins, as a deck draws them: corners at which soil turns inwards, as
-!> the toe of a slope, the foot of a pit or the edge of a fill, and ends of what loads or pushes a face. Triangles that
-!> fit the scene are smallest there: half of what a factor of safety is too high by goes, at the same cost
-!> (docs/methods/fitted.md).
+!> the toe of a slope, the foot of a pit or the edge of a fill, and ends of what loads a face. Triangles that fit the
+!> scene are smallest there: half of what a factor of safety is too high by goes, at the same cost
+!> (docs/methods/fitted.md). Where nodes are pushed there are none: soil that follows an edge turns small cells inside
+!> out, and the run cannot go on with splines then.
 module qsmpm_singular_corners
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_analysis, only: analysis_type
@@ -35,7 +36,7 @@ contains
     integer :: o, i, p
 
     allocate (places(2, 0))
-    if (.not. any(may_yield(analysis%materials))) return
+    if (.not. any(may_yield(analysis%materials)) .or. pushes_nodes(analysis)) return
     do o = 1, size(outlines)
       do i = 1, size(outlines(o)%corner, 2)
         associate (corner => outlines(o)%corner(:, i))
@@ -77,7 +78,18 @@ contains
     turns_inwards = full >= inwards .and. full < directions
   end function turns_inwards
 
-  !> Whether a phase loads the surface of a name, or pushes the nodes of a set.
+  !> Whether a phase prescribes a displacement.
+  pure logical function pushes_nodes(analysis)
+    type(analysis_type), intent(in) :: analysis
+    integer :: p
+
+    pushes_nodes = .false.
+    do p = 1, size(analysis%phases)
+      pushes_nodes = pushes_nodes .or. any(abs(analysis%phases(p)%prescriptions%value) > 0.0_wp)
+    end do
+  end function pushes_nodes
+
+  !> Whether a phase loads the surface of a name.
   pure logical function is_loaded(analysis, name) result(loaded)
     type(analysis_type), intent(in) :: analysis
     character(len=*), intent(in) :: name
@@ -87,8 +99,7 @@ contains
     do p = 1, size(analysis%phases)
       associate (phase => analysis%phases(p))
         loaded = loaded .or. any([(phase%tractions(i)%surface == name .and. .not. phase%tractions(i)%of_water, &
-          i=1, size(phase%tractions))]) .or. any([(phase%prescriptions(i)%set == name .and. &
-          abs(phase%prescriptions(i)%value) > 0.0_wp, i=1, size(phase%prescriptions))])
+          i=1, size(phase%tractions))])
       end associate
     end do
   end function is_loaded
