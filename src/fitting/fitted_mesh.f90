@@ -4,7 +4,7 @@ module qsmpm_fitted_mesh
   use qsmpm_edge_division, only: ask_of_features, divide_edges, find_wedges
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_lattice, only: lattice_place, make_lattice, plane_place
-  use qsmpm_leaf_sizes, only: ask_for_size, balance_leaves, leaf_places, make_leaf_sizes
+  use qsmpm_leaf_sizes, only: ask_in_box, balance_leaves, leaf_places, make_leaf_sizes
   use qsmpm_line_recovery, only: recover_line
   use qsmpm_outline_graph, only: make_outline_graph, outline_type, outline_graph_type
   use qsmpm_polygon, only: polygon_contains
@@ -37,7 +37,7 @@ module qsmpm_fitted_mesh
 contains
 
   !> Mesh a box.
-  pure subroutine fit_triangles(x, y, outlines, levels, mesh, error, sizes)
+  pure subroutine fit_triangles(x, y, outlines, levels, mesh, error, boxes)
     !> Lines of the grid, rising, two or more each: the box, and how large triangles are.
     real(wp), intent(in) :: x(:), y(:)
     type(outline_type), intent(in) :: outlines(:)
@@ -46,8 +46,8 @@ contains
     type(fitted_mesh_type), intent(out) :: mesh
     !> Outlines that cannot be fitted, by name and place.
     type(error_type), allocatable, intent(out) :: error
-    !> Places, and the size that is wanted there (3, n).
-    real(wp), intent(in), optional :: sizes(:, :)
+    !> Boxes as least and largest x and y, and the size that is wanted there (5, n).
+    real(wp), intent(in), optional :: boxes(:, :)
     type(refined_scene_type) :: scene
     real(wp) :: box(2, 2)
     integer :: i
@@ -57,9 +57,9 @@ contains
     call make_outline_graph(box, outlines, scene%sizes, scene%graph, error)
     if (allocated(error)) return
     call ask_of_features(scene%graph, scene%sizes)
-    if (present(sizes)) then
-      do i = 1, size(sizes, 2)
-        call ask_for_size(scene%sizes, sizes(1:2, i), sizes(3, i))
+    if (present(boxes)) then
+      do i = 1, size(boxes, 2)
+        call ask_in_box(scene%sizes, boxes([1, 3], i), boxes([2, 4], i), boxes(5, i))
       end do
     end if
     call balance_leaves(scene%sizes)

@@ -8,7 +8,7 @@ module qsmpm_leaf_sizes
   implicit none
   private
 
-  public :: leaf_sizes_type, make_leaf_sizes, ask_for_size, balance_leaves, leaf_size, leaf_places, &
+  public :: leaf_sizes_type, make_leaf_sizes, ask_for_size, ask_in_box, balance_leaves, leaf_size, leaf_places, &
     wished_size, finest_size
 
   !> No leaf is smaller than the roots by more halvings.
@@ -81,6 +81,26 @@ contains
 
     call split_until(sizes, x, excess*max(wanted, finest_size(sizes, x)), deepest)
   end subroutine ask_for_size
+
+  !> A box wants leaves of that size wherever they touch it; one of no size is a place.
+  pure subroutine ask_in_box(sizes, low, high, wanted)
+    type(leaf_sizes_type), intent(inout) :: sizes
+    real(wp), intent(in) :: low(2), high(2), wanted
+    real(wp) :: side(2), from(2), middle(2)
+    integer :: q
+
+    ! Children stand behind their parents: new leaves are met in the same pass.
+    q = 0
+    do while (q < sizes%count)
+      q = q + 1
+      if (sizes%child(q) /= 0) cycle
+      side = sizes%side*0.5_wp**sizes%level(q)
+      from = sizes%low + side*sizes%place(:, q)
+      middle = from + 0.5_wp*side
+      if (any(from + side < low) .or. any(from > high) .or. sizes%level(q) >= deepest) cycle
+      if (sizes%size*0.5_wp**sizes%level(q) > excess*max(wanted, finest_size(sizes, middle))) call halve(sizes, q)
+    end do
+  end subroutine ask_in_box
 
   !> Halve the leaf at a place until it is small enough.
   pure subroutine split_until(sizes, x, wanted, last_level)

@@ -34,19 +34,19 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(fitted_mesh_type) :: fitted
     type(outline_type), allocatable :: outlines(:)
-    real(wp), allocatable :: places(:, :), corners(:, :)
-    real(wp) :: spacing
-    integer :: i, kind, n
+    real(wp), allocatable :: boxes(:, :), corners(:, :)
+    integer :: i, kind
 
     call outlines_of(analysis, outlines)
     call add_ends(analysis, outlines)
     associate (x => analysis%mesh%axes(1)%lines, y => analysis%mesh%axes(2)%lines)
-      spacing = min(minval(x(2:) - x(:size(x) - 1)), minval(y(2:) - y(:size(y) - 1)))
-      allocate (corners, source=singular_corners(analysis, outlines, spacing))
-      allocate (places, source=refined_places(analysis%mesh%refined, x, y, 0.5_wp**halvings*spacing))
-      n = size(places, 2) + size(corners, 2)
-      call fit_triangles(x, y, outlines, halvings, fitted, error, reshape([places, [(corners(:, i), 0.0_wp, i=1, &
-        size(corners, 2))]], [3, n]))
+      allocate (corners, source=singular_corners(analysis, outlines, min(minval(x(2:) - x(:size(x) - 1)), &
+        minval(y(2:) - y(:size(y) - 1)))))
+      allocate (boxes(5, size(corners, 2)), source=0.0_wp)
+      boxes(1:4, :) = corners([1, 1, 2, 2], :)
+      if (allocated(analysis%mesh%refined)) boxes = reshape([boxes, analysis%mesh%refined], &
+        [5, size(boxes, 2) + size(analysis%mesh%refined, 2)])
+      call fit_triangles(x, y, outlines, halvings, fitted, error, boxes)
       if (allocated(error)) return
       mesh%bounds = reshape([x(1), y(1), x(size(x)), y(size(y))], [2, 2])
     end associate
@@ -63,29 +63,6 @@ contains
     mesh%node_label = [(i, i=1, mesh%node_count)]
     mesh%cell_label = [(i, i=1, mesh%cell_count)]
   end subroutine fit_background
-
-  !> Places in the boxes of *REFINE, half a triangle apart, with the width that is wanted there; none where it is not
-  !> given.
-  pure function refined_places(boxes, x, y, least) result(places)
-    !> (5, n), lines of the grid, and the least width.
-    real(wp), allocatable, intent(in) :: boxes(:, :)
-    real(wp), intent(in) :: x(:), y(:), least
-    real(wp), allocatable :: places(:, :)
-    real(wp) :: low(2), side(2), width
-    integer :: b, i, j, n(2)
-
-    allocate (places(3, 0))
-    if (.not. allocated(boxes)) return
-    do b = 1, size(boxes, 2)
-      low = max(boxes([1, 3], b), [x(1), y(1)])
-      side = min(boxes([2, 4], b), [x(size(x)), y(size(y))]) - low
-      if (any(side < 0.0_wp)) cycle
-      width = max(boxes(5, b), least)
-      n = ceiling(2.0_wp*side/width)
-      places = reshape([places, [([([low + side*[i, j]/max(1, n), boxes(5, b)], i=0, n(1))], j=0, n(2))]], &
-        [3, size(places, 2) + product(n + 1)])
-    end do
-  end function refined_places
 
   !> What a deck draws; what comes later covers what is there.
   pure subroutine outlines_of(analysis, outlines)

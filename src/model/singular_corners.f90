@@ -19,6 +19,8 @@ module qsmpm_singular_corners
   !> degrees, and the angle of the first: along no edge.
   integer, parameter :: directions = 72, inwards = 40
   real(wp), parameter :: turn = 0.0123_wp
+  !> Sine of the angle up to which an outline goes straight on.
+  real(wp), parameter :: straight = 0.17_wp
   !> How far they look, as a share of the smallest spacing of the grid.
   real(wp), parameter :: near = 1.0e-3_wp
 
@@ -44,6 +46,7 @@ contains
           if (found) found = is_loaded(analysis, outlines(o)%name)
           do p = 1, size(analysis%phases)
             if (found .or. outlines(o)%region == 0) exit
+            if (.not. bends(outlines(o)%corner, i)) exit
             active = bodies_active(analysis, p)
             found = turns_inwards(outlines, active, corner, near*spacing)
           end do
@@ -52,6 +55,21 @@ contains
       end do
     end do
   end function singular_corners
+
+  !> Whether an outline bends at a corner by more than a chord of a circle: what turns inwards has such a corner of some
+  !> body, and an outline of thousands of corners has few.
+  pure logical function bends(corners, i)
+    real(wp), intent(in) :: corners(:, :)
+    integer, intent(in) :: i
+    real(wp) :: before(2), behind(2)
+    integer :: n
+
+    n = size(corners, 2)
+    before = corners(:, i) - corners(:, modulo(i - 2, n) + 1)
+    behind = corners(:, modulo(i, n) + 1) - corners(:, i)
+    bends = abs(before(1)*behind(2) - before(2)*behind(1)) > straight*norm2(before)*norm2(behind) &
+      .or. dot_product(before, behind) < 0.0_wp
+  end function bends
 
   !> Whether more than a half of what is around a corner is soil, and not all.
   pure logical function turns_inwards(outlines, active, corner, radius)

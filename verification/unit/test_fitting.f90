@@ -148,7 +148,7 @@ contains
     far = count(mesh%position(1, :) > 8.0_wp)
     call tests%check('wide cells where lines are far apart', far < 1.5_wp*near .and. far > 0.0_wp)
     call fit_triangles(lines(width, 20), lines(height, 12), outlines, 3, mesh, error, &
-      reshape([5.0_wp, 1.0_wp, 0.125_wp], [3, 1]))
+      reshape([5.0_wp, 5.0_wp, 1.0_wp, 1.0_wp, 0.125_wp], [5, 1]))
     call tests%check('small cells at a place that asks for them', &
       minval(norm2(mesh%position - spread([5.0_wp, 1.0_wp], 2, size(mesh%position, 2)), dim=1)) < 0.125_wp .and. &
       count(norm2(mesh%position - spread([5.0_wp, 1.0_wp], 2, size(mesh%position, 2)), dim=1) < 0.5_wp) > 8)

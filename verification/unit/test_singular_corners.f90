@@ -42,6 +42,11 @@ contains
     call tests%check('not a body within', smallest(head//soil//ground//lens//weight, [2.2_wp, 1.3_wp]) > 0.15_wp)
     call tests%check('the end of a load', smallest(head//soil//ground//face//weight//pushed, [1.3_wp, 2.1_wp]) < 0.1_wp)
     call tests%check('not that of a face alone', smallest(head//soil//ground//face//weight, [1.3_wp, 2.1_wp]) > 0.15_wp)
+    call tests%check('nor where nodes are pushed', smallest(head//soil//bank//'*NSET, NSET=top, BOX| 0, 0.5, 2.5, 2.5|'// &
+      weight//'*PHASE, NAME=pushed|*PRESCRIBE| top, Y, -0.1|*END PHASE|', [2.0_wp, 1.0_wp]) > 0.15_wp)
+    call tests%check('a box over a graded grid is no finer than an eighth of each of its cells', smallest( &
+      '*MODEL, TYPE=PLANE STRAIN|*GRID| X, 0, 4, 40, 1E3| Y, 0, 3, 6|*REFINE| 0, 4, 0, 3, 1E-12|'//soil//ground//weight, &
+      [3.5_wp, 0.5_wp]) > 0.01_wp)
     call tests%check('boxes have the width that is asked for, beyond the mesh as well', smallest(head//'*REFINE| 3, 9, '// &
       '-5, 1, 0.125|'//soil//ground//weight, [3.5_wp, 0.5_wp]) < 0.19_wp)
     call tests%check('an eighth of a cell at the least', smallest(head//'*REFINE| 3.5, 3.5, 0.5, 0.5, 1E-9|'//soil// &

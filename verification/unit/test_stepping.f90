@@ -4,7 +4,7 @@
 !> stabilisation may carry 1e-2, a cell is a half long and a node may move by half of that.
 module test_stepping
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-  use qsmpm_analysis, only: analysis_type, basis_fem, controls_type, phase_type
+  use qsmpm_analysis, only: analysis_type, basis_fem, phase_safety, controls_type, phase_type
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type, error_not_converged, error_singular, error_user_material
   use qsmpm_initialisation, only: step_type
@@ -489,6 +489,11 @@ contains
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
       scripted_outcome_type(stabilisation_share=0.04_wp)])
     call tests%check('a share that stays is borne at a place, where its work is none', .not. it%is_restored())
+    call start(it)
+    it%model%analysis%phases(1)%kind = phase_safety
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
+      scripted_outcome_type(stabilisation_share=0.04_wp)])
+    call tests%check('but where a factor of safety is searched', it%is_restored())
     call start(it)
     call it%go([scripted_outcome_type(stabilisation_share=0.08_wp), &
       scripted_outcome_type(stabilisation_share=0.06_wp)])
