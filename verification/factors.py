@@ -71,6 +71,13 @@ def deck_of(angle: float, friction: float, dilatancy: float, weight: float, cell
     return DECK.format(width=width, along=width * cells, up=3 * cells // 2, friction=friction, dilatancy=dilatancy, weight=weight, toe=toe, crest=crest)
 
 
+def slope_of(slope: str, cells: int, dilatant: bool = True) -> tuple[str, float]:
+    """The deck of a slope ANGLE/FRICTION at 0.7 of its limit load, and the factor of psi = phi."""
+    angle, friction = map(float, slope.split("/"))
+    weight = 0.7 * slope_spiral_unit_weight(1.0, friction, angle, 1.0)
+    return deck_of(angle, friction, friction if dilatant else 0.0, weight, cells), slope_spiral_safety(weight, 1.0, friction, angle, 1.0)
+
+
 def run(binary: pathlib.Path, name: str, deck: str) -> tuple[float, float, str]:
     """Last stable factor, CPU seconds, and what is to be noted."""
     FOLDER.mkdir(parents=True, exist_ok=True)
@@ -84,10 +91,7 @@ def run(binary: pathlib.Path, name: str, deck: str) -> tuple[float, float, str]:
 
 def row(binary: pathlib.Path, slope: str, associated: bool, cells: int) -> str:
     """A line of the table; the error is that beyond the exact value, or beyond the bracket."""
-    angle, friction = map(float, slope.split("/"))
-    weight = 0.7 * slope_spiral_unit_weight(1.0, friction, angle, 1.0)
-    exact = slope_spiral_safety(weight, 1.0, friction, angle, 1.0)
-    deck = deck_of(angle, friction, friction if associated else 0.0, weight, cells)
+    deck, exact = slope_of(slope, cells, associated)
     name = slope.replace("/", "_").replace(".", "p") + ("_a" if associated else "_0")
     factor, seconds, note = run(binary, name, deck)
     found = Search(read_scene(read_deck(FOLDER / f"{name}.inp"))).run()

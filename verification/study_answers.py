@@ -22,6 +22,7 @@ from pathlib import Path
 TOP = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(TOP / "tools"))
 
+from factors import SLOPES, slope_of  # noqa: E402
 from qsmpm_verify.pages import figure_folder, markdown_table  # noqa: E402
 from qsmpm_verify.reference import REFERENCES  # noqa: E402
 from qsmpm_verify.report import table  # noqa: E402
@@ -49,15 +50,18 @@ class Scene:
     budget: float = 0.0
     sure: float = 0.0
     """Share of the truth that itself is not sure."""
+    text: str = ""
+    """The deck itself where it is written here; `deck` then says where from."""
 
 
 STIFF = (("1, 25, 25", "1000, 25, 25"), ("LOAD FACTOR=25", "LOAD FACTOR=5"), ("STEPS=100", "STEPS=5"))
 NONE = math.nan
 DRAWN = ("cantilever",)
+BOUNDS = "bounds of limit analysis, as near as they are, `qsmpm-verify bounds DECK`"
 
 
 def scenes() -> list[Scene]:
-    """The scenes: six with answers, one that has none, one whose budget ends first."""
+    """The scenes: those with answers, one that has none, one whose budget ends first."""
     bore = {"pressure": 435.815, "young": 1e4, "poisson": 0.3, "cohesion": 58.735026918962575, "friction": 30.0, "far": 400.0}
     decks = "verification/cases/decks"
     column = REFERENCES["column_height_hencky"](height=50.0, young=10.0, unit_weight=0.8)
@@ -72,31 +76,62 @@ def scenes() -> list[Scene]:
         Scene("footing", f"{decks}/footing_small.inp", "reaction", 2.0 + math.pi, "Prandtl (1920)", target=0.03),
         Scene("slope", f"{decks}/limit_load.inp", "crest_settlement", 1.52187e-5, "own FEM of triangles, none of size", STIFF,
               sure=5e-5),
+        *slopes(),
+        *week(),
         Scene("bands", f"{decks}/softening_biaxial.inp", "force", NONE, "no grid is the last one",
               (("REGULARISATION=CELL, LENGTH=0.1", "REGULARISATION=NONE"),)),
         Scene("cut", "input/footing.inp", "reaction", NONE, "the budget is ten seconds", budget=10.0),
     ]  # fmt: skip
 
 
+def slopes() -> list[Scene]:
+    """Factors of safety of slopes with psi = phi, 10 cells a height."""
+    found = []
+    for slope in SLOPES:
+        deck, exact = slope_of(slope, 10)
+        found.append(Scene(f"slope {slope}", "verification/factors.py", "F", exact, "slope_spiral_safety (Chen 1975)", text=deck))
+    return found
+
+
+def week() -> list[Scene]:
+    """Scenes of verification/week whose answer is no bound."""
+    decks = "verification/week/decks"
+    return [
+        Scene("strip", f"{decks}/strip.inp", "load", 590.113, "characteristics, as in verification/week/footings.toml", target=0.03),
+        Scene("circle", f"{decks}/circle.inp", "load", 631.46, "characteristics, as in verification/week/footings.toml", target=0.03),
+        Scene("passive", f"{decks}/wall_passive.inp", "force", 117.877, "Rankine, as in verification/week/walls.toml"),
+        Scene("active", f"{decks}/wall_active.inp", "force", 8.3472, "Rankine, as in verification/week/walls.toml"),
+        Scene("embankment", f"{decks}/embankment.inp", "F", 1.65761, BOUNDS, sure=0.0033),
+        Scene("dam", f"{decks}/dam.inp", "F", 1.31783, BOUNDS, sure=0.0031),
+        Scene("seam", f"{decks}/seam.inp", "F", 1.06444, BOUNDS, sure=0.0037),
+        Scene("sample", "verification/cases/decks/sample_safety.inp", "F", 1.4867106, "Mohr-Coulomb between plates, as in verification/cases/safety.toml"),
+    ]  # fmt: skip
+
+
 def deck_of(scene: Scene, folder: Path) -> Path:
     """The deck itself, or a copy of it with the replacements."""
     path = TOP / scene.deck
-    if not scene.replace:
+    if not scene.replace and not scene.text:
         return path
-    text = path.read_text(encoding="utf-8")
+    text = scene.text or path.read_text(encoding="utf-8")
     for old, new in scene.replace:
         if old not in text:
             sys.exit(f"{path}: nothing to replace at {old!r}")
         text = text.replace(old, new)
     folder.mkdir(parents=True, exist_ok=True)
-    copy = folder / f"{scene.name}.inp"
+    copy = folder / f"{file_name(scene)}.inp"
     copy.write_text(text, encoding="utf-8")
     return copy
 
 
+def file_name(scene: Scene) -> str:
+    """The name of a scene in a path."""
+    return scene.name.replace(" ", "_").replace("/", "_")
+
+
 def studied(scene: Scene, words: argparse.Namespace) -> tuple[Search, Answer | None, Trial | None]:
     """Run the study of a scene; what it prints goes to study.txt beside its runs."""
-    root = words.out / scene.name
+    root = words.out / file_name(scene)
     deck = read_deck(deck_of(scene, words.out / "decks"))
     wish = Wish(scene.history, scene.at, scene.target, scene.budget or words.budget, words.program.resolve(), root)
     search = Search(deck, wish, tell_run)
@@ -149,11 +184,13 @@ def main() -> int:
         endings.append(f"- {scene.name}: {scene.deck}, `{scene.history}`; truth: {scene.source}. Ended: {search.ending}."
                        + "".join(f" {note}." for note in (answer.notes if answer else ())))
     print(table(HEADER, rows))
+    held = f"The band holds the answer in {sum(row[7] == 'yes' for row in rows)} of {sum(row[7] != '-' for row in rows)} scenes."
+    print(held)
     print("\n".join(endings))
     if words.markdown:
         page = ["# The answers of `study` where the truth is known", "",
                 f"Written by `verification/study_answers.py --budget {words.budget:.0f}s --markdown FILE`; do not edit.", "",
-                *markdown_table(HEADER, rows), "", *endings]  # fmt: skip
+                *markdown_table(HEADER, rows), "", held, "", *endings]  # fmt: skip
         for scene in (s for s in chosen if s.name in DRAWN):
             shutil.copy(words.out / scene.name / "study.svg", figure_folder(words.markdown) / f"study_{scene.name}.svg")
         words.markdown.write_text("\n".join(page) + "\n", encoding="utf-8")

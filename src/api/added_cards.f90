@@ -173,6 +173,7 @@ contains
     integer :: i
 
     extended = scene
+    if (allocated(whole%cards)) extended%cards = whole%cards
     allocate (materials(size(whole%materials)))
     do i = 1, size(materials)
       materials(i) = whole%materials(i)

@@ -5,6 +5,7 @@ module qsmpm_deck
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_analysis, only: analysis_type, mesh_none, mesh_inline
   use qsmpm_basis_traits, only: usual_factor
+  use qsmpm_carried_cards, only: note_card
   use qsmpm_recommended_method, only: decide_mesh, decide_method
   use qsmpm_text, only: string_type, integer_text
   use qsmpm_path, only: base_name
@@ -220,6 +221,7 @@ contains
       call state%report_error(card, 'is given twice (first in line '//integer_text(before)//')')
       return
     end if
+    call note_card(state%analysis, card%keyword)
     call read_card(table%keywords(k), card, state)
   end subroutine take_card
 

@@ -6,7 +6,7 @@ module qsmpm_mesh_sets
   implicit none
   private
 
-  public :: nodes_in_box, nodes_on_plane, faces_in_box, cuts_faces, find_set, add_set, set_tolerance
+  public :: nodes_in_box, nodes_on_plane, faces_in_box, cuts_faces, find_set, items_of, add_set, set_tolerance
 
   !> A node lies on a plane when it is this close, as a share of the size of the mesh.
   real(wp), parameter :: closeness = 1.0e-8_wp
@@ -134,6 +134,19 @@ contains
       if (sets(i)%name == name) place = i
     end do
   end function find_set
+
+  !> What a set of a name holds; nothing where there is none.
+  pure function items_of(sets, name) result(items)
+    !> The list of sets.
+    type(index_set_type), intent(in) :: sets(:)
+    character(len=*), intent(in) :: name
+    integer, allocatable :: items(:)
+    integer :: place
+
+    place = find_set(sets, name)
+    if (place > 0) items = sets(place)%items
+    if (place == 0) allocate (items(0))
+  end function items_of
 
   !> Append a set.
   pure subroutine add_set(sets, name, items)

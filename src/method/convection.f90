@@ -13,6 +13,7 @@ module qsmpm_convection
   use qsmpm_analysis, only: basis_fem
   use qsmpm_integration, only: integration_type
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_sets, only: items_of
   use qsmpm_model, only: model_type, state_type
   use qsmpm_own_part, only: own_part_type, is_divided, own_of
   use qsmpm_initialisation, only: step_type
@@ -332,15 +333,10 @@ contains
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     real(wp) :: move
-    integer :: s
 
-    move = 0.0_wp
-    do s = 1, size(model%mesh%node_sets)
-      if (model%mesh%node_sets(s)%name /= model%analysis%moving_mesh%set) cycle
-      associate (nodes => model%space%sets(s)%items)
-        move = sum(displacement(model%analysis%moving_mesh%axis, nodes))/size(nodes)
-      end associate
-    end do
+    associate (moving => model%analysis%moving_mesh, nodes => items_of(model%space%sets, model%analysis%moving_mesh%set))
+      move = sum(displacement(moving%axis, nodes))/size(nodes)
+    end associate
   end function plate_displacement
 
   !> Point location: owner cells of everything that rides, of what this process answers for.

@@ -8,7 +8,7 @@ module qsmpm_histories
     quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation, &
     quantity_contact_pressure, quantity_contact_slip, quantity_prop_force, plane_strain
   use qsmpm_model, only: model_type
-  use qsmpm_mesh_sets, only: find_set
+  use qsmpm_mesh_sets, only: items_of
   use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on
   use qsmpm_props, only: prop_force
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, rigid_body_number
@@ -87,12 +87,12 @@ contains
     end associate
   end function history_value
 
-  !> Whether every process knows the whole of a quantity: then the first one tells it.
+  !> Whether every process knows the whole of a quantity: then the first one tells it. Of others each tells its part.
   pure logical function is_known_to_all(quantity)
     integer, intent(in) :: quantity
 
-    is_known_to_all = all(quantity /= [quantity_stress, quantity_state, quantity_strain, quantity_pore_pressure, &
-      quantity_reaction, quantity_volume, quantity_runout, quantity_contact_slip, quantity_contact_pressure])
+    is_known_to_all = any(quantity == [quantity_displacement, quantity_position, quantity_contact_force, &
+      quantity_contact_moment, quantity_body_move, quantity_body_rotation, quantity_prop_force])
   end function is_known_to_all
 
   !> What is kept of a rigid body.
@@ -149,11 +149,11 @@ contains
   pure real(wp) function reaction_of(model, history) result(value)
     type(model_type), intent(in) :: model
     type(history_type), intent(in) :: history
-    integer :: s, place
+    integer :: s
 
     if (len(history%surface) == 0) then
-      place = find_set(model%mesh%node_sets, history%set)
-      associate (own => own_of(model%part%nodes, model%space%node_count), items => model%space%sets(place)%items)
+      associate (own => own_of(model%part%nodes, model%space%node_count), &
+          items => items_of(model%space%sets, history%set))
         value = sum(model%state%reactions(history%component, items), mask=own(items))
       end associate
       return

@@ -42,6 +42,7 @@ module qsmpm_model_builder
   use qsmpm_seed_table, only: seed_table_type
   use qsmpm_soil_parameters, only: check_softening_cells
   use qsmpm_mesh_measure, only: mesh_volume
+  use qsmpm_mesh_sets, only: items_of
   use qsmpm_bodies_in_place, only: has_bodies_in_place, drop_buried_surfaces
   use qsmpm_surface_refinement, only: refine_surfaces
   use qsmpm_team, only: team_type
@@ -384,7 +385,6 @@ contains
   !> Coordinate of the plate's row, or of the body that the rows follow.
   subroutine place_plate(model)
     type(model_type), intent(inout) :: model
-    integer :: s
 
     if (.not. model%analysis%moving_mesh%active) return
     if (model%analysis%moving_mesh%by_body) then
@@ -393,11 +393,10 @@ contains
       end associate
       return
     end if
-    do s = 1, size(model%mesh%node_sets)
-      if (model%mesh%node_sets(s)%name /= model%analysis%moving_mesh%set) cycle
-      model%state%plate = model%mesh%coordinates(model%analysis%moving_mesh%axis, &
-        model%mesh%node_sets(s)%items(1))
-    end do
+    associate (moving => model%analysis%moving_mesh, &
+        nodes => items_of(model%mesh%node_sets, model%analysis%moving_mesh%set))
+      model%state%plate = model%mesh%coordinates(moving%axis, nodes(1))
+    end associate
   end subroutine place_plate
 
   !> Totals for `qsmpm check`: mesh, points, sets, surfaces, and what each phase fixes and loads.

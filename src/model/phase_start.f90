@@ -27,7 +27,7 @@ module qsmpm_phase_start
   use qsmpm_pushed_material, only: watch_sets
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_sets, only: find_set
+  use qsmpm_mesh_sets, only: items_of
   use qsmpm_phase_tree, only: lineage
   use qsmpm_safety_bracket, only: bracket_type
   implicit none
@@ -264,26 +264,25 @@ contains
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
     type(loading_type), intent(inout) :: loading
-    integer :: i, s, c
+    integer :: i, c
 
     loading%prescribed = 0.0_wp
     do i = 1, size(phase%fixities)
-      s = find_set(model%mesh%node_sets, phase%fixities(i)%set)
-      do c = 1, model%mesh%dimension
-        loading%constrained(c, model%space%sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
-          (any(phase%fixities(i)%fixed) .and. loading%constrained(c, model%space%sets(s)%items))
-      end do
-      do c = 1, model%mesh%dimension
-        loading%held(c, model%mesh%node_sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
-          (any(phase%fixities(i)%fixed) .and. loading%held(c, model%mesh%node_sets(s)%items))
-      end do
+      associate (fixity => phase%fixities(i), functions => items_of(model%space%sets, phase%fixities(i)%set), &
+          nodes => items_of(model%mesh%node_sets, phase%fixities(i)%set))
+        do c = 1, model%mesh%dimension
+          loading%constrained(c, functions) = fixity%fixed(c) .or. &
+            (any(fixity%fixed) .and. loading%constrained(c, functions))
+          loading%held(c, nodes) = fixity%fixed(c) .or. (any(fixity%fixed) .and. loading%held(c, nodes))
+        end do
+      end associate
     end do
     do i = 1, size(phase%prescriptions)
-      s = find_set(model%mesh%node_sets, phase%prescriptions(i)%set)
-      c = phase%prescriptions(i)%component
-      loading%constrained(c, model%space%sets(s)%items) = .true.
-      loading%held(c, model%mesh%node_sets(s)%items) = .true.
-      loading%prescribed(c, model%space%sets(s)%items) = phase%load_factor*phase%prescriptions(i)%value
+      associate (set => phase%prescriptions(i)%set, c => phase%prescriptions(i)%component)
+        loading%constrained(c, items_of(model%space%sets, set)) = .true.
+        loading%held(c, items_of(model%mesh%node_sets, set)) = .true.
+        loading%prescribed(c, items_of(model%space%sets, set)) = phase%load_factor*phase%prescriptions(i)%value
+      end associate
     end do
   end subroutine apply_constraints
 

@@ -53,6 +53,7 @@ contains
         associate (prescription => phase%prescriptions(i))
           if (.not. abs(prescription%value) > 0.0_wp .or. follows(model, prescription%component)) cycle
           s = find_set(model%mesh%node_sets, prescription%set)
+          if (s == 0) cycle
           associate (same => before%set == s .and. before%component == prescription%component .and. &
               before%pushed*prescription%value > 0.0_wp)
             if (any(same)) then

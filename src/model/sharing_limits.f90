@@ -1,6 +1,7 @@
 !> What a team of processes cannot share yet: it is refused by name, before anything is computed.
 module qsmpm_sharing_limits
   use qsmpm_analysis, only: analysis_type, basis_fem
+  use qsmpm_carried_cards, only: not_carried
   use qsmpm_cell_sharing, only: has_boxes
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_model, only: model_type
@@ -29,6 +30,7 @@ contains
         if (any(model%contact_pairs%surface == 0)) call add(list, 'ON=BODY of *CONTACT on this mesh')
       end if
     end associate
+    if (len(not_carried(model%analysis)) > 0) call add(list, not_carried(model%analysis))
     if (size(model%analysis%props) > 0) call add(list, '*PROP')
     if (allocated(model%loading%point_force)) call add(list, 'forces on material points')
     if (len(list) == 0) return

@@ -548,8 +548,7 @@ module qsmpm_analysis
     integer :: field_every = 0
     integer :: restart_every = 0
     !> VTK pictures and HDF5 results can be switched off for studies.
-    logical :: vtk = .true.
-    logical :: hdf5 = .true.
+    logical :: vtk = .true., hdf5 = .true.
     !> The material points carry strains.
     logical :: strains = .true.
   end type output_request_type
@@ -564,8 +563,9 @@ module qsmpm_analysis
 
   !> Everything a deck says.
   type :: analysis_type
-    !> Path of the deck and its base name without extension.
+    !> Path of the deck and its base name without extension; keywords of the cards it has, each once.
     character(len=:), allocatable :: deck, job
+    type(string_type), allocatable :: cards(:)
     !> Heading lines joined by newlines.
     character(len=:), allocatable :: heading
     character(len=:), allocatable :: length_unit, force_unit
@@ -574,8 +574,7 @@ module qsmpm_analysis
     logical :: reduce = .false.
     integer :: mirror = mirror_auto
     type(mesh_source_type) :: mesh
-    type(set_type), allocatable :: node_sets(:)
-    type(set_type), allocatable :: element_sets(:)
+    type(set_type), allocatable :: node_sets(:), element_sets(:)
     type(surface_type), allocatable :: surfaces(:)
     type(body_type), allocatable :: bodies(:)
     type(rigid_body_type), allocatable :: rigid_bodies(:)

@@ -8,6 +8,7 @@ module qsmpm_scene
   use qsmpm_reduction, only: reduction_type, expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, &
     reduce_column, reduce_mirror, append_step, move_stops, refuse, &
     place_text
+  use qsmpm_carried_cards, only: not_carried
   use qsmpm_prismatic, only: require_prismatic, make_plane
   use qsmpm_revolved, only: revolved_solid_type, require_revolved
   use qsmpm_revolved_half, only: make_revolved
@@ -87,6 +88,7 @@ contains
           material%name//"' softens, would be another one")
       end associate
     end do
+    if (len(not_carried(analysis)) > 0) call refuse(check%reason, not_carried(analysis)//' is not known to reductions')
     if (size(analysis%props) > 0) call refuse(check%reason, "*PROP '"//analysis%props(1)%name//"'"// &
       place_text(analysis%props(1)%where)//' stands in one place')
     do m = 1, size(analysis%phases)

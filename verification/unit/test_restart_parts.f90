@@ -97,6 +97,7 @@ contains
     allocate (model)
     call build(model, grid)
     call alter_validly(model%state)
+    model%state%released = -2.0_wp*model%state%reactions
     ! A grid is where its deck has it.
     model%state%coordinates = model%mesh%coordinates
     allocate (written, source=model%state)
@@ -189,6 +190,15 @@ contains
       whole_cells(model, written%surface%cell)))
     call tests%check('and those of what is taken out', all(whole_cells(fresh, fresh%state%inactive%unloading%cell) == &
       whole_cells(model, written%inactive%unloading%cell)))
+    call open_reader(reader, path)
+    deallocate (fresh)
+    allocate (fresh)
+    call build(fresh, wide)
+    call read_divided(reader, '', .true., team_type(), written%points%count + written%inactive%points%count + &
+      written%inactive%unloading%count, fresh, error)
+    call close_reader(reader, error)
+    call tests%check('and where a team shares it', all(whole_cells(fresh, fresh%state%points%cell) == &
+      whole_cells(model, written%points%cell)))
     call write_parts(path, written, error, wrong=1000)
     call open_reader(reader, path)
     deallocate (fresh)

@@ -375,6 +375,11 @@ contains
     call search(run)
     call tests%check('what is fatal in a try ends the run', allocated(run%error) .and. run%observer%phases == 1)
     call tests%close('at the strength before', run%model%strength%factor, 1.0_wp, 0.0_wp)
+    call tests%check('and says nothing of equilibrium', index(run%observer%text, 'no equilibrium') == 0 .and. &
+      .not. run%model%state%progress%bracket%lost > 0.0_wp)
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, fatal, damped, damped, good])
+    call search(run)
+    call tests%check('what is fatal as the mechanism goes on ends the run', allocated(run%error))
     call make_run(soil, fixed, run, [good, good, good, good, lost, fatal, damped, damped, good])
     call search(run)
     call tests%check('so does what is fatal as the mechanism begins', allocated(run%error))
@@ -383,6 +388,16 @@ contains
     call search(run)
     call asked(run, script)
     call tests%check('a mechanism that hardly moves is damped less', script%asked(8)%damping < script%asked(7)%damping)
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, scripted_outcome_type(iterations=2, &
+      damping_share=0.5_wp, undamped=0.5_wp, move=0.125_wp), damped, damped, good])
+    call search(run)
+    call asked(run, script)
+    call tests%close('one that moves by half a cell, as a step may, goes on as it is', script%asked(8)%damping, &
+      script%asked(7)%damping, rounding*script%asked(7)%damping)
+    call make_run(soil, fixed, run, spread(good, 1, 40))
+    call search(run)
+    call tests%check('a body that bears the largest factor has no mechanism', run%observer%mechanisms == 0 .and. &
+      .not. (run%model%state%progress%bracket%lost > 0.0_wp .or. allocated(run%error)))
     call make_run(soil, 'TOLERANCE=0.05, GEOMETRY=FIXED', run, [good, good, good, lost, good, lost])
     call search(run)
     call tests%check('a try counts its own iterations', run%observer%iterations == 9 .and. run%observer%steps == 4)

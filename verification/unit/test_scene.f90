@@ -3,6 +3,7 @@
 module test_scene
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, mesh_file, plane_strain, water_level_type
+  use qsmpm_carried_cards, only: not_carried, note_card
   use qsmpm_column, only: require_column
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
@@ -11,6 +12,7 @@ module test_scene
   use qsmpm_prismatic, only: require_prismatic
   use qsmpm_reduction, only: expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, reduce_column, &
     reduce_mirror
+  use qsmpm_scene, only: reduce_scene
   use deck_samples, only: joined
   use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, pressed_slice, pressed_layers, &
     pressed_twins, pressed_figure, changed, outcome, reduced, turned_facets, &
@@ -38,7 +40,35 @@ contains
     call check_pressed(tests)
     call check_refused_by_user(tests)
     call check_outside(tests)
+    call check_unknown(tests)
   end subroutine collect_scene
+
+  !> A card or a history that nobody taught the reductions, as one that is added to the program, is not reduced and not
+  !> shared by processes.
+  subroutine check_unknown(tests)
+    type(tests_type), intent(inout) :: tests
+    type(analysis_type) :: analysis, model
+    type(message_list_type) :: messages
+    type(expansion_type) :: expansion
+    type(reduction_check_type), allocatable :: checks(:)
+    type(error_type), allocatable :: error
+
+    call parse_deck('twins.inp', joined(twin_deck()), analysis, messages, error)
+    call tests%check('all cards of the twins are known', not_carried(analysis) == '')
+    call reduce_scene(analysis, model, expansion, checks)
+    call tests%check('and they are reduced', size(expansion%steps) > 0)
+    call note_card(analysis, 'ANCHOR')
+    call note_card(analysis, 'ANCHOR')
+    call tests%check('a card is noted once', analysis%cards(size(analysis%cards))%text == 'ANCHOR' .and. &
+      analysis%cards(size(analysis%cards) - 1)%text /= 'ANCHOR')
+    call reduce_scene(analysis, model, expansion, checks)
+    call tests%check('with a card that nobody knows nothing is reduced', size(expansion%steps) == 0 .and. &
+      .not. any(checks%possible))
+    call tests%check('and it is said: '//checks(1)%reason, index(checks(1)%reason, '*ANCHOR is not known') > 0)
+    call parse_deck('twins.inp', joined(twin_deck()), analysis, messages, error)
+    analysis%histories(1)%quantity = huge(1)
+    call tests%check('nor with a history of an unknown quantity', index(not_carried(analysis), '*HISTORY') == 1)
+  end subroutine check_unknown
 
   !> What of a body lies outside of the grid is told of the scene, not of what is left of it.
   subroutine check_outside(tests)

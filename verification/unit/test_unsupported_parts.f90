@@ -18,6 +18,8 @@ module test_unsupported_parts
   public :: collect_unsupported_parts
 
   character(len=*), parameter :: held = '|*BODY, NAME=held, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 2'
+  character(len=*), parameter :: on_rock = '|*SURFACE, NAME=foot, TYPE=OUTLINE, BODY=held, BOX|0, 2, 0, 0|'// &
+    '*RIGID BODY, NAME=rock, SHAPE=PLANE|0, 0, 0, 1|*CONTACT, BODY=rock, SURFACE=foot'
   character(len=*), parameter :: floating = '|*BODY, NAME=floating, MATERIAL=soil, SHAPE=BOX|1, 3, 5, 7'
 
 contains
@@ -33,6 +35,8 @@ contains
       'base, Y|left, X', '')
     call check(tests, 'a block on a smooth base slides', 'PLANE STRAIN', 'STANDARD', held, 'base, Y', &
       'a piece of 16 material points, 1 among them')
+    call check(tests, 'a block on a rigid body beside a smooth wall is held', 'PLANE STRAIN', 'STANDARD', held//on_rock, &
+      'left, X', '')
     call check(tests, 'a block at one node turns', 'PLANE STRAIN', 'STANDARD', held, 'corner, X, Y', 'a piece of 16')
     call check(tests, 'a block on a smooth base is held in axisymmetry', 'AXISYMMETRIC', 'STANDARD', held, 'base, Y', '')
     call check(tests, 'a block that touches nothing is named', 'PLANE STRAIN', 'STANDARD', held//floating, 'base, ALL', &

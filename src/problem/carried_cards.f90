@@ -1,0 +1,63 @@
+!> Cards and history quantities that the reductions of a scene (reduction/) and its division among processes know how to
+!> carry. What is not named here they do not touch: a card that is added to the program is neither mirrored, cut nor
+!> shared until it stands in this list, with what carries it written.
+module qsmpm_carried_cards
+  use qsmpm_analysis, only: analysis_type, quantity_displacement, quantity_position, quantity_stress, &
+    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
+    quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_contact_pressure, &
+    quantity_body_rotation, quantity_contact_slip, quantity_prop_force
+  use qsmpm_text, only: string_type
+  implicit none
+  private
+
+  public :: not_carried, note_card
+
+  !> By keyword; those that are refused with a sentence of their own are known too.
+  character(len=*), parameter :: known_cards(*) = [character(len=20) :: 'ACTIVATE', 'BODY', 'CAM CLAY', &
+    'CHANGE MATERIAL', 'CONFINING PRESSURE', 'CONSTANT LOAD TEST', 'CONTACT', 'CONTRACTION', 'CONTROLS', &
+    'DEACTIVATE', 'DRAIN STATE', 'DRUCKER PRAGER', 'ELASTIC', 'ELEMENT', 'ELSET', 'END PHASE', 'FIELD', 'FIX', &
+    'GRAVITY', 'GRID', 'HARDENING SOIL', 'HEADING', 'HISTORY', 'INCLUDE', 'INITIAL', 'INITIAL STRESS', 'INSTALL', &
+    'K0', 'LOAD', 'MATERIAL', 'MESH', 'METHOD', 'MODEL', 'MOHR COULOMB', 'MOVE', 'MOVING MESH', 'NODE', 'NSET', &
+    'PHASE', 'POINT STAGE', 'POINT TEST', 'POINTS', 'PRESCRIBE', 'PRESSURE', 'PROP', 'REFINE', 'REMOVE', &
+    'RESET DISPLACEMENTS', 'RESTART', 'RIGID BODY', 'SAFETY', 'SOFTENING', 'SOLVER', 'STOP', 'STRENGTH CONSTANTS', &
+    'STRENGTH PROFILE', 'SUPPORT', 'SURFACE', 'TRACTION', 'UNDRAINED', 'UNIT WEIGHT', 'UNITS', 'USER MATERIAL', &
+    'USER STATE', 'VOLUMETRIC LOCKING', 'WATER LEVEL']
+  integer, parameter :: known_quantities(*) = [quantity_displacement, quantity_position, quantity_stress, &
+    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
+    quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_contact_pressure, &
+    quantity_body_rotation, quantity_contact_slip, quantity_prop_force]
+
+contains
+
+  !> The first card or history of an analysis that is not known; empty where all are.
+  pure function not_carried(analysis) result(name)
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: name
+    integer :: i
+
+    name = ''
+    if (allocated(analysis%cards)) then
+      do i = 1, size(analysis%cards)
+        if (all(known_cards /= analysis%cards(i)%text)) name = '*'//analysis%cards(i)%text
+      end do
+    end if
+    if (.not. allocated(analysis%histories)) return
+    do i = 1, size(analysis%histories)
+      if (all(known_quantities /= analysis%histories(i)%quantity)) &
+        name = "*HISTORY '"//analysis%histories(i)%name//"'"
+    end do
+  end function not_carried
+
+  !> An analysis has a card, once.
+  pure subroutine note_card(analysis, keyword)
+    type(analysis_type), intent(inout) :: analysis
+    character(len=*), intent(in) :: keyword
+    integer :: i
+
+    if (.not. allocated(analysis%cards)) allocate (analysis%cards(0))
+    do i = 1, size(analysis%cards)
+      if (analysis%cards(i)%text == keyword) return
+    end do
+    analysis%cards = [analysis%cards, string_type(keyword)]
+  end subroutine note_card
+end module qsmpm_carried_cards
