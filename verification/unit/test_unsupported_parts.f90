@@ -7,7 +7,7 @@ module test_unsupported_parts
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
   use qsmpm_linear_system, only: end_system
   use qsmpm_unsupported_parts, only: describe_unsupported_parts
   use deck_samples, only: joined
@@ -75,6 +75,7 @@ contains
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (.not. allocated(error)) then
       call start_phase(model)
+      call begin_analysis(model, step%terms)
       call initialise_step(model, step, error)
     end if
     call tests%check(name//': the scene is good', .not. allocated(error))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from qsmpm_verify.front import Sample, lasting_errors
 from qsmpm_verify.study.band import Band, agreed, of_grids, of_steps
 from qsmpm_verify.study.cards import Deck
+from qsmpm_verify.study.refined import REFINED
 from qsmpm_verify.study.search import Trial
+from qsmpm_verify.study.variants import OWN
 
 
 @dataclass(frozen=True)
@@ -34,9 +36,11 @@ class Answer:
 
 
 def figures_by_method(trials: Sequence[Trial]) -> dict[str, list[Trial]]:
-    """Good runs in the deck's own steps by method, on the grids that follow one another up to the finest."""
+    """Good runs in the deck's own steps by method, on the grids that follow one another up to the finest; what is refined starts from the deck's own grid."""
     found: dict[str, list[Trial]] = {}
-    for trial in sorted((t for t in trials if t.good and t.steps == 1), key=lambda t: t.level):
+    usual = [t for t in trials if t.good and t.steps == 1]
+    starts = [replace(t, method=REFINED.label) for t in usual if (t.method, t.level) == (OWN.label, 0)]
+    for trial in sorted(usual + (starts if any(t.method == REFINED.label for t in usual) else []), key=lambda t: t.level):
         own = found.setdefault(trial.method, [])
         if own and own[-1].level != trial.level - 1:
             own.clear()
@@ -78,6 +82,7 @@ def answer_of(trials: Sequence[Trial]) -> Answer | None:
         notes.append("methods disagree beyond their bands: the band was stretched until they meet")
     change = change_by_steps(trials)
     shift, half = of_steps(change) if change is not None else (0.0, 0.0)
+    half += max(t.width for method in trusted for t in figures_by_method(trials)[method])
     if change is None:
         notes.append("no run in twice the steps: what the steps cost is not in the band")
     return Answer(band.value + shift, band.half + half, band.half, change, tuple(trusted), tuple(notes))

@@ -1,7 +1,8 @@
 """Runs of a study in the order of their cost, within a budget of CPU time.
 
-Every method starts on the coarsest grid; the cheapest run that is left is next, its cost foretold from the run before it
-of the same method. Triangles that fit the deck are also refined where its own run has sheared, time and again. A method that failed twice in a row is left. Once the finest figures are there, one run in twice the
+Triangles that fit the deck go first, refined where its own run has sheared, time and again: nothing else comes as near for what it
+costs. Every other method starts on the coarsest grid; the cheapest run that is left is next, its cost foretold from the run before it
+of the same method. A method that failed twice in a row is left. Once the finest figures are there, one run in twice the
 steps tells what the steps cost. The search ends when nothing is left, when the budget does not hold the next run, or
 when some run is close enough to the answer and no run that is left could be cheaper.
 """
@@ -34,7 +35,7 @@ KEPT_FOR_STEPS = 0.25
 
 @dataclass(frozen=True)
 class Trial:
-    """One run: what it was, its figure (NaN with the reason where it has none) and its seconds."""
+    """One run: what it was, its figure (NaN with the reason where it has none), its seconds, and how far above its figure the truth of its grid may be."""
 
     method: str
     level: int
@@ -43,6 +44,7 @@ class Trial:
     figure: float = math.nan
     seconds: float = math.nan
     reason: str = ""
+    width: float = 0.0
 
     @property
     def good(self) -> bool:
@@ -77,20 +79,20 @@ class Wish:
 FACTOR = "F"
 
 
-def stable_factor(folder: Path) -> float:
-    """Last stable factor of the last safety phase of a run; none where the body was not seen to give way above it."""
+def stable_factor(folder: Path) -> tuple[float, float]:
+    """Last stable factor of the last safety phase of a run, and how far above it the lost one is; none where the body was not seen to give way."""
     found = json.loads((folder / "safety.json").read_text(encoding="utf-8"))["phases"][-1]
     if found["lost"] is not None and not found["mechanism"]:
         raise ResultError(f"at least {found['stable']:.5g}: no equilibrium was found above it, and no mechanism either")
-    return float(found["stable"])
+    return float(found["stable"]), float(found["lost"] or found["stable"]) - float(found["stable"])
 
 
-def figure_of(folder: Path, wish: Wish) -> float:
-    """The column of a run at the place asked for; of a factor of safety the last stable one, whatever run-out follows."""
+def figure_of(folder: Path, wish: Wish) -> tuple[float, float]:
+    """The column of a run at the place asked for, and its width; of a factor of safety the last stable one, whatever run-out follows."""
     if wish.history == FACTOR and (folder / "safety.json").is_file():
         return stable_factor(folder)
     values = read_curves(folder).column(wish.history)
-    return float({"last": values[-1], "max": values.max(), "min": values.min()}[wish.place])
+    return float({"last": values[-1], "max": values.max(), "min": values.min()}[wish.place]), 0.0
 
 
 def cpu_of_children() -> float:
@@ -110,7 +112,8 @@ def run_trial(deck: Deck, trial: Trial, wish: Wish, limit: float) -> tuple[Trial
         reason = run.message if run.exit_code is None else f"exit {run.exit_code}: {run.message}"
         return replace(trial, reason=reason), spent
     try:
-        return replace(trial, figure=figure_of(run.directory, wish), seconds=read_cpu_seconds(run.directory)), spent
+        figure, width = figure_of(run.directory, wish)
+        return replace(trial, figure=figure, width=width, seconds=read_cpu_seconds(run.directory)), spent
     except ResultError as trouble:
         if "no column" in str(trouble):
             raise
@@ -145,6 +148,10 @@ class Search:
         if method != REFINED:
             return self.levels
         return LEVELS if any(t.level == 0 and t.good for t in self.of(OWN)) else ()
+
+    def goes_first(self, method: Method) -> bool:
+        """Whether the next run of a method is one of triangles that fit the deck and are refined by its strain, or the one they start from."""
+        return REFINED in self.methods and (method == REFINED or (method == OWN and all(t.level != 0 for t in self.of(OWN))))
 
     def before(self, level: int) -> Trial:
         """The run whose strain a refined one of a level takes."""
@@ -184,12 +191,14 @@ class Search:
             if not waiting:
                 self.ending = "every grid was run"
                 break
-            method = min(waiting, key=lambda m: (self.foretold(m), self.next_level(m)))
+            limit = (1.0 - KEPT_FOR_STEPS) * self.wish.budget - self.spent
+            held = [m for m in waiting if self.foretold(m) <= limit]
+            method = min(held or waiting, key=lambda m: (not self.goes_first(m), self.foretold(m), self.next_level(m)))
             cost = self.foretold(method)
             if cost > close_enough(self.trials):
                 self.ending = "no run that is left could be cheaper than the choice"
                 break
-            if self.spent + cost > (1.0 - KEPT_FOR_STEPS) * self.wish.budget:
+            if not held:
                 self.ending = f"the budget of {self.wish.budget:.0f} s does not hold the next run (about {cost:.0f} s)"
                 break
             self.try_one(method, self.next_level(method) or 0, 1)

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from dataclasses import replace
 from pathlib import Path
 from unittest import mock
 
@@ -22,11 +23,11 @@ from qsmpm_verify.places import PROGRAM, TOP
 from qsmpm_verify.results import ResultError
 from qsmpm_verify.study.band import SAFETY, Band, agreed, of_grids, of_steps, of_three, of_two
 from qsmpm_verify.study.cards import Card, Deck, items, plain, read_deck
-from qsmpm_verify.study.judgement import answer_of, choice_of, seconds_of_choice, warnings_of
+from qsmpm_verify.study.judgement import answer_of, choice_of, figures_by_method, seconds_of_choice, warnings_of
 from qsmpm_verify.study.refined import REFINED, boxes_of, can_refine, sheared_cells
 from qsmpm_verify.study.search import NOISE, Search, Trial, Wish, figure_of
 from qsmpm_verify.study.variants import (
-    PLANE_METHODS, at_level, axis_lines, dimension, levels_of, methods_of, same_method, with_method, with_steps,
+    OWN, PLANE_METHODS, at_level, axis_lines, dimension, levels_of, methods_of, same_method, with_method, with_steps,
 )
 from qsmpm_verify.study.verb import seconds, share
 from qsmpm_verify.trouble import Trouble
@@ -241,9 +242,11 @@ class TestFigure(unittest.TestCase):
             folder = Path(name)
             (folder / "curves.csv").write_text("phase,step,load_factor,F\n1,1,1,1.1\n1,2,1,1.6\n", encoding="utf-8")
             wish = Wish("F", "last", 0.03, 60.0, PROGRAM, folder)
-            self.assertEqual(figure_of(folder, wish), 1.6)
+            self.assertEqual(figure_of(folder, wish), (1.6, 0.0))
             (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 1.12, "lost": 1.13, "mechanism": true}]}', encoding="utf-8")
-            self.assertEqual(figure_of(folder, wish), 1.12)
+            figure, width = figure_of(folder, wish)
+            self.assertEqual(figure, 1.12)
+            self.assertAlmostEqual(width, 0.01)
 
     def test_a_factor_that_no_mechanism_bounds_is_no_figure(self) -> None:
         with tempfile.TemporaryDirectory() as name:
@@ -253,7 +256,7 @@ class TestFigure(unittest.TestCase):
             with self.assertRaisesRegex(ResultError, "at least 1.02: .* no mechanism"):
                 figure_of(folder, wish)
             (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 10, "lost": null, "mechanism": false}]}', encoding="utf-8")
-            self.assertEqual(figure_of(folder, wish), 10)
+            self.assertEqual(figure_of(folder, wish), (10, 0.0))
 
 
 class TestJudgement(unittest.TestCase):
@@ -285,6 +288,16 @@ class TestJudgement(unittest.TestCase):
         assert narrow is not None
         self.assertEqual((narrow.method, narrow.level), ("a", 1))
         self.assertIsNone(choice_of(self.good, answer, 0.015))
+
+    def test_the_band_of_a_factor_holds_the_lost_one(self) -> None:
+        narrow, wide = (answer_of([replace(t, width=width) for t in self.good]) for width in (0.0, 0.05))
+        assert narrow and wide
+        self.assertAlmostEqual(wide.half - narrow.half, 0.05)
+
+    def test_refined_runs_start_from_the_grid_of_the_deck(self) -> None:
+        runs = [trial(OWN.label, 0, 1.3, 1.0), trial(REFINED.label, 1, 1.1, 2.0), trial(REFINED.label, 2, 1.0, 4.0), trial("b", 0, 2.0, 1.0)]
+        figures = {method: [t.figure for t in own] for method, own in figures_by_method(runs).items()}
+        self.assertEqual(figures, {OWN.label: [1.3], REFINED.label: [1.3, 1.1, 1.0], "b": [2.0]})
 
     def test_without_three_grids_the_search_goes_on(self) -> None:
         self.assertEqual(seconds_of_choice(self.good[3:], 0.5), math.inf)
@@ -357,6 +370,14 @@ class TestSearch(unittest.TestCase):
         self.assertIn("budget", search.ending)
         self.assertLessEqual(search.spent, 10.0)
         self.assertIsNotNone(answer_of(search.trials))
+
+    def test_triangles_that_fit_the_deck_go_first(self) -> None:
+        plain_deck = deck_of("*GRID\nX, 0, 1, 4\nY, 0, 1, 4\n*PHASE, NAME=a\n*END PHASE\n")
+        search = Search(plain_deck, Wish("F", "last", 1e-9, 1e3, Path("none"), Path("none")), lambda t, s: None)
+        search.try_one = Told(search, {OWN.label: 0.01, REFINED.label: 0.01})  # type: ignore[method-assign]
+        search.go(lambda trials: seconds_of_choice(trials, 1e-9))
+        self.assertEqual([(t.method, t.level) for t in search.trials if t.level < 1][:2], [(OWN.label, -1), (OWN.label, 0)])
+        self.assertEqual([(t.method, t.level) for t in search.trials[2:5]], [(REFINED.label, level) for level in (1, 2, 3)])
 
     def test_a_method_that_fails_twice_is_left(self) -> None:
         search = self.go(1e4, 1e-9, {"as the deck says": 0.01})
