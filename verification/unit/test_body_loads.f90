@@ -37,6 +37,7 @@ module test_body_loads
     '1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1.1|*METHOD, BASIS=SPLINE2, INTEGRATION=POINTS|'
   character(len=*), parameter :: plate = '*RIGID BODY, NAME=plate, SHAPE=PLANE|0, 1.1, 0, -1|*CONTACT, BODY=plate, '// &
     'SURFACE=top, FRICTION ANGLE=30|', roller = '*RIGID BODY, NAME=plate, SHAPE=POLYGON|0.3, 1.1|1.7, 1.1|1.7, 2|0.3, 2|'// &
+    '*CONTACT, BODY=plate, SURFACE=top, ', wheel = '*RIGID BODY, NAME=plate, SHAPE=CIRCLE|1, 1.9, 0.81|'// &
     '*CONTACT, BODY=plate, SURFACE=top, '
   character(len=*), parameter :: fix = '*FIX|base, ALL|*CONTROLS, STEPS=2, MAX ITERATIONS=100, TOLERANCE=1e-9|', &
     push = '*PHASE, NAME=push|'//fix//'*MOVE, BODY=plate|0, -0.01|*END PHASE|', &
@@ -58,6 +59,8 @@ contains
     call check_tangent(tests, 'a moment, adhesion', 'ADHESION=4', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
     call check_tangent(tests, 'a moment, smooth', 'FRICTION ANGLE=0', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
     call check_tangent(tests, 'a moment, turned before', 'FRICTION ANGLE=30', '*LOAD, BODY=plate, COMPONENT=MZ|5|', 0.7_wp)
+    call check_tangent(tests, 'a moment on a round body', 'FRICTION ANGLE=30', '*LOAD, BODY=plate, COMPONENT=MZ|5|', &
+      shape=wheel)
     call check_moments(tests)
     call check_turning(tests)
     call check_nothing_touched(tests)
@@ -176,23 +179,27 @@ contains
 
   !> The matrix times a direction, the body moving and turning too, is the change of the residual along it; forces act
   !> off the reference point.
-  subroutine check_tangent(tests, what, contact, moment, turned)
+  subroutine check_tangent(tests, what, contact, moment, turned, shape)
     type(tests_type), intent(inout) :: tests
     !> What is loaded and the law, the law and the load that frees the turning.
     character(len=*), intent(in) :: what, contact, moment
     !> Angle by which the body has turned before; 0 when absent.
     real(wp), intent(in), optional :: turned
+    !> Body and the start of the card of its contact; the block when absent.
+    character(len=*), intent(in), optional :: shape
     class(model_type), allocatable :: model
     class(step_type), allocatable, target :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
-    character(len=:), allocatable :: place
+    character(len=:), allocatable :: place, body
     integer :: a
 
     allocate (model, step)
     place = ''
     if (len(moment) > 0) place = ', 1.3, 2.7'
-    call make_model(roller//contact//'|*PHASE, NAME=load|'//fix//moment//'*LOAD, BODY=plate, COMPONENT=Y|-40'// &
+    body = roller
+    if (present(shape)) body = shape
+    call make_model(body//contact//'|*PHASE, NAME=load|'//fix//moment//'*LOAD, BODY=plate, COMPONENT=Y|-40'// &
       place//'|*LOAD, BODY=plate, COMPONENT=X|3'//place//'|*END PHASE|', model)
     call begin_analysis(model, step%terms)
     if (present(turned)) call keep_rigid_body(model, 1, rigid_pose_type(rotation=[0.0_wp, 0.0_wp, turned]), &
