@@ -111,91 +111,105 @@ contains
 
   !> Put a row of reals.
   subroutine put_reals_1(image, path, values)
-    !> The file.
     type(image_type), intent(inout) :: image
-    !> Name of the dataset.
     character(len=*), intent(in) :: path
     !> (n)
     real(wp), allocatable, intent(in), target :: values(:)
-    integer(hid_t) :: dataset
+    type(c_ptr) :: address
 
     if (.not. allocated(values)) return
-    call create_dataset(image, path, h5t_ieee_f64le, shape(values, kind=hsize_t), dataset)
-    if (dataset < 0) return
-    if (size(values) > 0) call write_reals(image, path, dataset, values, size(values))
-    call close_dataset(image, path, dataset)
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call put_values(image, path, h5t_ieee_f64le, h5t_native_double, shape(values, kind=hsize_t), address)
   end subroutine put_reals_1
 
   !> Put a table of reals, (components, n) here and (n, components) in the order of C.
   subroutine put_reals_2(image, path, values)
-    !> The file.
     type(image_type), intent(inout) :: image
-    !> Name of the dataset.
     character(len=*), intent(in) :: path
     !> (components, n)
     real(wp), allocatable, intent(in), target :: values(:, :)
-    integer(hid_t) :: dataset
+    type(c_ptr) :: address
 
     if (.not. allocated(values)) return
-    call create_dataset(image, path, h5t_ieee_f64le, shape(values, kind=hsize_t), dataset)
-    if (dataset < 0) return
-    if (size(values) > 0) call write_reals(image, path, dataset, values, size(values))
-    call close_dataset(image, path, dataset)
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call put_values(image, path, h5t_ieee_f64le, h5t_native_double, shape(values, kind=hsize_t), address)
   end subroutine put_reals_2
 
   !> Put a row of integers.
   subroutine put_integers_1(image, path, values)
-    !> The file.
     type(image_type), intent(inout) :: image
-    !> Name of the dataset.
     character(len=*), intent(in) :: path
     !> (n)
     integer, allocatable, intent(in), target :: values(:)
-    integer(hid_t) :: dataset
+    type(c_ptr) :: address
 
     if (.not. allocated(values)) return
-    call create_dataset(image, path, h5t_std_i32le, shape(values, kind=hsize_t), dataset)
-    if (dataset < 0) return
-    if (size(values) > 0) call write_integers(image, path, dataset, values, size(values))
-    call close_dataset(image, path, dataset)
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call put_values(image, path, h5t_std_i32le, h5t_native_integer, shape(values, kind=hsize_t), address)
   end subroutine put_integers_1
 
   !> Put a row of long integers.
   subroutine put_longs(image, path, values)
-    !> The file.
     type(image_type), intent(inout) :: image
-    !> Name of the dataset.
     character(len=*), intent(in) :: path
     !> (n)
     integer(long), allocatable, intent(in), target :: values(:)
-    integer(hid_t) :: dataset
-    integer :: status
+    type(c_ptr) :: address
 
     if (.not. allocated(values)) return
-    call create_dataset(image, path, h5t_std_i64le, shape(values, kind=hsize_t), dataset)
-    if (dataset < 0) return
-    status = 0
-    if (size(values) > 0) call h5dwrite_f(dataset, h5kind_to_type(long, h5_integer_kind), c_loc(values), status)
-    call note_failure(image%reason, status < 0, path)
-    call close_dataset(image, path, dataset)
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call put_values(image, path, h5t_std_i64le, h5kind_to_type(long, h5_integer_kind), shape(values, kind=hsize_t), address)
   end subroutine put_longs
 
   !> Put a table of integers.
   subroutine put_integers_2(image, path, values)
-    !> The file.
     type(image_type), intent(inout) :: image
-    !> Name of the dataset.
     character(len=*), intent(in) :: path
     !> (components, n)
     integer, allocatable, intent(in), target :: values(:, :)
-    integer(hid_t) :: dataset
+    type(c_ptr) :: address
 
     if (.not. allocated(values)) return
-    call create_dataset(image, path, h5t_std_i32le, shape(values, kind=hsize_t), dataset)
-    if (dataset < 0) return
-    if (size(values) > 0) call write_integers(image, path, dataset, values, size(values))
-    call close_dataset(image, path, dataset)
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call put_values(image, path, h5t_std_i32le, h5t_native_integer, shape(values, kind=hsize_t), address)
   end subroutine put_integers_2
+
+  !> Make a dataset and fill it.
+  subroutine put_values(image, path, in_file, in_memory, dimensions, address)
+    type(image_type), intent(inout) :: image
+    character(len=*), intent(in) :: path
+    !> HDF5 types.
+    integer(hid_t), intent(in) :: in_file, in_memory
+    !> Sizes, the fastest first.
+    integer(hsize_t), intent(in) :: dimensions(:)
+    !> Of the values in the order of memory; looked at where there are any.
+    type(c_ptr), intent(in) :: address
+    integer(hid_t) :: dataset
+    integer :: status
+
+    call create_dataset(image, path, in_file, dimensions, dataset)
+    if (dataset < 0) return
+    status = 0
+    if (product(dimensions) > 0) call h5dwrite_f(dataset, in_memory, address, status)
+    call note_failure(image%reason, status < 0, path)
+    call close_dataset(image, path, dataset)
+  end subroutine put_values
+
+  !> Close a dataset.
+  subroutine close_dataset(image, path, dataset)
+    type(image_type), intent(inout) :: image
+    character(len=*), intent(in) :: path
+    integer(hid_t), intent(in) :: dataset
+    integer :: status
+
+    call h5dclose_f(dataset, status)
+    call note_failure(image%reason, status < 0, path)
+  end subroutine close_dataset
 
   !> Make a dataset; it is negative when that fails.
   subroutine create_dataset(image, path, kind, dimensions, dataset)
@@ -241,113 +255,50 @@ contains
     image%datasets(image%count) = dataset_type(path, kind, dimensions)
   end subroutine list_dataset
 
-  !> Fill a dataset with reals.
-  subroutine write_reals(image, path, dataset, values, count)
-    !> The file.
-    type(image_type), intent(inout) :: image
-    character(len=*), intent(in) :: path
-    integer(hid_t), intent(in) :: dataset
-    !> Number of values.
-    integer, intent(in) :: count
-    !> The values in the order of memory (count).
-    real(wp), intent(in), target :: values(count)
-    integer :: status
-
-    call h5dwrite_f(dataset, h5t_native_double, c_loc(values), status)
-    call note_failure(image%reason, status < 0, path)
-  end subroutine write_reals
-
-  !> Fill a dataset with integers.
-  subroutine write_integers(image, path, dataset, values, count)
-    !> The file.
-    type(image_type), intent(inout) :: image
-    character(len=*), intent(in) :: path
-    integer(hid_t), intent(in) :: dataset
-    !> Number of values.
-    integer, intent(in) :: count
-    !> The values in the order of memory (count).
-    integer, intent(in), target :: values(count)
-    integer :: status
-
-    call h5dwrite_f(dataset, h5t_native_integer, c_loc(values), status)
-    call note_failure(image%reason, status < 0, path)
-  end subroutine write_integers
-
-  !> Close a dataset.
-  subroutine close_dataset(image, path, dataset)
-    !> The file.
-    type(image_type), intent(inout) :: image
-    character(len=*), intent(in) :: path
-    integer(hid_t), intent(in) :: dataset
-    integer :: status
-
-    call h5dclose_f(dataset, status)
-    call note_failure(image%reason, status < 0, path)
-  end subroutine close_dataset
-
   !> Give an object a real.
   subroutine put_real_attribute(image, object, name, value)
-    !> The file.
     type(image_type), intent(inout) :: image
-    !> Group or dataset.
-    character(len=*), intent(in) :: object
-    !> Name of the attribute.
-    character(len=*), intent(in) :: name
+    !> Group or dataset, and name of the attribute.
+    character(len=*), intent(in) :: object, name
     real(wp), intent(in) :: value
     real(wp), target :: buffer(1)
-    integer(hid_t) :: attribute
-    integer :: status
 
     buffer = value
-    call create_attribute(image, object, name, h5t_ieee_f64le, attribute)
-    if (attribute < 0) return
-    call h5awrite_f(attribute, h5t_native_double, c_loc(buffer), status)
-    call note_failure(image%reason, status < 0, name)
-    call h5aclose_f(attribute, status)
+    call put_attribute_value(image, object, name, h5t_ieee_f64le, h5t_native_double, c_loc(buffer))
   end subroutine put_real_attribute
 
   !> Give an object an integer.
   subroutine put_integer_attribute(image, object, name, value)
-    !> The file.
     type(image_type), intent(inout) :: image
-    !> Group or dataset.
-    character(len=*), intent(in) :: object
-    !> Name of the attribute.
-    character(len=*), intent(in) :: name
+    !> Group or dataset, and name of the attribute.
+    character(len=*), intent(in) :: object, name
     integer, intent(in) :: value
     integer, target :: buffer(1)
-    integer(hid_t) :: attribute
-    integer :: status
 
     buffer = value
-    call create_attribute(image, object, name, h5t_std_i32le, attribute)
-    if (attribute < 0) return
-    call h5awrite_f(attribute, h5t_native_integer, c_loc(buffer), status)
-    call note_failure(image%reason, status < 0, name)
-    call h5aclose_f(attribute, status)
+    call put_attribute_value(image, object, name, h5t_std_i32le, h5t_native_integer, c_loc(buffer))
   end subroutine put_integer_attribute
 
-  !> Make an attribute of one value; it is negative when that fails.
-  subroutine create_attribute(image, object, name, kind, attribute)
-    !> The file.
+  !> Make an attribute of one value and fill it.
+  subroutine put_attribute_value(image, object, name, in_file, in_memory, address)
     type(image_type), intent(inout) :: image
-    !> Group or dataset.
-    character(len=*), intent(in) :: object
-    !> Name of the attribute.
-    character(len=*), intent(in) :: name
-    !> HDF5 type in the file.
-    integer(hid_t), intent(in) :: kind
-    integer(hid_t), intent(out) :: attribute
-    integer(hid_t) :: space
-    integer :: status(3)
+    character(len=*), intent(in) :: object, name
+    !> HDF5 types.
+    integer(hid_t), intent(in) :: in_file, in_memory
+    type(c_ptr), intent(in) :: address
+    integer(hid_t) :: attribute, space
+    integer :: status(5)
 
     status = 0
     call h5screate_f(h5s_scalar_f, space, status(1))
-    call h5acreate_by_name_f(image%file, object, name, kind, space, attribute, status(2))
+    call h5acreate_by_name_f(image%file, object, name, in_file, space, attribute, status(2))
     call h5sclose_f(space, status(3))
+    if (status(2) >= 0) then
+      call h5awrite_f(attribute, in_memory, address, status(4))
+      call h5aclose_f(attribute, status(5))
+    end if
     call note_failure(image%reason, any(status < 0), object//' '//name)
-    if (status(2) < 0) attribute = -1
-  end subroutine create_attribute
+  end subroutine put_attribute_value
 
   !> Let a name stand for an object of another file.
   subroutine put_link(image, path, file, object)

@@ -128,91 +128,66 @@ contains
 
   !> Get a row of reals.
   subroutine get_reals_1(reader, path, values)
-    !> The file.
     type(reader_type), intent(inout) :: reader
-    !> Name of the dataset.
     character(len=*), intent(in) :: path
     !> (n)
-    real(wp), allocatable, intent(inout) :: values(:)
+    real(wp), allocatable, intent(inout), target :: values(:)
     integer(hid_t) :: dataset
     integer(hsize_t) :: dims(1)
 
     call open_dataset(reader, path, dataset, dims)
-    if (allocated(values)) then
-      call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
-    else if (dataset >= 0) then
-      allocate (values(dims(1)))
-    end if
-    if (dataset >= 0) call read_reals(reader, path, dataset, values, product(int(dims)))
+    if (allocated(values)) call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
+    if (dataset < 0) return
+    if (.not. allocated(values)) allocate (values(dims(1)))
+    call read_values(reader, path, dataset, h5t_native_double, size(values) > 0, c_loc(values))
   end subroutine get_reals_1
 
   !> Get a table of reals.
   subroutine get_reals_2(reader, path, values)
-    !> The file.
     type(reader_type), intent(inout) :: reader
-    !> Name of the dataset.
     character(len=*), intent(in) :: path
     !> (components, n)
-    real(wp), allocatable, intent(inout) :: values(:, :)
+    real(wp), allocatable, intent(inout), target :: values(:, :)
     integer(hid_t) :: dataset
     integer(hsize_t) :: dims(2)
 
     call open_dataset(reader, path, dataset, dims)
-    if (allocated(values)) then
-      call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
-    else if (dataset >= 0) then
-      allocate (values(dims(1), dims(2)))
-    end if
-    if (dataset >= 0) call read_reals(reader, path, dataset, values, product(int(dims)))
+    if (allocated(values)) call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
+    if (dataset < 0) return
+    if (.not. allocated(values)) allocate (values(dims(1), dims(2)))
+    call read_values(reader, path, dataset, h5t_native_double, size(values) > 0, c_loc(values))
   end subroutine get_reals_2
 
   !> Get a row of integers.
   subroutine get_integers_1(reader, path, values)
-    !> The file.
     type(reader_type), intent(inout) :: reader
-    !> Name of the dataset.
     character(len=*), intent(in) :: path
     !> (n)
-    integer, allocatable, intent(inout) :: values(:)
+    integer, allocatable, intent(inout), target :: values(:)
     integer(hid_t) :: dataset
     integer(hsize_t) :: dims(1)
 
     call open_dataset(reader, path, dataset, dims)
-    if (allocated(values)) then
-      call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
-    else if (dataset >= 0) then
-      allocate (values(dims(1)))
-    end if
-    if (dataset >= 0) call read_integers(reader, path, dataset, values, product(int(dims)))
+    if (allocated(values)) call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
+    if (dataset < 0) return
+    if (.not. allocated(values)) allocate (values(dims(1)))
+    call read_values(reader, path, dataset, h5t_native_integer, size(values) > 0, c_loc(values))
   end subroutine get_integers_1
 
   !> Get a row of long integers.
   subroutine get_longs(reader, path, values)
-    !> The file.
     type(reader_type), intent(inout) :: reader
-    !> Name of the dataset.
     character(len=*), intent(in) :: path
     !> (n)
     integer(long), allocatable, intent(inout), target :: values(:)
     integer(hid_t) :: dataset
     integer(hsize_t) :: dims(1)
-    type(c_ptr) :: address
-    integer :: status
 
     call open_dataset(reader, path, dataset, dims)
-    if (allocated(values)) then
-      call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
-    else if (dataset >= 0) then
-      allocate (values(dims(1)))
-    end if
+    if (allocated(values)) call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
     if (dataset < 0) return
-    status = 0
-    if (size(values) > 0 .and. .not. allocated(reader%reason)) then
-      address = c_loc(values)
-      call h5dread_f(dataset, h5kind_to_type(long, h5_integer_kind), address, status)
-    end if
-    if (status < 0) reader%reason = path//' is damaged'
-    call h5dclose_f(dataset, status)
+    if (.not. allocated(values)) allocate (values(dims(1)))
+    call read_values(reader, path, dataset, h5kind_to_type(long, h5_integer_kind), size(values) > 0, c_loc(values))
   end subroutine get_longs
 
   !> Open a dataset of a known rank; it is negative when there is none or after a failure.
@@ -262,116 +237,71 @@ contains
     reader%reason = path//' has another size than in this analysis'
   end subroutine compare_shape
 
-  !> Read reals and close the dataset.
-  subroutine read_reals(reader, path, dataset, values, count)
-    !> The file.
+  !> Read what a dataset holds, if anything, and close it.
+  subroutine read_values(reader, path, dataset, in_memory, any_there, address)
     type(reader_type), intent(inout) :: reader
-    !> Name of the dataset.
     character(len=*), intent(in) :: path
-    integer(hid_t), intent(in) :: dataset
-    !> Number of values.
-    integer, intent(in) :: count
-    !> The values in the order of memory (count).
-    real(wp), intent(inout), target :: values(count)
-    type(c_ptr) :: address
+    !> The dataset, and the HDF5 type of its values here.
+    integer(hid_t), intent(in) :: dataset, in_memory
+    logical, intent(in) :: any_there
+    type(c_ptr), value :: address
     integer :: status
 
     status = 0
-    if (count > 0 .and. .not. allocated(reader%reason)) then
-      address = c_loc(values)
-      call h5dread_f(dataset, h5t_native_double, address, status)
-    end if
+    if (any_there .and. .not. allocated(reader%reason)) call h5dread_f(dataset, in_memory, address, status)
     if (status < 0) reader%reason = path//' is damaged'
     call h5dclose_f(dataset, status)
-  end subroutine read_reals
-
-  !> Read integers and close the dataset.
-  subroutine read_integers(reader, path, dataset, values, count)
-    !> The file.
-    type(reader_type), intent(inout) :: reader
-    !> Name of the dataset.
-    character(len=*), intent(in) :: path
-    integer(hid_t), intent(in) :: dataset
-    !> Number of values.
-    integer, intent(in) :: count
-    !> The values in the order of memory (count).
-    integer, intent(inout), target :: values(count)
-    type(c_ptr) :: address
-    integer :: status
-
-    status = 0
-    if (count > 0 .and. .not. allocated(reader%reason)) then
-      address = c_loc(values)
-      call h5dread_f(dataset, h5t_native_integer, address, status)
-    end if
-    if (status < 0) reader%reason = path//' is damaged'
-    call h5dclose_f(dataset, status)
-  end subroutine read_integers
+  end subroutine read_values
 
   !> Get a real of an object.
   subroutine get_real_attribute(reader, object, name, value)
-    !> The file.
     type(reader_type), intent(inout) :: reader
-    !> Group or dataset.
-    character(len=*), intent(in) :: object
-    !> Name of the attribute.
-    character(len=*), intent(in) :: name
+    !> Group or dataset, and name of the attribute.
+    character(len=*), intent(in) :: object, name
     !> The value; unchanged after a failure.
     real(wp), intent(inout) :: value
     real(wp), target :: buffer(1)
-    integer(hid_t) :: attribute
-    type(c_ptr) :: address
-    integer :: status(2)
+    logical :: found
 
-    call open_attribute(reader, object, name, attribute)
-    if (attribute < 0) return
-    address = c_loc(buffer)
-    call h5aread_f(attribute, h5t_native_double, address, status(1))
-    call h5aclose_f(attribute, status(2))
-    if (status(1) >= 0) value = buffer(1)
-    if (status(1) < 0) reader%reason = object//' '//name//' is damaged'
+    call read_attribute(reader, object, name, h5t_native_double, c_loc(buffer), found)
+    if (found) value = buffer(1)
   end subroutine get_real_attribute
 
   !> Get an integer of an object.
   subroutine get_integer_attribute(reader, object, name, value)
-    !> The file.
     type(reader_type), intent(inout) :: reader
-    !> Group or dataset.
-    character(len=*), intent(in) :: object
-    !> Name of the attribute.
-    character(len=*), intent(in) :: name
+    !> Group or dataset, and name of the attribute.
+    character(len=*), intent(in) :: object, name
     !> The value; unchanged after a failure.
     integer, intent(inout) :: value
     integer, target :: buffer(1)
-    integer(hid_t) :: attribute
-    type(c_ptr) :: address
-    integer :: status(2)
+    logical :: found
 
-    call open_attribute(reader, object, name, attribute)
-    if (attribute < 0) return
-    address = c_loc(buffer)
-    call h5aread_f(attribute, h5t_native_integer, address, status(1))
-    call h5aclose_f(attribute, status(2))
-    if (status(1) >= 0) value = buffer(1)
-    if (status(1) < 0) reader%reason = object//' '//name//' is damaged'
+    call read_attribute(reader, object, name, h5t_native_integer, c_loc(buffer), found)
+    if (found) value = buffer(1)
   end subroutine get_integer_attribute
 
-  !> Open an attribute; it is negative after a failure.
-  subroutine open_attribute(reader, object, name, attribute)
-    !> The file.
+  !> Read an attribute of one value.
+  subroutine read_attribute(reader, object, name, in_memory, address, found)
     type(reader_type), intent(inout) :: reader
-    !> Group or dataset.
-    character(len=*), intent(in) :: object
-    !> Name of the attribute.
-    character(len=*), intent(in) :: name
-    integer(hid_t), intent(out) :: attribute
-    integer :: status
+    character(len=*), intent(in) :: object, name
+    !> HDF5 type of the value here.
+    integer(hid_t), intent(in) :: in_memory
+    type(c_ptr), value :: address
+    logical, intent(out) :: found
+    integer(hid_t) :: attribute
+    integer :: status(2)
 
-    attribute = -1
+    found = .false.
     if (allocated(reader%reason)) return
-    call h5aopen_by_name_f(reader%file, object, name, attribute, status)
-    if (status >= 0) return
-    attribute = -1
-    reader%reason = object//' '//name//' is missing'
-  end subroutine open_attribute
+    call h5aopen_by_name_f(reader%file, object, name, attribute, status(1))
+    if (status(1) < 0) then
+      reader%reason = object//' '//name//' is missing'
+      return
+    end if
+    call h5aread_f(attribute, in_memory, address, status(1))
+    call h5aclose_f(attribute, status(2))
+    found = status(1) >= 0
+    if (.not. found) reader%reason = object//' '//name//' is damaged'
+  end subroutine read_attribute
 end module qsmpm_hdf5_reader

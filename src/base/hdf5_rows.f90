@@ -3,7 +3,7 @@
 module qsmpm_hdf5_rows
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use hdf5, only: hid_t, hsize_t, h5dclose_f, h5dread_f, h5dget_space_f, h5sclose_f, h5screate_simple_f, &
-    h5sselect_hyperslab_f, h5s_select_set_f, h5t_native_double, h5t_native_integer, h5kind_to_type, h5_integer_kind
+    h5sselect_hyperslab_f, h5s_select_set_f, h5t_native_double, h5kind_to_type, h5_integer_kind
   use qsmpm_kinds, only: wp, long
   use qsmpm_hdf5_reader, only: reader_type, open_dataset, compare_shape
   implicit none
@@ -86,22 +86,11 @@ contains
     integer, intent(in) :: rows(:), all_rows
     !> (rows)
     integer, intent(inout) :: values(:)
-    integer, allocatable, target :: buffer(:)
-    integer(hid_t) :: dataset
-    integer :: i, j
+    integer(long) :: long_values(size(values))
 
-    call open_rows(reader, path, [all_rows], dataset)
-    if (dataset < 0) return
-    i = 1
-    do while (i <= size(rows))
-      j = last_of_block(rows, i)
-      allocate (buffer(rows(j) - rows(i) + 1))
-      call read_block(reader, path, dataset, h5t_native_integer, rows(i), shape(buffer), c_loc(buffer))
-      if (.not. allocated(reader%reason)) values(i:j) = buffer(rows(i:j) - rows(i) + 1)
-      deallocate (buffer)
-      i = j + 1
-    end do
-    call h5dclose_f(dataset, i)
+    long_values = values
+    call get_long_rows(reader, path, rows, all_rows, long_values)
+    values = int(long_values)
   end subroutine get_integer_rows
 
   !> Rows of long integers.
