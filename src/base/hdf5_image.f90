@@ -162,7 +162,8 @@ contains
     if (.not. allocated(values)) return
     address = c_null_ptr
     if (size(values) > 0) address = c_loc(values)
-    call put_values(image, path, h5t_std_i64le, h5kind_to_type(long, h5_integer_kind), shape(values, kind=hsize_t), address)
+    call put_values(image, path, h5t_std_i64le, h5kind_to_type(long, h5_integer_kind), shape(values, kind=hsize_t), &
+      address)
   end subroutine put_longs
 
   !> Put a table of integers.

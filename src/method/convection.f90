@@ -334,7 +334,8 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp) :: move
 
-    associate (moving => model%analysis%moving_mesh, nodes => items_of(model%space%sets, model%analysis%moving_mesh%set))
+    associate (moving => model%analysis%moving_mesh, &
+        nodes => items_of(model%space%sets, model%analysis%moving_mesh%set))
       move = sum(displacement(moving%axis, nodes))/size(nodes)
     end associate
   end function plate_displacement

@@ -20,6 +20,7 @@ LEAST_ORDER = 0.4
 LEAST_SHARE = 1.0 / 12.0
 # On every correction, as Roache (1994) has it for three grids.
 SAFETY = 1.25
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -67,10 +68,14 @@ def of_two(first: float, second: float) -> Band:
     return Band(2 * second - first, abs(second - first), None, "two grids only: first order assumed")
 
 
-def of_grids(figures: Sequence[float]) -> Band | None:
-    """The band of the figures of finer and finer grids; the three finest count."""
+def of_grids(figures: Sequence[float], width: float = 0.0) -> Band | None:
+    """The band of the figures of finer and finer grids; the three finest count. Differences within the width of the figures are none."""
     if len(figures) >= 3:
-        return of_three(*figures[-3:])
+        first, second, third = figures[-3:]
+        change = max(abs(second - first), abs(third - second))
+        if of_three(first, second, third) is None and change <= (1.0 + ROUNDING) * width:
+            return Band(third, change, None, "the grids agree as far as the search tells")
+        return of_three(first, second, third)
     return of_two(*figures) if len(figures) == 2 else None
 
 

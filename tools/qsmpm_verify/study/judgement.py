@@ -51,7 +51,7 @@ def figures_by_method(trials: Sequence[Trial]) -> dict[str, list[Trial]]:
 def bands_by_method(trials: Sequence[Trial]) -> dict[str, Band | None]:
     """The band of each method that has two grids or more; none where its figures go nowhere."""
     return {
-        method: of_grids([t.figure for t in own])
+        method: of_grids([t.figure for t in own], max(t.width for t in own))
         for method, own in figures_by_method(trials).items() if len(own) >= 2
     }  # fmt: skip
 

@@ -228,6 +228,14 @@ class TestBand(unittest.TestCase):
         self.assertLessEqual(both.low, 0.94)
         self.assertFalse(agreed([sure, others[0]])[1], "one vague method alone says too little")
 
+    def test_grids_that_differ_by_less_than_the_search_tells_agree(self) -> None:
+        self.assertIsNone(of_grids([1.23, 1.22, 1.21]))
+        band = of_grids([1.23, 1.22, 1.21], 0.01)
+        assert band
+        self.assertAlmostEqual(band.value, 1.21)
+        self.assertAlmostEqual(band.half, 0.01)
+        self.assertIsNone(of_grids([1.23, 1.22, 1.21], 0.009))
+
     def test_what_steps_leave_holds_every_order_and_none(self) -> None:
         shift, half = of_steps(0.1)
         for rest in (0.2, 0.1 * 4 / 3, 0.1, 0.0):
