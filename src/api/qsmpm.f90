@@ -28,7 +28,7 @@ module qsmpm
   use qsmpm_configuration, only: configuration_type
   use qsmpm_equations, only: equations_type
   use qsmpm_matrix_blocks, only: add_block, add_diagonal
-  use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
+  use qsmpm_kept_arrays, only: kept_arrays_type, lay_array, kept_values, keep_values
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: term_type, increment_type, failure_type, force_sizes_type, role_external, role_internal, &
     role_numerical
@@ -46,6 +46,6 @@ module qsmpm
   public :: soil_model_type, soil_increment_type, soil_response_type
   public :: term_type, increment_type, failure_type, force_sizes_type, role_external, role_internal, role_numerical, &
     configuration_type, equations_type, sparse_matrix_type, add_block, add_diagonal, joint_node, find_field, &
-    lay_array, kept_values, keep_values
+    kept_arrays_type, lay_array, kept_values, keep_values
   public :: version, program_name, has_feature, api_version
 end module qsmpm

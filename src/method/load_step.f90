@@ -34,7 +34,8 @@ module qsmpm_load_step
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_team, only: largest, total
   use qsmpm_term, only: increment_type, term_slot_type, role_external
-  use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces, commit_terms, discard_terms
+  use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces, keep_nodal_of_terms, commit_terms, &
+    discard_terms
   use qsmpm_text, only: integer_text
   use qsmpm_unknowns, only: unknowns_type, most_components, all_nodes, own_node
   use qsmpm_usable_state, only: check_state
@@ -141,7 +142,10 @@ contains
     call take_reactions_and_work(step, model%loading%constrained, force_before, solution, model%state%reactions, &
       model%state%progress, error)
     call switch_timer(step%profile%watch, part_convection)
-    if (.not. allocated(error)) call keep_changes(step%unknowns, solution%displacement, model%state%kept)
+    if (.not. allocated(error)) then
+      call keep_changes(step%unknowns, solution%displacement, model%state%kept)
+      call keep_nodal_of_terms(step%terms, solution%displacement, model%state%kept)
+    end if
     associate (displacement => solution%displacement(:model%mesh%dimension, :model%space%node_count))
       if (attempt%in_place .and. .not. allocated(error)) then
         call update_in_place(model, step, displacement, error)

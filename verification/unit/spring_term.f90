@@ -6,14 +6,14 @@
 !> before, and the time dt of the step. The position reached is its history: it is kept in the state, under a name.
 module spring_term
   use qsmpm, only: wp, model_type, term_type, configuration_type, increment_type, equations_type, sparse_matrix_type, &
-    add_block, lay_array, kept_values, keep_values
+    add_block, kept_arrays_type, lay_array, kept_values, keep_values
   use qsmpm_space, only: shape_values_type, functions_at
   implicit none
   private
 
   public :: spring_type, new_spring
 
-  character(len=*), parameter, public :: position_reached = 'position of the spring'
+  character(len=*), parameter, public :: position_reached = 'position of the spring', moved = 'moves of nodes'
 
   type, extends(term_type) :: spring_type
     !> Number of the material point; k [force/length], c [force time/length].
@@ -32,6 +32,7 @@ module spring_term
     procedure :: begin
     procedure :: add_force
     procedure :: add_blocks
+    procedure :: keep_nodal
     procedure :: commit
     procedure :: discard
   end type spring_type
@@ -62,6 +63,7 @@ contains
     associate (unused => self)
     end associate
     call lay_array(model%state%kept, position_reached, reshape([0.0_wp], [1, 1]))
+    call lay_array(model%state%kept, moved, spread([0.0_wp], 2, model%space%node_count), nodal=.true.)
   end subroutine start
 
   !> The nodes around the point couple; the position reached is that of the state.
@@ -137,6 +139,23 @@ contains
     end do
     call add_block(equations, self%first_stencil, block, matrix)
   end subroutine add_blocks
+
+  !> How far each node of the spring has moved along it, by node: kept before nodes are numbered anew.
+  subroutine keep_nodal(self, displacement, kept)
+    class(spring_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    type(kept_arrays_type), intent(inout) :: kept
+    real(wp), allocatable :: values(:, :)
+    integer :: a
+
+    allocate (values, source=kept_values(kept, moved))
+    do a = 1, size(self%connectivity%nodes)
+      associate (node => self%connectivity%nodes(a))
+        values(1, node) = values(1, node) + dot_product(self%direction, displacement(:size(self%direction), node))
+      end associate
+    end do
+    call keep_values(kept, moved, values)
+  end subroutine keep_nodal
 
   !> The position reached follows a solve that is taken.
   subroutine commit(self, displacement, model)

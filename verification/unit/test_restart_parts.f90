@@ -167,6 +167,28 @@ contains
     call tests%check('what it shares is the state written: '//names, len(names) == 0)
   end subroutine check_team
 
+  !> The file of one process, numbered as in its window, is shared by a team.
+  subroutine check_windowed(tests, path, grid)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: path, grid
+    class(model_type), allocatable :: model, fresh
+    type(error_type), allocatable :: error, failure
+    type(reader_type) :: reader
+
+    allocate (model, fresh)
+    call build(model, grid)
+    call build(fresh, grid)
+    call write_restart(path, model, mark, error)
+    call open_reader(reader, path)
+    if (.not. allocated(error)) call read_divided(reader, '', .false., team_type(), model%state%points%count + &
+      model%state%inactive%points%count + model%state%inactive%unloading%count, fresh, error)
+    call close_reader(reader, failure)
+    call tests%check('a team shares the file of one process', .not. (allocated(error) .or. allocated(failure)))
+    if (fresh%state%points%count /= model%state%points%count) return
+    call tests%check('with its points in their cells', all(whole_cells(fresh, fresh%state%points%cell) == &
+      whole_cells(model, model%state%points%cell)))
+  end subroutine check_windowed
+
   !> Cells are numbered as in the whole grid while the file is one of parts, and as in the window of a model again; what is
   !> in no cell of the grid is refused.
   subroutine check_cells(tests, path)
@@ -199,6 +221,7 @@ contains
     call close_reader(reader, error)
     call tests%check('and where a team shares it', all(whole_cells(fresh, fresh%state%points%cell) == &
       whole_cells(model, written%points%cell)))
+    call check_windowed(tests, path, wide)
     call write_parts(path, written, error, wrong=1000)
     call open_reader(reader, path)
     deallocate (fresh)

@@ -17,13 +17,15 @@ module test_terms
   use qsmpm_model_builder, only: build_model
   use qsmpm_model_window, only: restore
   use qsmpm_phase_start, only: start_phase
+  use qsmpm_grid_window, only: window_type, operator(==)
+  use qsmpm_space, only: node_label
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type, role_internal
   use qsmpm_term_sums, only: begin_terms, set_loads, linear_forces, sum_forces
   use deck_samples, only: joined
   use scratch_folder, only: make_folder, remove_folder
-  use spring_term, only: spring_type, new_spring, position_reached
+  use spring_term, only: spring_type, new_spring, position_reached, moved
   use term_samples, only: term_named, force_named, matrix_and_difference, share_of
   use testing, only: tests_type
   implicit none
@@ -52,21 +54,30 @@ contains
     call check_tangent(tests)
     call check_prescribed(tests)
     call check_history(tests)
+    call check_nodal_history(tests)
     call check_message(tests)
     call check_analysis(tests)
   end subroutine collect_terms
 
   !> The first step of a phase with a spring, prepared.
-  subroutine make_step(phase, model, step)
+  subroutine make_step(phase, model, step, columns)
     character(len=*), intent(in) :: phase
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
+    !> Lines of the grid along x, where they are not those of the block.
+    character(len=*), intent(in), optional :: columns
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
+    character(len=*), parameter :: usual = 'X, 0, 2, 6'
+    character(len=:), allocatable :: cards
+    integer :: at
 
     allocate (analysis)
-    call parse_deck('block.inp', joined(block//'*PHASE, NAME=one, TIME=2|'//phase//'|*END PHASE|'), analysis, &
+    cards = block
+    at = index(block, usual)
+    if (present(columns)) cards = block(:at - 1)//columns//block(at + len(usual):)
+    call parse_deck('block.inp', joined(cards//'*PHASE, NAME=one, TIME=2|'//phase//'|*END PHASE|'), analysis, &
       messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the terms suite is broken'
@@ -175,7 +186,7 @@ contains
     type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
-    real(wp) :: moved
+    real(wp) :: way
 
     allocate (model, step, before)
     call make_step('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
@@ -186,20 +197,99 @@ contains
       call tests%check('the history stays', abs(reached(model)) <= 0.0_wp .and. all(heard(step) == [0, 1]))
       call solver%solve(model, step, controls, attempt_type(1.0_wp, 1.0e-10_wp, largest_move=1.0_wp), solution, error)
       call tests%check('one that is not is', solution%converged .and. all(heard(step) == [1, 1]))
-      moved = dot_product(along, model%state%points%position(:, model%state%points%count) &
+      way = dot_product(along, model%state%points%position(:, model%state%points%count) &
         - before%points%position(:, model%state%points%count))
-      call tests%close('the history is the position that the point has reached', reached(model), moved, 1.0e-12_wp)
-      call tests%check('it has moved', abs(moved) > 1.0e-4_wp)
+      call tests%close('the history is the position that the point has reached', reached(model), way, 1.0e-12_wp)
+      call tests%check('it has moved', abs(way) > 1.0e-4_wp)
       call tests%close('the share is that of the load', share_of(solution%shares, 'spring_share'), &
-        (stiffness + viscosity/2.0_wp)*abs(moved)*norm_of_shape(step)/solution%references%load, 1.0e-9_wp)
+        (stiffness + viscosity/2.0_wp)*abs(way)*norm_of_shape(step)/solution%references%load, 1.0e-9_wp)
       call solver%solve(model, step, controls, attempt_type(1.0_wp, 1.0e-10_wp, largest_move=1.0_wp), solution, error)
       call tests%check('at a held load the dashpot lets go and the body moves on', solution%converged .and. &
-        abs(reached(model)) > abs(moved))
+        abs(reached(model)) > abs(way))
     end associate
     call restore(before, model)
     call tests%close('a restored state has its own history', reached(model), 0.0_wp, 0.0_wp)
     call end_system(step%system)
   end subroutine check_history
+
+  !> What a term keeps by node stays at its nodes in steps on which the window of the grid goes on with the body.
+  subroutine check_nodal_history(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
+    type(load_step_type) :: solver
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    type(window_type) :: before
+    integer, allocatable :: labels(:), known(:)
+    logical :: goes_on, kept
+    integer :: k
+
+    allocate (model, step)
+    allocate (known(0))
+    call make_step('*FIX|base, Y|*PRESCRIBE|base, X, 1.5', model, step, 'X, 0, 20, 60')
+    goes_on = .false.
+    kept = .true.
+    do k = 1, 5
+      call initialise_step(model, step, error)
+      labels = labels_of_spring(model, step)
+      known = [known, labels]
+      before = model%state%window
+      call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(0.2_wp*k, 1.0e-10_wp, &
+        largest_move=1.0_wp), solution, error)
+      call tests%check('the body is moved on', solution%converged .and. .not. allocated(error))
+      if (.not. solution%converged) return
+      goes_on = goes_on .or. .not. before == model%state%window
+      associate (moves => kept_values(model%state%kept, moved))
+        associate (now => labels_of(model, places_of(abs(moves(1, :)) > 0.0_wp)))
+          kept = kept .and. are_among(now, known) .and. are_among(labels, now)
+        end associate
+      end associate
+    end do
+    call tests%check('and the window with it', goes_on)
+    call tests%check('the nodes that a term keeps are those it had', kept)
+    call end_system(step%system)
+  end subroutine check_nodal_history
+
+  !> Labels of the nodes around the spring.
+  function labels_of_spring(model, step) result(labels)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(in), target :: step
+    integer, allocatable :: labels(:)
+
+    select type (term => term_named(step, 'force of the spring'))
+    type is (spring_type)
+      allocate (labels, source=labels_of(model, term%connectivity%nodes))
+    class default
+      allocate (labels(0))
+    end select
+  end function labels_of_spring
+
+  !> Labels of nodes, which no window changes.
+  pure function labels_of(model, nodes) result(labels)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: nodes(:)
+    integer :: labels(size(nodes)), a
+
+    labels = [(node_label(model%space, model%mesh, nodes(a)), a=1, size(nodes))]
+  end function labels_of
+
+  !> Numbers of those that are so.
+  pure function places_of(so) result(places)
+    logical, intent(in) :: so(:)
+    integer, allocatable :: places(:)
+    integer :: a
+
+    places = pack([(a, a=1, size(so))], so)
+  end function places_of
+
+  !> Whether all numbers of a list are in another.
+  pure logical function are_among(some, all_of_them)
+    integer, intent(in) :: some(:), all_of_them(:)
+    integer :: i
+
+    are_among = all([(any(all_of_them == some(i)), i=1, size(some))])
+  end function are_among
 
   !> Position reached.
   real(wp) function reached(model)

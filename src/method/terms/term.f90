@@ -26,6 +26,7 @@ module qsmpm_term
   use qsmpm_configuration, only: configuration_type
   use qsmpm_equations, only: equations_type
   use qsmpm_error, only: error_not_converged
+  use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_law, only: step_info_type
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type, append_patches
@@ -120,6 +121,7 @@ module qsmpm_term
     procedure :: add_blocks => add_no_blocks
     procedure :: add_linear_force => add_change_of_force
     procedure :: measure => measure_by_load
+    procedure :: keep_nodal => keep_no_nodal
     procedure :: commit => commit_nothing
     procedure :: discard => discard_nothing
   end type term_type
@@ -348,6 +350,18 @@ contains
     call sizes%keep_own(force)
     share = share_of_load(self%share_name, force, load_norm)
   end subroutine measure_by_load
+
+  !> The solve is taken, and nodes are still numbered as in `prepare`: what the term keeps by node follows here, and is
+  !> carried when they are numbered anew. Nothing, unless extended.
+  subroutine keep_no_nodal(self, displacement, kept)
+    class(term_type), intent(in) :: self
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    type(kept_arrays_type), intent(inout) :: kept
+
+    associate (unused => self, unused_displacement => displacement, unused_kept => kept)
+    end associate
+  end subroutine keep_no_nodal
 
   !> The solve is taken: the points have moved, nodes and cells of the model may be numbered anew, the displacement is
   !> in the numbers of `prepare`. Nothing, unless extended.

@@ -6,6 +6,7 @@ module qsmpm_term_sums
   use qsmpm_configuration, only: configuration_type
   use qsmpm_equations, only: equations_type
   use qsmpm_finite, only: is_usable
+  use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
@@ -20,8 +21,8 @@ module qsmpm_term_sums
 
   public :: start_terms, prepare_terms, begin_terms, set_loads, evaluate_terms, judge_terms, sum_forces, &
     sum_transient, add_all_blocks, linear_forces, sum_body_forces, sum_field_sizes, sum_force_sizes, &
-    measure_shares, share_names, find_unusable, are_symmetric, evaluated_points, mark_anchored, commit_terms, &
-    discard_terms
+    measure_shares, share_names, find_unusable, are_symmetric, evaluated_points, mark_anchored, keep_nodal_of_terms, &
+    commit_terms, discard_terms
 
 contains
 
@@ -375,6 +376,21 @@ contains
       end associate
     end do
   end subroutine mark_anchored
+
+  !> The solve is taken, nodes are numbered as before.
+  subroutine keep_nodal_of_terms(terms, displacement, kept)
+    type(term_slot_type), intent(in) :: terms(:)
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    type(kept_arrays_type), intent(inout) :: kept
+    integer :: t
+
+    do t = 1, size(terms)
+      associate (term => terms(t)%term)
+        call term%keep_nodal(displacement(:term%rows, :term%columns), kept)
+      end associate
+    end do
+  end subroutine keep_nodal_of_terms
 
   !> The solve is taken.
   subroutine commit_terms(terms, displacement, model)
