@@ -67,10 +67,9 @@ def boxes_of(x: np.ndarray, y: np.ndarray, cells: np.ndarray, level: int) -> lis
 
 
 def refined(deck: Deck, level: int, folder: Path) -> Deck:
-    """The deck with smaller triangles where the run of a folder has sheared; boxes that it has stay."""
+    """The deck with smaller triangles where the run of a folder has sheared, boxes that it has stay; itself where nothing has."""
     x, y = axis_lines(deck, "X"), axis_lines(deck, "Y")
     points = sheared_points(folder)
     rows = boxes_of(x, y, sheared_cells(x, y, points.field("position"), points.field(STRAIN)), level)
     own = deck.find("REFINE") or Card("REFINE")
-    changed = Card("REFINE", own.parameters, (*own.lines, *rows))
-    return deck.with_card(changed) if changed.lines else deck
+    return deck.with_card(Card("REFINE", own.parameters, (*own.lines, *rows))) if rows else deck

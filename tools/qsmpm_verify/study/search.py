@@ -138,6 +138,8 @@ class Search:
     def next_level(self, method: Method) -> int | None:
         """The next grid of a method; none when it has been through all, or failed too often."""
         own = self.of(method)
+        if method == REFINED and own and not own[-1].good:
+            return None
         if len(own) >= MISSES and not any(t.good for t in own[-MISSES:]):
             return None
         levels = self.levels_for(method)
@@ -173,6 +175,10 @@ class Search:
         """Run one variant and keep what it told."""
         if method == REFINED:
             changed = refined(self.deck, level, self.wish.root / self.before(level).name / "results")
+            if changed is self.deck:
+                self.trials.append(Trial(method.label, level, steps, "", reason="nothing has sheared"))
+                self.tell(self.trials[-1], self.spent)
+                return
         else:
             gridded = at_level(self.deck, level)
             assert gridded is not None, "levels are those that exist"

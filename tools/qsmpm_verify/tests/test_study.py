@@ -387,6 +387,16 @@ class TestSearch(unittest.TestCase):
         self.assertEqual([(t.method, t.level) for t in search.trials if t.level < 1][:2], [(OWN.label, -1), (OWN.label, 0)])
         self.assertEqual([(t.method, t.level) for t in search.trials[2:5]], [(REFINED.label, level) for level in (1, 2, 3)])
 
+    def test_ground_that_has_not_sheared_is_not_refined(self) -> None:
+        plain_deck = deck_of("*GRID\nX, 0, 1, 3\nY, 0, 1, 3\n*PHASE, NAME=a\n*END PHASE\n")
+        search = Search(plain_deck, Wish("F", "last", 1e-9, 1e3, Path("none"), Path("none")), lambda t, s: None)
+        search.trials.append(Trial(OWN.label, 0, 1, "", 1.0, 1.0))
+        still = mock.Mock(field=lambda name: np.array([[0.2, 0.2]]) if name == "position" else np.zeros(1))
+        with mock.patch("qsmpm_verify.study.refined.sheared_points", return_value=still):
+            search.try_one(REFINED, 1, 1)
+        self.assertEqual((search.trials[-1].good, search.trials[-1].reason), (False, "nothing has sheared"))
+        self.assertIsNone(search.next_level(REFINED))
+
     def test_a_method_that_fails_twice_is_left(self) -> None:
         search = self.go(1e4, 1e-9, {"as the deck says": 0.01})
         self.assertEqual(len([t for t in search.trials if t.method == "GIMP"]), 2)
