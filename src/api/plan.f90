@@ -16,7 +16,8 @@ module qsmpm_plan
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_equation_count, only: count_equations
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: integer_text, short_text
+  use qsmpm_number_text, only: integer_text
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_phase_start, only: start_phase
   use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
   use qsmpm_plan_probe, only: trial_type, try_run, try_coarse, expected_range
@@ -137,9 +138,9 @@ contains
         return
       end if
       call add_item(items, 'stabilisation', trim(stabilisation_words(method%stabilisation))//', factor '// &
-        short_text(method%stabilisation_factor, 3))
+        rounded_text(method%stabilisation_factor, 3))
       call add_item(items, 're-equilibrations', &
-        'while it carries more than '//short_text(controls%stabilisation_share, 3)// &
+        'while it carries more than '//rounded_text(controls%stabilisation_share, 3)// &
         ' of the load, at most '//integer_text(controls%max_reequilibrations)//' a step')
     end associate
   end subroutine plan_method
@@ -236,7 +237,7 @@ contains
     bytes = number_bytes*real(step%system%solver%factor_nonzeros, wp) &
       + (number_bytes + index_bytes)*real(size(step%matrix%column), wp) &
       + number_bytes*real(size(soil%evaluation%block), wp)
-    call add_item(items, 'memory of the equations', short_text(bytes/megabyte, 2)// &
+    call add_item(items, 'memory of the equations', rounded_text(bytes/megabyte, 2)// &
       ' MB: factors, matrix and element blocks')
   end subroutine plan_solver
 
@@ -254,15 +255,16 @@ contains
 
     if (.not. solution%converged) call add_item(items, 'converged', 'no: '//solution%reason)
     call add_item(items, 'iterations', integer_text(solution%iterations), is_figure=.true.)
-    call add_item(items, 'processor seconds', short_text(seconds, 2), is_figure=.true.)
+    call add_item(items, 'processor seconds', rounded_text(seconds, 2), is_figure=.true.)
     call try_run(model, fine)
     if (.not. fine%ended) call try_coarse(model, coarse)
     range = expected_range(fine, coarse)
     text = 'by the run itself, to its end'
-    if (.not. fine%ended) text = 'by '//short_text(fine%seconds, 2)//' s of it, '// &
+    if (.not. fine%ended) text = 'by '//rounded_text(fine%seconds, 2)//' s of it, '// &
       integer_text(nint(fine%iterations))//' iterations to '//integer_text(nint(100.0_wp*fine%share))//' % of its steps'
     if (coarse%iterations > 0.0_wp) text = text//'; on every second line of its grid '// &
       integer_text(nint(coarse%iterations))//' iterations to '//integer_text(nint(100.0_wp*coarse%share))//' %'
-    call add_item(items, 'expected of the run', short_text(range(1), 2)//' to '//short_text(range(2), 2)//' s: '//text)
+    call add_item(items, 'expected of the run', rounded_text(range(1), 2)//' to '//rounded_text(range(2), 2)// &
+      ' s: '//text)
   end subroutine plan_cost
 end module qsmpm_plan

@@ -10,7 +10,8 @@ module qsmpm_plan_ranks
   use qsmpm_error, only: error_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: is_divided_as_built
-  use qsmpm_number_text, only: integer_text, short_text
+  use qsmpm_number_text, only: integer_text
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_own_marks, only: node_owners
   use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
   use qsmpm_sharing_limits, only: refuse_sharing
@@ -50,9 +51,9 @@ contains
       return
     end if
     call add_item(items, 'points of a process', integer_text(minval(own))//' to '//integer_text(maxval(own)))
-    call add_item(items, 'imbalance', short_text(maxval(own)*real(ranks, wp)/sum(own), 3), is_figure=.true.)
+    call add_item(items, 'imbalance', rounded_text(maxval(own)*real(ranks, wp)/sum(own), 3), is_figure=.true.)
     call add_item(items, 'copies in its ring', integer_text(minval(copies))//' to '//integer_text(maxval(copies)))
-    call add_item(items, 'copies of a point', short_text(sum(copies)/real(sum(own), wp), 3), is_figure=.true.)
+    call add_item(items, 'copies of a point', rounded_text(sum(copies)/real(sum(own), wp), 3), is_figure=.true.)
     call add_item(items, 'equations of a process', integer_text(minval(equations))//' to '// &
       integer_text(maxval(equations)))
     call add_item(items, 'memory of a process', memory_text(model, maxval(own + copies), maxval(equations)))
@@ -100,9 +101,9 @@ contains
     associate (d => model%mesh%dimension, degree => max(1, basis_list(model%analysis%method%basis)%degree))
       entries = real(d*(2*degree + 1)**d, wp)
     end associate
-    text = short_text((bytes_of_program + points*bytes_of_point + &
+    text = rounded_text((bytes_of_program + points*bytes_of_point + &
       equations*entries*bytes_of_entry*matrices)/megabyte, 2)//' MB with PETSC'
     if (.not. is_divided_as_built(model%analysis)) text = text//'; '// &
-      short_text(model%state%points%count*bytes_of_point/megabyte, 2)//' MB of points while the model is built whole'
+      rounded_text(model%state%points%count*bytes_of_point/megabyte, 2)//' MB of points while the model is built whole'
   end function memory_text
 end module qsmpm_plan_ranks

@@ -5,15 +5,17 @@ module qsmpm_rounded_text
   implicit none
   private
 
-  public :: rounded_text
+  public :: rounded_text, rounded_place
+
+  !> Share of the largest number above which rounding would leave the range.
+  real(wp), parameter :: nearly_all = 0.99_wp
 
 contains
 
   !> A number in four significant digits at the most, or as many as are asked for.
   pure function rounded_text(value, digits) result(text)
-    !> Finite.
     real(wp), intent(in) :: value
-    !> 2 to 9.
+    !> 1 to 9.
     integer, intent(in), optional :: digits
     character(len=:), allocatable :: text
     character(len=16) :: buffer, form
@@ -21,8 +23,25 @@ contains
 
     form = '(es16.3e3)'
     if (present(digits)) write (form, '(a,i1,a)') '(es16.', digits - 1, 'e3)'
-    write (buffer, form) value
-    read (buffer, *) rounded
+    rounded = value
+    if (abs(value) < nearly_all*huge(value)) then
+      write (buffer, form) value
+      read (buffer, *) rounded
+    end if
     text = real_text(rounded)
   end function rounded_text
+
+  !> Coordinates in parentheses.
+  pure function rounded_place(place) result(text)
+    !> (dimension)
+    real(wp), intent(in) :: place(:)
+    character(len=:), allocatable :: text
+    integer :: d
+
+    text = '('//rounded_text(place(1))
+    do d = 2, size(place)
+      text = text//', '//rounded_text(place(d))
+    end do
+    text = text//')'
+  end function rounded_place
 end module qsmpm_rounded_text

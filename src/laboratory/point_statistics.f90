@@ -2,7 +2,8 @@
 module qsmpm_point_statistics
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type
-  use qsmpm_number_text, only: integer_text, short_text
+  use qsmpm_number_text, only: integer_text
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_point_curves, only: laboratory_type, laboratory_values
   use qsmpm_point_driver, only: point_type
   use qsmpm_point_test, only: point_test_type
@@ -78,7 +79,7 @@ contains
     do i = 1, 3
       if (statistics%compared(i) == 0) cycle
       if (len(text) > 0) text = text//', '
-      text = text//short_text(statistics%worst(i), 2)//' in '//integer_text(statistics%compared(i))//trim(' '// &
+      text = text//rounded_text(statistics%worst(i), 2)//' in '//integer_text(statistics%compared(i))//trim(' '// &
         kinds(i))// &
         trim(merge(' step ', ' steps', statistics%compared(i) == 1))//' (step '// &
           integer_text(statistics%worst_step(i))//')'
@@ -122,8 +123,8 @@ contains
     type(laboratory_type) :: values
 
     values = laboratory_values(test, point)
-    text = 'axial strain '//short_text(values%axial_strain, 5)//', volumetric '// &
-      short_text(values%volumetric_strain, 5)//', shear '//short_text(values%shear_strain, 5)//', p '// &
-      short_text(values%p + 0.0_wp, 6)//', q '//short_text(values%q, 6)
+    text = 'axial strain '//rounded_text(values%axial_strain, 5)//', volumetric '// &
+      rounded_text(values%volumetric_strain, 5)//', shear '//rounded_text(values%shear_strain, 5)//', p '// &
+      rounded_text(values%p + 0.0_wp, 6)//', q '//rounded_text(values%q, 6)
   end function state_text
 end module qsmpm_point_statistics

@@ -19,7 +19,7 @@ module qsmpm_cut_cell_check
   use qsmpm_exchange, only: spread_from
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_team, only: largest, smallest
-  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_rounded_text, only: rounded_text, rounded_place
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_integration, only: integration_type, place_of
@@ -224,7 +224,7 @@ contains
     if (check%share > told_from) curable = is_curable(model, check%place)
     if (level_of(check%share, curable) <= check%level) return
     check%level = level_of(check%share, curable)
-    call observer%note(prefix(check%level)//violation_text(check%share)//', most at '//place_text(check%place)// &
+    call observer%note(prefix(check%level)//violation_text(check%share)//', most at '//rounded_place(check%place)// &
       ': stresses in these cells are off by several times as much, those within are not; '//trim(merge( &
       'take INTEGRATION=CELL, which follows the outline of elastic bodies', &
       'cells of half the size halve it                                   ', curable)))
@@ -320,20 +320,4 @@ contains
     text = 'the integration of cells that a body cuts is '//rounded_text(100.0_wp*share, 3)// &
       ' % off over its outline'
   end function violation_text
-
-  !> A place in parentheses.
-  function place_text(place) result(text)
-    real(wp), intent(in) :: place(:)
-    character(len=:), allocatable :: text
-    character(len=40) :: buffer
-    integer :: a
-
-    text = '('
-    do a = 1, size(place)
-      write (buffer, '(es11.4)') place(a)
-      if (a > 1) text = text//', '
-      text = text//trim(adjustl(buffer))
-    end do
-    text = text//')'
-  end function place_text
 end module qsmpm_cut_cell_check

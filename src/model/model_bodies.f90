@@ -30,7 +30,7 @@ module qsmpm_model_bodies
   use qsmpm_polyhedron, only: polyhedron_volume
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_team, only: team_type, total
-  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_rounded_text, only: rounded_text, rounded_place
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -348,24 +348,51 @@ contains
     type(seed_table_type), intent(in) :: table
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: volumes(model%mesh%cell_count), held(model%mesh%cell_count)
+    character(len=:), allocatable :: text
     integer :: last, p
 
     call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
     last = size(model%analysis%bodies)
     held = held_by(table, model%analysis%bodies%active)
-    if (any(held > overfull*volumes)) call add_diagnostic(diagnostics, model%analysis%bodies(last)%where, '*BODY', &
-      'bodies overlap: an element holds more material than its volume')
+    text = overlap_text(model, table, model%analysis%bodies%active, held/volumes, '')
+    if (len(text) > 0) call add_diagnostic(diagnostics, model%analysis%bodies(last)%where, '*BODY', text)
     if (any(held > 0.0_wp .and. held < cut*volumes)) call report_inexact(model)
     if (.not. has_stages(model%analysis)) return
     do p = 1, size(model%analysis%phases)
-      associate (phase => model%analysis%phases(p))
+      associate (phase => model%analysis%phases(p), active => bodies_active(model%analysis, p))
         if (size(phase%activations) == 0) cycle
-        held = held_by(table, bodies_active(model%analysis, p))
-        if (any(held > overfull*volumes)) call add_diagnostic(diagnostics, phase%activations(1)%where, '*ACTIVATE', &
-          "bodies overlap in phase '"//phase%name//"': an element holds more material than its volume")
+        text = overlap_text(model, table, active, held_by(table, active)/volumes, " in phase '"//phase%name//"'")
+        if (len(text) > 0) call add_diagnostic(diagnostics, phase%activations(1)%where, '*ACTIVATE', text)
       end associate
     end do
   end subroutine check_overlap
+
+  !> Which bodies overlap most, and where; empty where none do.
+  pure function overlap_text(model, table, active, filled, when) result(text)
+    type(model_type), intent(in) :: model
+    type(seed_table_type), intent(in) :: table
+    !> Bodies that are there (bodies); what cells hold over their volumes (cells).
+    logical, intent(in) :: active(:)
+    real(wp), intent(in) :: filled(:)
+    character(len=*), intent(in) :: when
+    character(len=:), allocatable :: text
+    real(wp) :: middle(model%mesh%dimension)
+    integer :: cell, first, second, b
+
+    text = ''
+    if (all(filled <= overfull)) return
+    cell = maxloc(filled, dim=1)
+    first = maxloc(table%volume(cell, :), dim=1, mask=active)
+    second = maxloc(table%volume(cell, :), dim=1, mask=active .and. [(b /= first, b=1, size(active))])
+    associate (nodes => model%mesh%cell_nodes(model%mesh%cell_first(cell):model%mesh%cell_first(cell + 1) - 1))
+      middle = sum(model%mesh%coordinates(:, nodes), dim=2)/size(nodes)
+    end associate
+    text = 'bodies '
+    if (second > 0) text = "bodies '"//model%analysis%bodies(first)%name//"' and '"// &
+      model%analysis%bodies(second)%name//"' "
+    text = text//'overlap'//when//' around '//rounded_place(middle)//': an element holds '// &
+      rounded_text(filled(cell), 3)//' times its volume'
+  end function overlap_text
 
   !> Note that the points do not integrate the functions of cut cells: figures of a turned block under uniform pressure
   !> (verification/cases/turned_block.toml).

@@ -4,7 +4,8 @@ module qsmpm_display
   use qsmpm_kinds, only: wp
   use qsmpm_clock, only: clock_type, start_clock, wall_seconds
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: duration_text, integer_text, short_text
+  use qsmpm_number_text, only: duration_text, integer_text
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_observer, only: step_record_type
   use qsmpm_posix, only: terminal_width, write_descriptor
   use qsmpm_term_share, only: share_named, damping_share, stabilisation_share
@@ -179,12 +180,12 @@ contains
     real(wp) :: damping
 
     associate (progress => model%state%progress)
-      text = phase_text(model)//', load factor '//short_text(progress%load_factor, 5)// &
+      text = phase_text(model)//', load factor '//rounded_text(progress%load_factor, 5)// &
         ', step '//integer_text(progress%step)//', '//integer_text(record%iterations)// &
-        ' iterations, out of balance '//short_text(record%out_of_balance, 2)// &
-        ', stabilisation '//short_text(share_named(record%shares, stabilisation_share), 2)
+        ' iterations, out of balance '//rounded_text(record%out_of_balance, 2)// &
+        ', stabilisation '//rounded_text(share_named(record%shares, stabilisation_share), 2)
       damping = share_named(record%shares, damping_share)
-      if (abs(damping) > 0.0_wp) text = text//', damping '//short_text(damping, 2)
+      if (abs(damping) > 0.0_wp) text = text//', damping '//rounded_text(damping, 2)
     end associate
   end function step_text
 

@@ -5,7 +5,8 @@ module qsmpm_error_report
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: basis_standard, basis_fem, basis_gimp, integrate_points
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: integer_text, short_text
+  use qsmpm_number_text, only: integer_text
+  use qsmpm_rounded_text, only: rounded_text, rounded_place
   use qsmpm_layer_interfaces, only: interface_type, find_interfaces
   use qsmpm_recommended_method, only: stiff_body
   use qsmpm_stress_error, only: stress_error_type
@@ -59,8 +60,8 @@ contains
     character(len=:), allocatable :: text
 
     text = 'largest '//percent(estimate%largest)//' at material point '//integer_text(estimate%worst_point)//' at '// &
-      place_text(estimate%worst_place(:model%mesh%dimension))//', relative to a stress of '// &
-      short_text(estimate%worst_scale, 3)//' around it'
+      rounded_place(estimate%worst_place(:model%mesh%dimension))//', relative to a stress of '// &
+      rounded_text(estimate%worst_scale, 3)//' around it'
   end function worst_point_text
 
   !> The surface where stress and traction differ most, by how much, and where on all surfaces they differ most.
@@ -71,7 +72,7 @@ contains
 
     text = "'"//model%analysis%surfaces(estimate%worst_surface)%name//"' mean "//percent(estimate%surface_mean)// &
       ', largest '//percent(estimate%surface_largest)//' at '// &
-      place_text(estimate%surface_place(:model%mesh%dimension))
+      rounded_place(estimate%surface_place(:model%mesh%dimension))
   end function worst_surface_text
 
   !> What to do about it.
@@ -106,20 +107,6 @@ contains
     real(wp), intent(in) :: share
     character(len=:), allocatable :: text
 
-    text = short_text(100.0_wp*share, 2)//' %'
+    text = rounded_text(100.0_wp*share, 2)//' %'
   end function percent
-
-  !> Coordinates in parentheses.
-  pure function place_text(place) result(text)
-    !> The place (dimension).
-    real(wp), intent(in) :: place(:)
-    character(len=:), allocatable :: text
-    integer :: j
-
-    text = '('//short_text(place(1), 4)
-    do j = 2, size(place)
-      text = text//', '//short_text(place(j), 4)
-    end do
-    text = text//')'
-  end function place_text
 end module qsmpm_error_report

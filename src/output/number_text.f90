@@ -7,8 +7,7 @@ module qsmpm_number_text
   implicit none
   private
 
-  public :: integer_text, real_text, short_text, seconds_text, duration_text, numbered, &
-    without_last_newline
+  public :: integer_text, real_text, seconds_text, duration_text, numbered, without_last_newline
 
 contains
 
@@ -53,23 +52,6 @@ contains
       text = '-inf'
     end if
   end function special_text
-
-  !> A real for people, in about `digits` digits.
-  pure function short_text(value, digits) result(text)
-    real(wp), intent(in) :: value
-    !> Significant digits wanted, 1 to 9.
-    integer, intent(in) :: digits
-    character(len=:), allocatable :: text
-    character(len=32) :: buffer
-    real(wp) :: rounded
-
-    rounded = value
-    if (abs(value) < 0.99_wp*huge(value)) then
-      write (buffer, '(es32.'//integer_text(digits - 1)//'e3)') value
-      read (buffer, *) rounded
-    end if
-    text = real_text(rounded)
-  end function short_text
 
   !> Seconds with three decimals.
   pure function seconds_text(seconds) result(text)

@@ -11,7 +11,8 @@ module qsmpm_summary
   use qsmpm_file, only: read_text, write_text
   use qsmpm_limit_load, only: limit_loads
   use qsmpm_model, only: model_type, phase_end_type
-  use qsmpm_number_text, only: integer_text, real_text, short_text
+  use qsmpm_number_text, only: integer_text, real_text
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_phase_ends, only: end_of_phase, factor_of_phase, has_start_move, start_move
   use qsmpm_text, only: string_type, json_string, read_real, split
   use qsmpm_unfinished_phases, only: is_loss
@@ -198,8 +199,8 @@ contains
       ended = shown_end(model, p, outcome)
       factor = factor_of_phase(model%state%progress, p)
       text = text//newline//line_of(name_of(analysis, p), reason_of(ended, rows(p)%steps, factor), &
-        short_text(rows(p)%load_factor, 4), integer_text(rows(p)%steps), integer_text(rows(p)%iterations), &
-        short_text(rows(p)%out_of_balance, 2), short_text(ended%displacement, 4))//factor_text(factor)
+        rounded_text(rows(p)%load_factor, 4), integer_text(rows(p)%steps), integer_text(rows(p)%iterations), &
+        rounded_text(rows(p)%out_of_balance, 2), rounded_text(ended%displacement, 4))//factor_text(factor)
     end do
   end subroutine summary_table
 
@@ -209,7 +210,7 @@ contains
     character(len=:), allocatable :: text
 
     text = ''
-    if (factor(1) > 0.0_wp) text = '  '//short_text(factor(1), 5)//' to '//short_text(factor(2), 5)
+    if (factor(1) > 0.0_wp) text = '  '//rounded_text(factor(1), 5)//' to '//rounded_text(factor(2), 5)
   end function factor_text
 
   !> A line of the table.

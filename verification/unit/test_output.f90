@@ -13,7 +13,8 @@ module test_output
   use qsmpm_file, only: read_text, file_exists
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: real_text, short_text, duration_text, numbered
+  use qsmpm_number_text, only: real_text, duration_text, numbered
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_observer, only: step_record_type
   use qsmpm_point_boxes, only: box_corners
   use qsmpm_pictures, only: write_points_picture
@@ -79,8 +80,8 @@ contains
     call tests%check('a real written for a table reads back as the same bits', same)
     call tests%check('a tenth is written in few digits', real_text(0.1_wp) == '0.1')
     call tests%check('one is written without an exponent', real_text(1.0_wp) == '1')
-    call tests%check('a small share is short', short_text(0.00123456_wp, 2) == '0.0012')
-    call tests%check('a tiny share has an exponent', short_text(1.5e-7_wp, 2) == '1.5e-7')
+    call tests%check('a small share is short', rounded_text(0.00123456_wp, 2) == '0.0012')
+    call tests%check('a tiny share has an exponent', rounded_text(1.5e-7_wp, 2) == '1.5e-7')
     call tests%check('an hour and a half', duration_text(5400.0_wp) == '1:30 h')
     call tests%check('step numbers have six digits', numbered(42) == '000042')
     call tests%check('step numbers may grow', numbered(12345678) == '12345678')
