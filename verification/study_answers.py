@@ -184,7 +184,9 @@ def main() -> int:
         endings.append(f"- {scene.name}: {scene.deck}, `{scene.history}`; truth: {scene.source}. Ended: {search.ending}."
                        + "".join(f" {note}." for note in (answer.notes if answer else ())))
     print(table(HEADER, rows))
-    held = f"The band holds the answer in {sum(row[7] == 'yes' for row in rows)} of {sum(row[7] != '-' for row in rows)} scenes."
+    known = [row for scene, row in zip(chosen, rows) if math.isfinite(scene.truth)]
+    none = sum(row[2] == "none" for row in known)
+    held = f"The band holds the truth in {sum(row[7] == 'yes' for row in known)} of {len(known)} scenes that have one; {none} got no answer."
     print(held)
     print("\n".join(endings))
     if words.markdown:

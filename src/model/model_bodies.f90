@@ -383,7 +383,8 @@ contains
     if (all(filled <= overfull)) return
     cell = maxloc(filled, dim=1)
     first = maxloc(table%volume(cell, :), dim=1, mask=active)
-    second = maxloc(table%volume(cell, :), dim=1, mask=active .and. [(b /= first, b=1, size(active))])
+    second = maxloc(table%volume(cell, :), dim=1, mask=active .and. table%volume(cell, :) > 0.0_wp .and. &
+      [(b /= first, b=1, size(active))])
     associate (nodes => model%mesh%cell_nodes(model%mesh%cell_first(cell):model%mesh%cell_first(cell + 1) - 1))
       middle = sum(model%mesh%coordinates(:, nodes), dim=2)/size(nodes)
     end associate

@@ -14,7 +14,7 @@ module test_output
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: real_text, duration_text, numbered
-  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_rounded_text, only: rounded_text, rounded_place
   use qsmpm_observer, only: step_record_type
   use qsmpm_point_boxes, only: box_corners
   use qsmpm_pictures, only: write_points_picture
@@ -82,6 +82,8 @@ contains
     call tests%check('one is written without an exponent', real_text(1.0_wp) == '1')
     call tests%check('a small share is short', rounded_text(0.00123456_wp, 2) == '0.0012')
     call tests%check('a tiny share has an exponent', rounded_text(1.5e-7_wp, 2) == '1.5e-7')
+    call tests%check('the largest number is not rounded beyond itself', index(rounded_text(huge(1.0_wp), 2), '1.79') == 1)
+    call tests%check('a place has commas and four digits', rounded_place([1.23456_wp, -2.0_wp]) == '(1.235, -2)')
     call tests%check('an hour and a half', duration_text(5400.0_wp) == '1:30 h')
     call tests%check('step numbers have six digits', numbered(42) == '000042')
     call tests%check('step numbers may grow', numbered(12345678) == '12345678')

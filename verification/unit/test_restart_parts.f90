@@ -197,7 +197,7 @@ contains
     character(len=*), parameter :: wide = 'X, -6, 12, 36|Y, -4, 5, 18|'
     class(state_type), allocatable :: written
     class(model_type), allocatable :: model, fresh
-    type(error_type), allocatable :: error
+    type(error_type), allocatable :: error, failure
     type(reader_type) :: reader
 
     allocate (model, fresh)
@@ -218,8 +218,11 @@ contains
     call build(fresh, wide)
     call read_divided(reader, '', .true., team_type(), written%points%count + written%inactive%points%count + &
       written%inactive%unloading%count, fresh, error)
-    call close_reader(reader, error)
-    call tests%check('and where a team shares it', all(whole_cells(fresh, fresh%state%points%cell) == &
+    call close_reader(reader, failure)
+    call tests%check('a team reads it', .not. (allocated(error) .or. allocated(failure)) .and. &
+      fresh%state%points%count == written%points%count)
+    if (fresh%state%points%count /= written%points%count) return
+    call tests%check('with its points in their cells', all(whole_cells(fresh, fresh%state%points%cell) == &
       whole_cells(model, written%points%cell)))
     call check_windowed(tests, path, wide)
     call write_parts(path, written, error, wrong=1000)

@@ -13,6 +13,7 @@ module test_scene
   use qsmpm_reduction, only: expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, reduce_column, &
     reduce_mirror
   use qsmpm_scene, only: reduce_scene
+  use qsmpm_sharing_limits, only: refuse_sharing
   use deck_samples, only: joined
   use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, pressed_slice, pressed_layers, &
     pressed_twins, pressed_figure, changed, outcome, reduced, turned_facets, &
@@ -48,6 +49,7 @@ contains
   subroutine check_unknown(tests)
     type(tests_type), intent(inout) :: tests
     type(analysis_type) :: analysis, model
+    class(model_type), allocatable :: built
     type(message_list_type) :: messages
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
@@ -65,6 +67,11 @@ contains
     call tests%check('with a card that nobody knows nothing is reduced', size(expansion%steps) == 0 .and. &
       .not. any(checks%possible))
     call tests%check('and it is said: '//checks(1)%reason, index(checks(1)%reason, '*ANCHOR is not known') > 0)
+    allocate (built)
+    call build_model(model, built, error)
+    if (.not. allocated(error)) call refuse_sharing(built, 2, error)
+    call tests%check('several processes refuse it', allocated(error))
+    if (allocated(error)) call tests%check('by name: '//error%message, index(error%message, '*ANCHOR') > 0)
     call parse_deck('twins.inp', joined(twin_deck()), analysis, messages, error)
     analysis%histories(1)%quantity = huge(1)
     call tests%check('nor with a history of an unknown quantity', index(not_carried(analysis), '*HISTORY') == 1)

@@ -11,11 +11,12 @@
 !>   begin                when the step takes place, damping and fading of numerical terms
 !>   set_load             loads as they stand at a fraction of the phase: that of the start, then that of the end
 !>   evaluate, judge, add_force, add_blocks, ...   for each trial displacement
+!>   keep_nodal           when there is equilibrium, before points move and nodes are numbered anew
 !>   commit or discard    exactly once, when the solve is taken or not
 !>
 !> What a term holds is parameters and scratch. What it keeps from step to step (multipliers, a history) it lays into
-!> `model%state%kept` under a name of its own (`start`) and changes in `commit` alone: checkpoint, restart file and a
-!> step that is cut then bring it back without knowing it.
+!> `model%state%kept` under a name of its own (`start`) and changes in `keep_nodal` and `commit` alone:
+!> checkpoint, restart file and a step that is cut then bring it back without knowing it.
 !>
 !> A term that needs fields beside the displacement names them (`need_field`): they are then unknowns of the step
 !> (qsmpm_nodal_fields), `prescribe` gives their values where they are known, and the term gets the table of all
@@ -351,8 +352,9 @@ contains
     share = share_of_load(self%share_name, force, load_norm)
   end subroutine measure_by_load
 
-  !> The solve is taken, and nodes are still numbered as in `prepare`: what the term keeps by node follows here, and is
-  !> carried when they are numbered anew. Nothing, unless extended.
+  !> The solve is in equilibrium, and nodes are numbered as in `prepare`: what the term keeps by node follows here, goes
+  !> with the nodes when they get other numbers, and is put back where the solve is not taken after all (a point that
+  !> leaves the mesh). Nothing, unless extended.
   subroutine keep_no_nodal(self, displacement, kept)
     class(term_type), intent(in) :: self
     !> (components, nodes)
