@@ -42,8 +42,8 @@ contains
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')
     call add_k0_keyword(table)
     call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points '// &
-      'of a cell share one pressure. For flow at constant volume and nearly incompressible '// &
-      'elasticity; it costs accuracy where the pressure varies smoothly.', locking_fields, &
+      'of a cell share one pressure. For flow at constant volume, nearly incompressible elasticity, '// &
+      'and soil under rigid bodies; it costs accuracy where the pressure varies smoothly.', locking_fields, &
       '*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE, FACTOR=0.5')
     call add_user_material_keywords(table)
     call add_strength_constants_keyword(table)

@@ -258,7 +258,7 @@ contains
   subroutine choose_locking_treatments(model)
     type(model_type), intent(inout) :: model
     type(law_description_type) :: traits
-    logical :: smooth, linear
+    logical :: smooth, linear, pressed
     integer :: m
 
     call settle_grid(model)
@@ -266,11 +266,14 @@ contains
     ! Quadratic triangles that fit the ground lock least of all with one pressure a cell, linear or not.
     linear = (all(element_order(model%mesh%cell_kind) == 1) .or. model%analysis%mesh%kind == mesh_fitted) .and. &
       (.not. smooth .or. model%analysis%method%basis == basis_gimp)
+    ! Beside a rigid body splines lock by more than one pressure a cell costs: strip footing +15 % without, +7 % with.
+    pressed = size(model%analysis%rigid_bodies) > 0
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
         traits = traits_of(material)
         if (material%locking_treatment == locking_auto) then
-          material%locking_treatment = merge(locking_uniform_pressure, locking_none, locks(traits, linear))
+          material%locking_treatment = merge(locking_uniform_pressure, locking_none, locks(traits, &
+            linear .or. pressed))
           if (material%locking_treatment == locking_none .and. traits%failure_ties_volume) model%notes = model%notes// &
             "material '"//material%name//"': no treatment of locking (*VOLUMETRIC LOCKING); a warning follows "// &
             'where its pressures show that it locks'//new_line('a')
