@@ -1,5 +1,5 @@
 # The program qsmpm-mpi: the objects of `qsmpm` and of its library, but for those that are of one process alone
-# (src/parallel/alone, src/algebra/no_petsc), in whose place come those that use MPI and PETSc. Nothing else is compiled,
+# (src/parallel/alone, src/solver/no_petsc), in whose place come those that use MPI and PETSc. Nothing else is compiled,
 # and the sequential MUMPS with its empty MPI must not be linked beside the real ones.
 if(NOT TARGET qsmpm_program)
   message(FATAL_ERROR "QSMPM_MPI=ON builds a program: it wants QSMPM_PROGRAM=ON")
@@ -12,7 +12,8 @@ foreach(name dmumps smumps)
   mark_as_advanced(MUMPS_${name}_LIBRARY)
 endforeach()
 
-file(GLOB parallel_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/parallel/mpi/* ${PROJECT_SOURCE_DIR}/src/algebra/petsc/*)
+file(GLOB parallel_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/parallel/mpi/*.f90 ${PROJECT_SOURCE_DIR}/src/solver/petsc/*.f90
+  ${PROJECT_SOURCE_DIR}/src/solver/petsc/*.c)
 add_library(qsmpm_parallel OBJECT ${parallel_sources})
 set_target_properties(qsmpm_parallel PROPERTIES Fortran_MODULE_DIRECTORY ${PROJECT_BINARY_DIR}/modules)
 target_include_directories(qsmpm_parallel SYSTEM PRIVATE ${PETSC_INCLUDE_DIRS})
@@ -25,7 +26,7 @@ list(APPEND parallel_libraries PkgConfig::PETSC ${MUMPS_dmumps_LIBRARY} ${MUMPS_
 # parallel_program(NAME PROGRAM): what PROGRAM is with one process, NAME is with many.
 function(parallel_program name program)
   add_executable(${name} $<TARGET_OBJECTS:${program}> $<TARGET_OBJECTS:qsmpm_parallel>
-    $<FILTER:$<TARGET_OBJECTS:qsmpm>,EXCLUDE,/parallel/alone/|/algebra/no_petsc/>)
+    $<FILTER:$<TARGET_OBJECTS:qsmpm>,EXCLUDE,/parallel/alone/|/solver/no_petsc/>)
   set_target_properties(${name} PROPERTIES LINKER_LANGUAGE Fortran RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
   target_link_libraries(${name} PRIVATE ${parallel_libraries})
   get_target_property(options ${program} LINK_OPTIONS)

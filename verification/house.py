@@ -10,8 +10,12 @@ import re
 import sys
 
 TOP = pathlib.Path(__file__).resolve().parents[1]
-FLOORS = ["base", "parallel", "elements", "geometry", "fitting", "mesh", "materials", "problem", "points", "basis", "algebra", "model", "estimate",
-          "method", "reduction", "deck", "output", "laboratory", "api"]
+# Rooms in the order of use. Rooms of one floor may use one another: the model between two steps and its parts.
+FLOORS = [["base"], ["parallel"], ["elements"], ["geometry"], ["fitting"], ["mesh"], ["materials"], ["problem"], ["particles"], ["basis"], ["solver"],
+          ["model", "surfaces", "contact", "initial", "water", "stages", "safety", "distribution"], ["estimate"], ["assembly"], ["terms"], ["step"],
+          ["phases"], ["reduction"], ["deck"], ["output"], ["laboratory"], ["api"]]
+ROOMS = [name for row in FLOORS for name in row]
+MOST_FILES = 30
 LONGEST_LINE = 120
 LONGEST_FILE = 600
 FORBIDDEN = {
@@ -25,7 +29,40 @@ FORBIDDEN = {
 
 def floor(path: pathlib.Path) -> int:
     """Place of a source's folder in the order of use."""
-    return FLOORS.index(path.relative_to(TOP / "src").parts[0])
+    return next(i for i, row in enumerate(FLOORS) if path.relative_to(TOP / "src").parts[0] in row)
+
+
+def first_sentence(path: pathlib.Path) -> str:
+    """What the head of a module says first."""
+    head = []
+    for line in path.read_text().splitlines():
+        if not line.startswith("!>") or (head and not line[2:].strip()):
+            break
+        head.append(line[2:].strip())
+    return re.split(r"(?<=[.?])(?<!e\.g\.)(?<!eq\.)(?<!eqs\.)\s", " ".join(head) + " ")[0].rstrip(":")
+
+
+def listed(folder: pathlib.Path) -> str:
+    """The README of a folder with its files in a sentence each."""
+    text = (folder / "README.md").read_text().split("\n## Files\n")[0].rstrip("\n") if (folder / "README.md").is_file() else f"# {folder.name}"
+    files = [path for path in sorted(folder.glob("*.f90"))]
+    return text + "\n\n## Files\n" + "".join(f"- `{path.name}`: {first_sentence(path)}\n" for path in files)
+
+
+def source_folders() -> list[pathlib.Path]:
+    """Folders of src/ with Fortran sources of the library."""
+    return sorted({path.parent for path in (TOP / "src").glob("*/**/*.f90")} - {TOP / "src/api/include"})
+
+
+def crowded_or_unlisted() -> list[str]:
+    """Folders with too many files, or whose README does not list them as they are."""
+    found = []
+    for folder in source_folders():
+        name, files = folder.relative_to(TOP), list(folder.glob("*.f90"))
+        found += [f"{name}: {len(files)} files"] if len(files) > MOST_FILES else []
+        readme = folder / "README.md"
+        found += [] if readme.is_file() and readme.read_text() == listed(folder) else [f"{name}/README.md: verification/house.py --readmes writes it"]
+    return found
 
 
 def state_of(text: str) -> list[tuple[int, str]]:
@@ -69,9 +106,9 @@ def components_of(path: str, kind: str) -> list[str]:
 
 def unnamed_state() -> list[str]:
     """Components of the state that the tests of checkpoint and restart do not alter or do not compare: they know the
-    fields of what rides on the mesh by the lists of src/points/points.f90, and name the others."""
+    fields of what rides on the mesh by the lists of src/particles/points.f90, and name the others."""
     samples = (TOP / "verification/unit/state_samples.f90").read_text()
-    lists = (TOP / "src/points/points.f90").read_text().split("contains\n\n", 1)[1]
+    lists = (TOP / "src/particles/points.f90").read_text().split("contains\n\n", 1)[1]
     altering, comparing = samples.split("function state_differences", 1)
     # The number of places and the part of the grid belong to the arrays and to the mesh: compared, not altered.
     apart, found = {"count", "window"}, []
@@ -84,9 +121,9 @@ def unnamed_state() -> list[str]:
         found += [f"{path}: {kind}%{name} is not compared" for name in names
                   if len(re.findall(rf"\b[ab]%(?:\w+%)*{name}\b", comparing)) < 2]
     for kind in ("carried_type", "points_type", "surface_points_type", "watched_points_type"):
-        names = components_of("src/points/points.f90", kind)
-        found += [] if names else [f"src/points/points.f90: no type {kind}"]
-        found += [f"src/points/points.f90: {kind}%{name} is in no list of fields" for name in names
+        names = components_of("src/particles/points.f90", kind)
+        found += [] if names else [f"src/particles/points.f90: no type {kind}"]
+        found += [f"src/particles/points.f90: {kind}%{name} is in no list of fields" for name in names
                   if name not in apart and not re.search(rf"list%add\('\w+', self%{name},", lists)]
     return found
 
@@ -110,6 +147,9 @@ def lost_rooms() -> list[str]:
 
 
 def main() -> int:
+    if "--readmes" in sys.argv:
+        for folder in source_folders():
+            (folder / "README.md").write_text(listed(folder))
     # What is compiled by other compilers, in the program that uses the library, has rules of its own.
     sources = [path for path in sorted((TOP / "src").rglob("*.f90")) if path.parent.name != "include"]
     owner = {}
@@ -119,19 +159,21 @@ def main() -> int:
             owner[found[1].lower()] = path
     breaches: dict[str, list[str]] = {rule: [] for rule in [
         "one module or submodule a file, named as the file", "implicit none and private everywhere", "use with only everywhere",
-        "a folder uses only folders before it", f"lines of at most {LONGEST_LINE} columns, no tabs",
+        "a folder uses only folders before it, or of its floor", f"lines of at most {LONGEST_LINE} columns, no tabs",
         f"files of at most {LONGEST_FILE} lines", "no variable outlives a call",
         "the tests of the checkpoint know every component of the state",
         "routines that the theory names are where it says",
         "files that the mutants are drawn from exist",
-        "every room has its place in the order of use and a README of at most ten lines", *FORBIDDEN]}
+        "every room has its place in the order of use and a README whose head has at most ten lines",
+        f"folders of at most {MOST_FILES} files, each with a README that lists them", *FORBIDDEN]}
     breaches["the tests of the checkpoint know every component of the state"] = unnamed_state()
     breaches["routines that the theory names are where it says"] = lost_places()
     breaches["files that the mutants are drawn from exist"] = lost_rooms()
     rooms = sorted(path.name for path in (TOP / "src").iterdir() if path.is_dir())
-    breaches["every room has its place in the order of use and a README of at most ten lines"] = [
-        f"src/{name}" for name in rooms if name not in FLOORS or not (TOP / "src" / name / "README.md").is_file()
-        or len((TOP / "src" / name / "README.md").read_text().splitlines()) > 10]
+    breaches["every room has its place in the order of use and a README whose head has at most ten lines"] = [
+        f"src/{name}" for name in rooms if name not in ROOMS or not (TOP / "src" / name / "README.md").is_file()
+        or len((TOP / "src" / name / "README.md").read_text().split("\n## Files")[0].splitlines()) > 10]
+    breaches[f"folders of at most {MOST_FILES} files, each with a README that lists them"] = crowded_or_unlisted()
     for path in sources:
         text, name = path.read_text(), str(path.relative_to(TOP))
         library = path.name != "main.f90"
@@ -161,7 +203,7 @@ def main() -> int:
                     breaches["use with only everywhere"].append(where)
                 other = owner.get(used[1].lower())
                 if library and other and floor(other) > floor(path):
-                    breaches["a folder uses only folders before it"].append(where)
+                    breaches["a folder uses only folders before it, or of its floor"].append(where)
             if library:
                 for rule, pattern in FORBIDDEN.items():
                     if re.search(pattern, line if "marks" in rule else code):

@@ -41,15 +41,15 @@ COPIED = ["src", "cmake", "verification/unit", "verification/plugins", "verifica
           "tools/bench_solvers.f90"]
 # What holds the promise that a step is accepted in equilibrium or not at all: files by the start of their names.
 ROOMS = {
-    "step control": ["method/stepping", "method/step_", "method/load_step", "method/constant_load_test"],
-    "equilibrium": ["method/equilibrium", "method/field_balance"],
+    "step control": ["step/stepping", "step/step_", "step/load_step", "step/constant_load_test"],
+    "equilibrium": ["step/equilibrium", "step/field_balance"],
     "checkpoint": ["model/saved_places", "model/model_window", "api/snapshot"],
-    "convection": ["method/convection", "method/held_sides", "method/recovered_gradient", "method/nodal_fields", "points/point_location", "mesh/moving_rows"],
-    "phases": ["method/phase", "model/phase_start"],
-    "loads": ["method/terms/dead_loads", "method/terms/pressures", "method/terms/supports", "model/model_surfaces"],
-    "contact": ["method/contact_", "method/terms/contacts", "model/body_loads", "model/body_points", "model/contact_gaps", "method/penetration",
+    "convection": ["step/convection", "step/held_sides", "assembly/recovered_gradient", "step/nodal_fields", "particles/point_location", "mesh/moving_rows"],
+    "phases": ["phases/phase", "stages/phase_start"],
+    "loads": ["terms/dead_loads", "terms/pressures", "terms/supports", "surfaces/model_surfaces"],
+    "contact": ["terms/contact/", "phases/contact_report", "contact/body_loads", "contact/body_points", "contact/contact_gaps", "step/penetration",
                 "materials/confinement"],
-    "safety": ["method/safety_", "model/safety_", "materials/strength_factor"],
+    "safety": ["phases/safety_", "safety/", "materials/strength_factor"],
     "restart in parts": ["output/restart_parts", "output/restart_division"],
     "restart": ["output/restart", "base/hdf5_"],
 }

@@ -54,7 +54,7 @@ class Basis:
 
 
 BASES = (Basis("HEX8", 1, 1, 75, 0.6), Basis("SPLINE2", 1, 2, 316, 2.0))
-"""Rings of bodies without surfaces that are integrated at their points: half the degree, rounded up (src/model/division.f90)."""
+"""Rings of bodies without surfaces that are integrated at their points: half the degree, rounded up (src/distribution/division.f90)."""
 
 
 @dataclass(frozen=True)
