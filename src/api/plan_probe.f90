@@ -33,6 +33,8 @@ module qsmpm_plan_probe
   type :: trial_type
     !> Share of the planned steps; iterations of all attempts; processor seconds.
     real(wp) :: share = 0.0_wp, iterations = 0.0_wp, seconds = 0.0_wp
+    !> Of these the seconds before the first iteration: initial stresses, which come once.
+    real(wp) :: before = 0.0_wp
     !> It came to the end of the run, whether that was its last phase or the loss of one.
     logical :: ended = .false.
   end type trial_type
@@ -40,6 +42,8 @@ module qsmpm_plan_probe
   !> Stops a trial when its time is over.
   type, extends(silent_observer_type) :: trial_observer_type
     type(clock_type) :: clock
+    !> Seconds when it was asked for the first time; negative before.
+    real(wp) :: before = -1.0_wp
   contains
     procedure :: stop_requested => time_is_over
   end type trial_observer_type
@@ -50,7 +54,8 @@ contains
   logical function time_is_over(self)
     class(trial_observer_type), intent(inout) :: self
 
-    time_is_over = cpu_seconds(self%clock) > budget
+    if (self%before < 0.0_wp) self%before = cpu_seconds(self%clock)
+    time_is_over = cpu_seconds(self%clock) - self%before > budget
   end function time_is_over
 
   !> Steps that a run is planned to take, to the end of a phase.
@@ -94,6 +99,7 @@ contains
       if (allocated(error) .or. over) exit
     end do
     trial%seconds = cpu_seconds(observer%clock)
+    trial%before = max(0.0_wp, observer%before)
     trial%ended = is_finished(copy, loop) .or. (allocated(error) .and. .not. over)
     trial%share = 1.0_wp
     associate (progress => copy%state%progress, phases => copy%analysis%phases)
@@ -155,11 +161,11 @@ contains
     real(wp) :: range(2), estimate
     integer :: known
 
-    estimate = fine%seconds/fine%share
+    estimate = fine%before + (fine%seconds - fine%before)/fine%share
     known = merge(1, 3, fine%ended)
     if (.not. fine%ended .and. coarse%iterations > 0.0_wp) then
       known = merge(2, 3, coarse%ended)
-      estimate = fine%seconds/max(fine%iterations, 1.0_wp)*coarse%iterations/coarse%share
+      estimate = fine%before + (fine%seconds - fine%before)/max(fine%iterations, 1.0_wp)*coarse%iterations/coarse%share
     end if
     range = estimate*[least_over(known), most_over(known)] + [0.0_wp, beside]
     if (.not. fine%ended) range = max(range, fine%seconds)
