@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Run every command of the pages of docs/tutorial and look for what the pages show of its answer; close with N passed, M failed.
 
-    verification/tutorial.py [--pictures]
+    verification/tutorial.py [--pictures] [--howto]
 
 A command is an indented line that begins with `$`; the indented lines below it are pieces of what it says. `--pictures`
-copies the pictures the commands draw to docs/figures. Commands run in the top folder, as the reader types them.
+copies the pictures the commands draw to docs/figures; `--howto` runs the pages of docs/howto instead, two minutes. Commands run in the top folder, as the reader types them.
 """
 
 from __future__ import annotations
@@ -69,13 +69,15 @@ def main() -> int:
     """All pages, one after the other."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pictures", action="store_true")
+    parser.add_argument("--howto", action="store_true")
     words = parser.parse_args()
     passed = failed = 0
-    for page in sorted(PAGES.glob("*.md")):
+    pages = TOP / "docs" / "howto" if words.howto else PAGES
+    for page in sorted(pages.glob("*.md")):
         for command, shown in commands_of(page):
             good, bad = try_command(page.name, command, shown)
             passed, failed = passed + good, failed + bad
-    for deck in sorted(PAGES.glob("*.inp")):
+    for deck in sorted(pages.glob("*.inp")):
         short = len(deck.read_text(encoding="utf-8").splitlines()) <= 60
         print("" if short else f"MISSED {deck.name}: longer than 60 lines\n", end="")
         passed, failed = passed + short, failed + (not short)

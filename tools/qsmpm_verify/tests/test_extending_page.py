@@ -1,4 +1,4 @@
-"""docs/extending.md: its excerpts are those of the sources, its files are there."""
+"""docs/extending.md and the pages of docs/howto: their excerpts are those of the sources, their files are there."""
 
 import re
 import unittest
@@ -27,14 +27,19 @@ def first_missing(body: str, source: str) -> str:
 
 
 class ExtendingPage(unittest.TestCase):
-    """The page and the tree."""
+    """The pages and the tree."""
 
     text = (TOP / "docs" / "extending.md").read_text(encoding="utf-8")
+    howto = "\n".join(page.read_text(encoding="utf-8") for page in sorted((TOP / "docs" / "howto").glob("*.md")))
 
     def test_excerpts(self) -> None:
         """Every excerpt names a file of the tree and stands in it."""
-        excerpts = list(FENCE.finditer(self.text))
-        self.assertGreater(len(excerpts), 10)
+        for text, least in ((self.text, 10), (self.howto, 7)):
+            self.check_excerpts(list(FENCE.finditer(text)), least)
+
+    def check_excerpts(self, excerpts: list[re.Match[str]], least: int) -> None:
+        """Those of some pages."""
+        self.assertGreater(len(excerpts), least)
         for excerpt in excerpts:
             language, _, name = excerpt["head"].partition(" ")
             self.assertTrue(language and (TOP / name).is_file(), f"{excerpt['head']}: no file of the tree")
@@ -45,6 +50,7 @@ class ExtendingPage(unittest.TestCase):
         """Every file and folder that the page names is there."""
         names = set(NAMED.findall(self.text))
         self.assertGreater(len(names), 15)
+        names |= set(NAMED.findall(self.howto))
         self.assertEqual([name for name in sorted(names) if not (TOP / name).exists()], [])
 
     def test_comparison(self) -> None:
