@@ -3,7 +3,8 @@
 module qsmpm_layer_warnings
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
-  use qsmpm_analysis, only: analysis_type, basis_fem, body_type, body_box, body_polygon, mesh_grid, three_dimensional
+  use qsmpm_analysis, only: analysis_type, basis_fem, body_type, body_box, body_polygon, mesh_grid, &
+    mesh_fitted, three_dimensional
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_layer_interfaces, only: interface_type, find_interfaces
   use qsmpm_material_traits, only: may_yield, traits_of
@@ -39,7 +40,7 @@ contains
     if (size(found) == 0) return
     allocate (told(size(analysis%bodies)), source=.false.)
     do i = 1, size(found)
-      if (found(i)%axis == 0) notes = notes//cut_text(analysis, found(i))
+      if (found(i)%axis == 0 .and. analysis%mesh%kind /= mesh_fitted) notes = notes//cut_text(analysis, found(i))
       do k = 1, 2
         associate (body => found(i)%bodies(k), other => found(i)%bodies(3 - k))
           if (told(body) .or. .not. is_weaker(analysis, body, other)) cycle
@@ -136,7 +137,11 @@ contains
 
     text = ''
     figures = 'by 24, 10 and 4 % along a weak seam of one, two and three cells'
-    if (cuts) figures = 'by 56 and 22 % along a weak seam of one and two cells that lies across them'
+    if (analysis%mesh%kind == mesh_fitted) then
+      figures = 'by 2 % along a weak seam of one cell that triangles follow'
+    else if (cuts) then
+      figures = 'by 56 and 22 % along a weak seam of one and two cells that lies across them'
+    end if
     call measure(analysis, analysis%bodies(b), thick, cell, normal)
     if (.not. thick < (1.0_wp - 1.0e-6_wp)*fewest_cells*cell) return
     text = "warning: body '"//analysis%bodies(b)%name//"' is weaker than what it touches and "// &
