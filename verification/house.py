@@ -18,6 +18,7 @@ ROOMS = [name for row in FLOORS for name in row]
 MOST_FILES = 30
 LONGEST_LINE = 120
 LONGEST_FILE = 600
+LONGEST_PROSE = 160
 FORBIDDEN = {
     "no stop in the library": r"^\s*(error\s+)?stop\b",
     "no goto, common or equivalence": r"^\s*(go\s*to\b|common\s*/|equivalence\s*\()",
@@ -146,6 +147,41 @@ def lost_rooms() -> list[str]:
     return [start for start in starts if not any(path.startswith(start) for path in paths)] or ([] if starts else ["none"])
 
 
+def pages() -> list[pathlib.Path]:
+    """Pages that people write; those in docs/data and the references are written by commands."""
+    made = {"deck.md", "reference.md", "references.md"}
+    return [TOP / "README.md"] + [page for page in sorted((TOP / "docs").rglob("*.md")) if page.parent.name != "data" and page.name not in made]
+
+
+def long_prose() -> list[str]:
+    """Lines of pages that are too long and neither a row of a table nor code."""
+    found = []
+    for page in pages():
+        for number, line in enumerate(re.sub(r"^```.*?^```", lambda code: "\n" * code[0].count("\n"), page.read_text(), flags=re.M | re.S).splitlines(), 1):
+            if len(line) > LONGEST_PROSE and not line.lstrip().startswith("|") and not line.startswith("    "):
+                found.append(f"{page.relative_to(TOP)}:{number}: {len(line)} columns")
+    return found
+
+
+def anchors(page: pathlib.Path) -> set[str]:
+    """What the headings of a page are called in links."""
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-") for heading in re.findall(r"^#+ (.*)$", page.read_text(), re.M)}
+
+
+def lost_links() -> list[str]:
+    """Links of pages and READMEs to files, folders or headings that are not there."""
+    found = []
+    for page in [*sorted((TOP / "docs").rglob("*.md")), TOP / "README.md", *sorted((TOP / "src").rglob("README.md"))]:
+        for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"`[^`\n]*`", "", page.read_text())):
+            path, _, heading = target.partition("#")
+            if re.match(r"[a-z]+:", target):
+                continue
+            other = (page.parent / path).resolve() if path else page
+            if not other.exists() or heading and heading not in anchors(other):
+                found.append(f"{page.relative_to(TOP)}: {target}")
+    return found
+
+
 def main() -> int:
     if "--readmes" in sys.argv:
         for folder in source_folders():
@@ -165,7 +201,8 @@ def main() -> int:
         "routines that the theory names are where it says",
         "files that the mutants are drawn from exist",
         "every room has its place in the order of use and a README whose head has at most ten lines",
-        f"folders of at most {MOST_FILES} files, each with a README that lists them", *FORBIDDEN]}
+        f"folders of at most {MOST_FILES} files, each with a README that lists them",
+        f"prose of at most {LONGEST_PROSE} columns", "links of pages lead somewhere", *FORBIDDEN]}
     breaches["the tests of the checkpoint know every component of the state"] = unnamed_state()
     breaches["routines that the theory names are where it says"] = lost_places()
     breaches["files that the mutants are drawn from exist"] = lost_rooms()
@@ -173,6 +210,8 @@ def main() -> int:
     breaches["every room has its place in the order of use and a README whose head has at most ten lines"] = [
         f"src/{name}" for name in rooms if name not in ROOMS or not (TOP / "src" / name / "README.md").is_file()
         or len((TOP / "src" / name / "README.md").read_text().split("\n## Files")[0].splitlines()) > 10]
+    breaches[f"prose of at most {LONGEST_PROSE} columns"] = long_prose()
+    breaches["links of pages lead somewhere"] = lost_links()
     breaches[f"folders of at most {MOST_FILES} files, each with a README that lists them"] = crowded_or_unlisted()
     for path in sources:
         text, name = path.read_text(), str(path.relative_to(TOP))

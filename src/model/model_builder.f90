@@ -284,9 +284,9 @@ contains
         model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
           'locking, factor '//real_text(material%pressure_factor)//new_line('a')
-        if (pressed .and. traits%failure_ties_volume .and. .not. traits%failure_keeps_volume) model%notes = model%notes// &
-          "material '"//material%name//"' has friction: past failure loads of rigid bodies on it wave by 10 % and more"// &
-          ' as it heaves from cell to cell: their mean counts'//new_line('a')
+        if (pressed .and. traits%failure_ties_volume .and. .not. traits%failure_keeps_volume) &
+          model%notes = model%notes//"material '"//material%name//"' has friction: past failure loads of rigid "// &
+          'bodies on it wave by 10 % and more as it heaves from cell to cell: their mean counts'//new_line('a')
       end associate
     end do
   end subroutine choose_locking_treatments
