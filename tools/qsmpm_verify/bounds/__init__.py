@@ -8,6 +8,8 @@ strength    cohesion and friction at a factor of safety, Davis' reduction, stren
 lines       the drawn lines cut at each other
 triangles   triangles between the lines; halving of those that are marked
 model       the scene on triangles: weights, pore pressures, loads and supports of both ends of a phase
+contact     rigid bodies: tractions on them, and what jumps of velocity dissipate
+nodes       nodes of the upper bound, torn at the foot of a wall
 cone        stresses inside the cones of yield, by Clarabel
 upper       6-node triangles, linear strain
 lower       linear stresses, jumps across edges

@@ -52,6 +52,18 @@ class Balance:
 
 
 @dataclass(frozen=True)
+class Joint:
+    """Places between soil and rigid bodies: |t| <= a - n tan(delta) there, and n <= 0 where they part freely, both linear in the unknowns; tangents,
+    adhesions, which part."""
+
+    pull: sparse.csr_matrix
+    shear: sparse.csr_matrix
+    friction: Array
+    adhesion: Array
+    parts: Array
+
+
+@dataclass(frozen=True)
 class Answer:
     """The largest figure, what the solver says of it, stresses (points, 3), duals of equations and of cone heads, heads."""
 
@@ -84,7 +96,18 @@ def _cone_rows(cones: Yield, kind: Kind, unknowns: int) -> tuple[sparse.csr_matr
     return matrix, right
 
 
-def largest(balance: Balance, cones: Yield, kind: Kind) -> Answer:
+def _joint_rows(joint: Joint, unknowns: int) -> tuple[sparse.csr_matrix, Array]:
+    """Rows and right side: head and shear of each place in turn, then the pulls."""
+    count = len(joint.friction)
+    order = np.arange(2 * count).reshape(2, count).T.ravel()
+    rows = sparse.vstack([sparse.vstack([sparse.diags(joint.friction) @ joint.pull, -joint.shear]).tocsr()[order], joint.pull[joint.parts]])
+    wide = sparse.hstack([rows, sparse.csr_matrix((rows.shape[0], unknowns - rows.shape[1]))])
+    right = np.zeros(rows.shape[0])
+    right[: 2 * count : 2] = joint.adhesion
+    return sparse.csr_matrix(wide), right
+
+
+def largest(balance: Balance, cones: Yield, kind: Kind, joint: Joint | None = None) -> Answer:
     """The largest live load, margin or force."""
     try:
         import clarabel
@@ -98,6 +121,11 @@ def largest(balance: Balance, cones: Yield, kind: Kind) -> Answer:
         live = -balance.live if kind is Kind.LOAD else np.zeros(equations)
         matrix = sparse.hstack([matrix, sparse.csr_matrix(live[:, None])])
     rows, right = _cone_rows(cones, kind, unknowns)
+    kinds = [clarabel.ZeroConeT(equations), *[clarabel.SecondOrderConeT(3)] * len(cones.point)]
+    if joint is not None:
+        further, beside = _joint_rows(joint, unknowns)
+        rows, right = sparse.vstack([rows, further]), np.concatenate([right, beside])
+        kinds += [*[clarabel.SecondOrderConeT(2)] * len(joint.friction), clarabel.NonnegativeConeT(int(joint.parts.sum()))]
     whole = sparse.csc_matrix(sparse.vstack([matrix, rows]))
     figure = np.zeros(unknowns)
     if kind is Kind.FORCE:
@@ -109,10 +137,10 @@ def largest(balance: Balance, cones: Yield, kind: Kind) -> Answer:
     settings.verbose = False
     settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    kinds = [clarabel.ZeroConeT(equations), *[clarabel.SecondOrderConeT(3)] * len(cones.point)]
     empty = sparse.csc_matrix((unknowns, unknowns))
     found = clarabel.DefaultSolver(empty, figure, whole, np.concatenate([balance.dead, right]), kinds, settings).solve()
     x, z, s = np.array(found.x), np.array(found.z), np.array(found.s)
+    last = equations + 3 * len(cones.point)
     return Answer(
-        -float(found.obj_val), str(found.status), x[:stresses].reshape(-1, 3), z[:equations], z[equations::3], s[equations::3],
+        -float(found.obj_val), str(found.status), x[:stresses].reshape(-1, 3), z[:equations], z[equations:last:3], s[equations:last:3],
     )  # fmt: skip

@@ -90,6 +90,8 @@ def _ends_of_loads(scene: Scene, outlines: Array) -> Array:
             else:
                 sides = _pieces(surface.places[0], surface.places[1], ends)
                 found += [sides.reshape(-1, 2), crossings(np.vstack([sides, outlines]))]
+        for wall in scene.walls.values():
+            found += [wall.sides.reshape(-1, 2), crossings(np.vstack([wall.sides, outlines]))]
         for push in state.pushes.values():
             level = np.array([[(ends[0][0], push.height), (ends[1][0], push.height)]])
             found.append(crossings(np.vstack([level, outlines])))

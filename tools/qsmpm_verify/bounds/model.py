@@ -8,7 +8,7 @@ import numpy as np
 
 from qsmpm_verify.bounds.layout import body_of, extent_of
 from qsmpm_verify.bounds.lines import distance
-from qsmpm_verify.bounds.scene import Scene, State, Surface
+from qsmpm_verify.bounds.scene import Scene, State, Surface, Wall
 from qsmpm_verify.bounds.strength import Strength
 from qsmpm_verify.bounds.triangles import Triangles, numbered_edges
 from qsmpm_verify.results import Array
@@ -43,7 +43,8 @@ class Model:
     """Triangles with their gradients, edges, strengths, loads before and after, supports.
 
     `number` are the edges of a triangle, `sides` the triangles of an edge (-1: none), `normal` looks out of the first. `held` counts the
-    directions held on an edge, `direction` is the one where it is one; `pushed` is its velocity."""
+    directions held on an edge, `direction` is the one where it is one; `pushed` is its velocity, or that of the rigid body that it is
+    `touching`; `joint` has tangent of friction and adhesion there, at both ends."""
 
     mesh: Triangles
     area: Array
@@ -60,6 +61,8 @@ class Model:
     held: Array
     direction: Array
     pushed: Array
+    touching: Array
+    joint: Array
 
     def gradients(self) -> Array:
         """Of the three linear functions of each triangle: (n, 3, 2)."""
@@ -70,7 +73,7 @@ class Model:
 
     def free_axes(self) -> list[tuple[Array, Array]]:
         """Edges and unit vectors along which they are free: both axes of those not held, one of those held in one direction."""
-        free, one = np.flatnonzero(self.held == 0), np.flatnonzero(self.held == 1)
+        free, one = np.flatnonzero((self.held == 0) & ~self.touching), np.flatnonzero(self.held == 1)
         unit = np.eye(2)
         turned = np.stack([-self.direction[one, 1], self.direction[one, 0]], 1)
         return [(free, np.tile(unit[0], (len(free), 1))), (free, np.tile(unit[1], (len(free), 1))), (one, turned)]
@@ -212,6 +215,44 @@ class _Placed:
         return held, first, pushed
 
 
+    def on_wall(self, wall: Wall) -> Array:
+        """Outer edges on the sides of a rigid body that looks at them."""
+        a, b = wall.sides[:, 0], wall.sides[:, 1]
+        close = (distance(self.ends.reshape(-1, 2), a, b) <= self.near).reshape(-1, 2, len(a)).all(axis=1)
+        ahead = b - a
+        right = np.stack([ahead[:, 1], -ahead[:, 0]], 1)
+        found = self.outer & np.any(close & (self.normal @ right.T < 0), axis=1)
+        return np.asarray(found & self.on(wall.surface) if wall.surface else found)
+
+
+def touched(placed: _Placed, cohesion: Array, pore: Array, held: Array, pushed: Array) -> tuple[Array, Array]:
+    """Edges that rigid bodies touch, with tangent of friction and adhesion at both ends (edges, 2, 2); their velocity is put into `pushed`."""
+    touching, joint = np.zeros(len(held), dtype=bool), np.zeros((len(held), 2, 2))
+    first = placed.sides[:, 0]
+    for name, wall in placed.scene.walls.items():
+        edges = placed.on_wall(wall)
+        if not edges.any():
+            raise Trouble(f"*RIGID BODY, NAME={name}: it touches no face of the bodies as they are drawn")
+        if np.any(edges & (held > 0)):
+            raise Trouble(f"*RIGID BODY, NAME={name}: a face that it touches is held as well")
+        for end in range(2):
+            corner = np.argmax(placed.mesh.corners[first] == placed.edges[:, end][:, None], axis=1)
+            if np.any(pore[first, corner][edges] > 0.0):
+                raise Trouble(f"*RIGID BODY, NAME={name}: bounds take no water behind rigid bodies")
+            if wall.share is None:
+                joint[edges, end] = wall.friction, wall.adhesion
+            else:
+                for number, of in enumerate(placed.names):
+                    own = edges & (placed.body[first] == number)
+                    strength = placed.scene.materials[placed.scene.after.materials[of]].strength
+                    assert strength is not None
+                    joint[own, end, 0] = wall.share * np.tan(np.radians(strength.friction))
+                    joint[own, end, 1] = wall.share * cohesion[first, corner][own]
+        pushed[edges] = wall.velocity
+        touching |= edges
+    return touching, joint
+
+
 def model_of(scene: Scene, mesh: Triangles) -> Model:
     """The scene on triangles."""
     placed = _Placed(scene, mesh)
@@ -227,7 +268,9 @@ def model_of(scene: Scene, mesh: Triangles) -> Model:
     for number, strength in enumerate(strengths):
         cohesion[material == number] = strength.cohesions(places[material == number])
     held, direction, pushed = placed.supports()
+    after = placed.loads(scene.after)
+    touching, joint = touched(placed, cohesion, after.pore, held, pushed)
     return Model(
         mesh, mesh.areas(), placed.edges, placed.number, placed.sides, placed.normal, placed.length, material, strengths, cohesion,
-        placed.loads(scene.before), placed.loads(scene.after), held, direction, pushed,
+        placed.loads(scene.before), after, held, direction, pushed, touching, joint,
     )  # fmt: skip

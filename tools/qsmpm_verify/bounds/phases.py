@@ -26,6 +26,7 @@ class Phase:
     flow: str
     pushed: dict[tuple[str, str], float]
     initial: bool
+    moved: dict[str, tuple[float, float]]
 
 
 class Phases:
@@ -54,9 +55,10 @@ class Phases:
         )  # fmt: skip
         self.factor, self.flow, self.initial = factor, "MATERIAL", False
         self.pushed: dict[tuple[str, str], float] = {}
+        self.moved: dict[str, tuple[float, float]] = {}
         for card in cards[1:]:
             self.take(card)
-        phase = Phase(name, self.state, start, factor, head.value("TYPE") == "SAFETY", self.flow, self.pushed, self.initial)
+        phase = Phase(name, self.state, start, factor, head.value("TYPE") == "SAFETY", self.flow, self.pushed, self.initial, self.moved)
         self.done[name] = phase
         return phase
 
@@ -65,7 +67,7 @@ class Phases:
         words: dict[str, Callable[[Card], None]] = {
             "FIX": self.fix, "PRESCRIBE": self.prescribe, "GRAVITY": self.gravity, "TRACTION": self.traction, "PRESSURE": self.pressure,
             "WATER LEVEL": self.level, "SUPPORT": self.support, "ACTIVATE": self.activate, "DEACTIVATE": self.deactivate,
-            "CHANGE MATERIAL": self.change, "SAFETY": self.safety, "INITIAL": self.stresses,
+            "CHANGE MATERIAL": self.change, "SAFETY": self.safety, "INITIAL": self.stresses, "MOVE": self.move,
         }  # fmt: skip
         if card.keyword in words:
             words[card.keyword](card)
@@ -151,6 +153,14 @@ class Phases:
         only(card, FLOW=("MATERIAL", "DAVIS A", "DAVIS B"))
         self.flow = card.value("FLOW") or "MATERIAL"
 
+    def move(self, card: Card) -> None:
+        """The motion of a rigid body in the phase."""
+        body = self.known(card, name_of(card, "BODY"), self.reader.touching)
+        if float(card.value("ROTATION") or 0.0) != 0.0:
+            raise refuse(card, "bounds take bodies that do not turn")
+        x, y = numbers(card, card.data()[0], 2, 2)
+        self.moved[body] = (x, y)
+
     def stresses(self, card: Card) -> None:
         """Stresses at the start change no limit load; the loads of their phase act from its start."""
         self.initial = card.value("TYPE") not in (None, "KEEP")
@@ -192,10 +202,18 @@ def read_scene(deck: Deck, asked: str | None = None, factor: bool = False) -> Sc
     if (x != 0.0 or y > 0.0) and any(phase.state.water.values()):
         raise Trouble("*WATER LEVEL: bounds take water where gravity points along -y; turn the deck")
     start = phase.state if phase.initial else phase.start
-    fastest = max((abs(value) for value in phase.pushed.values()), default=1.0)
+    if reader.touching and safety:
+        raise Trouble("*RIGID BODY: bounds take rigid bodies that a phase moves, not factors of safety beside them")
+    fastest = max([abs(value) for value in phase.pushed.values()] + [float(np.hypot(*motion)) for motion in phase.moved.values()], default=1.0)
+    walls = {name: replace(reader.walls[name], velocity=_over(phase.moved.get(name, (0.0, 0.0)), fastest)) for name in sorted(reader.touching)}
     pushed = {} if safety else {place: value / fastest for place, value in phase.pushed.items()}
     return Scene(
         {name: places for name, places in reader.bodies.items() if name in phase.state.active}, reader.materials, reader.surfaces,
         reader.sets, start, phase.state, phase.name, phase.factor, safety, phase.flow, pushed, reader.units,
-        reader.steps,
+        reader.steps, walls,
     )  # fmt: skip
+
+
+def _over(motion: tuple[float, float], fastest: float) -> tuple[float, float]:
+    """A motion over the largest one."""
+    return (motion[0] / fastest, motion[1] / fastest) if fastest > 0.0 else motion

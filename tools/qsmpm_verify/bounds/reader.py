@@ -5,12 +5,14 @@ Cards that change no limit load (stiffness, method, steps, histories) are passed
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from qsmpm_verify.bounds.scene import Material, Surface
+from qsmpm_verify.bounds.lines import closed
+from qsmpm_verify.bounds.scene import Material, Surface, Wall
 from qsmpm_verify.bounds.strength import Strength, profile_of
 from qsmpm_verify.bounds.words import OTHER_LAWS, PASSED, box_of, grid_lines, name_of, numbers, only, rectangle, refuse
 from qsmpm_verify.results import Array
@@ -29,6 +31,8 @@ class Reader:
         self.materials: dict[str, Material] = {}
         self.surfaces: dict[str, Surface] = {}
         self.sets: dict[str, tuple[Array, Array]] = {}
+        self.walls: dict[str, Wall] = {}
+        self.touching: set[str] = set()
         self.units = ("", "")
         grid = deck.find("GRID")
         if grid is None:
@@ -39,7 +43,7 @@ class Reader:
         words: dict[str, Callable[[Card], None]] = {
             "MODEL": self.model, "GRID": lambda card: None, "BODY": self.body, "MATERIAL": self.begin_material, "SURFACE": self.surface,
             "NSET": self.node_set, "MOHR COULOMB": self.mohr_coulomb, "UNIT WEIGHT": self.unit_weight, "UNDRAINED": self.undrained,
-            "STRENGTH PROFILE": self.profile,
+            "STRENGTH PROFILE": self.profile, "RIGID BODY": self.rigid_body, "CONTACT": self.contact,
         }  # fmt: skip
         for card in deck.cards:
             if card.keyword == "PHASE":
@@ -111,6 +115,37 @@ class Reader:
         axis = 0 if card.value("ALONG") == "X" else 1
         levels = profile_of(card.value("TYPE") or "LINEAR", rows, strength.cohesion)
         self.now(strength=replace(strength, profile=levels, axis=axis))
+
+    def rigid_body(self, card: Card) -> None:
+        """A box, a polygon or a plane whose normal looks at the soil; edges as sharp as they are drawn without ROUND."""
+        only(card, SHAPE=("BOX", "POLYGON", "PLANE"), IN_PLACE=("NO",))
+        rows, shape = card.data(), card.value("SHAPE")
+        if shape == "PLANE":
+            x, y, across, up = numbers(card, rows[0], 4, 4)
+            far = 4.0 * max(float(np.ptp(lines)) for lines in self.steps) / math.hypot(across, up)
+            place, along = np.array([x, y]), np.array([-up, across]) * far
+            sides = np.array([[place - along, place + along]])
+        else:
+            places = rectangle(*box_of(card, rows[0])) if shape == "BOX" else np.array([numbers(card, row, 2, 2) for row in rows])
+            turn = np.roll(places, -1, axis=0)
+            if float(np.sum(places[:, 0] * turn[:, 1] - turn[:, 0] * places[:, 1])) < 0.0:
+                places = places[::-1]
+            sides = closed(places)
+        self.walls[name_of(card, "NAME")] = Wall(sides)
+
+    def contact(self, card: Card) -> None:
+        """Which surface touches a body, and how it slides."""
+        only(card, TENSION=("NO",))
+        body = name_of(card, "BODY")
+        if body not in self.walls:
+            raise refuse(card, f"rigid body '{body}' is not there")
+        given = {key: float(card.value(key) or "nan") for key in ("FRICTION ANGLE", "ADHESION", "INTERFACE") if card.value(key) is not None}
+        surface = name_of(card, "SURFACE") if card.value("SURFACE") is not None else ""
+        self.walls[body] = replace(
+            self.walls[body], surface=surface, friction=math.tan(math.radians(given.get("FRICTION ANGLE", 0.0))),
+            adhesion=given.get("ADHESION", 0.0), share=given.get("INTERFACE"),
+        )  # fmt: skip
+        self.touching.add(body)
 
     def surface(self, card: Card) -> None:
         """Where loads act or supports hold."""

@@ -60,6 +60,19 @@ class Material:
 
 
 @dataclass(frozen=True)
+class Wall:
+    """A rigid body in contact: its sides as pieces of start and end with the body on their left, the surface of the soil that may touch it
+    (empty: any), tangent of friction and adhesion, or the share of the soil's strength that both are; its velocity."""
+
+    sides: Array
+    surface: str = ""
+    friction: float = 0.0
+    adhesion: float = 0.0
+    share: float | None = None
+    velocity: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Scene:
     """A deck at one of its phases: the ground, what acts before and after, and what is asked for."""
 
@@ -77,3 +90,9 @@ class Scene:
     units: tuple[str, str]
     steps: tuple[Array, Array]
     """Lines of the grid along x and y."""
+    walls: dict[str, Wall] = field(default_factory=dict)
+
+    @property
+    def pushes(self) -> bool:
+        """Whether nodes or rigid bodies are pushed: the answer is the force that does."""
+        return bool(self.pushed) or any(wall.velocity != (0.0, 0.0) for wall in self.walls.values())

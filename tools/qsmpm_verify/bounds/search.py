@@ -7,17 +7,19 @@ Its slope with F is known from the duals, so Newton's steps find F; the bound is
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from qsmpm_verify.bounds.cone import TOLERANCE, Answer, Balance, Kind, Yield, largest
+from qsmpm_verify.bounds.cone import TOLERANCE, Answer, Balance, Joint, Kind, Yield, largest
+from qsmpm_verify.bounds.contact import lower_joint, upper_joint
 from qsmpm_verify.bounds.layout import first_triangles
 from qsmpm_verify.bounds.lower import lower_balance
 from qsmpm_verify.bounds.model import Loads, Model, model_of
+from qsmpm_verify.bounds.nodes import Nodes, nodes_of
 from qsmpm_verify.bounds.scene import Scene
 from qsmpm_verify.bounds.triangles import Triangles, cut_at, halve
-from qsmpm_verify.bounds.upper import Nodes, lifted, nodes_of, upper_balance
+from qsmpm_verify.bounds.upper import lifted, upper_balance
 from qsmpm_verify.results import Array
 from qsmpm_verify.trouble import RunFailed, Trouble
 
@@ -69,9 +71,10 @@ class Found:
 
 
 class Side:
-    """One of the two bounds on a mesh: its balance, and its cones at a factor."""
+    """One of the two bounds on a mesh, the upper one with nodes: its balance, and its cones at a factor."""
 
-    def __init__(self, model: Model, balance: Balance, kind: Kind, loads: tuple[Loads, Loads], flow: str, above: bool) -> None:
+    def __init__(self, model: Model, balance: Balance, kind: Kind, loads: tuple[Loads, Loads], flow: str, nodes: Nodes | None) -> None:
+        above = nodes is not None
         self.model, self.kind, self.flow, self.above = model, kind, flow, above
         whole = (lifted(array) if above else array for array in (model.cohesion, loads[0].pore, loads[1].pore))
         self.cohesion, self.pore, self.more = (array.ravel() for array in whole)
@@ -79,6 +82,11 @@ class Side:
         size = float(np.ptp(model.mesh.places, axis=0).max())
         self.scale = max(float(self.cohesion.max()), *(load.stress(size) for load in loads), 1e-12)
         self.balance = Balance(balance.matrix, balance.dead / self.scale, balance.live / self.scale, balance.figure)
+        self.joint = upper_joint(model, nodes, flow) if nodes is not None else lower_joint(model)
+
+    def contact(self) -> Joint | None:
+        """Tractions between soil and rigid bodies, in units of `scale`."""
+        return None if self.joint is None else replace(self.joint, adhesion=self.joint.adhesion / self.scale)
 
     def cones(self, factor: float) -> Yield:
         """Cones of the strength lowered by a factor, in units of `scale`."""
@@ -95,7 +103,7 @@ class Side:
 
     def raw(self, factor: float) -> Answer:
         """The figure in units of `scale`."""
-        return largest(self.balance, self.cones(factor), self.kind)
+        return largest(self.balance, self.cones(factor), self.kind, self.contact())
 
     def solve(self, factor: float = 1.0) -> Answer:
         """The figure in the units of the deck, at a factor; in larger units of stress where the solver does not end well."""
@@ -160,7 +168,7 @@ def narrow_fans(model: Model, before: Loads, live: Loads) -> Array:
     begins: set[int] = set()
     for edge in np.flatnonzero(model.sides[:, 1] < 0):
         for end, place in enumerate(model.edges[edge]):
-            acts = np.concatenate([load.traction[edge, end] for load in (before, live)] + [model.pushed[edge]])
+            acts = np.concatenate([load.traction[edge, end] for load in (before, live)] + [model.pushed[edge], [float(model.touching[edge])]])
             if np.any(np.abs(acts - seen.setdefault(int(place), acts)) > SAME * (1e-300 + np.abs(acts) + np.abs(seen[int(place)]))):
                 begins.add(int(place))
     count = np.bincount(model.mesh.corners.ravel(), minlength=len(model.mesh.places))
@@ -172,7 +180,7 @@ class Search:
 
     def __init__(self, scene: Scene, count: int = 500, passes: int = 3, share: float = 0.25) -> None:
         self.scene, self.passes, self.share = scene, passes, share
-        self.kind = Kind.MARGIN if scene.safety else Kind.FORCE if scene.pushed else Kind.LOAD
+        self.kind = Kind.MARGIN if scene.safety else Kind.FORCE if scene.pushes else Kind.LOAD
         self.mesh: Triangles = first_triangles(scene, count)
         self.guess = 1.0
 
@@ -204,13 +212,13 @@ class Search:
         """The problem of the upper bound."""
         nodes = nodes_of(model)
         loads = self.loads(model)
-        return Side(model, upper_balance(model, nodes, *loads), self.kind, loads, self.scene.flow, True), nodes
+        return Side(model, upper_balance(model, nodes, *loads), self.kind, loads, self.scene.flow, nodes), nodes
 
     def lower(self, model: Model) -> Side:
         """The problem of the lower bound."""
         loads = self.loads(model)
         balance, _ = lower_balance(model, *loads)
-        return Side(model, balance, self.kind, loads, self.scene.flow, False)
+        return Side(model, balance, self.kind, loads, self.scene.flow, None)
 
     def solve(self, side: Side) -> tuple[Bound, Answer]:
         """A bound."""

@@ -8,15 +8,14 @@ integral of their product with a linear function is then exact.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy.sparse as sparse
 
 from qsmpm_verify.bounds.cone import Balance
+from qsmpm_verify.bounds.contact import joint_forces
 from qsmpm_verify.bounds.model import Loads, Model
+from qsmpm_verify.bounds.nodes import Nodes
 from qsmpm_verify.results import Array
-from qsmpm_verify.trouble import Trouble
 
 
 def lifted(corners: Array) -> Array:
@@ -24,58 +23,16 @@ def lifted(corners: Array) -> Array:
     return np.asarray((corners + corners.sum(axis=1)[:, None]) / 4.0)
 
 
-@dataclass(frozen=True)
-class Nodes:
-    """Corners, then the middles of edges: numbers on triangles, directions that are free (rows over 2 n), given velocities."""
-
-    triangles: Array
-    free: sparse.csr_matrix
-    given: Array
-
-    def velocity(self, motion: Array) -> Array:
-        """Velocities of the nodes, by those of the free directions."""
-        return np.asarray((self.free.T @ motion + self.given).reshape(-1, 2))
-
-
-def nodes_of(model: Model) -> Nodes:
-    """Nodes and how they are held: by all edges that they lie on."""
-    corners, edges = len(model.mesh.places), len(model.edges)
-    count = corners + edges
-    held = np.zeros(count, dtype=int)
-    direction, given = np.zeros((count, 2)), np.zeros((count, 2))
-    pushed = np.zeros(count, dtype=bool)
-    for edge in np.flatnonzero(model.held):
-        for node in (*model.edges[edge], corners + edge):
-            both = model.held[edge] == 2 or held[node] == 2
-            if held[node] == 1 and not both:
-                a, b = direction[node], model.direction[edge]
-                both = abs(a[0] * b[1] - a[1] * b[0]) > 1e-9
-            held[node] = 2 if both else 1
-            direction[node] = model.direction[edge]
-            if model.pushed[edge].any():
-                if pushed[node] and np.any(given[node] != model.pushed[edge]):
-                    raise Trouble("*PRESCRIBE: sets that touch are pushed with different velocities")
-                given[node], pushed[node] = model.pushed[edge], True
-    both_free, one_free = np.flatnonzero(held == 0), np.flatnonzero(held == 1)
-    rows = np.concatenate([np.arange(2 * len(both_free)), np.repeat(2 * len(both_free) + np.arange(len(one_free)), 2)])
-    columns = np.concatenate([(2 * both_free[:, None] + [0, 1]).ravel(), (2 * one_free[:, None] + [0, 1]).ravel()])
-    along = np.stack([-direction[one_free, 1], direction[one_free, 0]], 1)
-    values = np.concatenate([np.ones(2 * len(both_free)), along.ravel()])
-    free = sparse.csr_matrix((values, (rows, columns)), (2 * len(both_free) + len(one_free), 2 * count))
-    return Nodes(np.hstack([model.mesh.corners, corners + model.number]), free, given.ravel())
-
-
-def node_forces(model: Model, loads: Loads) -> Array:
+def node_forces(model: Model, nodes: Nodes, loads: Loads) -> Array:
     """Forces of weights and tractions on the nodes: (2 n)."""
-    corners = len(model.mesh.places)
-    found = np.zeros((corners + len(model.edges), 2))
+    found = np.zeros((len(nodes.given) // 2, 2))
     share = model.area[:, None] / 3.0 * loads.weight
     for side in range(3):
-        np.add.at(found, corners + model.number[:, side], share)
+        np.add.at(found, nodes.triangles[:, 3 + side], share)
     force = loads.traction * model.length[:, None, None]
     for end in range(2):
-        np.add.at(found, model.edges[:, end], force[:, end] / 6.0)
-    found[corners:] += force.sum(axis=1) / 3.0
+        np.add.at(found, nodes.edges[:, 0, end], force[:, end] / 6.0)
+    np.add.at(found, nodes.edges[:, 0, 2], force.sum(axis=1) / 3.0)
     return found.ravel()
 
 
@@ -105,6 +62,12 @@ def _divergence(model: Model, nodes: Nodes) -> sparse.csr_matrix:
 def upper_balance(model: Model, nodes: Nodes, before: Loads, live: Loads) -> Balance:
     """Balance of the free directions; the figure is the power of the forces that push."""
     matrix = _divergence(model, nodes)
-    dead, more = node_forces(model, before), node_forces(model, live)
+    dead, more = node_forces(model, nodes, before), node_forces(model, nodes, live)
     figure = matrix.T @ nodes.given if nodes.given.any() else None
+    if model.touching.any():
+        forces, power = joint_forces(model, nodes)
+        matrix = sparse.hstack([matrix, -forces])
+        figure = np.concatenate([np.zeros(matrix.shape[1] - len(power)) if figure is None else figure, power])
+        if nodes.given.any():
+            figure -= np.concatenate([np.zeros(len(figure) - len(power)), forces.T @ nodes.given])
     return Balance(sparse.csr_matrix(nodes.free @ matrix), nodes.free @ dead, nodes.free @ more, figure)

@@ -12,6 +12,7 @@ from qsmpm_verify.bounds.picture import draw_mechanism
 from qsmpm_verify.bounds.phases import read_scene
 from qsmpm_verify.bounds.scene import Scene
 from qsmpm_verify.bounds.search import Bound, Found, Search
+from qsmpm_verify.bounds.words import name_of
 from qsmpm_verify.study.cards import Deck, read_deck
 from qsmpm_verify.trouble import Trouble
 
@@ -56,7 +57,7 @@ def report(scene: Scene, found: Found) -> None:
     print(f"lower      {bound_text(found.lower)}")
     if found.upper.solved and found.lower.solved:
         middle = 0.5 * (found.upper.value + found.lower.value)
-        print(f"bracket    {middle:.6g} +- {0.5 * (found.upper.value - found.lower.value) / abs(middle):.2%} on {found.triangles} triangles")
+        print(f"bracket    {middle:.6g} +- {0.5 * abs(found.upper.value - found.lower.value) / abs(middle):.2%} on {found.triangles} triangles")
     if found.reduced:
         print("strength   reduced after Davis where psi < phi: bounds of that soil, an estimate of the one in the deck")
 
@@ -74,18 +75,31 @@ def record(scene: Scene, found: Found) -> dict[str, object]:
     }  # fmt: skip
 
 
-def note_of(deck: Deck, safety: bool, value: float | None) -> str:
-    """A sentence for those who have computed the figure in another way, and where theirs lies."""
+def scale_of(deck: Deck, scene: Scene, history: str) -> float:
+    """What a history is over the power of the force that pushes: that of a contact force along the motion of the one body that moves; else zero."""
+    moving = {name: wall.velocity for name, wall in scene.walls.items() if wall.velocity != (0.0, 0.0)}
+    for card in deck.all("HISTORY"):
+        if name_of(card, "NAME") == history and card.value("QUANTITY") == "CONTACT FORCE" and len(moving) == 1 and name_of(card, "BODY") in moving:
+            along = {"X": 0, "Y": 1}.get(card.value("COMPONENT") or "", 0)
+            velocity = moving[name_of(card, "BODY")]
+            scale = float(card.value("SCALE") or 1.0)
+            return -scale * math.copysign(1.0, velocity[along]) if velocity[1 - along] == 0.0 else 0.0
+    return 0.0
+
+
+def note_of(deck: Deck, safety: bool, value: float | None, history: str = "") -> str:
+    """A sentence for those who have computed the figure, a factor or the force of a history, in another way, and where theirs lies."""
     try:
         scene = read_scene(deck, None, False)
-        if scene.safety is not safety or scene.pushed:
+        scale = scale_of(deck, scene, history) if scene.pushes else 1.0
+        if scene.safety is not safety or scale == 0.0 or not (safety or scene.pushes or history in ("", "load_factor")):
             return ""
         found = Search(scene).run()
     except Trouble as trouble:
         return f"no bounds of limit analysis: {trouble}"
     if not (found.upper.solved and found.lower.solved):
         return "no bounds of limit analysis: its programs were not solved"
-    low, high = found.lower.value, found.upper.value
+    low, high = sorted((scale * found.lower.value, scale * found.upper.value))
     text = f"limit analysis: between {low:.5g} and {high:.5g}" + (", strength reduced after Davis" if found.reduced else "")
     if value is not None and not found.reduced and not low <= value <= high:
         beyond = value / high - 1.0 if value > high else value / low - 1.0

@@ -70,7 +70,6 @@ def act(words: argparse.Namespace) -> int:
     answer = answer_of(search.trials)
     choice = choice_of(search.trials, answer, wish.target)
     notes = warnings_of(deck)
-    if wish.history in (FACTOR, "load_factor"):
-        notes = [*notes, *filter(None, [note_of(deck, wish.history == FACTOR, answer.value if answer else None)])]
+    notes = [*notes, *filter(None, [note_of(deck, wish.history == FACTOR, answer.value if answer else None, wish.history)])]
     tell_study(search, answer, choice, notes)
     return 0 if choice else 1

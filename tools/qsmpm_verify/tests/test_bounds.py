@@ -15,6 +15,7 @@ from qsmpm_verify.bounds.verb import note_of
 from qsmpm_verify.cli import main
 from qsmpm_verify.study.cards import read_deck
 
+TOP = Path(__file__).resolve().parents[3]
 HEAD = """*MODEL, TYPE=PLANE STRAIN
 *UNITS, LENGTH=m, FORCE=kN
 *GRID
@@ -150,6 +151,34 @@ class Bounds(unittest.TestCase):
         held = CUT.replace("*PHASE", "*SURFACE, NAME=face, TYPE=SEGMENT\n3, 2, 3, 3\n*PHASE").replace("*GRAVITY", "*SUPPORT, SURFACE=face, TYPE=NORMAL\n*GRAVITY")
         self.assertGreater(self.bracket(held)[0], 1.3 * self.bracket(CUT)[1])
 
+    def test_a_rigid_body_pushes_as_its_nodes_do(self) -> None:
+        body = PUSHED.replace("*NSET, NSET=foot, BOX\n0, 1, 3, 3", "*RIGID BODY, NAME=foot, SHAPE=BOX\n-1, 1, 3, 4\n*CONTACT, BODY=foot, ADHESION=1").replace(
+            "*FIX\nfoot, X\n*PRESCRIBE\nfoot, Y, -0.3", "*MOVE, BODY=foot\n0, -0.3")
+        self.between(2.0 + math.pi, self.bracket(body), 0.08)
+
+    def test_a_plate_slides_on_clay_by_its_adhesion(self) -> None:
+        body = PUSHED.replace("*NSET, NSET=foot, BOX\n0, 1, 3, 3", "*RIGID BODY, NAME=foot, SHAPE=BOX\n2, 4, 3, 4\n*CONTACT, BODY=foot, ADHESION=0.5").replace(
+            "*FIX\nfoot, X\n*PRESCRIBE\nfoot, Y, -0.3", "*MOVE, BODY=foot\n0.1, 0")
+        for words in ("ADHESION=0.5", "INTERFACE=0.5"):
+            self.between(1.0, self.bracket(body.replace("ADHESION=0.5", words)), 0.03)
+
+    def test_walls_by_rankine_and_by_slip_lines(self) -> None:
+        passive = (TOP / "verification/week/decks/wall_passive.inp").read_text(encoding="utf-8")
+        self.between(117.877, self.bracket(passive), 0.03)
+        # With friction, above ground that goes on below the wall: slip lines, 5.2559 gamma H^2/2 cos 20 and 0.63 for c (verification/cases/contact.toml).
+        rough = (TOP / "input/wall_passive.inp").read_text(encoding="utf-8")
+        for old, new in (("Y, 0, 1.5, 15", "Y, -0.3, 1.5, 18"), ("PLANE=Y\n0\n", "PLANE=Y\n-0.3\n*NSET, NSET=left, BOX\n0, 0, -0.3, 0\n"),
+                         ("0, 4, 0, 1\n", "0, 4, -0.3, 1\n"), ("far, X\n*GRAVITY", "far, X\nleft, X\n*GRAVITY"),
+                         ("SHAPE=PLANE\n0, 0, 1, 0", "SHAPE=BOX\n-1, 0, 0, 2")):  # fmt: skip
+            self.assertIn(old, rough)
+            rough = rough.replace(old, new)
+        self.between(45.08, self.bracket(rough), 0.03)
+
+    def test_a_study_is_told_where_a_contact_force_lies(self) -> None:
+        deck = read_deck(TOP / "verification/week/decks/wall_passive.inp")
+        self.assertRegex(note_of(deck, False, 119.6, "force"), r"^limit analysis: between 117\.8\d* and 117\.8\d*; the answer is 1\.\d+% above what it may be$")
+        self.assertEqual(note_of(deck, False, 119.6, "p1"), "")
+
     def test_a_mechanism_is_drawn(self) -> None:
         picture = self.folder / "mechanism.png"
         code, said = self.ask(CUT, "--triangles", "100", "--passes", "0", "--out", str(picture))
@@ -184,7 +213,9 @@ class Bounds(unittest.TestCase):
         for before, after, word in (
             ("TYPE=PLANE STRAIN", "TYPE=AXISYMMETRIC", "TYPE=AXISYMMETRIC"),
             ("*MOHR COULOMB\n1, 0, 0", "*CAM CLAY\n1, 1, 1, 1", "CAM CLAY"),
-            ("*GRAVITY\n0, -1", "*RIGID BODY, NAME=a, SHAPE=BOX\n0, 1, 3, 4", "RIGID BODY"),
+            ("*PHASE", "*RIGID BODY, NAME=a, SHAPE=CIRCLE\n0, 1, 3\n*PHASE", "SHAPE=CIRCLE"),
+            ("*PHASE", "*RIGID BODY, NAME=a, SHAPE=BOX\n0, 1, 4, 5\n*CONTACT, BODY=a\n*PHASE", "touches no face"),
+            ("*PHASE", "*RIGID BODY, NAME=a, SHAPE=BOX\n0, 1, 3, 4\n*CONTACT, BODY=a, TENSION=YES\n*PHASE", "TENSION=YES"),
             ("*GRAVITY\n0, -1", "*GRAVITY\n1, 0\n*WATER LEVEL, UNIT WEIGHT=10\n0, 1\n6, 1", "WATER LEVEL"),
             ("*GRAVITY\n0, -1\n", "", "no load changes"),
         ):

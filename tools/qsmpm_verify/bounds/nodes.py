@@ -1,0 +1,97 @@
+"""Nodes of the upper bound: corners of triangles, then the middles of edges, and how they are held.
+
+Velocities are continuous but where a rigid body moves along ground that is held beside it (the foot of a wall): there every triangle has a node of its
+own, edges between them have two middles, and the soil slips along them by its strength.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sparse
+
+from qsmpm_verify.bounds.model import Model
+from qsmpm_verify.results import Array
+from qsmpm_verify.trouble import Trouble
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Numbers on triangles (3 corners, 3 middles), and on edges by the side seen from (first end, second end, middle; -1 where there is no second side);
+    directions that are free (rows over 2 n), given velocities, edges along which velocities jump."""
+
+    triangles: Array
+    edges: Array
+    free: sparse.csr_matrix
+    given: Array
+    torn: Array
+
+    def velocity(self, motion: Array) -> Array:
+        """Velocities of the nodes, by those of the free directions."""
+        return np.asarray((self.free.T @ motion + self.given).reshape(-1, 2))
+
+
+def feet(model: Model) -> Array:
+    """Corners at which faces that a moving body touches meet held ones."""
+    moving = model.touching & model.pushed.any(axis=1)
+    return np.intersect1d(model.edges[moving].ravel(), model.edges[model.held > 0].ravel())
+
+
+def numbered(model: Model) -> tuple[Array, Array, int]:
+    """Numbers of the nodes on triangles, edges that are torn, and how many nodes there are."""
+    corners = len(model.mesh.places)
+    found = np.hstack([model.mesh.corners, corners + model.number])
+    count, torn = corners + len(model.edges), []
+    for foot in feet(model):
+        for triangle in np.flatnonzero((model.mesh.corners == foot).any(axis=1))[1:]:
+            found[triangle, np.flatnonzero(model.mesh.corners[triangle] == foot)[0]] = count
+            count += 1
+        for edge in np.flatnonzero((model.edges == foot).any(axis=1) & (model.sides[:, 1] >= 0)):
+            triangle = model.sides[edge, 1]
+            found[triangle, 3 + np.flatnonzero(model.number[triangle] == edge)[0]] = count
+            count += 1
+            torn.append(edge)
+    return found, np.unique(np.array(torn, dtype=int)), count
+
+
+def on_edges(model: Model, triangles: Array) -> Array:
+    """Nodes of edges as each of their sides has them: (edges, 2, 3)."""
+    found = np.full((len(model.edges), 2, 3), -1)
+    for side in range(2):
+        edges = np.flatnonzero(model.sides[:, side] >= 0)
+        triangle = model.sides[edges, side]
+        for end in range(2):
+            corner = np.argmax(model.mesh.corners[triangle] == model.edges[edges, end][:, None], axis=1)
+            found[edges, side, end] = triangles[triangle, corner]
+        middle = np.argmax(model.number[triangle] == edges[:, None], axis=1)
+        found[edges, side, 2] = triangles[triangle, 3 + middle]
+    return found
+
+
+def nodes_of(model: Model) -> Nodes:
+    """Nodes and how they are held: by all edges that they lie on."""
+    triangles, torn, count = numbered(model)
+    edges = on_edges(model, triangles)
+    held = np.zeros(count, dtype=int)
+    direction, given = np.zeros((count, 2)), np.zeros((count, 2))
+    pushed = np.zeros(count, dtype=bool)
+    for edge in np.flatnonzero(model.held):
+        for node in np.unique(edges[edge][edges[edge] >= 0]):
+            both = model.held[edge] == 2 or held[node] == 2
+            if held[node] == 1 and not both:
+                a, b = direction[node], model.direction[edge]
+                both = abs(a[0] * b[1] - a[1] * b[0]) > 1e-9
+            held[node] = 2 if both else 1
+            direction[node] = model.direction[edge]
+            if model.pushed[edge].any():
+                if pushed[node] and np.any(given[node] != model.pushed[edge]):
+                    raise Trouble("*PRESCRIBE: sets that touch are pushed with different velocities")
+                given[node], pushed[node] = model.pushed[edge], True
+    both_free, one_free = np.flatnonzero(held == 0), np.flatnonzero(held == 1)
+    rows = np.concatenate([np.arange(2 * len(both_free)), np.repeat(2 * len(both_free) + np.arange(len(one_free)), 2)])
+    columns = np.concatenate([(2 * both_free[:, None] + [0, 1]).ravel(), (2 * one_free[:, None] + [0, 1]).ravel()])
+    along = np.stack([-direction[one_free, 1], direction[one_free, 0]], 1)
+    values = np.concatenate([np.ones(2 * len(both_free)), along.ravel()])
+    free = sparse.csr_matrix((values, (rows, columns)), (2 * len(both_free) + len(one_free), 2 * count))
+    return Nodes(triangles, edges, free, given.ravel(), torn)
