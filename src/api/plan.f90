@@ -6,7 +6,7 @@ module qsmpm_plan
   use qsmpm_analysis, only: analysis_type, three_dimensional, basis_fem, stabilise_none, newton_modified, mesh_grid
   use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
   use qsmpm_basis_traits, only: basis_list
-  use qsmpm_contacts, only: contacts_type
+  use qsmpm_contacts, only: contact_counts
   use qsmpm_deck_words, only: model_words, integration_words, stabilisation_words
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, begin_analysis
@@ -210,17 +210,13 @@ contains
   subroutine plan_contacts(step, items)
     type(step_type), intent(in) :: step
     type(plan_items_type), intent(inout) :: items
-    integer :: t
+    integer :: counts(3)
 
-    do t = 1, size(step%terms)
-      select type (term => step%terms(t)%term)
-      class is (contacts_type)
-        if (size(term%scratch%pairs) == 0) cycle
-        call add_item(items, 'contact patches', integer_text(term%scratch%patches%count), is_figure=.true.)
-        call add_item(items, 'contact points', integer_text(size(term%scratch%patches%point)), is_figure=.true.)
-        call add_item(items, 'unknowns of bodies', integer_text(count(step%field_of > 1)), is_figure=.true.)
-      end select
-    end do
+    counts = contact_counts(step%terms)
+    if (counts(1) == 0) return
+    call add_item(items, 'contact patches', integer_text(counts(2)), is_figure=.true.)
+    call add_item(items, 'contact points', integer_text(counts(3)), is_figure=.true.)
+    call add_item(items, 'unknowns of bodies', integer_text(count(step%field_of > 1)), is_figure=.true.)
   end subroutine plan_contacts
 
   !> Solver, factors and memory.

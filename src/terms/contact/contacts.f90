@@ -39,7 +39,7 @@ module qsmpm_contacts
   implicit none
   private
 
-  public :: contacts_type, new_contacts, bodies_at_end
+  public :: contacts_type, new_contacts, bodies_at_end, contact_counts
 
   !> Cells that a body may move in one step.
   real(wp), parameter :: largest_motion = 2.0_wp
@@ -89,6 +89,20 @@ contains
     end do
     if (.not. allocated(bodies)) allocate (bodies(0))
   end function bodies_at_end
+
+  !> Pairs of bodies and surfaces, patches near the soil, and their places; zero where nothing is in contact.
+  function contact_counts(terms) result(counts)
+    type(term_slot_type), intent(in) :: terms(:)
+    integer :: counts(3), t
+
+    counts = 0
+    do t = 1, size(terms)
+      select type (term => terms(t)%term)
+      class is (contacts_type)
+        counts = [size(term%scratch%pairs), term%scratch%patches%count, size(term%scratch%patches%point)]
+      end select
+    end do
+  end function contact_counts
 
   !> Motion and turning of the bodies, one node each.
   subroutine choose_fields(self, model)
