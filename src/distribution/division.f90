@@ -217,7 +217,7 @@ contains
   !> Points go to the processes whose own they are now, and copies to those whose rings they are in.
   subroutine migrate_points(model, error)
     type(model_type), intent(inout) :: model
-    !> error_other: points were lost or doubled, or places have left the material that is near them.
+    !> error_other, on all processes alike: points were lost or doubled, or places have left the material that is near.
     type(error_type), allocatable, intent(out) :: error
     integer(long) :: before(census_size)
 
@@ -236,6 +236,7 @@ contains
     else if (is_left_behind(model)) then
       call fail(error, error_other, 'a surface or a place of a history has gone to where no material is near')
     end if
+    call agree(model%part%team, error)
   end subroutine migrate_points
 
   !> Send own points and what this process knows of other places; cells are numbered as in the whole mesh afterwards.

@@ -1,6 +1,7 @@
 !> Whether the state that a step begins from can be computed with: a restart file, an embedding program or a
 !> law's start may have brought in what is not a number. What a step computes itself is looked at where it is born.
 module qsmpm_usable_state
+  use qsmpm_agreement, only: agree
   use qsmpm_error, only: error_type, fail, error_other
   use qsmpm_finite, only: all_usable, is_usable, unusable
   use qsmpm_kinds, only: wp, long
@@ -15,7 +16,7 @@ module qsmpm_usable_state
 
 contains
 
-  !> Refuse a state with a number that cannot be computed with; the first one is named.
+  !> Refuse a state with a number that cannot be computed with, on all processes alike; the first one is named.
   subroutine check_state(model, error)
     type(model_type), intent(in) :: model
     !> error_other
@@ -42,6 +43,7 @@ contains
       end do
     end if
     call check_progress(model%state%plate, model%state%progress, error)
+    call agree(model%part%team, error)
   end subroutine check_state
 
   !> All fields of what rides on the mesh.

@@ -30,7 +30,6 @@ module qsmpm_initial_correction
   use qsmpm_joint_system, only: factorise_jointly, solve_jointly
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_model, only: model_type
-  use qsmpm_own_part, only: is_divided
   use qsmpm_soil_points, only: soil_type, soil_of, find_point_results
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_team, only: largest
@@ -81,7 +80,7 @@ contains
     real(wp), allocatable :: move(:, :), given(:, :)
 
     ! Points in the order in which `renew_copies` leaves them.
-    call renew_copies(model, error)
+    call migrate_points(model, error)
     if (allocated(error)) return
     allocate (given, source=model%state%points%stress)
     call take_elastic_laws(model, own)
@@ -351,16 +350,6 @@ contains
     call agree(step%team, error)
     if (allocated(error)) return
     model%state%points%stress(:, source) = soil%evaluation%results%stress
-    call renew_copies(model, error)
-  end subroutine take_elastic_stress
-
-  !> What changes in passes changes in copies of points as in what they are copies of.
-  subroutine renew_copies(model, error)
-    type(model_type), intent(inout) :: model
-    type(error_type), allocatable, intent(out) :: error
-
-    if (.not. is_divided(model%part)) return
     call migrate_points(model, error)
-    call agree(model%part%team, error)
-  end subroutine renew_copies
+  end subroutine take_elastic_stress
 end module qsmpm_initial_correction
