@@ -267,7 +267,7 @@ contains
     linear = (all(element_order(model%mesh%cell_kind) == 1) .or. model%analysis%mesh%kind == mesh_fitted) .and. &
       (.not. smooth .or. model%analysis%method%basis == basis_gimp)
     ! Beside a rigid body splines lock by more than one pressure a cell costs: strip footing +15 % without, +7 % with.
-    pressed = size(model%analysis%rigid_bodies) > 0
+    pressed = smooth .and. size(model%analysis%rigid_bodies) > 0
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
         traits = traits_of(material)

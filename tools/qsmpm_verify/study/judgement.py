@@ -66,15 +66,18 @@ def change_by_steps(trials: Sequence[Trial]) -> float | None:
 
 
 def answer_of(trials: Sequence[Trial]) -> Answer | None:
-    """The answer; none where no method converges. Two grids count only while no method has three."""
+    """The answer; none where no method converges. Two grids count only while no method converges over three, and where one goes nowhere over
+    three only if two methods agree."""
     counts = {method: len(own) for method, own in figures_by_method(trials).items()}
-    seen = any(count >= 3 for count in counts.values())
     bands = bands_by_method(trials).items()
+    seen = any(band is not None and counts[m] >= 3 for m, band in bands)
     trusted = {m: band for m, band in bands if band is not None and (counts[m] >= 3 or not seen)}
+    if not seen and any(count >= 3 for count in counts.values()):
+        trusted = {m: a for m, a in trusted.items() if any(a.apart(b) == 0 for n, b in trusted.items() if n != m)}
     if not trusted:
         return None
     band, stretched = agreed(list(trusted.values()))
-    notes = [] if seen else ["no method has three grids: the order is assumed, not seen"]
+    notes = [] if seen else ["no method converges over three grids: the order is assumed, not seen"]
     lost = [m for m, b in bands if b is None and counts[m] >= 3]
     if lost:
         notes.append(f"no limit in sight on these grids: {', '.join(lost)}")

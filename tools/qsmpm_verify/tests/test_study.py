@@ -317,6 +317,11 @@ class TestJudgement(unittest.TestCase):
         two = [trial("b", 0, 1.0, 1), trial("b", 1, 1.01, 2)]
         self.assertIsNotNone(answer_of(two))
         self.assertIsNone(answer_of([*lost, *two]), "two grids count for nothing where three go nowhere")
+        third = [trial("c", 0, 1.03, 1), trial("c", 1, 1.02, 2)]
+        agreed_on = answer_of([*lost, *two, *third])
+        self.assertIsNotNone(agreed_on, "but where two methods agree")
+        far = [trial("d", 0, 2.0, 1), trial("d", 1, 2.01, 2)]
+        self.assertIsNone(answer_of([*lost, *two, *far]), "and not where they do not")
 
     def test_grids_before_a_gap_do_not_count(self) -> None:
         gap = [trial("a", 0, 9.0, 1), trial("a", 2, 1.04, 2), trial("a", 3, 1.01, 4)]
