@@ -4,6 +4,7 @@ scene       bodies, strengths, and what acts on them at both ends of a phase
 words       names, numbers and boxes of cards; anything that is not known is an error that names the card
 reader      cards of the model
 phases      cards of the phases, and the scene of the one that is asked for
+deformed    outlines moved with the material points of a run
 strength    cohesion and friction at a factor of safety, Davis' reduction, strength profiles
 lines       the drawn lines cut at each other
 triangles   triangles between the lines; halving of those that are marked

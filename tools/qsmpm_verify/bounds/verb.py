@@ -1,4 +1,4 @@
-"""Words of `bounds`: DECK, --phase, --factor, --triangles, --passes, --out, --json."""
+"""Words of `bounds`: DECK, --phase, --factor, --run, --step, --triangles, --passes, --out, --json."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import math
 from pathlib import Path
 
 from qsmpm_verify.bounds.cone import Kind
+from qsmpm_verify.bounds.deformed import deformed
 from qsmpm_verify.bounds.picture import draw_mechanism
 from qsmpm_verify.bounds.phases import read_scene
 from qsmpm_verify.bounds.scene import Scene
@@ -31,6 +32,8 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.add_argument("--factor", action="store_true", help="the factor of safety at the end of a phase that is no TYPE=SAFETY")
     verb.add_argument("--triangles", type=whole, default=500, metavar="N", help="triangles at the start (default 500)")
     verb.add_argument("--passes", type=whole, default=3, metavar="N", help="times that they are halved where most is dissipated (default 3)")
+    verb.add_argument("--run", type=Path, metavar="DIR", help="the ground as a run in DIR has deformed it")
+    verb.add_argument("--step", type=whole, metavar="N", help="after step N of it (default the last one written)")
     verb.add_argument("--out", type=Path, help="a picture of the mechanism (.png, .svg or .pdf)")
     verb.add_argument("--json", type=Path, help="a file of the bounds")
     verb.set_defaults(act=act)
@@ -113,7 +116,12 @@ def act(words: argparse.Namespace) -> int:
         raise Trouble(f"{words.out}: a picture is a .png, .svg or .pdf file")
     if not 20 <= words.triangles <= 20000 or words.passes > 8:
         raise Trouble("--triangles is 20 to 20000, --passes at most 8")
-    scene = read_scene(read_deck(words.deck), words.phase, words.factor)
+    if words.step is not None and words.run is None:
+        raise Trouble("--step N is a step of a run: say --run DIR as well")
+    deck = read_deck(words.deck)
+    scene = read_scene(deck, words.phase, words.factor)
+    if words.run is not None:
+        scene = deformed(scene, deck, words.run, words.step)
     found = Search(scene, words.triangles, words.passes).run()
     report(scene, found)
     if words.json is not None:
