@@ -17,8 +17,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from qsmpm_verify.cases import Case
-from qsmpm_verify.results import ResultError, read_cpu_seconds, read_curves
+from qsmpm_verify.results import Array, ResultError, read_cpu_seconds, read_curves
 from qsmpm_verify.runner import run_case
 from qsmpm_verify.study.cards import Deck
 from qsmpm_verify.study.refined import COST, LEVELS, REFINED, can_refine, refined
@@ -87,12 +89,24 @@ def stable_factor(folder: Path) -> tuple[float, float]:
     return float(found["stable"]), float(found["lost"] or found["stable"]) - float(found["stable"])
 
 
+def waves(values: Array) -> float:
+    """By how much a curve rises and falls in its second half, the less of the two: nothing where it goes one way."""
+    changes = np.diff(values[len(values) // 2 :])
+    return float(min(changes[changes > 0].sum(), -changes[changes < 0].sum()))
+
+
 def figure_of(folder: Path, wish: Wish) -> tuple[float, float]:
-    """The column of a run at the place asked for, and its width; of a factor of safety the last stable one, whatever run-out follows."""
+    """The column of a run at the place asked for, and its width; of a factor of safety the last stable one, whatever run-out follows.
+
+    The end of a curve that waves is not surer than its waves in the last phase, which are its width.
+    """
     if wish.history == FACTOR and (folder / "safety.json").is_file():
         return stable_factor(folder)
-    values = read_curves(folder).column(wish.history)
-    return float({"last": values[-1], "max": values.max(), "min": values.min()}[wish.place]), 0.0
+    curves = read_curves(folder)
+    values = curves.column(wish.history)
+    phases = np.array(curves.text.get("phase") or curves.columns.get("phase", np.zeros(len(values))))
+    own = values[phases == phases[-1]]
+    return float({"last": values[-1], "max": values.max(), "min": values.min()}[wish.place]), waves(own) if wish.place == "last" else 0.0
 
 
 def cpu_of_children() -> float:

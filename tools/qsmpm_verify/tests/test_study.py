@@ -25,7 +25,7 @@ from qsmpm_verify.study.band import SAFETY, Band, agreed, of_grids, of_steps, of
 from qsmpm_verify.study.cards import Card, Deck, items, plain, read_deck
 from qsmpm_verify.study.judgement import answer_of, choice_of, figures_by_method, seconds_of_choice, warnings_of
 from qsmpm_verify.study.refined import REFINED, boxes_of, can_refine, sheared_cells
-from qsmpm_verify.study.search import NOISE, Search, Trial, Wish, figure_of
+from qsmpm_verify.study.search import NOISE, Search, Trial, Wish, figure_of, waves
 from qsmpm_verify.study.variants import (
     OWN, PLANE_METHODS, at_level, axis_lines, dimension, levels_of, methods_of, same_method, with_method, with_steps,
 )
@@ -265,6 +265,17 @@ class TestFigure(unittest.TestCase):
                 figure_of(folder, wish)
             (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 10, "lost": null, "mechanism": false}]}', encoding="utf-8")
             self.assertEqual(figure_of(folder, wish), (10, 0.0))
+
+    def test_the_end_of_a_curve_that_waves_is_not_surer_than_its_waves(self) -> None:
+        self.assertEqual(waves(np.array([0.0, 3.0, 5.0, 6.0, 6.5, 7.0])), 0.0)
+        self.assertEqual(waves(np.array([9.0, 8.0, 6.0, 5.0])), 0.0)
+        self.assertAlmostEqual(waves(np.array([0.0, 3.0, 5.0, 6.0, 4.5, 5.5])), 1.0)
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            (folder / "curves.csv").write_text("phase,load [kN]\n1,9\n1,0\n2,0\n2,5\n2,6\n2,4\n2,7\n", encoding="utf-8")
+            wish = Wish("load", "last", 0.03, 60.0, PROGRAM, folder)
+            self.assertEqual(figure_of(folder, wish), (7.0, 2.0))
+            self.assertEqual(figure_of(folder, replace(wish, place="max")), (9.0, 0.0))
 
 
 class TestJudgement(unittest.TestCase):
