@@ -78,6 +78,12 @@ contains
     call check_ends('which has not come to its end', 8.0_wp, 160.1_wp)
     coarse%iterations = 1.0_wp
     call check_ends('no less than was tried', 1.0_wp, 1.0_wp)
+    ! Two of three seconds were before the first iteration: 2 + 1/0.5, and 2 + 20/10.
+    fine = trial_type(share=0.5_wp, iterations=10.0_wp, seconds=3.0_wp, before=2.0_wp)
+    coarse = trial_type()
+    call check_ends('what comes once is counted once', 3.0_wp, 32.1_wp)
+    coarse = trial_type(share=1.0_wp, iterations=20.0_wp, seconds=0.3_wp, ended=.true.)
+    call check_ends('with a coarse run as well', 3.0_wp, 16.1_wp)
   contains
     !> Both ends.
     subroutine check_ends(name, low, high)

@@ -58,16 +58,16 @@ def displacements(places: Array, start: Array, moved: Array) -> Array:
 
 def thinned(line: Array, slack: float) -> Array:
     """The line without places that are nearer than that to the straight one between those that stay (Douglas and Peucker 1973)."""
-    kept, todo = {0, len(line) - 1}, [(0, len(line) - 1)]
-    while todo:
-        first, last = todo.pop()
+    kept, spans = {0, len(line) - 1}, [(0, len(line) - 1)]
+    while spans:
+        first, last = spans.pop()
         if last - first < 2:
             continue
         off = distance(line[first + 1 : last], line[first : first + 1], line[last : last + 1])[:, 0]
         worst = int(np.argmax(off))
         if off[worst] > slack:
             kept.add(first + 1 + worst)
-            todo += [(first, first + 1 + worst), (first + 1 + worst, last)]
+            spans += [(first, first + 1 + worst), (first + 1 + worst, last)]
     return np.asarray(line[sorted(kept)])
 
 
