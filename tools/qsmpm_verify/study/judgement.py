@@ -48,10 +48,15 @@ def figures_by_method(trials: Sequence[Trial]) -> dict[str, list[Trial]]:
     return found
 
 
+def width_of(own: Sequence[Trial]) -> float:
+    """Width of the figures that a method's band rests on: those of its three finest grids."""
+    return max(t.width for t in own[-3:])
+
+
 def bands_by_method(trials: Sequence[Trial]) -> dict[str, Band | None]:
     """The band of each method that has two grids or more; none where its figures go nowhere."""
     return {
-        method: of_grids([t.figure for t in own], max(t.width for t in own))
+        method: of_grids([t.figure for t in own], width_of(own))
         for method, own in figures_by_method(trials).items() if len(own) >= 2
     }  # fmt: skip
 
@@ -85,7 +90,8 @@ def answer_of(trials: Sequence[Trial]) -> Answer | None:
         notes.append("methods disagree beyond their bands: the band was stretched until they meet")
     change = change_by_steps(trials)
     shift, half = of_steps(change) if change is not None else (0.0, 0.0)
-    half += max(t.width for method in trusted for t in figures_by_method(trials)[method])
+    figures = figures_by_method(trials)
+    half += max(width_of(figures[method]) for method in trusted)
     if change is None:
         notes.append("no run in twice the steps: what the steps cost is not in the band")
     return Answer(band.value + shift, band.half + half, band.half, change, tuple(trusted), tuple(notes))

@@ -313,6 +313,11 @@ class TestJudgement(unittest.TestCase):
         assert narrow and wide
         self.assertAlmostEqual(wide.half - narrow.half, 0.05)
 
+    def test_the_waves_of_grids_that_the_band_does_not_rest_on_are_none_of_its(self) -> None:
+        plain, waving = (answer_of([replace(trial("a", -1, 1.6, 0.5), width=w), *self.good]) for w in (0.0, 0.5))
+        assert plain and waving
+        self.assertEqual(waving.half, plain.half)
+
     def test_refined_runs_start_from_the_grid_of_the_deck(self) -> None:
         runs = [trial(OWN.label, 0, 1.3, 1.0), trial(REFINED.label, 1, 1.1, 2.0), trial(REFINED.label, 2, 1.0, 4.0), trial("b", 0, 2.0, 1.0)]
         figures = {method: [t.figure for t in own] for method, own in figures_by_method(runs).items()}
