@@ -69,6 +69,8 @@ module qsmpm_model
     !> Elastic settlement of the ground under the loads of a first phase that begins with K0 stresses, gamma H^2/(2M) of
     !> level ground [length]; 0 for none.
     real(wp) :: own_settlement = 0.0_wp
+    !> Norm of what the phase moves when it begins: forces on rigid bodies, and reactions at components that it moves.
+    real(wp) :: force_at_start = 0.0_wp
     !> Compliance of the phase and its limit load.
     type(limit_load_type) :: limit
     !> F by which the strengths are divided at present, and the search for the factor of safety of this phase.

@@ -104,7 +104,8 @@ contains
       progress%fraction >= 0.0_wp .and. progress%fraction <= 1.0_wp .and. progress%next_step >= 0.0_wp .and. &
       progress%release_left >= 0.0_wp .and. progress%release_left <= 1.0_wp .and. &
       progress%failed_solvers >= 0 .and. progress%failed_solvers <= 7 .and. &
-      progress%own_settlement >= 0.0_wp .and. progress%own_settlement <= huge(1.0_wp) .and. &
+      min(progress%own_settlement, progress%force_at_start) >= 0.0_wp .and. &
+      max(progress%own_settlement, progress%force_at_start) <= huge(1.0_wp) .and. &
       progress%damping >= 0.0_wp .and. finite([progress%load_factor, progress%next_step, progress%damping, &
       progress%external_work, progress%internal_work]) .and. limit_good(progress%limit) .and. &
       search_good(progress, phases) .and. ends_good(progress, phases)

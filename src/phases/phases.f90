@@ -25,7 +25,7 @@ module qsmpm_phases
   use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, failure_text, report_phase, &
     report_length, report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
   use qsmpm_phase_ends, only: is_lost, note_end, note_loss
-  use qsmpm_phase_start, only: starts_whole, start_phase, resume_phase
+  use qsmpm_phase_start, only: starts_whole, start_phase, resume_phase, measure_start
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_run_profile, only: run_profile_type
@@ -331,6 +331,7 @@ contains
     call agree(loop%team, error)
     if (.not. allocated(error)) call take_parts(model, loop, observer, error)
     if (allocated(error)) return
+    call measure_start(model)
     call note_lines(observer, notes)
     loop%report%lag_warned = .false.
     call begin_contact_check(model, loop%report%contact)

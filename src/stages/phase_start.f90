@@ -8,6 +8,7 @@ module qsmpm_phase_start
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety, support_none
   use qsmpm_active_bodies, only: has_stages
+  use qsmpm_agreement, only: joint_norm
   use qsmpm_body_loads, only: start_body_loads
   use qsmpm_cavities, only: closure_of
   use qsmpm_body_stages, only: change_bodies
@@ -22,18 +23,19 @@ module qsmpm_phase_start
   use qsmpm_softening, only: softening_state
   use qsmpm_surface_pressure, only: surface_pressure_type, reached_pressure
   use qsmpm_model, only: model_type, loading_type
-  use qsmpm_own_part, only: is_divided
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_points, only: set_normals, reset_strains
   use qsmpm_pushed_material, only: watch_sets
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: items_of
+  use qsmpm_rigid_bodies, only: force_on_body
   use qsmpm_phase_tree, only: lineage
   use qsmpm_safety_bracket, only: bracket_type
   implicit none
   private
 
-  public :: starts_whole, start_phase, resume_phase
+  public :: starts_whole, start_phase, resume_phase, measure_start
 
 contains
 
@@ -98,6 +100,18 @@ contains
     end associate
     call update_pore_pressure(model)
   end subroutine start_phase
+
+  !> What the phase moves carries a force when it begins, which may fall to nothing: residuals refer to that at the least.
+  subroutine measure_start(model)
+    type(model_type), intent(inout) :: model
+    logical :: moved(size(model%loading%prescribed, 1), size(model%loading%prescribed, 2))
+    integer :: b
+
+    moved = abs(model%loading%prescribed) > 0.0_wp &
+      .and. spread(own_of(model%part%nodes, model%space%node_count), 1, size(moved, 1))
+    model%state%progress%force_at_start = joint_norm(model%part%team, norm2(pack(model%state%reactions, moved))) &
+      + sum([(norm2(force_on_body(model, b)), b=1, size(model%analysis%rigid_bodies))])
+  end subroutine measure_start
 
   !> Materials with *SOFTENING have their first strength again.
   pure subroutine reset_softening(model)

@@ -56,6 +56,8 @@ module qsmpm_equilibrium
     real(wp), allocatable :: increment(:, :)
     !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
     real(wp) :: least_load = 0.0_wp
+    !> The same of what the phase moves.
+    real(wp) :: least_moved = 0.0_wp
     !> Share of the phase that the step is; 0 for one at constant load.
     real(wp) :: phase_share = 0.0_wp
     !> Out-of-balance allowed (eq. 27).
@@ -220,7 +222,8 @@ contains
     associate (forces => step%forces, unknowns => step%unknowns)
       imbalance = forces%external - forces%internal - forces%numerical
       call gather(step%equations, imbalance, residual)
-      call find_references(step, solution%displacement, goal%prescribed, goal%least_load, phase_load(step, goal), &
+      call find_references(step, solution%displacement, goal%prescribed, goal%least_load, &
+        max(goal%least_moved, phase_load(step, goal)), &
         solution%references)
       call find_imbalance(step, residual, solution%references, goal%tolerance, solution%whole_imbalance, &
         solution%out_of_balance, worst, node)

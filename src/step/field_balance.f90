@@ -6,7 +6,8 @@
 !>
 !>   as a whole    |r| / min(R, L)       L  the load, with prescribed values, or without load, at least the reactions
 !>                                       R  what the phase moves: its change of load, the reactions of components
-!>                                          that are moved, the forces of rigid bodies; L where it moves nothing
+!>                                          that are moved, the forces of rigid bodies, and these two at the
+!>                                          least as they were when it began; L where it moves nothing
 !>   at each node  max |r_a| / F_a       F_a  internal forces by their size around the node (qsmpm_term_share)
 !>
 !> Strains are known to a digit of rounding, forces therefore to  eps sum_j |K_ij| (h + |du|),  h the size of the cells
@@ -57,7 +58,7 @@ contains
     type(step_type), intent(in) :: step
     !> Displacement that was evaluated, and prescribed changes (components, nodes).
     real(wp), intent(in) :: displacement(:, :), prescribed(:, :)
-    !> Norm of the load at the least, and of what the phase changes of it.
+    !> Norm of the load at the least, and of what the phase changes of it or has moved from its start.
     real(wp), intent(in) :: least_load, phase_load
     type(references_type), intent(inout) :: references
     real(wp) :: load(step%equations%count), bodies(size(prescribed, 1), size(prescribed, 2)), moved

@@ -66,6 +66,7 @@ contains
       + joint_norm(model%part%team, norm2(pack(model%state%surface%released, spread(own_of(model%part%surface, &
       model%state%surface%count), 1, model%mesh%dimension)))) &
       + little*model%analysis%confinement*model%cell_size**(model%mesh%dimension - 1)
+    goal%least_moved = model%state%progress%force_at_start
     call check_nodes(model, unknowns, 'load', load, error)
     if (.not. allocated(error)) call check_nodes(model, unknowns, 'prescribed displacement', &
       goal%prescribed, error)

@@ -100,6 +100,7 @@ contains
     progress%failed_solvers = 3 - progress%failed_solvers
     call alter(progress%release_left)
     call alter(progress%own_settlement)
+    call alter(progress%force_at_start)
     call alter(progress%fraction)
     call alter(progress%load_factor)
     call alter(progress%next_step)
@@ -235,6 +236,7 @@ contains
     call note(names, 'undamped_newton', a%undamped_newton .eqv. b%undamped_newton)
     call note(names, 'release_left', same_reals([a%release_left], [b%release_left]))
     call note(names, 'own_settlement', same_reals([a%own_settlement], [b%own_settlement]))
+    call note(names, 'force_at_start', same_reals([a%force_at_start], [b%force_at_start]))
     call note(names, 'fraction', same_reals([a%fraction], [b%fraction]))
     call note(names, 'load_factor', same_reals([a%load_factor], [b%load_factor]))
     call note(names, 'next_step', same_reals([a%next_step], [b%next_step]))
