@@ -2,7 +2,7 @@
 !>
 !>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.001 where a material can yield
 !>   the same with a moving mesh          SPLINE2, POINTS, 9 (27) points, FACTOR 5e-4
-!>   triangles that fit the outlines      FEM, 6 points a TRI6, where no body is moved through them or comes as drawn;
+!>   triangles that fit the outlines      FEM, 3 points a TRI6, where no body is moved through them or comes as drawn;
 !>                                        when they are worn the first on the grid
 !>   every other mesh                     STANDARD, CELL
 !>   the first with stiff bodies on lines STANDARD, CELL
@@ -30,8 +30,8 @@ module qsmpm_recommended_method
   !> Strength of the ghost penalty for plastic flow, and for a body that is pushed by a moving mesh (ghost.md).
   real(wp), parameter :: factor_of_flow = 1.0e-3_wp, factor_of_push = 5.0e-4_wp
   !> Points of a cell that the second moments of quadratic functions need, in the plane and in space; points that
-  !> integrate a triangle of them.
-  integer, parameter :: points_in_plane = 9, points_in_space = 27, points_in_triangle = 6
+  !> integrate a triangle of them that goes with the ground.
+  integer, parameter :: points_in_plane = 9, points_in_space = 27, points_in_triangle = 3
   !> Young's modulus over the least one of the deck from which a body is stiff; a place on a line of the grid, as a
   !> share of its length.
   real(wp), parameter :: stiff = 300.0_wp, on_line = 1.0e-6_wp
