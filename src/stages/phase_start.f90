@@ -101,7 +101,8 @@ contains
     call update_pore_pressure(model)
   end subroutine start_phase
 
-  !> What the phase moves carries a force when it begins, which may fall to nothing: residuals refer to that at the least.
+  !> What the phase moves carries a force when it begins, which may fall to nothing: residuals refer to that at the
+  !> least.
   subroutine measure_start(model)
     type(model_type), intent(inout) :: model
     logical :: moved(size(model%loading%prescribed, 1), size(model%loading%prescribed, 2))

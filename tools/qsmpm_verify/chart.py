@@ -8,10 +8,12 @@ import math
 import shlex
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from qsmpm_verify import choosing
 from qsmpm_verify.batch import add_running_words, checked_program, efforts_up_to
+from qsmpm_verify.bounds.points import bound_points
 from qsmpm_verify.drawing import draw, tips
 from qsmpm_verify.front import Sample, choices, front, lasting_errors
 from qsmpm_verify.pages import figure_folder, link_to, markdown_table, write_between
@@ -137,6 +139,7 @@ def take_samples(words: argparse.Namespace) -> list[tuple[Study, list[Sample]]]:
         if samples and not any(s.good for s in samples):
             raise RunFailed(f"study {study.name}: no run of it gave a figure; the first says: {samples[0].message}")
         shown = with_peers(study, words.peers, words.out / "peers", lambda line: print(line, file=sys.stderr))
+        shown = replace(shown, others=shown.others + tuple(bound_points(study, words.out / "bounds")))
         taken.append((shown, samples))
     return taken
 

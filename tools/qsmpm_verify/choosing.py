@@ -10,8 +10,8 @@ from qsmpm_verify.studies import Study
 
 ASKED = (0.1, 0.03, 0.01, 1e-3)
 LEGEND = (
-    "Method; size; CPU seconds of the cheapest run that claims the error, on its grid and all finer ones; `same`: the run on the "
-    "left serves; `-`: none does."
+    "Method; size; CPU seconds of the cheapest run that claims the error, on its grid and all finer ones;\n"
+    "`same`: the run on the left serves; `-`: none does."
 )
 
 

@@ -5,6 +5,7 @@ deck = "input/NAME.inp"       from the top of the tree
 size = "cells over the height"   what the size of an entry counts; orders are fitted over it
 source = "..."                where the reference of the error comes from
 note = "..."                  one more sentence under the table
+bounds = 1.0                  limit analysis of the deck, times this, is a line of the chart; the reference is a function
 floor = 1e-12                 errors below it are taken for it: round-off, or what the reference is sure of
 
 [error]                       the error: a quantity as in a case (cases.py), without tolerance.
@@ -41,7 +42,7 @@ from typing import Any
 from qsmpm_verify.cases import EFFORTS, Case, CaseError, Quantity, check_keys, printed_quantity
 from qsmpm_verify.families import FamilyError, expand
 
-STUDY_KEYS = {"title", "deck", "size", "source", "note", "floor", "error", "pattern", "method", "other"}
+STUDY_KEYS = {"title", "deck", "size", "source", "note", "floor", "bounds", "error", "pattern", "method", "other"}
 METHOD_KEYS = {"label", "name", "size", "effort", "replace", "exit_codes", "time_limit", "command"}
 
 
@@ -88,6 +89,7 @@ class Study:
     floor: float
     methods: tuple[Method, ...]
     others: tuple[Other, ...]
+    bounds: float = 0.0
 
 
 def _entry(table: dict[str, Any], study: dict[str, Any], name: str, top: Path, where: str) -> Entry:
@@ -165,7 +167,7 @@ def load_study(path: Path, top: Path) -> Study:
         path.stem, table["title"], table["size"], table["source"], table.get("note", ""),
         printed_quantity(table["error"], table["source"], str(path), free="pattern" in table),
         table.get("pattern", ""), float(table.get("floor", 0.0)), methods,
-        tuple(_other(o, str(path)) for o in table.get("other", [])),
+        tuple(_other(o, str(path)) for o in table.get("other", [])), float(table.get("bounds", 0.0)),
     )  # fmt: skip
 
 

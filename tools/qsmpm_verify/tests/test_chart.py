@@ -7,9 +7,11 @@ import math
 import stat
 import tempfile
 import unittest
+from dataclasses import replace
 from pathlib import Path
 from unittest import mock
 
+from qsmpm_verify.bounds import points
 from qsmpm_verify.cases import CaseError
 from qsmpm_verify.chart import run_rows, write_csv
 from qsmpm_verify.cli import main
@@ -18,6 +20,7 @@ from qsmpm_verify.front import Sample, choices, front, lasting_errors, order
 from qsmpm_verify.places import STUDIES, TOP
 from qsmpm_verify.sampling import sample_study
 from qsmpm_verify.studies import load_studies, load_study
+from qsmpm_verify.trouble import Trouble
 
 
 def sample(method: str, size: float, error: float, seconds: float) -> Sample:
@@ -113,6 +116,18 @@ class Studies(unittest.TestCase):
     def take(self, *efforts: str) -> list[Sample]:
         study = load_study(self.path, self.folder)
         return sample_study(study, efforts, self.program, self.folder / "out", 1, 1, False, lambda *_: None)
+
+    def test_limit_analysis_is_a_line_of_a_study_that_asks_for_it(self) -> None:
+        (study,) = load_studies(STUDIES, TOP, ["slope_limit"])
+        with mock.patch.object(points, "PASSES", range(2)):
+            (line,) = points.bound_points(study, self.folder)
+            self.assertEqual(points.bound_points(study, self.folder), [line])
+        (coarse, first, seconds), (fine, second, _) = line.points
+        self.assertLess(coarse, fine)
+        self.assertTrue(0.0 < second < first < 0.3 and seconds > 0.0)
+        self.assertEqual(points.bound_points(replace(study, bounds=0.0), self.folder), [])
+        with self.assertRaisesRegex(Trouble, "against a function"):
+            points.bound_points(replace(study, error=replace(study.error, reference=1.0)), self.folder)
 
     def test_runs_give_errors_seconds_and_reasons(self) -> None:
         found = self.take("small", "quick")
