@@ -1,10 +1,11 @@
 !> What is to be said of layers before a run: interfaces that lines of the grid do not follow, and bodies that are thin
-!> for their cells: weak ones, and stiff ones that bend. Figures: docs/methods/bodies.md, "Layers".
+!> for their cells: weak ones, and stiff ones that bend, which are refused. Figures: docs/methods/bodies.md, "Layers".
 module qsmpm_layer_warnings
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
   use qsmpm_analysis, only: analysis_type, basis_fem, body_type, body_box, body_polygon, mesh_grid, &
     mesh_fitted, three_dimensional
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_layer_interfaces, only: interface_type, find_interfaces
   use qsmpm_material_traits, only: may_yield, traits_of
@@ -15,7 +16,7 @@ module qsmpm_layer_warnings
   implicit none
   private
 
-  public :: layer_notes, bending_notes
+  public :: layer_notes, check_bending
 
   !> Stress that is off by this share of it in cut cells is told: the limit of the scatter of a run.
   real(wp), parameter :: most_off = 0.13_wp
@@ -59,17 +60,16 @@ contains
     any_body = any(found%bodies == body)
   end function any_body
 
-  !> Sentences on bodies of the grid that bend and are one material point thick: what a step leaves in them has no
-  !> moment, and the next one bends them anew.
-  function bending_notes(model) result(notes)
+  !> Refuse bodies of the grid that bend and are one material point thick: what a step leaves in them has no moment, and
+  !> the next one bends them anew.
+  subroutine check_bending(model, diagnostics)
     !> The model with its points.
     type(model_type), intent(in) :: model
-    character(len=:), allocatable :: notes
+    type(diagnostics_type), intent(inout) :: diagnostics
     type(interface_type), allocatable :: found(:)
     real(wp) :: normal(3), thick, cell, sums(0:2), along(model%state%points%count)
     integer :: number(size(model%analysis%bodies)), b
 
-    notes = ''
     if (model%analysis%mesh%kind /= mesh_grid .or. model%analysis%method%basis == basis_fem) return
     call find_interfaces(model%analysis, found, contacts=.true.)
     number = body_materials(model%analysis, 0)
@@ -85,10 +85,10 @@ contains
           if (.not. sums(0) > 0.0_wp) cycle
           sums(2) = total(model%part%team, sum(volume*(along - sums(1)/sums(0))**2))
         end associate
-        if (sqrt(sums(2)/sums(0)) < one_row*thick) notes = notes//"warning: body '"//bodies(b)%name//"' is "// &
-          rounded_text(thick/cell)//' cells and one row of material points thick, which keeps no bending moment: '// &
-          'it bends anew in every step and re-equilibration (after four by four times what is right); cells of '// &
-          rounded_text(thick)//' or smaller across it are needed'//new_line('a')
+        if (sqrt(sums(2)/sums(0)) < one_row*thick) call add_diagnostic(diagnostics, bodies(b)%where, '*BODY, NAME='// &
+          bodies(b)%name, rounded_text(thick/cell)//' cells and one row of material points thick, which keeps no '// &
+          'bending moment: it would bend anew in every step (after four by four times what is right); cells of '// &
+          rounded_text(thick)//' or smaller across it, or a *GRID that names no ELEMENT and fits it')
       end do
     end associate
   contains
@@ -105,7 +105,7 @@ contains
           bends*model%analysis%materials(other)%young
       end do
     end function is_held
-  end function bending_notes
+  end subroutine check_bending
 
   !> What an interface within cells does. Cells strain as one: of a stiff part f the stress is r/(f r + 1 - f) of what
   !> it should be, with f = 1/2 as said.

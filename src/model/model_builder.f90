@@ -34,7 +34,7 @@ module qsmpm_model_builder
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_water_check, only: check_water_levels
   use qsmpm_material_law, only: make_material_law
-  use qsmpm_layer_warnings, only: bending_notes, layer_notes
+  use qsmpm_layer_warnings, only: check_bending, layer_notes
   use qsmpm_lowered_laws, only: check_lowering
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
@@ -92,6 +92,7 @@ contains
     if (diagnostics%count == 0) call divide_as_built(model, team)
     if (diagnostics%count == 0) call make_points(model, table, diagnostics)
     if (diagnostics%count == 0) call check_start(model, diagnostics)
+    if (diagnostics%count == 0) call check_bending(model, diagnostics)
     if (diagnostics%count == 0) call check_initial_results(model, diagnostics)
     if (diagnostics%count == 0) call check_softening_cells(model, diagnostics)
     if (diagnostics%count == 0) call check_strength_profiles(model, diagnostics)
@@ -108,7 +109,6 @@ contains
       call fail(error, diagnostics%code, diagnostics%text)
       return
     end if
-    model%notes = model%notes//bending_notes(model)
     call carry_outlines(model, table)
     call finish(model)
     call part_bodies(model)
