@@ -164,7 +164,7 @@ contains
     real(wp) :: move
     integer :: substep
 
-    move = largest_move(model, controls)
+    move = controls%largest_move*model%cell_size
     damping = first_damping(controls, model%state%progress%damping, norm_of_forces(step), norm_of_volumes(step), move)
     if (is_beyond_help(damping)) return
     do substep = 1, controls%max_substeps

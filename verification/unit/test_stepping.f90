@@ -238,6 +238,13 @@ contains
       call tests%close('and tells the last residual without damping', record%out_of_balance, 4.0e-7_wp, 0.0_wp)
     end associate
     call tests%check('the log says why', index(it%observer%text, 'static step rejected (the script says no)') > 0)
+    deallocate (it)
+    call start(it)
+    it%model%analysis%method%basis = basis_fem
+    it%controls%in_place = .true.
+    call it%go([lost(), damped(0.5_wp), damped(5.0e-4_wp), scripted_outcome_type(undamped=4.0e-7_wp)])
+    call tests%close('a mesh that goes along has the damping of its cells too, where places stay', &
+      it%script%asked(2)%damping, first_damping, 1.0e-12_wp*first_damping)
     call start(it)
     call it%go([lost(), damped(0.5_wp), scripted_outcome_type(undamped=9.0e-7_wp, damping_share=0.2_wp)])
     call tests%check('a damped sub-step that needs no damping is accepted', it%outcome%accepted .and. &
