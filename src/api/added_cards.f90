@@ -2,7 +2,9 @@
 !> one deck, so that they mean and are checked for what they would be there; lines of their faults are counted in what
 !> was added.
 module qsmpm_added_cards
-  use qsmpm_analysis, only: analysis_type, phase_type, material_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_material_description, only: material_type
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_deck, only: parse_deck, echo_text, message_list_type, message_text
   use qsmpm_error, only: error_type, error_deck, error_other, fail
   use qsmpm_text, only: integer_text, upper

@@ -3,7 +3,8 @@
 !> what stands on the state (bodies that come and go, pore pressure, ends of phases) is made ready where the state is.
 module qsmpm_model_extension
   use qsmpm_active_bodies, only: has_stages
-  use qsmpm_analysis, only: analysis_type, material_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_material_description, only: material_type
   use qsmpm_body_stages, only: part_bodies
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_kept_phases, only: find_kept_phase, keep_phase

@@ -3,7 +3,10 @@
 !> model: matrix, solver, factors and time are measured, the cost of the run is estimated from them.
 module qsmpm_plan
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, three_dimensional, basis_fem, stabilise_none, newton_modified, mesh_grid
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_mesh_description, only: mesh_grid
+  use qsmpm_method_description, only: basis_fem, stabilise_none
+  use qsmpm_phase_description, only: newton_modified
   use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_contacts, only: contact_counts

@@ -4,7 +4,9 @@
 !> The range is as wide as the week's scenes ask for (`tools/qsmpm-verify week` prints it beside their seconds).
 module qsmpm_plan_probe
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, axis_type, set_type, mesh_grid, phase_safety, select_plane, select_box
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_mesh_description, only: axis_type, set_type, mesh_grid, select_plane, select_box
+  use qsmpm_phase_description, only: phase_safety
   use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
   use qsmpm_error, only: error_type
   use qsmpm_model, only: model_type

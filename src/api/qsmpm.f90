@@ -13,7 +13,8 @@ module qsmpm
   use qsmpm_error, only: error_type, fail, error_other, error_deck, error_not_converged, error_left_mesh, &
     error_singular, error_user_material
   use qsmpm_phases, only: error_stopped
-  use qsmpm_analysis, only: analysis_type, phase_type, controls_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: phase_type, controls_type
   use qsmpm_law, only: law_type, batch_type, step_info_type, start_time, time_increment, status_ok, &
     status_cut, status_failed, status_unrecoverable, tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type

@@ -1,6 +1,6 @@
 !> A copy of an analysis between two steps, in memory: to try a load and take it back.
 module qsmpm_snapshot
-  use qsmpm_analysis, only: phase_type
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_model, only: model_type, state_type, loading_type, kept_phase_type
   use qsmpm_model_window, only: restore
   use qsmpm_phases, only: step_loop_type

@@ -3,8 +3,9 @@
 !> restart files and a window that is rebuilt all know of them.
 module qsmpm_stages
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, phase_type, fixity_type, prescription_type, traction_type, &
-    initial_keep
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_load_description, only: fixity_type, prescription_type, traction_type
+  use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_drainage, only: set_drainage
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_mesh_sets, only: find_set

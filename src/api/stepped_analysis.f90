@@ -5,7 +5,8 @@
 module qsmpm_stepped_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_added_cards, only: added_lines_type, name_added_lines, read_added_cards
-  use qsmpm_analysis, only: analysis_type, phase_type, phase_safety
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: phase_type, phase_safety
   use qsmpm_observer_list, only: observer_list_type
   use qsmpm_blas_threads, only: reserve_buffers
   use qsmpm_clock, only: clock_type

@@ -4,7 +4,8 @@
 !> them by a small share of a cell.
 module qsmpm_bodies_in_place
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, mesh_grid
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_mesh_description, only: mesh_grid
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_mesh_sets, only: set_tolerance

@@ -10,7 +10,7 @@
 !> In axisymmetry forces are per radian, as those of contact are.
 module qsmpm_body_loads
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: rigid_move_type
+  use qsmpm_structures, only: rigid_move_type
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type
   use qsmpm_rigid_bodies, only: force_on_body, pose_of

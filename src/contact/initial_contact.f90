@@ -7,7 +7,7 @@
 !> those of the nearest material point.
 module qsmpm_initial_contact
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: initial_stress_type, initial_k0
+  use qsmpm_phase_description, only: initial_stress_type, initial_k0
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points
   use qsmpm_carried_basis, only: nearest_point
   use qsmpm_initial_stress, only: stresses_at_rest

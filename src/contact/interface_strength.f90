@@ -6,7 +6,7 @@
 !> Strength that falls with strain does not fall here.
 module qsmpm_interface_strength
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: material_type
+  use qsmpm_material_description, only: material_type
   use qsmpm_carried_basis, only: nearest_point
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type

@@ -6,8 +6,9 @@
 !> radian, as reactions are.
 module qsmpm_rigid_bodies
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: rigid_body_type, patch_point, axisymmetric, three_dimensional, rigid_plane, rigid_circle, &
-    rigid_box, rigid_cone, rigid_cylinder
+  use qsmpm_analysis, only: axisymmetric, three_dimensional
+  use qsmpm_structures, only: rigid_body_type, patch_point, rigid_plane, rigid_circle, rigid_box, rigid_cone, &
+    rigid_cylinder
   use qsmpm_body_points, only: make_body_outlines, lay_body_points
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_interface_strength, only: check_interfaces

@@ -15,7 +15,7 @@
 !> and are not written.
 module qsmpm_card_fields
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: source_line_type
+  use qsmpm_source_line, only: source_line_type
   use qsmpm_law_parameters, only: field_visitor_type
   use qsmpm_text, only: string_type, integer_text, real_text, read_integer, read_real, split, squeezed
   use qsmpm_card_items, only: item_type, data_type, in_range, kind_word, kind_name, kind_file, kind_integer, &

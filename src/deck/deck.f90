@@ -3,7 +3,8 @@
 module qsmpm_deck
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
-  use qsmpm_analysis, only: analysis_type, mesh_none, mesh_inline
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_mesh_description, only: mesh_none, mesh_inline
   use qsmpm_basis_traits, only: usual_factor
   use qsmpm_carried_cards, only: note_card
   use qsmpm_recommended_method, only: decide_mesh, decide_method

@@ -2,7 +2,9 @@
 !> beside the stiffness. Each is warned of with the value and the usual range; nothing is converted.
 module qsmpm_deck_magnitudes
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, material_type, source_line_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_material_description, only: material_type
+  use qsmpm_source_line, only: source_line_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: may_yield, traits_of

@@ -1,9 +1,14 @@
 !> What a card is about: the analysis as a whole, or one item of a list of it (a material, a body, a load of a phase).
 !> Lists are opened by the cards that begin an item, counted and gone through by the echo, all by their number.
 module qsmpm_deck_objects
-  use qsmpm_analysis, only: analysis_type, set_type, surface_type, body_type, material_type, history_type, phase_type, &
-    traction_type, support_type, water_level_type, rigid_body_type, contact_type, rigid_move_type, prop_type, &
-    mesh_none
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_body_description, only: body_type
+  use qsmpm_history_description, only: history_type
+  use qsmpm_load_description, only: traction_type, support_type, water_level_type
+  use qsmpm_material_description, only: material_type
+  use qsmpm_mesh_description, only: set_type, surface_type, mesh_none
+  use qsmpm_phase_description, only: phase_type
+  use qsmpm_structures, only: rigid_body_type, contact_type, rigid_move_type, prop_type
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, points_request_type
   use qsmpm_point_test, only: point_stage_type

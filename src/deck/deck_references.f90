@@ -2,9 +2,12 @@
 !> exist, materials that are complete.
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_none, mesh_file, mesh_fitted, body_region, body_all, select_outline, set_type, &
-    source_line_type, initial_k0, initial_keep, initial_isotropic, initial_given, material_type, kinematics_jaumann, &
-    rate_paper, phase_safety
+  use qsmpm_body_description, only: body_region, body_all
+  use qsmpm_material_description, only: material_type
+  use qsmpm_mesh_description, only: mesh_none, mesh_file, mesh_fitted, select_outline, set_type
+  use qsmpm_method_description, only: kinematics_jaumann, rate_paper
+  use qsmpm_phase_description, only: initial_k0, initial_keep, initial_isotropic, initial_given, phase_safety
+  use qsmpm_source_line, only: source_line_type
   use qsmpm_text, only: string_type, add_word
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of

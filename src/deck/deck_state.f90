@@ -1,6 +1,7 @@
 !> What is known while a deck is read or written: the analysis so far, the messages, and where the reader is.
 module qsmpm_deck_state
-  use qsmpm_analysis, only: analysis_type, source_line_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_source_line, only: source_line_type
   use qsmpm_path, only: directory_of, joined, absolute_path
   use qsmpm_text, only: string_type, nearest_word
   use qsmpm_messages, only: message_list_type, line_origin_type, severity_error, severity_warning

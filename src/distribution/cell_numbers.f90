@@ -1,7 +1,7 @@
 !> Numbers of cells in the part of a grid that a process looks at, and in the whole grid. A mesh that is no grid is
 !> whole on every process, and a cell has one number.
 module qsmpm_cell_numbers
-  use qsmpm_analysis, only: mesh_grid
+  use qsmpm_mesh_description, only: mesh_grid
   use qsmpm_cell_boxes, only: is_inside
   use qsmpm_grid, only: pieces_of, whole_window
   use qsmpm_grid_window, only: window_type, operator(==), cell_place, renumber

@@ -4,7 +4,8 @@
 !> cells share a pressure follows from all that hold material (qsmpm_pressure_groups).
 module qsmpm_cell_sharing
   use qsmpm_kinds, only: long
-  use qsmpm_analysis, only: analysis_type, mesh_grid
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_mesh_description, only: mesh_grid
   use qsmpm_cell_boxes, only: box_owners_type, share_grid
   use qsmpm_cell_numbers, only: whole_cells
   use qsmpm_cell_owners, only: cell_owners_type

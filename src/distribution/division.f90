@@ -10,7 +10,10 @@ module qsmpm_division
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_agreement, only: agree
-  use qsmpm_analysis, only: analysis_type, contact_on_body, integrate_cells, mesh_grid
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_mesh_description, only: mesh_grid
+  use qsmpm_method_description, only: integrate_cells
+  use qsmpm_structures, only: contact_on_body
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_numbers, only: whole_of, number_all, add_places
   use qsmpm_cell_boxes, only: box_owners_type

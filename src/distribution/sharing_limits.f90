@@ -1,6 +1,7 @@
 !> What a team of processes cannot share yet: it is refused by name, before anything is computed.
 module qsmpm_sharing_limits
-  use qsmpm_analysis, only: analysis_type, basis_fem
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_carried_cards, only: not_carried
   use qsmpm_cell_sharing, only: has_boxes
   use qsmpm_error, only: error_type, fail, error_deck

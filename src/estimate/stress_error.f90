@@ -19,7 +19,7 @@
 module qsmpm_stress_error
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
-  use qsmpm_analysis, only: carrier_surface, support_none
+  use qsmpm_load_description, only: carrier_surface, support_none
   use qsmpm_element, only: element_order, corner_count, linear_kind, max_nodes, shape_functions
   use qsmpm_exchange, only: spread_from
   use qsmpm_model, only: model_type

@@ -2,7 +2,7 @@
 !> where that of the model is, and the state variables that come with them. docs/methods/initial_stresses.md.
 module qsmpm_initial_results
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: initial_stress_type
+  use qsmpm_phase_description, only: initial_stress_type
   use qsmpm_agreement, only: lowest_rank, spread_text
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_error, only: error_type

@@ -3,7 +3,7 @@
 !> which it is: triangles have none.
 module qsmpm_background_in_use
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: locking_none, locking_uniform_pressure
+  use qsmpm_material_description, only: locking_none, locking_uniform_pressure
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_model, only: model_type
   implicit none

@@ -1,6 +1,6 @@
 !> Errors of a deck that are only found when the model is built.
 module qsmpm_diagnostics
-  use qsmpm_analysis, only: source_line_type
+  use qsmpm_source_line, only: source_line_type
   use qsmpm_error, only: error_deck, error_user_material
   use qsmpm_text, only: integer_text
   implicit none

@@ -2,8 +2,10 @@
 !> drawn, those of later phases included. Where a set of nodes or a surface ends on an outline there is a node.
 module qsmpm_fitted_background
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, body_box, body_polygon, rigid_box, rigid_circle, rigid_polygon, &
-    select_box
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_body_description, only: body_box, body_polygon
+  use qsmpm_mesh_description, only: select_box
+  use qsmpm_structures, only: rigid_box, rigid_circle, rigid_polygon
   use qsmpm_element, only: element_from_name, element_order, tri3
   use qsmpm_error, only: error_type
   use qsmpm_fitted_mesh, only: fit_triangles, fitted_mesh_type

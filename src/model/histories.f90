@@ -3,10 +3,11 @@ module qsmpm_histories
   use qsmpm_kinds, only: wp
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_team, only: largest, total
-  use qsmpm_analysis, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
+  use qsmpm_analysis, only: plane_strain
+  use qsmpm_history_description, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
     quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
     quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation, &
-    quantity_contact_pressure, quantity_contact_slip, quantity_prop_force, plane_strain
+    quantity_contact_pressure, quantity_contact_slip, quantity_prop_force
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: items_of
   use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on

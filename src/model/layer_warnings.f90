@@ -3,8 +3,10 @@
 module qsmpm_layer_warnings
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
-  use qsmpm_analysis, only: analysis_type, basis_fem, body_type, body_box, body_polygon, mesh_grid, &
-    mesh_fitted, three_dimensional
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_body_description, only: body_type, body_box, body_polygon
+  use qsmpm_mesh_description, only: mesh_grid, mesh_fitted
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_layer_interfaces, only: interface_type, find_interfaces

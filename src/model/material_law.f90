@@ -1,7 +1,8 @@
 !> The law of a material of the deck: of the user's model, of a soil law's card, or of elasticity and strength;
 !> with pore water around it where it is undrained.
 module qsmpm_material_law
-  use qsmpm_analysis, only: material_type, method_type, stress_rate_cauchy
+  use qsmpm_material_description, only: material_type
+  use qsmpm_method_description, only: method_type, stress_rate_cauchy
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type

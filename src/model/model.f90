@@ -7,7 +7,8 @@
 !> call, and writes a page of code for another one into every procedure.
 module qsmpm_model
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, not_ended
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: not_ended
   use qsmpm_mesh, only: mesh_type
   use qsmpm_own_part, only: own_part_type
   use qsmpm_grid_window, only: window_type

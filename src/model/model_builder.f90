@@ -6,8 +6,11 @@ module qsmpm_model_builder
   use qsmpm_body_loads, only: lay_body_loads
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_user_material, fail
-  use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
-    basis_gimp, locking_none, locking_auto, initial_k0, locking_uniform_pressure, mesh_fitted, mesh_grid
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_material_description, only: material_type, locking_none, locking_auto, locking_uniform_pressure
+  use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
+  use qsmpm_method_description, only: basis_standard, basis_fem, basis_gimp
+  use qsmpm_phase_description, only: initial_k0
   use qsmpm_basis_traits, only: usual_factor
   use qsmpm_agreement, only: any_of
   use qsmpm_body_stages, only: part_bodies

@@ -2,8 +2,9 @@
 !> the nearest material point for each stress, strain and state variable.
 module qsmpm_model_histories
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, &
-    quantity_stress, quantity_runout, history_type, source_line_type
+  use qsmpm_history_description, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, &
+    quantity_stress, quantity_runout, history_type
+  use qsmpm_source_line, only: source_line_type
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_body_feet, only: body_to_follow

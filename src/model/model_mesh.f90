@@ -6,8 +6,12 @@ module qsmpm_model_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_fitted_background, only: fit_background
-  use qsmpm_analysis, only: analysis_type, basis_fem, mesh_grid, mesh_file, mesh_fitted, mesh_inline, select_list, &
-    select_box, select_plane, body_polygon, three_dimensional, body_type, set_type, source_line_type
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_body_description, only: body_polygon, body_type
+  use qsmpm_mesh_description, only: mesh_grid, mesh_file, mesh_fitted, mesh_inline, select_list, select_box, &
+    select_plane, set_type
+  use qsmpm_method_description, only: basis_fem
+  use qsmpm_source_line, only: source_line_type
   use qsmpm_element, only: element_from_name, local_dimension
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type

@@ -3,8 +3,8 @@ module qsmpm_model_shapes
   use, intrinsic :: iso_fortran_env, only: real32
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: body_type, body_box, body_polygon, body_region, body_polyhedron, &
-    three_dimensional
+  use qsmpm_analysis, only: three_dimensional
+  use qsmpm_body_description, only: body_type, body_box, body_polygon, body_region, body_polyhedron
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: find_set

@@ -6,7 +6,8 @@
 !> state names its window: one that is restored or read from a file brings its own.
 module qsmpm_model_window
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_grid, basis_fem
+  use qsmpm_mesh_description, only: mesh_grid
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_background_in_use, only: number_of, take_background
   use qsmpm_body_stages, only: link_points
   use qsmpm_cell_numbers, only: number_all

@@ -2,7 +2,7 @@
 !> range that the profile has over the material. The mean of a varying stiffness scales stabilisation from here on.
 module qsmpm_profile_check
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: material_type
+  use qsmpm_material_description, only: material_type
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_exchange, only: spread_from
   use qsmpm_law, only: law_type

@@ -11,7 +11,8 @@
 !> whose rows follow the set (*MOVING MESH) or the material (BASIS=FEM) needs no watch.
 module qsmpm_pushed_material
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: phase_type, basis_fem
+  use qsmpm_method_description, only: basis_fem
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_cell_numbers, only: whole_cells, window_cells
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_error, only: error_type, error_not_converged, fail

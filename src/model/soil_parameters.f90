@@ -1,7 +1,7 @@
 !> Parameters of the built-in soil from its description, and the cells that its softening allows.
 module qsmpm_soil_parameters
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: material_type
+  use qsmpm_material_description, only: material_type
   use qsmpm_error, only: error_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters

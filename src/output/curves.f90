@@ -5,7 +5,8 @@
 !> state it starts from.
 module qsmpm_curves
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: analysis_type, axisymmetric, three_dimensional, phase_safety
+  use qsmpm_analysis, only: analysis_type, axisymmetric, three_dimensional
+  use qsmpm_phase_description, only: phase_safety
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, append_file, put_text, flush_file, file_exists, read_text
   use qsmpm_history_quantities, only: unit_of_history

@@ -3,7 +3,7 @@
 !> figures the limits are taken from.
 module qsmpm_error_report
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: basis_standard, basis_fem, basis_gimp, integrate_points
+  use qsmpm_method_description, only: basis_standard, basis_fem, basis_gimp, integrate_points
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text
   use qsmpm_rounded_text, only: rounded_text, rounded_place

@@ -20,7 +20,7 @@ module qsmpm_recorder
   use qsmpm_error, only: error_type, error_other
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, read_text, write_text
   use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder
-  use qsmpm_analysis, only: analysis_type, mesh_grid
+  use qsmpm_mesh_description, only: mesh_grid
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_text

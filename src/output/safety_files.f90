@@ -1,7 +1,7 @@
 !> Files of safety phases: `safety.json` with the factors found so far, and pictures of the way the body fails.
 module qsmpm_safety_files
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: geometry_fixed
+  use qsmpm_phase_description, only: geometry_fixed
   use qsmpm_error, only: error_type
   use qsmpm_file, only: write_text
   use qsmpm_model, only: model_type

@@ -2,7 +2,8 @@
 !> reals are finite. A state that fails here would index beyond an array, or hold numbers that no step has written.
 module qsmpm_state_check
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_grid, not_ended, ended_by_loss
+  use qsmpm_mesh_description, only: mesh_grid
+  use qsmpm_phase_description, only: not_ended, ended_by_loss
   use qsmpm_finite, only: is_usable
   use qsmpm_grid, only: pieces_of, whole_window
   use qsmpm_grid_window, only: window_type, cells_of

@@ -6,7 +6,8 @@
 !> has one stands in `limit_load.json`.
 module qsmpm_summary
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, ended_by_load, ended_by_loss, not_ended
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: ended_by_load, ended_by_loss, not_ended
   use qsmpm_error, only: error_type
   use qsmpm_file, only: read_text, write_text
   use qsmpm_limit_load, only: limit_loads

@@ -12,7 +12,8 @@
 !> Of a model that is divided all processes put the same but for the rows of contacts, of which each has its own.
 module qsmpm_surroundings
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: axisymmetric, rigid_circle, rigid_plane
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_structures, only: rigid_circle, rigid_plane
   use qsmpm_body_points, only: body_points_type, present_body_points
   use qsmpm_hdf5_image, only: image_type, put_array, put_group
   use qsmpm_model, only: model_type

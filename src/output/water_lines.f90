@@ -1,7 +1,7 @@
 !> Water levels of a state as lines to be drawn: from end to end of the mesh, or of the body whose own it is.
 module qsmpm_water_lines
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: initial_keep
+  use qsmpm_phase_description, only: initial_keep
   use qsmpm_model, only: model_type
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: dry_tables, has_water, take_levels

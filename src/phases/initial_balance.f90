@@ -19,7 +19,7 @@ module qsmpm_initial_balance
   use qsmpm_equations, only: gather
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_exchange, only: spread_from
-  use qsmpm_analysis, only: phase_type, initial_k0
+  use qsmpm_phase_description, only: phase_type, initial_k0
   use qsmpm_initial_stress, only: reaches_above, measure_slope
   use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, find_largest_move, &
     largest_move

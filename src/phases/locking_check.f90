@@ -10,7 +10,7 @@
 module qsmpm_locking_check
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
-  use qsmpm_analysis, only: locking_none
+  use qsmpm_material_description, only: locking_none
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_own_part, only: own_of

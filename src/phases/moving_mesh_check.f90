@@ -7,7 +7,7 @@
 module qsmpm_moving_mesh_check
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: integer_text
-  use qsmpm_analysis, only: basis_standard, integrate_points
+  use qsmpm_method_description, only: basis_standard, integrate_points
   use qsmpm_element, only: corner_count
   use qsmpm_mesh, only: mesh_type
   use qsmpm_points, only: points_type

@@ -4,7 +4,7 @@
 module qsmpm_phase_report
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of
-  use qsmpm_analysis, only: phase_type
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_contact_report, only: contact_check_type, check_contact, end_contact_check
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
   use qsmpm_error, only: error_type, error_not_converged

@@ -3,7 +3,7 @@
 !> qsmpm_phase_stops.
 module qsmpm_phase_stop
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, stop_type, phase_safety
+  use qsmpm_phase_description, only: phase_type, stop_type, phase_safety
   use qsmpm_histories, only: take_histories
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore

@@ -4,7 +4,7 @@
 module qsmpm_phases
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree, any_of
-  use qsmpm_analysis, only: phase_type, initial_keep, phase_safety
+  use qsmpm_phase_description, only: phase_type, initial_keep, phase_safety
   use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_contact_report, only: begin_contact_check
   use qsmpm_error, only: error_type, fail, error_tangled

@@ -7,7 +7,7 @@
 module qsmpm_safety_search
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: agree, any_of
-  use qsmpm_analysis, only: phase_type, controls_type, geometry_fixed
+  use qsmpm_phase_description, only: phase_type, controls_type, geometry_fixed
   use qsmpm_convection, only: move_points
   use qsmpm_division, only: join_model
   use qsmpm_equilibrium, only: solution_type

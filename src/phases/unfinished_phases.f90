@@ -2,7 +2,7 @@
 !> them. The others are run; the run then ends with an error that names all of these.
 module qsmpm_unfinished_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, ended_by_limit, ended_by_loss, phase_safety
+  use qsmpm_phase_description, only: phase_type, ended_by_limit, ended_by_loss, phase_safety
   use qsmpm_error, only: error_type, error_left_mesh, error_not_converged, error_singular, fail
   use qsmpm_limit_load, only: limit_loads, limit_text
   use qsmpm_model, only: model_type, phase_end_type

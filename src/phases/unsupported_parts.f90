@@ -6,7 +6,7 @@
 module qsmpm_unsupported_parts
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of
-  use qsmpm_analysis, only: mesh_grid
+  use qsmpm_mesh_description, only: mesh_grid
   use qsmpm_exchange, only: hand_over
   use qsmpm_integration, only: integration_type
   use qsmpm_space, only: node_label, node_position

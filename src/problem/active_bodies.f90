@@ -2,7 +2,8 @@
 !> *CHANGE MATERIAL say, along the line of its ancestors. A body that a phase takes out is not there in that phase any
 !> more, though its weight and stress are lowered over it (qsmpm_unloading).
 module qsmpm_active_bodies
-  use qsmpm_analysis, only: analysis_type, body_change_type, fill_shape
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_body_description, only: body_change_type, fill_shape
   use qsmpm_phase_tree, only: lineage
   implicit none
   private

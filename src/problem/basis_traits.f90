@@ -4,8 +4,8 @@
 !> The number of a row is the basis of the analysis; those that others know by name are constants there.
 module qsmpm_basis_traits
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: method_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
-    stabilise_background, stabilise_ghost
+  use qsmpm_method_description, only: method_type, background_factor, ghost_factor, grid_ghost_factor, &
+    cubic_ghost_factor, stabilise_background, stabilise_ghost
   implicit none
   private
 

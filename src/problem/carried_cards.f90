@@ -2,8 +2,9 @@
 !> carry. What is not named here they do not touch: a card that is added to the program is neither mirrored, cut nor
 !> shared until it stands in this list, with what carries it written.
 module qsmpm_carried_cards
-  use qsmpm_analysis, only: analysis_type, quantity_displacement, quantity_position, quantity_stress, &
-    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
+    quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
     quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_contact_pressure, &
     quantity_body_rotation, quantity_contact_slip, quantity_prop_force
   use qsmpm_text, only: string_type

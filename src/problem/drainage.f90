@@ -3,7 +3,8 @@
 !>
 !> A law belongs to a material: the bodies of one material are drained together.
 module qsmpm_drainage
-  use qsmpm_analysis, only: analysis_type, drain_state_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_body_description, only: drain_state_type
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_undrained_parameters, only: undrained_c, drainage_none, drainage_dissipates, drainage_keeps
   implicit none

@@ -1,7 +1,8 @@
 !> What a *HISTORY can record: a row a quantity, with where it is taken, of which components and in which unit. The
 !> number of a row is the quantity of the analysis; those that others know by name are constants of qsmpm_analysis.
 module qsmpm_history_quantities
-  use qsmpm_analysis, only: analysis_type, history_type, axisymmetric, plane_strain
+  use qsmpm_analysis, only: analysis_type, axisymmetric, plane_strain
+  use qsmpm_history_description, only: history_type
   implicit none
   private
 

@@ -5,7 +5,8 @@
 module qsmpm_layer_interfaces
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
-  use qsmpm_analysis, only: analysis_type, body_type, body_box, body_polygon, three_dimensional
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_body_description, only: body_type, body_box, body_polygon
   implicit none
   private
 

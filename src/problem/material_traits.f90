@@ -3,7 +3,7 @@
 !> the embedding program nothing is known.
 module qsmpm_material_traits
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: material_type
+  use qsmpm_material_description, only: material_type
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_undrained_parameters, only: undrained_ratio
   implicit none

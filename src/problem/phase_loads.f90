@@ -1,7 +1,7 @@
 !> Whether phases put loads on the model.
 module qsmpm_phase_loads
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_tree, only: lineage
   implicit none
   private

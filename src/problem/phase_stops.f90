@@ -5,7 +5,7 @@
 !> reaches it.
 module qsmpm_phase_stops
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: stop_type, stop_above
+  use qsmpm_phase_description, only: stop_type, stop_above
   implicit none
   private
 

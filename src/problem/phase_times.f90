@@ -1,7 +1,7 @@
 !> When phases start: each at the end of its parent unless it says another time, the first one at 0.
 module qsmpm_phase_times
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_tree, only: lineage
   implicit none
   private

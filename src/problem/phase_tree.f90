@@ -1,7 +1,7 @@
 !> Phases as a tree: each starts from the end of its parent, which is the phase before it unless *PHASE, PARENT= names
 !> an earlier one. Loads, fixities and times in force follow the line of ancestors.
 module qsmpm_phase_tree
-  use qsmpm_analysis, only: phase_type
+  use qsmpm_phase_description, only: phase_type
   implicit none
   private
 

@@ -1,7 +1,7 @@
 !> Props by phases: which are there, and which a phase brings to a force.
 module qsmpm_prop_stages
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_tree, only: lineage
   implicit none
   private

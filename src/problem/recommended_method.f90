@@ -15,9 +15,12 @@
 module qsmpm_recommended_method
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: leaves_cells
-  use qsmpm_analysis, only: analysis_type, background_type, body_type, method_type, basis_auto, basis_fem, &
-    basis_standard, basis_spline2, basis_spline2g, body_box, body_polygon, integrate_points, integrate_cells, &
-    mesh_fitted, mesh_grid, select_list, stabilise_background, stabilise_ghost, stabilise_none, three_dimensional
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_body_description, only: body_type, body_box, body_polygon
+  use qsmpm_mesh_description, only: mesh_fitted, mesh_grid, select_list
+  use qsmpm_method_description, only: background_type, method_type, basis_auto, basis_fem, basis_standard, &
+    basis_spline2, basis_spline2g, integrate_points, integrate_cells, stabilise_background, stabilise_ghost, &
+    stabilise_none
   use qsmpm_element, only: allowed_counts, tri6
   use qsmpm_material_traits, only: may_yield
   implicit none

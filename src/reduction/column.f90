@@ -6,8 +6,10 @@
 !> columns are not alike at the ends and the scene is left as it is.
 module qsmpm_column
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, set_type, fixity_type, three_dimensional, select_plane, &
-    quantity_displacement, quantity_position, quantity_reaction
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_reaction
+  use qsmpm_load_description, only: fixity_type
+  use qsmpm_mesh_description, only: set_type, select_plane
   use qsmpm_reduction, only: reduction_type, reduce_column, refuse, place_text, begin_reduction, &
     require_local_histories
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &

@@ -5,7 +5,7 @@
 !> kind (qsmpm_field_list): what a picture shows, not what a run continues from.
 module qsmpm_images
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: axis_type
+  use qsmpm_mesh_description, only: axis_type
   use qsmpm_field_list, only: field_type, field_list_type, kind_amount, kind_position, kind_vector, kind_tensor, &
     kind_internal
   use qsmpm_grid_window, only: window_type

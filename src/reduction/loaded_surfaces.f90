@@ -2,8 +2,11 @@
 !> which of them are used at all.
 module qsmpm_loaded_surfaces
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, surface_type, select_box, select_segment, select_outline, &
-    body_polygon, carrier_points, contact_on_soil
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_body_description, only: body_polygon
+  use qsmpm_load_description, only: carrier_points
+  use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_outline
+  use qsmpm_structures, only: contact_on_soil
   use qsmpm_reduction, only: refuse, place_text
   use qsmpm_set_members, only: scene_tolerance
   implicit none

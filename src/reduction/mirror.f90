@@ -7,9 +7,13 @@
 !> taken unasked.
 module qsmpm_mirror
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, phase_type, surface_type, traction_type, select_box, select_segment, &
-    select_list, mesh_grid, three_dimensional, basis_standard, basis_fem, integrate_cells, stabilise_ghost, &
-    diagonal_alternate, quantity_reaction
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_history_description, only: quantity_reaction
+  use qsmpm_load_description, only: traction_type
+  use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_list, mesh_grid, &
+    diagonal_alternate
+  use qsmpm_method_description, only: basis_standard, basis_fem, integrate_cells, stabilise_ghost
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_element, only: element_from_name, element_order
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of

@@ -3,9 +3,12 @@
 !> beyond has no cell.
 module qsmpm_mirror_half
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, set_type, fixity_type, prescription_type, traction_type, support_type, &
-    body_type, select_plane, select_box, select_segment, select_outline, body_box, body_polygon, &
-    quantity_displacement, quantity_position, quantity_stress, quantity_strain, quantity_reaction
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_body_description, only: body_type, body_box, body_polygon
+  use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_strain, &
+    quantity_reaction
+  use qsmpm_load_description, only: fixity_type, prescription_type, traction_type, support_type
+  use qsmpm_mesh_description, only: set_type, select_plane, select_box, select_segment, select_outline
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance

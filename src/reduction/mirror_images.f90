@@ -2,8 +2,9 @@
 !> in the plane half way between two sides of the grid. What lies outside the grid counts nothing.
 module qsmpm_mirror_images
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, body_all, body_box, body_polygon, select_box, select_segment, &
-    select_outline, three_dimensional
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_body_description, only: body_all, body_box, body_polygon
+  use qsmpm_mesh_description, only: select_box, select_segment, select_outline
   use qsmpm_set_members, only: scene_tolerance
   implicit none
   private

@@ -1,7 +1,8 @@
 !> Mirror images among the bodies that come and go: what a phase does to a body it does to its image.
 module qsmpm_mirror_stages
   use qsmpm_active_bodies, only: body_number
-  use qsmpm_analysis, only: analysis_type, body_change_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_body_description, only: body_change_type
   use qsmpm_mirror_images, only: body_partner
   use qsmpm_reduction, only: refuse, place_text
   implicit none

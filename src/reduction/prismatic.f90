@@ -5,9 +5,11 @@
 !> thickness times those of the model.
 module qsmpm_prismatic
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, fixity_type, prescription_type, three_dimensional, plane_strain, &
-    basis_fem, quantity_displacement, quantity_position, quantity_stress, quantity_reaction, quantity_strain, &
-    quantity_volume
+  use qsmpm_analysis, only: analysis_type, three_dimensional, plane_strain
+  use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
+    quantity_strain, quantity_volume
+  use qsmpm_load_description, only: fixity_type, prescription_type
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_element, only: element_from_name, seed_rule, full_rule
   use qsmpm_error, only: error_type
   use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, at_rigid_body, component_vector

@@ -4,7 +4,10 @@
 !> the results are expanded to `qsmpm_images`.
 module qsmpm_reduction
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, source_line_type, axis_type, stop_above, stop_below
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_mesh_description, only: axis_type
+  use qsmpm_phase_description, only: stop_above, stop_below
+  use qsmpm_source_line, only: source_line_type
   use qsmpm_history_quantities, only: is_taken_at, at_body, at_support
   use qsmpm_text, only: integer_text
   implicit none

@@ -8,10 +8,12 @@
 !> equations are not those of the bricks, only what they approximate is the same.
 module qsmpm_revolved
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_analysis, only: analysis_type, body_type, fixity_type, three_dimensional, basis_fem, body_polyhedron, &
-    body_polygon, select_outline, select_plane, select_list, quantity_stress, quantity_strain, &
-    quantity_reaction, mesh_grid, &
-    carrier_points
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_body_description, only: body_type, body_polyhedron, body_polygon
+  use qsmpm_history_description, only: quantity_stress, quantity_strain, quantity_reaction
+  use qsmpm_load_description, only: fixity_type, carrier_points
+  use qsmpm_mesh_description, only: select_outline, select_plane, select_list, mesh_grid
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_error, only: error_type
   use qsmpm_stl_reader, only: read_stl

@@ -2,8 +2,10 @@
 !> y, and the way back.
 module qsmpm_revolved_half
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, fixity_type, set_type, axisymmetric, select_plane, quantity_position, &
-    quantity_stress, quantity_strain, quantity_reaction
+  use qsmpm_analysis, only: analysis_type, axisymmetric
+  use qsmpm_history_description, only: quantity_position, quantity_stress, quantity_strain, quantity_reaction
+  use qsmpm_load_description, only: fixity_type
+  use qsmpm_mesh_description, only: set_type, select_plane
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance

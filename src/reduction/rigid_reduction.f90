@@ -2,8 +2,10 @@
 !> the load, what lies beyond a mirror is left out and read from its image.
 module qsmpm_rigid_reduction
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, rigid_body_type, contact_type, rigid_move_type, history_type, &
-    quantity_contact_force, quantity_contact_moment, quantity_body_rotation
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_history_description, only: history_type, quantity_contact_force, quantity_contact_moment, &
+    quantity_body_rotation
+  use qsmpm_structures, only: rigid_body_type, contact_type, rigid_move_type
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type
   use qsmpm_rigid_symmetry, only: rigid_number, rigid_partner, rigid_side, rigid_above

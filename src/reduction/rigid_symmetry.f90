@@ -6,9 +6,10 @@
 !> take a half for it unasked (`contact_is_associated`).
 module qsmpm_rigid_symmetry
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, rigid_body_type, contact_type, rigid_move_type, contact_on_body, &
-    rigid_plane, rigid_circle, rigid_box, rigid_cone, rigid_cylinder, rigid_polygon, three_dimensional, &
-    quantity_contact_moment
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_history_description, only: quantity_contact_moment
+  use qsmpm_structures, only: rigid_body_type, contact_type, rigid_move_type, contact_on_body, rigid_plane, &
+    rigid_circle, rigid_box, rigid_cone, rigid_cylinder, rigid_polygon
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_loaded_surfaces, only: require_surface, surface_number
   use qsmpm_mirror_images, only: mirror_plane, surface_partner, mirrored_box, edges_match, outline_edges

@@ -4,7 +4,8 @@
 !> With *MODEL, TYPE=AUTO what is proved is used; otherwise the verdicts only tell what could be. A
 !> mirror is used unasked only where `reason_against_mirror` has nothing against it.
 module qsmpm_scene
-  use qsmpm_analysis, only: analysis_type, initial_given, three_dimensional, axisymmetric, mirror_yes, mirror_no
+  use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric, mirror_yes, mirror_no
+  use qsmpm_phase_description, only: initial_given
   use qsmpm_reduction, only: reduction_type, expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, &
     reduce_column, reduce_mirror, append_step, move_stops, refuse, &
     place_text

@@ -6,8 +6,9 @@
 !> half way.
 module qsmpm_set_members
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, set_type, axis_type, select_plane, select_box, &
-    three_dimensional, quantity_reaction
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_history_description, only: quantity_reaction
+  use qsmpm_mesh_description, only: set_type, axis_type, select_plane, select_box
   use qsmpm_element_kinds, only: element_from_name, element_order
   use qsmpm_phase_tree, only: lineage
   use qsmpm_reduction, only: closeness

@@ -7,7 +7,9 @@
 !> card; that the end planes are held is shown node by node for every phase.
 module qsmpm_uniform_axis
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, body_all, body_box, body_polygon, mesh_grid, select_list
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_body_description, only: body_all, body_box, body_polygon
+  use qsmpm_mesh_description, only: mesh_grid, select_list
   use qsmpm_reduction, only: refuse, place_text
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, representatives, node_state, &
     scene_tolerance

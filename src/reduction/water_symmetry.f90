@@ -2,7 +2,8 @@
 !> wants each to be its own image.
 module qsmpm_water_symmetry
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, water_level_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_load_description, only: water_level_type
   use qsmpm_mirror_images, only: body_partner, mirror_plane
   use qsmpm_reduction, only: refuse, place_text
   use qsmpm_set_members, only: scene_tolerance

@@ -3,7 +3,9 @@
 module qsmpm_lowered_laws
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: materials_active
-  use qsmpm_analysis, only: material_type, phase_safety, three_dimensional
+  use qsmpm_analysis, only: three_dimensional
+  use qsmpm_material_description, only: material_type
+  use qsmpm_phase_description, only: phase_safety
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_law, only: law_type

@@ -2,7 +2,7 @@
 !> factor and the smallest lost one, 0 for none, and 1 where the body was seen to give way at that.
 module qsmpm_safety_factors
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_safety
+  use qsmpm_phase_description, only: phase_safety
   use qsmpm_model, only: model_type, progress_type
   implicit none
   private

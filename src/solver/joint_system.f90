@@ -11,7 +11,7 @@
 module qsmpm_joint_system
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree, any_of
-  use qsmpm_analysis, only: solver_choice_type, solver_petsc
+  use qsmpm_method_description, only: solver_choice_type, solver_petsc
   use qsmpm_equations, only: equations_type, number_equations, one_triangle
   use qsmpm_error, only: error_type, fail, error_other
   use qsmpm_exchange, only: collect, spread_from

@@ -14,7 +14,7 @@
 module qsmpm_linear_system
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, solver_petsc, &
+  use qsmpm_method_description, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, solver_petsc, &
     precision_double, keep_auto, keep_no, keep_yes
   use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count
   use qsmpm_linear_solver, only: linear_solver_type

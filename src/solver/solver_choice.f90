@@ -1,8 +1,8 @@
 !> Which solver factorises the equations: the one the deck names, or the fastest by the crossovers
 !> measured in docs/performance.md.
 module qsmpm_solver_choice
-  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_mumps, solver_krylov, precision_auto, &
-    solver_petsc, precision_single
+  use qsmpm_method_description, only: solver_auto, solver_band, solver_cholmod, solver_mumps, solver_krylov, &
+    precision_auto, solver_petsc, precision_single
   use qsmpm_kinds, only: wp, long
   use qsmpm_version, only: with_suitesparse
   use qsmpm_linear_solver, only: linear_solver_type

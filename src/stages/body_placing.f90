@@ -6,7 +6,8 @@
 !> where it is. On a mesh that goes with the ground it fills its cells (qsmpm_cells_of_bodies).
 module qsmpm_body_placing
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: body_change_type, basis_fem, fill_level
+  use qsmpm_body_description, only: body_change_type, fill_level
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_active_bodies, only: body_number
   use qsmpm_cells_of_bodies, only: put_in_cells, place_in_cell
   use qsmpm_error, only: error_type, error_deck, fail

@@ -8,7 +8,9 @@
 module qsmpm_body_stages
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages
-  use qsmpm_analysis, only: select_outline, body_change_type, basis_fem
+  use qsmpm_body_description, only: body_change_type
+  use qsmpm_mesh_description, only: select_outline
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_body_feet, only: find_tracer_bodies, plant_feet
   use qsmpm_body_placing, only: place_body
   use qsmpm_carried_basis, only: nearest_point

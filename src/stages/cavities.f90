@@ -7,7 +7,8 @@
 !> points. Half or a quarter of a circle between planes of symmetry has that of the circle.
 module qsmpm_cavities
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: support_type, plane_strain
+  use qsmpm_analysis, only: plane_strain
+  use qsmpm_load_description, only: support_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_cells

@@ -1,7 +1,7 @@
 !> States at the ends of phases that are kept because a later phase, not the next one, starts from there
 !> (*PHASE, PARENT=).
 module qsmpm_kept_phases
-  use qsmpm_analysis, only: ended_by_load, ended_by_stop, phase_safety
+  use qsmpm_phase_description, only: ended_by_load, ended_by_stop, phase_safety
   use qsmpm_model, only: model_type, state_type, kept_phase_type, phase_end_type, progress_type
   use qsmpm_model_window, only: restore
   use qsmpm_phase_ends, only: end_of_phase

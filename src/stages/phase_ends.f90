@@ -3,7 +3,7 @@
 !> them, phases behind a limit load or a loss are not run.
 module qsmpm_phase_ends
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: ended_by_load, ended_by_limit, ended_by_loss, ended_by_stop, not_ended
+  use qsmpm_phase_description, only: ended_by_load, ended_by_limit, ended_by_loss, ended_by_stop, not_ended
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type, progress_type, phase_end_type
   use qsmpm_team, only: largest

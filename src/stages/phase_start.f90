@@ -6,7 +6,8 @@
 !> force from its start, because these stresses balance them.
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, initial_keep, phase_safety, support_none
+  use qsmpm_load_description, only: support_none
+  use qsmpm_phase_description, only: phase_type, initial_keep, phase_safety
   use qsmpm_active_bodies, only: has_stages
   use qsmpm_agreement, only: joint_norm
   use qsmpm_body_loads, only: start_body_loads

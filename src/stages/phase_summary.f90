@@ -4,7 +4,8 @@
 module qsmpm_phase_summary
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials, has_stages
-  use qsmpm_analysis, only: phase_safety, rigid_plane, rigid_circle, rigid_box, rigid_cone
+  use qsmpm_phase_description, only: phase_safety
+  use qsmpm_structures, only: rigid_plane, rigid_circle, rigid_box, rigid_cone
   use qsmpm_model, only: model_type
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_point_selection, only: select_points, append_points, select_surface_points, append_surface_points

@@ -3,7 +3,7 @@
 module qsmpm_constant_load_test
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: phase_type
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_model, only: model_type, state_type
   use qsmpm_observer, only: observer_type
   use qsmpm_initialisation, only: step_type

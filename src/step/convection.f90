@@ -10,7 +10,7 @@ module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged, error_tangled
   use qsmpm_active_bodies, only: bodies_active
-  use qsmpm_analysis, only: basis_fem
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_integration, only: integration_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: items_of

@@ -14,7 +14,7 @@
 module qsmpm_cut_cell_check
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
-  use qsmpm_analysis, only: integrate_cells
+  use qsmpm_method_description, only: integrate_cells
   use qsmpm_configuration, only: configuration_type
   use qsmpm_exchange, only: spread_from
   use qsmpm_own_part, only: is_divided, own_of

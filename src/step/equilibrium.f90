@@ -17,7 +17,7 @@ module qsmpm_equilibrium
   use qsmpm_kinds, only: wp, long
   use qsmpm_stopwatch, only: switch_timer, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
   use qsmpm_error, only: error_type, error_not_converged, error_singular
-  use qsmpm_analysis, only: newton_modified, controls_type
+  use qsmpm_phase_description, only: newton_modified, controls_type
   use qsmpm_equations, only: gather, scatter
   use qsmpm_field_balance, only: references_type, find_references, find_imbalance, leave_rounding
   use qsmpm_initialisation, only: step_type

@@ -6,7 +6,8 @@ module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: materials_active
   use qsmpm_agreement, only: agree, any_of, joint_norm
-  use qsmpm_analysis, only: newton_modified, basis_fem, solver_petsc, solver_choice_type
+  use qsmpm_method_description, only: basis_fem, solver_petsc, solver_choice_type
+  use qsmpm_phase_description, only: newton_modified
   use qsmpm_configuration, only: configuration_type, find_configuration, reset_configuration
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_error, only: error_type

@@ -8,7 +8,7 @@
 module qsmpm_load_step
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: agree, any_of
-  use qsmpm_analysis, only: controls_type
+  use qsmpm_phase_description, only: controls_type
   use qsmpm_convection, only: convect, update_in_place
   use qsmpm_division, only: migrate_points
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium

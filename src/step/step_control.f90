@@ -30,7 +30,8 @@
 module qsmpm_step_control
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
-  use qsmpm_analysis, only: controls_type, basis_fem, newton_full
+  use qsmpm_method_description, only: basis_fem
+  use qsmpm_phase_description, only: controls_type, newton_full
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_not_converged, error_singular, error_tangled
   use qsmpm_limit_load, only: compliance_type, limit_load_type, compliance_of

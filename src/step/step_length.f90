@@ -2,7 +2,7 @@
 !> heads qsmpm_step_control. No step goes beyond the phase, steps of the first length end on its multiples, and none
 !> reaches a load that was rejected for its compliance.
 module qsmpm_step_length
-  use qsmpm_analysis, only: controls_type
+  use qsmpm_phase_description, only: controls_type
   use qsmpm_kinds, only: wp
   use qsmpm_limit_load, only: compliance_type, limit_load_type, is_found, interpolate_knee, note_accepted, note_refused
   use qsmpm_model, only: progress_type

@@ -3,7 +3,7 @@
 module qsmpm_step_outcome
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: lowest_rank
-  use qsmpm_analysis, only: controls_type
+  use qsmpm_phase_description, only: controls_type
   use qsmpm_equations, only: gather
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type, error_not_converged, fail

@@ -1,7 +1,7 @@
 !> What step control asks for, and the interface of who does it: production passes `load_step_type`, a test a script
 !> of outcomes.
 module qsmpm_step_solver
-  use qsmpm_analysis, only: controls_type
+  use qsmpm_phase_description, only: controls_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type

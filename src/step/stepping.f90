@@ -2,7 +2,7 @@
 !> not accepted leaves the state as it was before. Who solves is passed in, so that a test scripts the outcomes.
 module qsmpm_stepping
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: phase_type, controls_type
+  use qsmpm_phase_description, only: phase_type, controls_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_exchange, only: spread_from

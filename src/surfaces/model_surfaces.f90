@@ -1,8 +1,9 @@
 !> Surface points of a model: the surfaces of the deck on the mesh and on the bounds of bodies.
 module qsmpm_model_surfaces
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: surface_type, axisymmetric, select_box, select_segment, select_mesh, &
-    select_outline, support_normal
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_load_description, only: support_normal
+  use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_mesh, select_outline
   use qsmpm_basis_traits, only: grid_degree
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type

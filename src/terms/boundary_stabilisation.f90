@@ -9,7 +9,7 @@
 !> share is below its bound.
 module qsmpm_boundary_stabilisation
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: basis_fem, stabilise_none, stabilise_background, stabilise_ghost
+  use qsmpm_method_description, only: basis_fem, stabilise_none, stabilise_background, stabilise_ghost
   use qsmpm_background, only: build_background
   use qsmpm_body_quadrature, only: source_material
   use qsmpm_configuration, only: configuration_type

@@ -3,7 +3,7 @@
 !> that a phase has freed are loads of that kind: they fall to zero over the phase, so that it starts from equilibrium.
 module qsmpm_dead_loads
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: carrier_points, carrier_surface
+  use qsmpm_load_description, only: carrier_points, carrier_surface
   use qsmpm_load_path, only: between
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type

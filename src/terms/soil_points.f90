@@ -8,7 +8,8 @@
 module qsmpm_soil_points
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
-  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_method_description, only: basis_fem, integrate_cells
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_cell_average, only: integrate_in_cells
   use qsmpm_configuration, only: configuration_type

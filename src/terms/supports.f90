@@ -13,7 +13,7 @@
 !> the sum of its springs is zero. x0 moves along with it.
 module qsmpm_supports
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: support_none, support_all
+  use qsmpm_load_description, only: support_none, support_all
   use qsmpm_configuration, only: configuration_type
   use qsmpm_equations, only: equations_type
   use qsmpm_kept_arrays, only: kept_values

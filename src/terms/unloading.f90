@@ -9,7 +9,7 @@
 module qsmpm_unloading
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
-  use qsmpm_analysis, only: carrier_surface
+  use qsmpm_load_description, only: carrier_surface
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type, find_configuration
   use qsmpm_integration, only: integration_type, place_of

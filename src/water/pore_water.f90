@@ -13,7 +13,9 @@
 !> between them. docs/methods/water.md.
 module qsmpm_pore_water
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, phase_type, water_level_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_load_description, only: water_level_type
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_model, only: model_type
   use qsmpm_points, only: carries_water
   use qsmpm_undrained_law, only: excess_pressure_name

@@ -5,7 +5,7 @@
 !> A pressure of water on the surface of a body below its level would be counted twice.
 module qsmpm_water_check
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: traction_type, water_level_type
+  use qsmpm_load_description, only: traction_type, water_level_type
   use qsmpm_agreement, only: any_of, lowest_rank, spread_text
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_flooded_pits, only: warn_of_flooded_pits

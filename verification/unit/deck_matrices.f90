@@ -5,7 +5,8 @@
 module deck_matrices
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: analysis_type, solver_choice_type, precision_double, keep_no
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_method_description, only: solver_choice_type, precision_double, keep_no
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model

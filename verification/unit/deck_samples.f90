@@ -1,8 +1,12 @@
 !> Decks for the tests of the reader, and the comparison of two analyses field by field.
 module deck_samples
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, mesh_source_type, set_type, surface_type, body_type, &
-    material_type, history_type, phase_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_body_description, only: body_type
+  use qsmpm_history_description, only: history_type
+  use qsmpm_material_description, only: material_type
+  use qsmpm_mesh_description, only: mesh_source_type, set_type, surface_type
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_text, only: same_bits
   implicit none
   private

@@ -3,7 +3,7 @@
 !> Every solve that converges leaves a trace in the state: the load fraction that was asked for, one more in every
 !> stress, and a mark in reactions and positions. What was asked for is kept.
 module scripted_solver
-  use qsmpm_analysis, only: controls_type
+  use qsmpm_phase_description, only: controls_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type, fail, error_other, error_not_converged
   use qsmpm_initialisation, only: step_type

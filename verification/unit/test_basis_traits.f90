@@ -1,7 +1,7 @@
 !> The list of bases: constants, words and traits, and the strength of the stabilisation that follows.
 module test_basis_traits
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: method_type, basis_auto, basis_standard, basis_fem, basis_gimp, basis_spline2, &
+  use qsmpm_method_description, only: method_type, basis_auto, basis_standard, basis_fem, basis_gimp, basis_spline2, &
     basis_spline3, basis_spline2g, stabilise_none, stabilise_background, stabilise_ghost
   use qsmpm_basis_traits, only: basis_list, grid_degree, usual_factor
   use testing, only: tests_type

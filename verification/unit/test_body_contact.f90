@@ -1,7 +1,8 @@
 !> Contact on the outline of a rigid body: places and lengths of outlines, which of them soil touches, nothing where
 !> soil and body move as one, the matrix against differences, what is kept of a step and what parts.
 module test_body_contact
-  use qsmpm_analysis, only: analysis_type, initial_stress_type, initial_given
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
   use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_contact_results, only: contact_pressure_at

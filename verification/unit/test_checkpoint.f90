@@ -4,7 +4,8 @@
 module test_checkpoint
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_associated
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, phase_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type

@@ -3,7 +3,8 @@
 !> of a body.
 module test_contacts
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_invalid
-  use qsmpm_analysis, only: analysis_type, initial_stress_type, initial_given
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_patches, only: contact_patches_type, find_patches

@@ -4,8 +4,11 @@
 module test_deck
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck
-  use qsmpm_analysis, only: analysis_type, controls_type, plane_strain, mesh_grid, stabilise_none, &
-    kinematics_logarithmic, select_plane, select_box, quantity_stress
+  use qsmpm_analysis, only: analysis_type, plane_strain
+  use qsmpm_history_description, only: quantity_stress
+  use qsmpm_mesh_description, only: mesh_grid, select_plane, select_box
+  use qsmpm_method_description, only: stabilise_none, kinematics_logarithmic
+  use qsmpm_phase_description, only: controls_type
   use qsmpm_text, only: string_type, split, same_bits
   use qsmpm_deck, only: read_deck, parse_deck, message_list_type, message_text, echo_text, &
     help_text, keyword_list_text, deck_markdown

@@ -3,7 +3,8 @@
 module test_equilibrium
   use, intrinsic :: iso_fortran_env, only: error_unit
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, controls_type, newton_full, newton_modified
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: controls_type, newton_full, newton_modified
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_equations, only: gather

@@ -2,7 +2,9 @@
 !> whole again.
 module test_initial_stresses
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, material_type, ended_by_load
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_material_description, only: material_type
+  use qsmpm_phase_description, only: ended_by_load
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
   use qsmpm_initial_balance, only: balance_type, measure_balance

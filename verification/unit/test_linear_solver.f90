@@ -7,7 +7,7 @@ module test_linear_solver
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_other, error_singular
-  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_umfpack, solver_mumps, &
+  use qsmpm_method_description, only: solver_auto, solver_band, solver_cholmod, solver_umfpack, solver_mumps, &
     solver_krylov, precision_auto, precision_double, precision_single
   use qsmpm_sparse_matrix, only: sparse_matrix_type, multiply, residual_norm, bandwidth, &
     entry_count, row_sums

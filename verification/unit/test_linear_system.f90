@@ -4,7 +4,8 @@ module test_linear_system
   use testing, only: tests_type
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: analysis_type, solver_choice_type, solver_auto, solver_band, solver_mumps, solver_krylov, &
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_method_description, only: solver_choice_type, solver_auto, solver_band, solver_mumps, solver_krylov, &
     solver_petsc, precision_double, precision_single, keep_no, keep_yes
   use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
   use qsmpm_linear_solver, only: linear_solver_type

@@ -2,7 +2,7 @@
 module test_node_ordering
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: solver_mumps
+  use qsmpm_method_description, only: solver_mumps
   use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count
   use qsmpm_node_graph, only: node_distance
   use qsmpm_node_ordering, only: order_metis, order_bandwidth

@@ -5,7 +5,8 @@ module test_output
   use qsmpm_term_share, only: step_share_type
   use testing, only: tests_type
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: plane_strain, quantity_stress, quantity_displacement
+  use qsmpm_analysis, only: plane_strain
+  use qsmpm_history_description, only: quantity_stress, quantity_displacement
   use qsmpm_clock, only: start_clock
   use qsmpm_display, only: display_none
   use qsmpm_element, only: quad4

@@ -5,7 +5,7 @@ module test_petsc_solver
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_singular
-  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, solver_petsc, &
+  use qsmpm_method_description, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, solver_petsc, &
     precision_double, precision_single, keep_no
   use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
   use qsmpm_linear_solver, only: linear_solver_type

@@ -2,7 +2,8 @@
 !> the phases behind it.
 module test_phase_stops
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, controls_type, ended_by_load, ended_by_stop, stop_above, stop_below, stop_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: controls_type, ended_by_load, ended_by_stop, stop_above, stop_below, stop_type
   use qsmpm_model, only: progress_type, phase_end_type
   use qsmpm_phase_ends, only: end_of_phase, fraction_reached
   use qsmpm_phase_stops, only: is_reached, stop_share

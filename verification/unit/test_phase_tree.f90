@@ -1,7 +1,8 @@
 !> Phases that start from the end of an earlier one: who is whose parent, the loads and the state that a child starts
 !> with, the children of a phase that has ended at its limit load, and a restart file with ends of phases in it.
 module test_phase_tree
-  use qsmpm_analysis, only: analysis_type, phase_type, ended_by_load, ended_by_loss
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: phase_type, ended_by_load, ended_by_loss
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type, error_left_mesh, error_not_converged
   use qsmpm_kinds, only: wp

@@ -1,7 +1,7 @@
 !> What a plan expects of a run: the coarse grid, the planned steps, a trial, the range.
 module test_plan_probe
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: axis_type, set_type, select_plane, select_box
+  use qsmpm_mesh_description, only: axis_type, set_type, select_plane, select_box
   use qsmpm_error, only: error_type
   use qsmpm_plan_probe, only: trial_type, try_run, try_coarse, expected_range, coarse_lines, planned_steps
   use qsmpm_problem, only: problem_type

@@ -1,10 +1,11 @@
 !> The method of a deck that names none, or only a part of one: docs/methods/choosing.md.
 module test_recommended_method
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, basis_fem, basis_standard, basis_spline2, basis_spline2g, basis_gimp, &
-    mesh_fitted, mesh_grid, &
-    integrate_points, integrate_cells, stabilise_none, stabilise_background, stabilise_ghost, &
-    grid_ghost_factor, background_factor
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
+  use qsmpm_method_description, only: basis_fem, basis_standard, basis_spline2, basis_spline2g, basis_gimp, &
+    integrate_points, integrate_cells, stabilise_none, stabilise_background, stabilise_ghost, grid_ghost_factor, &
+    background_factor
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
   use deck_samples, only: joined

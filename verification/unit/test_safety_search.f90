@@ -2,7 +2,8 @@
 !> the end, the mechanism, the run-out, a run that is resumed. And with the method itself: places that stay, the factor
 !> of a vertical cut, the parent left as it was.
 module test_safety_search
-  use qsmpm_analysis, only: ended_by_stop, analysis_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_phase_description, only: ended_by_stop
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type, error_not_converged
   use qsmpm_kinds, only: wp, pi

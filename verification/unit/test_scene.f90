@@ -2,7 +2,9 @@
 !> is comes from one changed line of it.
 module test_scene
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, mesh_file, plane_strain, water_level_type
+  use qsmpm_analysis, only: analysis_type, plane_strain
+  use qsmpm_load_description, only: water_level_type
+  use qsmpm_mesh_description, only: mesh_file
   use qsmpm_carried_cards, only: not_carried, note_card
   use qsmpm_column, only: require_column
   use qsmpm_deck, only: parse_deck, message_list_type

@@ -13,7 +13,7 @@ module test_spline_ghost
   use qsmpm_domains, only: domains_type, touch_cells
   use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
   use qsmpm_boundary_stabilisation, only: build_penalty
-  use qsmpm_analysis, only: stabilise_none, stabilise_ghost, stabilise_background
+  use qsmpm_method_description, only: stabilise_none, stabilise_ghost, stabilise_background
   use sample_models, only: uneven_grid, sample_space, tiled_box, lines_x
   use testing, only: tests_type
   implicit none

@@ -9,7 +9,7 @@ module test_stabilisation
   use qsmpm_boundary_stabilisation, only: build_penalty
   use qsmpm_space, only: space_type
   use qsmpm_space_builder, only: element_space
-  use qsmpm_analysis, only: stabilise_ghost, stabilise_background
+  use qsmpm_method_description, only: stabilise_ghost, stabilise_background
   use sample_models, only: sample_grid
   use testing, only: tests_type
   implicit none

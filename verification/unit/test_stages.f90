@@ -3,7 +3,7 @@
 module test_stages
   use qsmpm, only: wp, error_type, problem_type, simulation_type
   use qsmpm_active_bodies, only: bodies_active
-  use qsmpm_analysis, only: basis_spline2g
+  use qsmpm_method_description, only: basis_spline2g
   use qsmpm_convection, only: convect
   use qsmpm_element, only: node_count
   use qsmpm_element_shape, only: shape_functions

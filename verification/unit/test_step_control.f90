@@ -3,7 +3,8 @@
 !> docs/methods/proximal.md and of *CONTROLS.
 module test_step_control
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-  use qsmpm_analysis, only: basis_fem, controls_type, newton_modified
+  use qsmpm_method_description, only: basis_fem
+  use qsmpm_phase_description, only: controls_type, newton_modified
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_not_converged, error_singular
   use qsmpm_kinds, only: wp

@@ -1,7 +1,7 @@
 !> Lengths of steps: multiples of the first one, growth, cuts, and the end of the phase. Figures are those of
 !> docs/methods/steps.md and of *CONTROLS.
 module test_step_length
-  use qsmpm_analysis, only: controls_type
+  use qsmpm_phase_description, only: controls_type
   use qsmpm_kinds, only: wp
   use qsmpm_limit_load, only: compliance_type, limit_load_type
   use qsmpm_model, only: progress_type

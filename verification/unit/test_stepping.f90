@@ -4,7 +4,9 @@
 !> stabilisation may carry 1e-2, a cell is a half long and a node may move by half of that.
 module test_stepping
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-  use qsmpm_analysis, only: analysis_type, basis_fem, phase_safety, controls_type, phase_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_method_description, only: basis_fem
+  use qsmpm_phase_description, only: phase_safety, controls_type, phase_type
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type, error_not_converged, error_singular, error_user_material
   use qsmpm_initialisation, only: step_type

@@ -3,7 +3,8 @@
 module test_strength_factor
   use qsmpm_kinds, only: wp, pi
   use qsmpm_active_bodies, only: materials_active
-  use qsmpm_analysis, only: analysis_type, material_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_material_description, only: material_type
   use qsmpm_cam_clay, only: cam_clay_parameters_type
   use qsmpm_drucker_prager, only: drucker_prager_parameters_type
   use qsmpm_error, only: error_type

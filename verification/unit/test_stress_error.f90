@@ -4,7 +4,8 @@ module test_stress_error
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_error_report, only: error_line, error_warning
-  use qsmpm_analysis, only: analysis_type, support_normal
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_load_description, only: support_normal
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model

@@ -1,7 +1,8 @@
 !> A run that leaves the triangles which fit its scene for the grid of their lines: nothing of the state is lost, the
 !> ground hardly moves, and a state of before brings its triangles back.
 module test_worn_mesh
-  use qsmpm_analysis, only: analysis_type, basis_fem, basis_spline2g
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_method_description, only: basis_fem, basis_spline2g
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type, error_tangled
   use qsmpm_kinds, only: wp

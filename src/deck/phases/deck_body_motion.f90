@@ -1,6 +1,7 @@
 !> What rigid bodies do in a phase: the cards *MOVE and *LOAD.
 module qsmpm_deck_body_motion
-  use qsmpm_analysis, only: axisymmetric, plane_strain, rigid_move_type
+  use qsmpm_analysis, only: axisymmetric, plane_strain
+  use qsmpm_structures, only: rigid_move_type
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_moves

@@ -1,7 +1,7 @@
 !> Cards of a phase that say how it is stepped: *CONTROLS, *CONSTANT LOAD TEST.
 module qsmpm_deck_controls
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: controls_type, phase_type
+  use qsmpm_phase_description, only: controls_type, phase_type
   use qsmpm_text, only: integer_text, real_text
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_card_fields, only: card_fields_type

@@ -2,7 +2,7 @@
 !> a surface, and *CONTRACTION, which holds and moves that of a cavity.
 module qsmpm_deck_loads
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: traction_type, support_all, support_none
+  use qsmpm_load_description, only: traction_type, support_all, support_none
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_tractions, list_supports

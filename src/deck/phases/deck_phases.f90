@@ -1,6 +1,6 @@
 !> Cards of phases: *PHASE, what changes in it, *END PHASE. Loads on surfaces: qsmpm_deck_loads.
 module qsmpm_deck_phases
-  use qsmpm_analysis, only: fixity_type, prescription_type
+  use qsmpm_load_description, only: fixity_type, prescription_type
   use qsmpm_text, only: string_type, add_word, integer_text
   use qsmpm_cards, only: card_type, row_type, word_at
   use qsmpm_card_fields, only: card_fields_type

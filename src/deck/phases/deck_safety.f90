@@ -1,7 +1,7 @@
 !> *SAFETY of phases of TYPE=SAFETY, and what such phases may not have: loads, fixities and a start of their own,
 !> children.
 module qsmpm_deck_safety
-  use qsmpm_analysis, only: phase_type, phase_safety, initial_keep
+  use qsmpm_phase_description, only: phase_type, phase_safety, initial_keep
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_words, only: bar_list, geometry_words

@@ -2,8 +2,12 @@
 !> they are, and something is left; nothing acts on a body that is not there.
 module qsmpm_deck_stage_check
   use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages, leaves_cells
-  use qsmpm_analysis, only: body_change_type, phase_type, source_line_type, select_outline, &
-    basis_fem, carrier_points, fill_level
+  use qsmpm_body_description, only: body_change_type, fill_level
+  use qsmpm_load_description, only: carrier_points
+  use qsmpm_mesh_description, only: select_outline
+  use qsmpm_method_description, only: basis_fem
+  use qsmpm_phase_description, only: phase_type
+  use qsmpm_source_line, only: source_line_type
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_kinds, only: wp
   use qsmpm_phase_tree, only: parent_of

@@ -1,7 +1,7 @@
 !> Cards of staged construction: *ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL. What only the whole deck tells is checked by
 !> qsmpm_deck_stage_check.
 module qsmpm_deck_stages
-  use qsmpm_analysis, only: body_change_type, fill_level
+  use qsmpm_body_description, only: body_change_type, fill_level
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type

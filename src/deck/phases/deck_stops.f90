@@ -1,7 +1,7 @@
 !> *STOP: a phase ends where a history reaches a value. What histories and stops refer to is checked here.
 module qsmpm_deck_stops
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: stop_type, phase_safety
+  use qsmpm_phase_description, only: stop_type, phase_safety
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: bar_list, side_words

@@ -1,7 +1,8 @@
 !> *WATER LEVEL: the level of the ground water from a phase on.
 module qsmpm_deck_water
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: water_level_type, phase_type, initial_keep
+  use qsmpm_load_description, only: water_level_type
+  use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_water_levels

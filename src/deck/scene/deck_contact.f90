@@ -1,6 +1,6 @@
 !> The card of contacts, *CONTACT, and what it must find: bodies, surfaces, an outline.
 module qsmpm_deck_contact
-  use qsmpm_analysis, only: rigid_plane, contact_on_soil, contact_on_body, patch_point
+  use qsmpm_structures, only: rigid_plane, contact_on_soil, contact_on_body, patch_point
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_contacts

@@ -2,10 +2,10 @@
 !> what is written.
 module qsmpm_deck_general
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: method_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
-    basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, stabilise_background, stabilise_ghost, &
-    three_dimensional, plane_strain, mirror_auto, precision_auto, precision_single, keep_auto, solver_auto, &
-    solver_petsc
+  use qsmpm_analysis, only: three_dimensional, plane_strain, mirror_auto
+  use qsmpm_method_description, only: method_type, background_factor, ghost_factor, grid_ghost_factor, &
+    cubic_ghost_factor, basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, &
+    stabilise_background, stabilise_ghost, precision_auto, precision_single, keep_auto, solver_auto, solver_petsc
   use qsmpm_text, only: real_text
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type

@@ -1,7 +1,7 @@
 !> *GRID: lines along the axes, from segments with graded spacing or from a list.
 module qsmpm_deck_grid
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: mesh_source_type, mesh_fitted, mesh_grid, diagonal_random
+  use qsmpm_mesh_description, only: mesh_source_type, mesh_fitted, mesh_grid, diagonal_random
   use qsmpm_element, only: element_from_name, local_dimension
   use qsmpm_text, only: integer_text, real_text, read_integer, read_real, number_good
   use qsmpm_cards, only: card_type, row_type, number_at, word_at

@@ -1,7 +1,8 @@
 !> *HISTORY: a column of the curves.
 module qsmpm_deck_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, history_type, quantity_reaction, quantity_state, quantity_prop_force
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_history_description, only: history_type, quantity_reaction, quantity_state, quantity_prop_force
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_histories

@@ -1,7 +1,8 @@
 !> *K0 of a material, and whether its strength can carry it.
 module qsmpm_deck_k0
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: material_type, initial_k0
+  use qsmpm_material_description, only: material_type
+  use qsmpm_phase_description, only: initial_k0
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type

@@ -1,7 +1,7 @@
 !> Cards of materials: *MATERIAL and the properties that belong to the last one.
 module qsmpm_deck_materials
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_analysis, only: locking_none
+  use qsmpm_material_description, only: locking_none
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_soil_laws, only: add_soil_law_keywords

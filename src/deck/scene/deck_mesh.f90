@@ -1,7 +1,7 @@
 !> Cards that bring a mesh along: *MESH (a file), *NODE and *ELEMENT (in the deck).
 module qsmpm_deck_mesh
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_source_type, mesh_file, mesh_inline
+  use qsmpm_mesh_description, only: mesh_source_type, mesh_file, mesh_inline
   use qsmpm_echo_lines, only: numbers, integers
   use qsmpm_element, only: element_from_name, node_count
   use qsmpm_text, only: integer_text, upper

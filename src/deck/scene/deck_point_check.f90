@@ -2,7 +2,8 @@
 !> what it must not, and quantities that the kind of test leads.
 module qsmpm_deck_point_check
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: source_line_type, mesh_none
+  use qsmpm_mesh_description, only: mesh_none
+  use qsmpm_source_line, only: source_line_type
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_text, only: string_type, add_word
   use qsmpm_messages, only: severity_error

@@ -1,6 +1,6 @@
 !> *STRENGTH PROFILE: strength, and stiffness where asked for, by depth, table or a file of samples.
 module qsmpm_deck_profile
-  use qsmpm_analysis, only: material_type
+  use qsmpm_material_description, only: material_type
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_lines, only: read_whole_file

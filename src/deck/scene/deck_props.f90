@@ -1,6 +1,6 @@
 !> Props: the cards *PROP, *INSTALL and *REMOVE.
 module qsmpm_deck_props
-  use qsmpm_analysis, only: prop_change_type, prop_type
+  use qsmpm_structures, only: prop_change_type, prop_type
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_props, check_new_name

@@ -1,7 +1,7 @@
 !> Cards that name parts of the mesh: *NSET, *ELSET, *SURFACE.
 module qsmpm_deck_sets
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: set_type, surface_type, select_list, select_box, select_plane, select_segment, &
+  use qsmpm_mesh_description, only: set_type, surface_type, select_list, select_box, select_plane, select_segment, &
     select_mesh, select_outline
   use qsmpm_cards, only: card_type, whole_at
   use qsmpm_card_fields, only: card_fields_type

@@ -1,6 +1,6 @@
 !> *STRENGTH CONSTANTS of a material: which constants of its law a factor of safety divides.
 module qsmpm_deck_strength_constants
-  use qsmpm_analysis, only: material_type
+  use qsmpm_material_description, only: material_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_words, only: bar_list

@@ -1,6 +1,7 @@
 !> Cards of undrained soil: *UNDRAINED of a material, *DRAIN STATE of a phase, and what must fit them.
 module qsmpm_deck_undrained
-  use qsmpm_analysis, only: material_type, drain_state_type
+  use qsmpm_body_description, only: drain_state_type
+  use qsmpm_material_description, only: material_type
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, did_you_mean

@@ -1,0 +1,71 @@
+!> Materials as a deck describes them: laws and their parameters, strength profiles, the cure of locking, stresses at
+!> rest.
+module qsmpm_material_description
+  use qsmpm_kinds, only: wp
+  use qsmpm_law_parameters, only: law_parameters_type
+  use qsmpm_softening_parameters, only: softening_parameters_type
+  use qsmpm_source_line, only: source_line_type
+  use qsmpm_strength_constants, only: strength_constant_type
+  use qsmpm_strength_profile, only: strength_profile_type
+  use qsmpm_undrained_parameters, only: undrained_type
+  use qsmpm_user_material, only: user_material_type
+  implicit none
+  private
+
+  public :: at_rest_type, material_type
+
+  !> Cure of volumetric locking of a material; auto is resolved by the model builder.
+  integer, parameter, public :: locking_none = 0, locking_auto = 1, locking_uniform_pressure = 2
+
+  !> Horizontal stress of a material at the start (qsmpm_stress_at_rest).
+  type :: at_rest_type
+    type(source_line_type) :: where
+    !> K0 of first loading; negative: that of the phase. It is 1 - sin phi.
+    real(wp) :: k0 = -1.0_wp
+    logical :: jaky = .false.
+    !> Largest vertical stress in the past over the present one, and less the present one.
+    real(wp) :: overconsolidation = 1.0_wp, pre_overburden = 0.0_wp
+    !> Poisson's ratio of unloading; negative: that of the material.
+    real(wp) :: poisson = -1.0_wp
+  end type at_rest_type
+
+  !> Parameters of one material; the law is chosen by what is present.
+  type :: material_type
+    character(len=:), allocatable :: name
+    type(source_line_type) :: where
+    real(wp) :: young = 0.0_wp
+    real(wp) :: poisson = 0.0_wp
+    !> Weight per volume at load factor 1 (multiplied by the gravity vector).
+    real(wp) :: unit_weight = 0.0_wp
+    !> The same below the water level; negative: no other.
+    real(wp) :: saturated_weight = -1.0_wp
+    type(at_rest_type) :: at_rest
+    logical :: mohr_coulomb = .false.
+    real(wp) :: cohesion = 0.0_wp
+    !> Degrees.
+    real(wp) :: friction_angle = 0.0_wp
+    real(wp) :: dilatancy_angle = 0.0_wp
+    !> Largest principal stress allowed; huge means no cut-off.
+    real(wp) :: tensile_strength = huge(1.0_wp)
+    !> How the strength falls, if it does.
+    type(softening_parameters_type) :: softening
+    !> The law is given by the program that embeds the library; nothing is known of it.
+    logical :: own_law = .false.
+    !> Strength by place, in the place of the cohesion.
+    type(strength_profile_type) :: strength_profile
+    type(source_line_type) :: profile_where
+    !> Pore water that cannot leave.
+    type(undrained_type) :: undrained
+    type(source_line_type) :: undrained_where
+    !> A law of qsmpm_standard_laws, instead of elasticity and strength.
+    class(law_parameters_type), allocatable :: soil_law
+    !> One of cure_*, and its factor; negative asks for the default of the mesh.
+    integer :: locking_treatment = locking_auto
+    real(wp) :: pressure_factor = -1.0_wp
+    !> Model in a shared library.
+    type(user_material_type) :: user
+    !> Constants that a factor of safety divides, of a law that does not know its strength; unallocated for none.
+    type(strength_constant_type), allocatable :: strength_constants(:)
+    type(source_line_type) :: strength_where
+  end type material_type
+end module qsmpm_material_description

@@ -1,0 +1,64 @@
+!> The method of an analysis: basis, integration, kinematics, stabilisation, solver, and the backgrounds of a run.
+module qsmpm_method_description
+  use qsmpm_kinds, only: wp
+  use qsmpm_mesh_description, only: mesh_grid
+  implicit none
+  private
+
+  public :: method_type, solver_choice_type
+
+  !> What the points see: rows of `basis_list` (qsmpm_basis_traits); auto is decided by the deck's grid and
+  !> materials (qsmpm_recommended_method).
+  integer, parameter, public :: basis_auto = 0, basis_standard = 1, basis_fem = 2, basis_gimp = 3, &
+    basis_spline2 = 4, basis_spline3 = 5, basis_spline2g = 6
+  !> How cells are integrated.
+  integer, parameter, public :: integrate_points = 1, integrate_cells = 2
+  !> Kinematics of the law, and how the rate is integrated.
+  integer, parameter, public :: kinematics_jaumann = 1, kinematics_logarithmic = 2
+  integer, parameter, public :: rate_paper = 1, rate_midpoint = 2
+  !> Stress whose Jaumann rate is proportional to the strain rate.
+  integer, parameter, public :: stress_rate_kirchhoff = 1, stress_rate_cauchy = 2
+  !> Stabilisation of boundary cells.
+  integer, parameter, public :: stabilise_none = 0, stabilise_background = 1, stabilise_ghost = 2
+  !> Strengths of the stabilisation when nothing else is said: background, ghost of elements, ghost
+  !> of GIMP and quadratic splines (least error of the elastic column, docs/methods/ghost.md), and of cubic
+  !> ones, whose jumps of third derivatives weigh (3!)^2 times as much: with 0.002 already the share
+  !> of a coarse block does not come below its bound.
+  real(wp), parameter, public :: background_factor = 1.0e-2_wp, ghost_factor = 1.0e-3_wp, &
+    grid_ghost_factor = 2.0e-2_wp, cubic_ghost_factor = 5.0e-4_wp
+  !> Linear solvers: AUTO, and rows of `solver_list` that others know by name.
+  integer, parameter, public :: solver_auto = 0, solver_band = 1, solver_cholmod = 2, &
+    solver_umfpack = 3, solver_mumps = 4, solver_krylov = 5, solver_petsc = 7
+  !> Precision of the factors.
+  integer, parameter, public :: precision_auto = 0, precision_double = 1, precision_single = 2
+  !> Whether a factor serves later matrices of the same pattern as a preconditioner.
+  integer, parameter, public :: keep_auto = 0, keep_no = 1, keep_yes = 2
+
+  !> How the continuum is discretised.
+  type :: method_type
+    integer :: basis = basis_standard
+    integer :: integration = integrate_points
+    integer :: kinematics = kinematics_logarithmic
+    integer :: rate = rate_midpoint
+    integer :: stress_rate = stress_rate_kirchhoff
+    !> BACKGROUND is the default of the elements, GHOST of GIMP and splines.
+    integer :: stabilisation = stabilise_background
+    !> Background eps or ghost gamma; negative asks for usual_factor.
+    real(wp) :: stabilisation_factor = -1.0_wp
+  end type method_type
+
+  type :: solver_choice_type
+    integer :: kind = solver_auto
+    integer :: precision = precision_auto, keep_factor = keep_auto
+    !> AUTO may take multigrid (no word of the card).
+    logical :: multigrid = .true.
+  end type solver_choice_type
+
+  !> Made of the lines of *GRID: mesh, method, factors against locking (materials), least size of a cell.
+  type, public :: background_type
+    integer :: kind = mesh_grid
+    character(len=:), allocatable :: element
+    type(method_type) :: method
+    real(wp), allocatable :: pressure_factor(:), cell_size
+  end type background_type
+end module qsmpm_method_description
