@@ -25,8 +25,8 @@ module qsmpm_layer_warnings
   !> Cells that a weak body needs across it, and the share of its neighbour's strength below which it is weak.
   real(wp), parameter :: fewest_cells = 3.0_wp, weak = 0.8_wp
   !> A body this much stiffer than all it touches bends by itself. Material points whose standard deviation is below
-  !> this share of its thickness are one row across it; two rows have a quarter.
-  real(wp), parameter :: bends = 10.0_wp, one_row = 0.1_wp
+  !> this share of its thickness are one row across it; two rows have a quarter. One so many times as long as thick bends.
+  real(wp), parameter :: bends = 10.0_wp, one_row = 0.1_wp, slender = 3.0_wp
 
 contains
 
@@ -69,7 +69,7 @@ contains
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     type(interface_type), allocatable :: found(:)
-    real(wp) :: normal(3), thick, cell, sums(0:2), along(model%state%points%count)
+    real(wp) :: normal(3), thick, long, cell, sums(0:2), along(model%state%points%count)
     integer :: number(size(model%analysis%bodies)), b
 
     if (model%analysis%mesh%kind /= mesh_grid .or. model%analysis%method%basis == basis_fem) return
@@ -79,8 +79,8 @@ contains
       do b = 1, size(bodies)
         if (number(b) == 0 .or. .not. any(bodies(b)%kind == [body_box, body_polygon])) cycle
         if (may_yield(model%analysis%materials(number(b))) .or. is_held(b)) cycle
-        call measure(model%analysis, bodies(b), thick, cell, normal)
-        if (.not. thick < cell) cycle
+        call measure(model%analysis, bodies(b), thick, long, cell, normal)
+        if (.not. (thick < cell .and. long >= slender*thick)) cycle
         along = matmul(normal(:size(points%position, 1)), points%position(:, :points%count))
         associate (volume => merge(points%volume(:points%count), 0.0_wp, points%body(:points%count) == b))
           sums = total(model%part%team, [sum(volume), sum(volume*along), 0.0_wp])
@@ -135,7 +135,7 @@ contains
     !> Whether it meets another one within cells.
     logical, intent(in) :: cuts
     character(len=:), allocatable :: text, figures
-    real(wp) :: thick, cell, normal(3)
+    real(wp) :: thick, long, cell, normal(3)
 
     text = ''
     figures = 'by 24, 10 and 4 % along a weak seam of one, two and three cells'
@@ -144,7 +144,7 @@ contains
     else if (cuts) then
       figures = 'by 56 and 22 % along a weak seam of one and two cells that lies across them'
     end if
-    call measure(analysis, analysis%bodies(b), thick, cell, normal)
+    call measure(analysis, analysis%bodies(b), thick, long, cell, normal)
     if (.not. thick < (1.0_wp - 1.0e-6_wp)*fewest_cells*cell) return
     text = "warning: body '"//analysis%bodies(b)%name//"' is weaker than what it touches and "// &
       rounded_text(thick/cell)//' cells thick: failure along it is held up by the cells beside it, and limit loads '// &
@@ -171,11 +171,11 @@ contains
     end do
   end function is_weaker
 
-  !> Thickness of a body, the short side of a rectangle of its area and perimeter, and the size of cells across it.
-  pure subroutine measure(analysis, body, thick, cell, normal)
+  !> Thickness and length of a body, the sides of a rectangle of its area and perimeter, and the size of cells across it.
+  pure subroutine measure(analysis, body, thick, long, cell, normal)
     type(analysis_type), intent(in) :: analysis
     type(body_type), intent(in) :: body
-    real(wp), intent(out) :: thick, cell
+    real(wp), intent(out) :: thick, long, cell
     !> Unit vector across it.
     real(wp), intent(out) :: normal(3)
     real(wp) :: area, around, edge(2), longest(2), bounds(3, 2)
@@ -188,6 +188,7 @@ contains
         n = merge(3, 2, analysis%model == three_dimensional)
         axis = minloc(bounds(:n, 2) - bounds(:n, 1), dim=1)
         thick = bounds(axis, 2) - bounds(axis, 1)
+        long = maxval(bounds(:n, 2) - bounds(:n, 1))
         cell = size_between(axes(axis)%lines, bounds(axis, :))
         normal(axis) = 1.0_wp
         return
@@ -205,6 +206,7 @@ contains
         end associate
       end do
       thick = around/4.0_wp - sqrt(max(0.0_wp, (around/4.0_wp)**2 - abs(area)))
+      long = around/2.0_wp - thick
       longest = longest/norm2(longest)
       normal(:2) = [-longest(2), longest(1)]
       bounds(:2, 1) = minval(body%polygon, dim=2)
