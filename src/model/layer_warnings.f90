@@ -25,7 +25,8 @@ module qsmpm_layer_warnings
   !> Cells that a weak body needs across it, and the share of its neighbour's strength below which it is weak.
   real(wp), parameter :: fewest_cells = 3.0_wp, weak = 0.8_wp
   !> A body this much stiffer than all it touches bends by itself. Material points whose standard deviation is below
-  !> this share of its thickness are one row across it; two rows have a quarter. One so many times as long as thick bends.
+  !> this share of its thickness are one row across it; two rows have a quarter. One so many times as long as it is
+  !> thick bends.
   real(wp), parameter :: bends = 10.0_wp, one_row = 0.1_wp, slender = 3.0_wp
 
 contains
@@ -171,7 +172,8 @@ contains
     end do
   end function is_weaker
 
-  !> Thickness and length of a body, the sides of a rectangle of its area and perimeter, and the size of cells across it.
+  !> Thickness and length of a body, the sides of a rectangle of its area and perimeter, and the size of cells across
+  !> it.
   pure subroutine measure(analysis, body, thick, long, cell, normal)
     type(analysis_type), intent(in) :: analysis
     type(body_type), intent(in) :: body
