@@ -8,6 +8,7 @@ module qsmpm_histories
     quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
     quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation, &
     quantity_contact_pressure, quantity_contact_slip, quantity_prop_force
+  use qsmpm_history_quantities, only: history_quantities, is_taken_at, at_point
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: items_of
   use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on
@@ -48,9 +49,9 @@ contains
     place = model%history_tracer(i)
     associate (history => model%analysis%histories(i), tracers => model%state%tracers)
       ! The point may be one of a body that is not there.
-      if (any(history%quantity == [quantity_stress, quantity_state, quantity_strain, quantity_pore_pressure]) .and. &
-        model%history_point(i) == 0) return
-      if (is_divided(model%part) .and. is_known_to_all(history%quantity) .and. model%part%team%rank > 0) return
+      if (is_taken_at(history%quantity, at_point) .and. model%history_point(i) == 0) return
+      if (is_divided(model%part) .and. history_quantities(history%quantity)%known_to_all .and. &
+        model%part%team%rank > 0) return
       select case (history%quantity)
       case (quantity_displacement)
         value = tracers%position(history%component, place) - tracers%initial_position(history%component, place)
@@ -87,14 +88,6 @@ contains
       end select
     end associate
   end function history_value
-
-  !> Whether every process knows the whole of a quantity: then the first one tells it. Of others each tells its part.
-  pure logical function is_known_to_all(quantity)
-    integer, intent(in) :: quantity
-
-    is_known_to_all = any(quantity == [quantity_displacement, quantity_position, quantity_contact_force, &
-      quantity_contact_moment, quantity_body_move, quantity_body_rotation, quantity_prop_force])
-  end function is_known_to_all
 
   !> What is kept of a rigid body.
   pure real(wp) function rigid_body_value(model, history) result(value)

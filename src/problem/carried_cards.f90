@@ -1,12 +1,9 @@
-!> Cards and history quantities that the reductions of a scene (reduction/) and its division among processes know how to
-!> carry. What is not named here they do not touch: a card that is added to the program is neither mirrored, cut nor
-!> shared until it stands in this list, with what carries it written.
+!> Cards that the reductions of a scene (reduction/) and its division among processes know how to carry; history
+!> quantities say so of themselves (qsmpm_history_quantities). What is not named here they do not touch: a card that is
+!> added to the program is neither mirrored, cut nor shared until it stands in this list, with what carries it written.
 module qsmpm_carried_cards
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
-    quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
-    quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_contact_pressure, &
-    quantity_body_rotation, quantity_contact_slip, quantity_prop_force
+  use qsmpm_history_quantities, only: is_carried
   use qsmpm_text, only: string_type
   implicit none
   private
@@ -23,10 +20,6 @@ module qsmpm_carried_cards
     'RESET DISPLACEMENTS', 'RESTART', 'RIGID BODY', 'SAFETY', 'SOFTENING', 'SOLVER', 'STOP', 'STRENGTH CONSTANTS', &
     'STRENGTH PROFILE', 'SUPPORT', 'SURFACE', 'TRACTION', 'UNDRAINED', 'UNIT WEIGHT', 'UNITS', 'USER MATERIAL', &
     'USER STATE', 'VOLUMETRIC LOCKING', 'WATER LEVEL']
-  integer, parameter :: known_quantities(*) = [quantity_displacement, quantity_position, quantity_stress, &
-    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
-    quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_contact_pressure, &
-    quantity_body_rotation, quantity_contact_slip, quantity_prop_force]
 
 contains
 
@@ -44,7 +37,7 @@ contains
     end if
     if (.not. allocated(analysis%histories)) return
     do i = 1, size(analysis%histories)
-      if (all(known_quantities /= analysis%histories(i)%quantity)) &
+      if (.not. is_carried(analysis%histories(i)%quantity)) &
         name = "*HISTORY '"//analysis%histories(i)%name//"'"
     end do
   end function not_carried

@@ -1,12 +1,13 @@
 !> What a *HISTORY can record: a row a quantity, with where it is taken, of which components and in which unit. The
-!> number of a row is the quantity of the analysis; those that others know by name are constants of qsmpm_analysis.
+!> number of a row is the quantity of the analysis; those that others know by name are constants of
+!> qsmpm_history_description.
 module qsmpm_history_quantities
   use qsmpm_analysis, only: analysis_type, axisymmetric, plane_strain
   use qsmpm_history_description, only: history_type
   implicit none
   private
 
-  public :: history_quantity_type, is_taken_at, has_components, component_number, unit_of_history
+  public :: history_quantity_type, is_taken_at, is_carried, has_components, component_number, unit_of_history
 
   !> Where a quantity is taken: at a massless tracer, at the nearest material point, as a sum over a node set or a held
   !> surface, over the points of a body or of all; of
@@ -22,25 +23,30 @@ module qsmpm_history_quantities
     integer :: components
     !> L length, F force, M moment, V volume, S stress; blank for a number.
     character(len=1) :: unit
+    !> Every process of a team knows the whole of it: then the first one tells it. Of others each tells its part.
+    logical :: known_to_all = .false.
+    !> The reductions of a scene (reduction/) and its division among processes carry it; what does not say so they do not
+    !> touch.
+    logical :: carried = .false.
   end type history_quantity_type
 
   type(history_quantity_type), parameter, public :: history_quantities(16) = [ &
-    history_quantity_type('DISPLACEMENT', at_tracer, component_vector, 'L'), &
-    history_quantity_type('POSITION', at_tracer, component_vector, 'L'), &
-    history_quantity_type('STRESS', at_point, component_tensor, 'S'), &
-    history_quantity_type('REACTION', at_support, component_vector, 'F'), &
-    history_quantity_type('STATE', at_point, component_none, ' '), &
-    history_quantity_type('STRAIN', at_point, component_tensor, ' '), &
-    history_quantity_type('VOLUME', at_body, component_none, 'V'), &
-    history_quantity_type('RUNOUT', at_body, component_vector, 'L'), &
-    history_quantity_type('PORE PRESSURE', at_point, component_none, 'S'), &
-    history_quantity_type('CONTACT FORCE', at_rigid_body, component_vector, 'F'), &
-    history_quantity_type('CONTACT MOMENT', at_rigid_body, component_none, 'M'), &
-    history_quantity_type('BODY MOVE', at_rigid_body, component_vector, 'L'), &
-    history_quantity_type('CONTACT PRESSURE', at_contact, component_none, 'S'), &
-    history_quantity_type('BODY ROTATION', at_rigid_body, component_none, ' '), &
-    history_quantity_type('CONTACT SLIP', at_rigid_body, component_none, 'L'), &
-    history_quantity_type('PROP FORCE', at_prop, component_none, 'F')]
+    history_quantity_type('DISPLACEMENT', at_tracer, component_vector, 'L', .true., .true.), &
+    history_quantity_type('POSITION', at_tracer, component_vector, 'L', .true., .true.), &
+    history_quantity_type('STRESS', at_point, component_tensor, 'S', .false., .true.), &
+    history_quantity_type('REACTION', at_support, component_vector, 'F', .false., .true.), &
+    history_quantity_type('STATE', at_point, component_none, ' ', .false., .true.), &
+    history_quantity_type('STRAIN', at_point, component_tensor, ' ', .false., .true.), &
+    history_quantity_type('VOLUME', at_body, component_none, 'V', .false., .true.), &
+    history_quantity_type('RUNOUT', at_body, component_vector, 'L', .false., .true.), &
+    history_quantity_type('PORE PRESSURE', at_point, component_none, 'S', .false., .true.), &
+    history_quantity_type('CONTACT FORCE', at_rigid_body, component_vector, 'F', .true., .true.), &
+    history_quantity_type('CONTACT MOMENT', at_rigid_body, component_none, 'M', .true., .true.), &
+    history_quantity_type('BODY MOVE', at_rigid_body, component_vector, 'L', .true., .true.), &
+    history_quantity_type('CONTACT PRESSURE', at_contact, component_none, 'S', .false., .true.), &
+    history_quantity_type('BODY ROTATION', at_rigid_body, component_none, ' ', .true., .true.), &
+    history_quantity_type('CONTACT SLIP', at_rigid_body, component_none, 'L', .false., .true.), &
+    history_quantity_type('PROP FORCE', at_prop, component_none, 'F', .true., .true.)]
 
 contains
 
@@ -53,6 +59,14 @@ contains
     if (quantity >= 1 .and. quantity <= size(history_quantities)) &
       is_taken_at = history_quantities(quantity)%place == place
   end function is_taken_at
+
+  !> Whether reductions and a division carry a quantity: not one that is no row.
+  elemental logical function is_carried(quantity)
+    integer, intent(in) :: quantity
+
+    is_carried = quantity >= 1 .and. quantity <= size(history_quantities)
+    if (is_carried) is_carried = history_quantities(quantity)%carried
+  end function is_carried
 
   !> Whether a quantity has components of a kind.
   elemental logical function has_components(quantity, components)

@@ -69,13 +69,17 @@ def of_two(first: float, second: float) -> Band:
 
 
 def of_grids(figures: Sequence[float], width: float = 0.0) -> Band | None:
-    """The band of the figures of finer and finer grids; the three finest count. Differences within the width of the figures are none."""
+    """The band of the figures of finer and finer grids; the three finest count. Differences within the width of the figures are none, and
+    where figures within their widths would converge with the first order, that is taken."""
     if len(figures) >= 3:
         first, second, third = figures[-3:]
-        change = max(abs(second - first), abs(third - second))
-        if of_three(first, second, third) is None and change <= (1.0 + ROUNDING) * width:
-            return Band(third, change, None, "the grids agree as far as the search tells")
-        return of_three(first, second, third)
+        before, last = second - first, third - second
+        found = of_three(first, second, third)
+        if found is None and max(abs(before), abs(last)) <= (1.0 + ROUNDING) * width:
+            return Band(third, max(abs(before), abs(last)), None, "the grids agree as far as the search tells")
+        if found is None and before * last > 0.0 and abs(last) <= 0.5 * abs(before) + width:
+            return Band(third + last, abs(last), None, "the first order within the width of the figures")
+        return found
     return of_two(*figures) if len(figures) == 2 else None
 
 

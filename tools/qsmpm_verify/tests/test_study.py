@@ -234,7 +234,14 @@ class TestBand(unittest.TestCase):
         assert band
         self.assertAlmostEqual(band.value, 1.21)
         self.assertAlmostEqual(band.half, 0.01)
-        self.assertIsNone(of_grids([1.23, 1.22, 1.21], 0.009))
+        self.assertIsNone(of_grids([1.23, 1.22, 1.21], 0.004))
+
+    def test_figures_that_converge_within_their_widths_are_taken_for_the_first_order(self) -> None:
+        band = of_grids([1.217, 1.208, 1.200], 0.005)
+        assert band
+        self.assertAlmostEqual(band.value, 1.192)
+        self.assertAlmostEqual(band.half, 0.008)
+        self.assertIsNone(of_grids([1.217, 1.208, 1.228], 0.003), "they turn round")
 
     def test_what_steps_leave_holds_every_order_and_none(self) -> None:
         shift, half = of_steps(0.1)
