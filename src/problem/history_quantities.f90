@@ -25,8 +25,8 @@ module qsmpm_history_quantities
     character(len=1) :: unit
     !> Every process of a team knows the whole of it: then the first one tells it. Of others each tells its part.
     logical :: known_to_all = .false.
-    !> The reductions of a scene (reduction/) and its division among processes carry it; what does not say so they do not
-    !> touch.
+    !> The reductions of a scene (reduction/) and its division among processes carry it; what does not say so they do
+    !> not touch.
     logical :: carried = .false.
   end type history_quantity_type
 
