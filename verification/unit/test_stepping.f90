@@ -15,7 +15,7 @@ module test_stepping
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_observer, only: step_record_type
-  use qsmpm_phase_start, only: start_phase
+  use qsmpm_phase_start, only: start_phase, measure_start
   use qsmpm_step_control, only: outcome_type
   use qsmpm_stepping, only: take_step
   use scripted_solver, only: scripted_outcome_type, script_type, test_observer_type
@@ -198,6 +198,14 @@ contains
     it%model%analysis%method%basis = basis_fem
     call it%go([scripted_outcome_type()])
     call tests%check('a carried mesh has no cells to cross', it%script%asked(1)%largest_move > 1.0e300_wp)
+    deallocate (it)
+    call start(it)
+    it%model%state%reactions = 100.0_wp
+    it%model%loading%prescribed(2, 4) = -1.0_wp
+    it%model%state%reactions(2, 4) = -3.0_wp
+    call measure_start(it%model)
+    call tests%close('a phase begins with the reactions of what it moves, and with none that it holds', &
+      it%model%state%progress%force_at_start, 3.0_wp, 1.0e-12_wp)
   end subroutine check_converged
 
   !> The static step is lost, and nothing else is tried.

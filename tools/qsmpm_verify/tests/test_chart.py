@@ -125,6 +125,9 @@ class Studies(unittest.TestCase):
         (coarse, first, seconds), (fine, second, _) = line.points
         self.assertLess(coarse, fine)
         self.assertTrue(0.0 < second < first < 0.3 and seconds > 0.0)
+        (half,) = load_studies(STUDIES, TOP, ["footing"])
+        with mock.patch.object(points, "PASSES", range(1)):
+            self.assertLess(points.bound_points(half, self.folder)[0].points[0][1], 0.3)
         self.assertEqual(points.bound_points(replace(study, bounds=0.0), self.folder), [])
         with self.assertRaisesRegex(Trouble, "against a function"):
             points.bound_points(replace(study, error=replace(study.error, reference=1.0)), self.folder)
