@@ -1,5 +1,5 @@
 !> The words of the deck for the enumerations of the analysis: one list each, in the order of the
-!> parameters of the descriptions (src/problem), used for reading, for the deck reference and for the echo.
+!> parameters of the descriptions in src/problem, used for reading, for the deck reference and for the echo.
 module qsmpm_deck_words
   use qsmpm_element_kinds, only: elements, element_kind_count
   implicit none

@@ -8,7 +8,7 @@ module qsmpm_first_window
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_type, body_box, body_polygon, body_region, body_polyhedron
-  use qsmpm_mesh_description, only: set_type, mesh_grid, select_box, select_plane
+  use qsmpm_mesh_description, only: mesh_grid, select_box, select_plane
   use qsmpm_method_description, only: basis_fem
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_grid, only: grid_type, whole_window

@@ -6,7 +6,7 @@
 !> take a half for it unasked (`contact_is_associated`).
 module qsmpm_rigid_symmetry
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_analysis, only: analysis_type
   use qsmpm_history_description, only: quantity_contact_moment
   use qsmpm_structures, only: rigid_body_type, contact_type, rigid_move_type, contact_on_body, rigid_plane, &
     rigid_circle, rigid_box, rigid_cone, rigid_cylinder, rigid_polygon

@@ -1,7 +1,7 @@
 !> *INITIAL and *RESET DISPLACEMENTS: what a phase starts from.
 module qsmpm_deck_initial
   use qsmpm_kinds, only: wp
-  use qsmpm_phase_description, only: initial_stress_type, initial_k0, initial_keep, initial_isotropic, initial_given
+  use qsmpm_phase_description, only: initial_stress_type, initial_keep, initial_isotropic, initial_given
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, beside_deck

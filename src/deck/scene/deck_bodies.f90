@@ -1,7 +1,7 @@
 !> Cards of bodies and their points: *BODY, *POINTS.
 module qsmpm_deck_bodies
   use qsmpm_kinds, only: wp
-  use qsmpm_body_description, only: body_type, body_box, body_polygon, body_region, body_polyhedron
+  use qsmpm_body_description, only: body_box, body_polygon, body_region, body_polyhedron
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid, mesh_inline
   use qsmpm_element, only: element_from_name, allowed_counts
   use qsmpm_polygon, only: polygon_area

@@ -1,9 +1,8 @@
 !> The card of rigid bodies, *RIGID BODY: what shapes are drawn by. Contacts: qsmpm_deck_contact; motions and loads:
 !> qsmpm_deck_body_motion.
 module qsmpm_deck_rigid_bodies
-  use qsmpm_analysis, only: axisymmetric, plane_strain
-  use qsmpm_structures, only: rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_cone, rigid_polygon, &
-    rigid_cylinder
+  use qsmpm_analysis, only: plane_strain
+  use qsmpm_structures, only: rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_polygon, rigid_cylinder
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_bodies, only: polygon_fields, finish_polygon
