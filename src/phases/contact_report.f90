@@ -1,6 +1,6 @@
 !> What a phase is told of the forces on its rigid bodies where it ends: of a body that it moves and that nothing has
 !> touched, or that carries nothing though soil is inside of it, and of a force against a steady push that falls in
-!> a step and stays low.
+!> a step and stays low; of what it prescribes at nodes the last, where most of the reaction is lost.
 module qsmpm_contact_report
   use qsmpm_kinds, only: wp
   use qsmpm_contact_results, only: deepest_point
@@ -13,21 +13,25 @@ module qsmpm_contact_report
   use qsmpm_rigid_shape, only: distance_type
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_step_length, only: phase_is_complete
-  use qsmpm_team, only: largest, smallest
+  use qsmpm_team, only: largest, smallest, total
   use qsmpm_text, only: integer_text
   implicit none
   private
 
   public :: contact_check_type, begin_contact_check, check_contact, end_contact_check
 
-  !> Fall of a force in a step that is told, as a share of what it was, and the share of the largest force of the phase
-  !> below which no fall counts.
-  real(wp), parameter :: much = 0.05_wp, little = 0.1_wp
+  !> Fall of a force in a step that is told, as a share of what it was: on a body, and at nodes that are moved, where
+  !> soil that softens may lose some; the share of the largest force of the phase below which no fall counts.
+  real(wp), parameter :: much_of_body = 0.05_wp, much_of_nodes = 0.5_wp, little = 0.1_wp
+  !> Force at nodes that is none, as what is carried along has by its tolerance, over stiffness and the face of a cell.
+  real(wp), parameter :: slight = 1.0e-4_wp
   !> Gap and depth over the size of a cell: nearer soil does touch, deeper soil is inside.
   real(wp), parameter :: touching = 1.0e-3_wp, inside = 0.1_wp
 
-  !> How one body goes in a phase.
+  !> How one body goes in a phase, or all that is prescribed.
   type :: course_type
+    !> Fall of its force that is told.
+    real(wp) :: much = much_of_body
     !> It has carried a force, before the phase or in it.
     logical :: touched = .false.
     !> Distance of the soil at the start of the phase.
@@ -46,6 +50,7 @@ module qsmpm_contact_report
   type :: contact_check_type
     private
     type(course_type), allocatable :: of(:)
+    type(course_type) :: nodes
   end type contact_check_type
 
 contains
@@ -57,11 +62,22 @@ contains
     integer :: b
 
     allocate (check%of(size(model%rigid_shapes)))
+    check%nodes%much = much_of_nodes
+    check%nodes%most = least_force(model)
     do b = 1, size(check%of)
       check%of(b)%touched = any(abs(force_on_body(model, b)) > 0.0_wp)
       if (is_moved(model, b)) check%of(b)%gap = gap_of(model, b)
     end do
   end subroutine begin_contact_check
+
+  !> A force that is none, over `little`.
+  pure real(wp) function least_force(model)
+    type(model_type), intent(in) :: model
+    integer :: m
+
+    least_force = slight/little*model%cell_size**(model%mesh%dimension - 1)* &
+      minval([(model%laws(m)%law%stiffness_scale, m=1, size(model%laws))])
+  end function least_force
 
   !> After a step: does a body carry anything, and what resists its motion?
   subroutine check_contact(model, check)
@@ -78,7 +94,25 @@ contains
       call follow_force(check%of(b), model%state%progress%step, &
         -dot_product(force(:3), motion%displacement)/max(norm2(motion%displacement), tiny(1.0_wp)))
     end do
+    call follow_force(check%nodes, model%state%progress%step, force_of_push(model))
   end subroutine check_contact
+
+  !> Mean reaction along what is prescribed, weighted by it.
+  real(wp) function force_of_push(model) result(force)
+    type(model_type), intent(in) :: model
+    real(wp) :: work, way
+
+    force = 0.0_wp
+    if (.not. allocated(model%loading%prescribed)) return
+
+    associate (prescribed => model%loading%prescribed)
+      associate (own => spread(own_of(model%part%nodes, size(prescribed, 2)), 1, size(prescribed, 1)))
+        work = total(model%part%team, sum(model%state%reactions*prescribed, mask=own))
+        way = total(model%part%team, sum(abs(prescribed), mask=own))
+      end associate
+    end associate
+    force = work/max(way, tiny(1.0_wp))
+  end function force_of_push
 
   !> A force that is low has fallen if it was not high for one step alone and is not back in the next.
   pure subroutine follow_force(course, step, force)
@@ -87,10 +121,10 @@ contains
     !> Against the motion.
     real(wp), intent(in) :: force
 
-    if (force < (1.0_wp - much)*course%high) call count_fall(course)
+    if (force < (1.0_wp - course%much)*course%high) call count_fall(course)
     course%dip = 0
     course%high = minval(course%before)
-    if (course%high > little*course%most .and. force < (1.0_wp - much)*course%high) then
+    if (course%high > little*course%most .and. force < (1.0_wp - course%much)*course%high) then
       course%dip = step
       course%low = force
       course%last = course%before(2)
@@ -119,26 +153,40 @@ contains
     integer :: b
 
     do b = 1, size(check%of)
-      associate (course => check%of(b), steps => model%state%progress%phase_steps, &
-        body => start_of(model)//model%analysis%rigid_bodies(b)%name//"'")
-        if (phase_is_complete(model%state%progress) .and. .not. course%touched .and. is_moved(model, b)) &
-          call warn_of_idle(model, b, course%gap, body, observer)
-        call count_fall(course)
-        if (course%falls > 0) call observer%note(body//': the force against its motion falls by more than 5 % and '// &
-          'stays low in '//integer_text(course%falls)//' of '//integer_text(steps)//' steps, the most in step '// &
-          integer_text(course%step)//', from '//rounded_text(course%from)//' to '//rounded_text(course%to)// &
-          ': the ground gives way, or contact is lost; smaller steps or cells tell')
-        course = course_type(touched=course%touched, gap=course%gap)
+      associate (body => start_of(model)//" moves rigid body '"//model%analysis%rigid_bodies(b)%name//"'")
+        if (phase_is_complete(model%state%progress) .and. .not. check%of(b)%touched .and. is_moved(model, b)) &
+          call warn_of_idle(model, b, check%of(b)%gap, body, observer)
+        call warn_of_falls(body//': the force against its motion', model%state%progress%phase_steps, check%of(b), &
+          'the ground gives way, or contact is lost; smaller steps or cells tell', observer)
       end associate
     end do
+    call warn_of_falls(start_of(model)//': the mean reaction along what it prescribes', &
+      model%state%progress%phase_steps, check%nodes, 'the ground gives way or has collapsed in the step, and what '// &
+      'follows is another equilibrium; smaller steps or cells tell', observer)
   end subroutine end_contact_check
 
-  !> Begin of a warning of a body.
+  !> Tell of a force that has fallen in a phase, and forget it.
+  subroutine warn_of_falls(start, steps, course, meaning, observer)
+    !> Begin of the sentence, and what the fall means.
+    character(len=*), intent(in) :: start, meaning
+    !> Steps of the phase.
+    integer, intent(in) :: steps
+    type(course_type), intent(inout) :: course
+    class(observer_type), intent(inout) :: observer
+
+    call count_fall(course)
+    if (course%falls > 0) call observer%note(start//' falls by more than '//rounded_text(100.0_wp*course%much)// &
+      ' % and stays low in '//integer_text(course%falls)//' of '//integer_text(steps)//' steps, the most in step '// &
+      integer_text(course%step)//', from '//rounded_text(course%from)//' to '//rounded_text(course%to)//': '//meaning)
+    course = course_type(course%much, course%touched, course%gap)
+  end subroutine warn_of_falls
+
+  !> Begin of a warning.
   function start_of(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
 
-    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"' moves rigid body '"
+    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"'"
   end function start_of
 
   !> A body that is moved and carries nothing: soil is inside of it, or none has come near; not one that leaves.

@@ -18,8 +18,9 @@ module qsmpm_step_length
   real(wp), parameter :: largest_cut = 0.9_wp
   !> Bounds for the ratio of two steps in a row, and the part of the allowed error that is aimed at.
   real(wp), parameter :: least_growth = 0.2_wp, most_growth = 2.0_wp, margin = 0.7_wp
-  !> Share of the first step to which a load beyond what the ground carries is found where none asks for more.
-  real(wp), parameter :: nearest_limit = 0.06_wp
+  !> Share of the load carried, and of the first step, to which a load beyond what the ground carries is found where
+  !> none asks for more: the grid itself is not as near.
+  real(wp), parameter :: nearest_load = 0.02_wp, nearest_limit = 0.12_wp
   !> Lengths as near as this share of the first one are the same, and so are these load fractions.
   real(wp), parameter :: same_length = 1.0e-9_wp, same_fraction = 1.0e-12_wp
 
@@ -174,7 +175,7 @@ contains
     is_given_up = outcome%unrecoverable .or. &
       (.not. progress%limit%refused > 0.0_wp .and. is_too_short(controls, progress%next_step)) .or. &
       (outcome%at_limit .and. .not. controls%limit_compliance > 0.0_wp .and. &
-      progress%next_step < nearest_limit*first_length(controls))
+      2.0_wp*progress%next_step < max(nearest_limit*first_length(controls), nearest_load*progress%fraction))
   end function is_given_up
 
   !> Whether the present phase is at its end: its whole load is carried, its limit load found, a history has reached
