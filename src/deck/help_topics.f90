@@ -202,8 +202,11 @@ contains
 
     allocate (known, source=[ &
       topics_type('DXF,DWG,CAD,AUTOCAD,IFC,STEP FILE', &
-        'drawings are not read; type the corners of each *BODY, SHAPE=POLYGON, or draw the scene in gmsh, which '// &
-        'reads STEP, and bring it by *MESH; in space SHAPE=POLYHEDRON reads an STL file: docs/tutorial/5_hill.md'), &
+        '`qsmpm-verify import FILE.dxf` makes a deck of a section (docs/howto/import.md); DWG is to be saved as DXF, '// &
+        'STEP goes through gmsh and *MESH; in space *BODY, SHAPE=POLYHEDRON reads an STL file: '// &
+        'docs/tutorial/5_hill.md'), &
+      topics_type('GEOSTUDIO,SLOPE/W,GSZ', &
+        '`qsmpm-verify import FILE.gsz` makes a deck of a project: regions, soils, water (docs/howto/import.md)'), &
       topics_type('GMSH,ABAQUS,PLAXIS,IMPORT,STL', &
         '*MESH reads a mesh of gmsh or Abaqus, *BODY, SHAPE=POLYHEDRON an STL file: docs/tutorial/5_hill.md; decks '// &
         'of older versions are changed by tools/convert-deck'), &

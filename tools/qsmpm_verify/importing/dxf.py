@@ -1,0 +1,151 @@
+"""A DXF drawing as a section, read by ezdxf: closed lines and lines cut into regions, names from texts or layers."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+from ezdxf import recover
+from ezdxf.path import make_path
+from shapely.geometry import LineString, Point, Polygon
+
+from qsmpm_verify.importing.faces import Drawn, cut_into_faces, nearness, without_holes
+from qsmpm_verify.importing.section import METRES, Region, Section, Soil, along_x, numbered, plain_name, without_repeats
+from qsmpm_verify.trouble import Trouble
+
+LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}
+UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 14: "dm"}
+"""Of $INSUNITS (DXF reference, header variables)."""
+WATER = re.compile(r"water|gwl|gwt|phreatic|piezo|wasser|nappe|freatic", re.IGNORECASE)
+# Of the size of the drawing: how far a chord may be from its curve.
+CHORD = 1.0e-3
+
+
+def read_dxf(path: Path, unit: str | None, water: str | None, gap: float | None) -> Section:
+    """The section that a drawing shows; a layer of water lines is known by its name, or is `water`."""
+    if not path.is_file():
+        raise Trouble(f"{path}: no such file")
+    try:
+        drawing, _ = recover.readfile(path)
+    except (ezdxf.DXFError, OSError) as error:
+        raise Trouble(f"{path}: no DXF drawing: {error}") from error
+    section = Section()
+    metres = metres_of(drawing, unit, section)
+    seen = list(entities_of(drawing, section))
+    upright = is_upright(seen, path)
+    lines, texts = lines_of(seen, upright), texts_of(seen, upright)
+    is_water = re.compile(re.escape(water), re.IGNORECASE).fullmatch if water else WATER.search
+    levels = [drawn for drawn in lines if is_water(drawn.layer)]
+    if water and not levels:
+        raise Trouble(f"{path}: no line on layer '{water}'; there are {', '.join(sorted({line.layer for line in lines}))}")
+    take_regions(section, [line for line in lines if not is_water(line.layer)], texts, metres, gap)
+    for level in levels:
+        corners = [(x * metres, y * metres) for x, y, *_ in level.line.coords]
+        section.water.append(along_x(corners, f"{path}: layer '{level.layer}'"))
+        section.notes.append(f"layer '{level.layer}' is a water level")
+    return section
+
+
+def metres_of(drawing: Any, unit: str | None, section: Section) -> float:
+    """Metres in a unit of the drawing."""
+    known = UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
+    if unit is None and known is None:
+        section.notes.append("the drawing says no unit ($INSUNITS): taken as metres; --unit says otherwise")
+    chosen = unit or known or "m"
+    if chosen != "m":
+        section.notes.append(f"drawn in {chosen}, written in m")
+    return METRES[chosen]
+
+
+def entities_of(drawing: Any, section: Section) -> Iterator[Any]:
+    """What the model space shows, blocks taken apart; what is hidden or of no use here is counted."""
+    hidden = {layer.dxf.name for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
+    left: Counter[str] = Counter()
+
+    def walk(entities: Any, layer: str | None) -> Iterator[Any]:
+        for entity in entities:
+            name = entity.dxf.layer if layer is None or entity.dxf.layer != "0" else layer
+            if name in hidden:
+                left[f"on hidden layer '{name}'"] += 1
+            elif entity.dxftype() == "INSERT":
+                yield from walk(entity.virtual_entities(), name)
+            elif entity.dxftype() in LINES or entity.dxftype() in ("TEXT", "MTEXT"):
+                entity.dxf.layer = name
+                yield entity
+            else:
+                left[entity.dxftype()] += 1
+
+    yield from walk(drawing.modelspace(), None)
+    section.left += [f"{count} x {what}" for what, count in sorted(left.items())]
+
+
+def is_upright(entities: list[Any], path: Path) -> bool:
+    """Whether the section is drawn in x and z; a drawing in space is none."""
+    places = [v for entity in entities if entity.dxftype() in LINES for v in make_path(entity).control_vertices()]
+    if not places:
+        raise Trouble(f"{path}: no lines in the model space")
+    reach = [max(p[a] for p in places) - min(p[a] for p in places) for a in range(3)]
+    thin = 1.0e-6 * max(reach)
+    if reach[2] > thin and reach[1] > thin:
+        raise Trouble(f"{path}: the lines are in space (y over {reach[1]:g}, z over {reach[2]:g}); a section is drawn in x and y, or x and z")
+    return reach[2] > thin
+
+
+def lines_of(entities: list[Any], upright: bool) -> list[Drawn]:
+    """Lines as their corners, curves as chords."""
+    paths = [(entity, make_path(entity)) for entity in entities if entity.dxftype() in LINES]
+    places = [v for _, way in paths for v in way.control_vertices()]
+    size = max(max(v[a] for v in places) - min(v[a] for v in places) for a in range(3))
+    found: list[Drawn] = []
+    for entity, way in paths:
+        corners = [(v.x, v.z if upright else v.y) for v in way.flattening(CHORD * size)]
+        if len(corners) < 2 or LineString(corners).length <= 0.0:
+            continue
+        closed = way.is_closed or bool(getattr(entity, "closed", False)) or bool(getattr(entity, "is_closed", False))
+        if closed and corners[0] != corners[-1]:
+            corners.append(corners[0])
+        found.append(Drawn(LineString(corners), entity.dxf.layer, closed))
+    return found
+
+
+def texts_of(entities: list[Any], upright: bool) -> list[tuple[Point, str]]:
+    """Texts and where they begin."""
+    found = []
+    for entity in entities:
+        if entity.dxftype() in LINES:
+            continue
+        text = entity.plain_text() if entity.dxftype() == "MTEXT" else entity.dxf.text
+        place = entity.dxf.insert
+        if plain_name(text):
+            found.append((Point(place.x, place.z if upright else place.y), plain_name(text)))
+    return found
+
+
+def take_regions(section: Section, lines: list[Drawn], texts: list[tuple[Point, str]], metres: float, gap: float | None) -> None:
+    """Faces of the lines, each named by the text inside of it, or by the layer of the smallest closed line around it."""
+    if not lines:
+        raise Trouble("no lines but those of water are drawn")
+    cut = cut_into_faces(lines, (gap or 0.0) / metres)
+    for x, y in cut.loose:
+        section.left.append(f"a line ends in the open at ({x * metres:.6g}, {y * metres:.6g}) and bounds nothing there; --gap LENGTH closes gaps")
+    around = sorted(((Polygon(line.line.coords), line.layer) for line in lines if line.closed), key=lambda pair: pair[0].area)
+    near = nearness(lines)
+    soils: list[str] = []
+    for face in cut.faces:
+        inside = [text for place, text in texts if face.contains(place)]
+        middle = face.representative_point()
+        layers = [layer for outline, layer in around if outline.buffer(near).contains(middle)]
+        soils.append(inside[0] if inside else plain_name(layers[0]) if layers else "ground")
+        if len(inside) > 1:
+            section.notes.append(f"a region holds {len(inside)} texts; it is called '{inside[0]}', not '{inside[1]}'")
+    for name in sorted({soil for soil in soils if soils.count(soil) > 1}):
+        section.notes.append(f"{soils.count(name)} regions are of soil '{name}'; a text inside each tells them apart")
+    pieces = [(soil, piece) for face, soil in zip(cut.faces, soils, strict=True) for piece in without_holes(face)]
+    for (soil, piece), name in zip(pieces, numbered([soil for soil, _ in pieces]), strict=True):
+        corners = [(x * metres, y * metres) for x, y, *_ in piece.exterior.coords]
+        section.regions.append(Region(name, soil, without_repeats(corners, near * metres)))
+        section.soils.setdefault(soil, Soil(soil))

@@ -1,0 +1,101 @@
+"""A section as any file may draw it: regions of soil, water lines, loads, and what could not be taken over."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from qsmpm_verify.trouble import Trouble
+
+Point = tuple[float, float]
+
+METRES = {"mm": 1.0e-3, "cm": 1.0e-2, "dm": 0.1, "m": 1.0, "km": 1.0e3, "in": 0.0254, "ft": 0.3048}
+
+
+@dataclass(frozen=True)
+class Soil:
+    """Numbers of a soil in kN and m; None where nothing is known."""
+
+    name: str
+    weight: float | None = None
+    saturated_weight: float | None = None
+    young: float | None = None
+    poisson: float | None = None
+    cohesion: float | None = None
+    friction: float | None = None
+    dilation: float | None = None
+
+
+@dataclass(frozen=True)
+class Region:
+    """One body: a closed outline, its last corner not the first one again."""
+
+    name: str
+    soil: str
+    outline: tuple[Point, ...]
+
+
+@dataclass
+class Section:
+    """What is drawn, in metres and kN."""
+
+    regions: list[Region] = field(default_factory=list)
+    soils: dict[str, Soil] = field(default_factory=dict)
+    water: list[tuple[Point, ...]] = field(default_factory=list)
+    water_weight: float = 9.81
+    notes: list[str] = field(default_factory=list)
+    """Sentences: what was taken how."""
+    left: list[str] = field(default_factory=list)
+    """What has no counterpart and was left, with its place."""
+
+    def box(self) -> tuple[float, float, float, float]:
+        """Least and largest x, least and largest y of the regions."""
+        if not self.regions:
+            raise Trouble("nothing closed is drawn: no region of soil was found")
+        x, y = zip(*(point for region in self.regions for point in region.outline), strict=True)
+        return min(x), max(x), min(y), max(y)
+
+
+def area_of(outline: Sequence[Point]) -> float:
+    """Signed area, positive where the corners run counter-clockwise."""
+    following = [*outline[1:], outline[0]]
+    return 0.5 * sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(outline, following, strict=True))
+
+
+def without_repeats(points: Sequence[Point], near: float) -> tuple[Point, ...]:
+    """Corners that are not those before them, the first one not again at the end."""
+    kept: list[Point] = []
+    for point in points:
+        if not kept or max(abs(point[0] - kept[-1][0]), abs(point[1] - kept[-1][1])) > near:
+            kept.append(point)
+    while len(kept) > 1 and max(abs(kept[0][0] - kept[-1][0]), abs(kept[0][1] - kept[-1][1])) <= near:
+        kept.pop()
+    return tuple(kept)
+
+
+def along_x(line: Sequence[Point], what: str) -> tuple[Point, ...]:
+    """A water line from left to right; one that turns back is no level."""
+    points = list(line)
+    if len(points) < 2:
+        raise Trouble(f"{what}: a water line has two corners at the least")
+    if points[-1][0] < points[0][0]:
+        points.reverse()
+    if any(b[0] < a[0] for a, b in zip(points, points[1:], strict=False)):
+        raise Trouble(f"{what}: the water line turns back on itself in x near ({points[0][0]:g}, {points[0][1]:g})")
+    return tuple(points)
+
+
+def numbered(names: Sequence[str]) -> list[str]:
+    """Names that differ: the second one of a kind is called `name 2`."""
+    met: dict[str, int] = {}
+    taken: list[str] = []
+    for name in names:
+        met[name.lower()] = met.get(name.lower(), 0) + 1
+        number = met[name.lower()]
+        taken.append(name if number == 1 else f"{name} {number}")
+    return taken
+
+
+def plain_name(text: str) -> str:
+    """A name as a deck may have it: no commas, quotes or equals signs."""
+    return " ".join("".join(" " if c in ",\"'=*" or not c.isprintable() else c for c in text).split())[:60]

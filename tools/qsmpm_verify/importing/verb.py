@@ -1,0 +1,103 @@
+"""Words of `import`: FILE, --to, --soils, --cells, --unit, --water, --gap, --analysis, --picture."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+from pathlib import Path
+
+from qsmpm_verify.importing.deck import deck_of
+from qsmpm_verify.importing.dxf import read_dxf
+from qsmpm_verify.importing.gsz import read_gsz
+from qsmpm_verify.importing.picture import draw_section
+from qsmpm_verify.importing.section import METRES, Section
+from qsmpm_verify.importing.soils import missing, read_table, write_table
+from qsmpm_verify.places import PROGRAM
+from qsmpm_verify.trouble import RunFailed, Trouble
+
+ELSEWHERE = {
+    ".msh": "a mesh is read by the deck itself: *MESH, INPUT=FILE (docs/howto/mesh.md)",
+    ".inp": "a mesh of Abaqus is read by the deck itself: *MESH, INPUT=FILE (docs/howto/mesh.md)",
+    ".stl": "a closed surface is read by the deck itself: *BODY, SHAPE=POLYHEDRON, INPUT=FILE",
+    ".dwg": "DWG is a closed format: save the drawing as DXF",
+    ".fez": "RS2 is not read yet: export the section as DXF there",
+    ".slmd": "Slide2 is not read yet: export the section as DXF there",
+    ".slim": "Slide2 is not read yet: export the section as DXF there",
+}
+
+
+def add_words(verbs: argparse._SubParsersAction) -> None:
+    """Words of the verb."""
+    verb = verbs.add_parser("import", help="a section drawn elsewhere as a deck: DXF drawings, GeoStudio projects")
+    verb.add_argument("file", type=Path, help="a drawing (.dxf) or a project (.gsz)")
+    verb.add_argument("--to", type=Path, metavar="DECK", help="the deck to write (default FILE with .inp)")
+    verb.add_argument("--soils", type=Path, metavar="CSV", help="table of soils; it is written, to be filled, where numbers are missing")
+    verb.add_argument("--cells", type=whole, default=20, metavar="N", help="cells of the grid over the height (default 20)")
+    verb.add_argument("--unit", choices=tuple(METRES), help="unit of a drawing, where it says none or a wrong one")
+    verb.add_argument("--water", metavar="LAYER", help="layer of the water level; one that is named so when not given")
+    verb.add_argument("--gap", type=float, metavar="LENGTH", help="metres up to which lines that miss each other are joined")
+    verb.add_argument("--analysis", metavar="NAME", help="name or number of an analysis of a project (default the first one)")
+    verb.add_argument("--picture", type=Path, help="the check picture (default DECK with .png)")
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="the program that checks the deck")
+    verb.set_defaults(act=act)
+
+
+def whole(word: str) -> int:
+    """A number of cells."""
+    if not word.isdigit() or not 2 <= int(word) <= 1000:
+        raise argparse.ArgumentTypeError(f"'{word}' is no number of cells from 2 to 1000")
+    return int(word)
+
+
+def read(words: argparse.Namespace) -> Section:
+    """The section of a file, by its kind."""
+    kind = words.file.suffix.lower()
+    if kind == ".dxf":
+        return read_dxf(words.file, words.unit, words.water, words.gap)
+    if kind == ".gsz":
+        return read_gsz(words.file, words.analysis)
+    raise Trouble(f"{words.file}: {ELSEWHERE.get(kind, 'known are .dxf and .gsz')}")
+
+
+def act(words: argparse.Namespace) -> int:
+    """Read, ask for what is missing, write, draw, check; tell what was taken how and what was left."""
+    section = read(words)
+    section.box()
+    deck = words.to or words.file.with_suffix(".inp")
+    table = words.soils or deck.with_suffix(".soils.csv")
+    if table.exists():
+        read_table(table, section)
+    lacks = missing(section)
+    picture = draw_section(section, words.picture or deck.with_suffix(".png"))
+    if lacks:
+        write_table(table, section)
+        tell(section)
+        print(f"picture    {picture}")
+        raise Trouble(f"numbers of soils are missing, {'; '.join(lacks)}: fill in {table} and ask again")
+    deck.write_text(deck_of(section, words.file.name, words.cells), encoding="utf-8")
+    tell(section)
+    print(f"picture    {picture}")
+    print(f"deck       {deck}")
+    check(words.program, deck)
+    return 0
+
+
+def tell(section: Section) -> None:
+    """A line a region, a note and what was left."""
+    for region in section.regions:
+        print(f"region     {region.name}: soil '{region.soil}', {len(region.outline)} corners")
+    for note in section.notes:
+        print(f"note       {note}")
+    for what in section.left:
+        print(f"left       {what}")
+
+
+def check(program: Path, deck: Path) -> None:
+    """What the program says of the deck."""
+    if not program.is_file():
+        print(f"not checked: {program} is not there")
+        return
+    done = subprocess.run([program.resolve(), "check", deck], capture_output=True, text=True, check=False, timeout=600)
+    print(done.stdout, end="")
+    if done.returncode:
+        raise RunFailed(done.stderr.strip() or f"the program does not take {deck}")

@@ -1,0 +1,209 @@
+"""Sections of other programs as decks: drawings and projects that the tests make, what is asked for, what is left and said."""
+
+import contextlib
+import io
+import json
+import subprocess
+import tempfile
+import unittest
+import zipfile
+from pathlib import Path
+
+import ezdxf
+
+from qsmpm_verify.cli import main
+from qsmpm_verify.importing.dxf import read_dxf
+from qsmpm_verify.importing.gsz import read_gsz
+from qsmpm_verify.importing.section import area_of
+from qsmpm_verify.places import PROGRAM, TOP
+from qsmpm_verify.trouble import Trouble
+
+# The slope of verification/week/decks/seam.inp.
+OUTLINE = [(0, 0), (44, 0), (44, 10), (30, 10), (10, 20), (0, 20)]
+UPPER, LOWER = [(0, 12), (30, 9), (44, 9)], [(0, 11), (30, 8), (44, 8)]
+SOILS = """name,weight,young,poisson,cohesion,friction,dilation
+top,19,20000,0.3,9,29,29
+seam,19,9000,0.3,2,11,11
+rock,21,60000,0.3,40,36,36
+"""
+
+
+def draw(path: Path, scale: float = 1.0, unit: int = 6, gap: float = 0.0, upright: bool = False) -> None:
+    """The slope: a closed outline, two open lines, texts, a water line, a dimension that is of no use."""
+    drawing = ezdxf.new()
+    drawing.header["$INSUNITS"] = unit
+    space = drawing.modelspace()
+
+    def place(x: float, y: float) -> tuple[float, float, float]:
+        return (x * scale, 0.0, y * scale) if upright else (x * scale, y * scale, 0.0)
+
+    space.add_polyline3d([place(*p) for p in OUTLINE], close=True, dxfattribs={"layer": "outline"})
+    block = drawing.blocks.new("interfaces")
+    block.add_polyline3d([place(*p) for p in UPPER])
+    block.add_polyline3d([place(*p) for p in [*LOWER[:-1], (44 - gap, 8)]])
+    space.add_blockref("interfaces", (0, 0, 0), dxfattribs={"layer": "layers"})
+    space.add_polyline3d([place(*p) for p in ((44, 10), (20, 12), (0, 15))], dxfattribs={"layer": "Water table"})
+    for name, at in (("top", (5, 15)), ("seam", (15, 10)), ("rock", (15, 4))):
+        space.add_text(name, dxfattribs={"insert": place(*at)})
+    space.add_point((1, 1))
+    drawing.layers.add("hidden").off()
+    space.add_line((0, 0), (9, 9), dxfattribs={"layer": "hidden"})
+    drawing.saveas(path)
+
+
+PROJECT = """<?xml version="1.0" encoding="UTF-8"?>
+<GSIData Version="11.05">
+<Analyses Len="2"><Analysis><ID>1</ID><Name>dry</Name><GeometryId>1</GeometryId></Analysis>
+<Analysis><ID>2</ID><Name>wet</Name><GeometryId>1</GeometryId></Analysis></Analyses>
+<Geometries Len="1"><Geometry><Points>{points}</Points><Regions>{regions}</Regions></Geometry></Geometries>
+<Materials>
+<Material><ID>1</ID><Name>top, dense</Name><SlopeModel>MohrCoulomb</SlopeModel><StressStrain><UnitWeight>19</UnitWeight>
+<CohesionPrime>9</CohesionPrime><PhiPrime>29</PhiPrime></StressStrain></Material>
+<Material><ID>2</ID><Name>clay</Name><SlopeModel>UndrainedPhiZero</SlopeModel><StressStrain><UnitWeight>18</UnitWeight>
+<Cohesion>30</Cohesion></StressStrain></Material>
+<Material><ID>3</ID><Name>rock</Name><SlopeModel>HoekBrown</SlopeModel><StressStrain><UnitWeight>21</UnitWeight></StressStrain></Material>
+</Materials>
+<Contexts>{contexts}</Contexts>
+<WaterItems><WaterItem><AnalysisID>2</AnalysisID><Entry><UnitWaterWeight>9.807</UnitWaterWeight></Entry></WaterItem></WaterItems>
+<StabilityItems><StabilityItem><AnalysisID>2</AnalysisID><Entry><DataPoints><DataPoint Number="1" X="0" Y="15"/>
+<DataPoint Number="2" X="44" Y="10"/></DataPoints><PiezometricSurfaces><PiezometricSurface><ID>1</ID><DataPoints>
+<DataPoint>1</DataPoint><DataPoint>2</DataPoint></DataPoints></PiezometricSurface></PiezometricSurfaces>
+<Seismic Horizontal="0.1" Vertical="0"/></Entry></StabilityItem></StabilityItems>
+</GSIData>"""
+
+
+def project(path: Path, third: int = 2) -> None:
+    """The same slope as a project; its lowest soil is of material `third`."""
+    corners = [*OUTLINE, *UPPER, *LOWER]
+    number = {corner: i for i, corner in enumerate(corners, start=1)}
+    regions = ([(0, 12), (30, 9), (44, 9), (44, 10), (30, 10), (10, 20), (0, 20)],
+               [(0, 11), (30, 8), (44, 8), (44, 9), (30, 9), (0, 12)], [(0, 0), (44, 0), (44, 8), (30, 8), (0, 11)])  # fmt: skip
+    use = "".join(f'<GeometryUsesMaterial ID="Regions-{r}" Entry="{m}"/>' for r, m in ((1, 1), (2, 2), (3, third)))
+    text = PROJECT.format(
+        points="".join(f'<Point ID="{i}" X="{x}" Y="{y}"/>' for (x, y), i in number.items()),
+        regions="".join(f"<Region><ID>{i}</ID><PointIDs>{','.join(str(number[p]) for p in region)}</PointIDs></Region>"
+                        for i, region in enumerate(regions, start=1)),
+        contexts="".join(f"<Context><AnalysisID>{a}</AnalysisID><GeometryUsesMaterials>{use}</GeometryUsesMaterials></Context>" for a in (1, 2)),
+    )  # fmt: skip
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("slope.xml", text)
+
+
+class Importing(unittest.TestCase):
+    def setUp(self) -> None:
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name)
+        self.drawing = self.folder / "slope.dxf"
+
+    def told(self, code: int, *words: str) -> str:
+        output, errors = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
+            self.assertEqual(main(["import", *words, "--program", str(self.folder / "none")]), code, errors.getvalue())
+        return output.getvalue() + errors.getvalue()
+
+    def test_lines_are_cut_into_the_regions_that_their_texts_name(self) -> None:
+        draw(self.drawing)
+        section = read_dxf(self.drawing, None, None, None)
+        areas = {region.name: abs(area_of(region.outline)) for region in section.regions}
+        # By the trapezoids under the lines: 402 = 44 times 8, 30 times 3/2 and what is left; the seam is 1 m over 44 m.
+        self.assertAlmostEqual(areas["rock"], 44 * 8 + 30 * 3 / 2, places=6)
+        self.assertAlmostEqual(areas["seam"], 44.0, places=6)
+        self.assertAlmostEqual(areas["top"], 10 * 10 + 20 * 10 / 2 + 44 * 10 - 441.0, places=6)
+        self.assertEqual(section.water, [((0.0, 15.0), (20.0, 12.0), (44.0, 10.0))])
+        self.assertEqual(section.left, ["1 x POINT", "1 x on hidden layer 'hidden'"])
+
+    def test_units_and_the_plane_of_the_drawing_change_nothing(self) -> None:
+        draw(self.drawing)
+        plain = read_dxf(self.drawing, None, None, None).regions
+        for scale, unit, upright in ((1000.0, 4, False), (1.0, 6, True), (1.0 / 0.3048, 2, False)):
+            draw(self.drawing, scale, unit, upright=upright)
+            for one, other in zip(read_dxf(self.drawing, None, None, None).regions, plain, strict=True):
+                self.assertEqual(one.name, other.name)
+                self.assertAlmostEqual(abs(area_of(one.outline)), abs(area_of(other.outline)), delta=1.0e-4)
+        draw(self.drawing, unit=0)
+        self.assertIn("taken as metres", " ".join(read_dxf(self.drawing, None, None, None).notes))
+
+    def test_a_line_that_misses_another_is_told_and_joined_on_request(self) -> None:
+        draw(self.drawing, gap=0.02)
+        open_ended = read_dxf(self.drawing, None, None, None)
+        self.assertEqual(len(open_ended.regions), 2)
+        self.assertIn("ends in the open at (43.98, 8)", " ".join(open_ended.left))
+        self.assertEqual(len(read_dxf(self.drawing, None, None, 0.05).regions), 3)
+
+    def test_a_region_with_a_hole_is_two_bodies_of_one_soil(self) -> None:
+        drawing = ezdxf.new()
+        drawing.header["$INSUNITS"] = 6
+        drawing.modelspace().add_lwpolyline([(0, 0), (10, 0), (10, 10), (0, 10)], close=True, dxfattribs={"layer": "clay"})
+        drawing.modelspace().add_circle((5, 5), 2, dxfattribs={"layer": "lens"})
+        drawing.saveas(self.drawing)
+        regions = read_dxf(self.drawing, None, None, None).regions
+        self.assertEqual(sorted(region.name for region in regions), ["clay", "clay 2", "lens"])
+        lens = next(abs(area_of(region.outline)) for region in regions if region.soil == "lens")
+        self.assertAlmostEqual(lens, 12.566, delta=0.1)
+        self.assertAlmostEqual(sum(abs(area_of(region.outline)) for region in regions), 100.0, places=6)
+
+    def test_numbers_that_nobody_has_said_are_asked_for(self) -> None:
+        draw(self.drawing)
+        self.assertIn("rock: weight, cohesion, friction; seam: weight", self.told(2, str(self.drawing)))
+        table = self.folder / "slope.soils.csv"
+        self.assertEqual(len(table.read_text().splitlines()), 4)
+        table.write_text(SOILS.replace("9000", "soft"))
+        self.assertIn("slope.soils.csv:3: young 'soft' is no number", self.told(2, str(self.drawing)))
+        table.write_text(SOILS.replace("seam", "seem"))
+        self.assertIn("slope.soils.csv:3: no soil 'seem' is drawn", self.told(2, str(self.drawing)))
+        table.write_text(SOILS.replace("poisson", "nu"))
+        self.assertIn("no column 'nu'", self.told(2, str(self.drawing)))
+        table.write_text(SOILS)
+        self.assertIn("region     seam: soil 'seam', 6 corners", self.told(0, str(self.drawing)))
+        self.assertGreater((self.folder / "slope.png").stat().st_size, 5000)
+
+    def test_what_is_no_drawing_is_refused(self) -> None:
+        self.drawing.write_text("no drawing\n")
+        self.assertIn("no DXF drawing", self.told(2, str(self.drawing)))
+        self.assertIn("no such file", self.told(2, str(self.folder / "other.dxf")))
+        self.assertIn("save the drawing as DXF", self.told(2, str(self.folder / "slope.dwg")))
+        (self.folder / "slope.gsz").write_bytes(b"PK")
+        self.assertIn("not a ZIP archive", self.told(2, str(self.folder / "slope.gsz")))
+        ezdxf.new().saveas(self.drawing)
+        self.assertIn("no lines in the model space", self.told(2, str(self.drawing)))
+
+    def test_a_project_gives_soils_water_and_what_was_left(self) -> None:
+        path = self.folder / "slope.gsz"
+        project(path)
+        section = read_gsz(path, "wet")
+        self.assertEqual([(r.name, r.soil) for r in section.regions], [("top dense", "top dense"), ("clay", "clay"), ("clay 2", "clay")])
+        top, clay = section.soils["top dense"], section.soils["clay"]
+        self.assertEqual((top.weight, top.cohesion, top.friction), (19.0, 9.0, 29.0))
+        self.assertEqual((clay.weight, clay.cohesion, clay.friction), (18.0, 30.0, 0.0))
+        self.assertEqual((section.water, section.water_weight), ([((0.0, 15.0), (44.0, 10.0))], 9.807))
+        self.assertEqual(section.left, ["Seismic of the analysis"])
+        self.assertEqual(read_gsz(path, None).water, [])
+        with self.assertRaisesRegex(Trouble, "no analysis 'damp'; there are 1 'dry', 2 'wet'"):
+            read_gsz(path, "damp")
+        project(path, third=3)
+        self.assertIn("soil 'rock' is of model 'HoekBrown'", self.told(2, str(path)))
+
+    @unittest.skipUnless(PROGRAM.is_file(), "the program is not built")
+    def test_the_drawn_slope_has_the_factor_of_the_written_one(self) -> None:
+        draw(self.drawing)
+        (self.folder / "slope.soils.csv").write_text(SOILS)
+        self.told(0, str(self.drawing), "--cells", "22", "--water", "Water table")
+        deck = self.folder / "slope.inp"
+        text = deck.read_text()
+        self.assertIn("*WATER LEVEL, UNIT WEIGHT=9.81\n0, 15\n20, 12\n44, 10\n", text)
+        deck.write_text(text.replace("*WATER LEVEL, UNIT WEIGHT=9.81\n0, 15\n20, 12\n44, 10\n", ""))
+        factors = [factor_of(path, self.folder / path.stem) for path in (deck, TOP / "verification/week/decks/seam.inp")]
+        self.assertAlmostEqual(factors[0], factors[1], delta=0.01 * factors[1])
+
+
+def factor_of(deck: Path, out: Path) -> float:
+    """The last stable factor of a deck."""
+    done = subprocess.run([PROGRAM, "run", deck, "--out", out, "--quiet"], capture_output=True, text=True, check=False, timeout=300)
+    if done.returncode:
+        raise AssertionError(done.stderr)
+    return float(json.loads((out / "safety.json").read_text())["phases"][0]["stable"])
+
+
+if __name__ == "__main__":
+    unittest.main()
