@@ -4,8 +4,9 @@ program qsmpm_main
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use, intrinsic :: iso_c_binding, only: c_int
   use qsmpm_arguments, only: command_type, parse_arguments, usage_text, command_run, &
-    command_check, command_point, command_plan, command_help, command_version, command_markdown
+    command_check, command_point, command_plan, command_help, command_version, command_markdown, command_json
   use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text
+  use qsmpm_deck_help_json, only: deck_json
   use qsmpm_display, only: display_plain, display_quiet, display_terminal
   use qsmpm_error, only: error_type, error_other
   use qsmpm_field_table, only: fields_markdown
@@ -66,6 +67,9 @@ program qsmpm_main
       call help(command%subject, code)
     case (command_markdown)
       call deck_markdown(text)
+      write (output_unit, '(a)', advance='no') text
+    case (command_json)
+      call deck_json(text)
       write (output_unit, '(a)', advance='no') text
     case (command_version)
       write (output_unit, '(a)') program_name()

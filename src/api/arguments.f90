@@ -11,7 +11,7 @@ module qsmpm_arguments
 
   !> Commands.
   integer, parameter, public :: command_run = 1, command_check = 2, command_help = 3, &
-    command_version = 4, command_markdown = 5, command_plan = 6, command_point = 7
+    command_version = 4, command_markdown = 5, command_plan = 6, command_point = 7, command_json = 8
 
   !> What is asked for.
   type :: command_type
@@ -64,7 +64,7 @@ contains
       '    --ranks tells points, equations and memory of N processes (docs/distributed.md)'//newline// &
       '    check and plan load the libraries of *USER MATERIAL, which runs their code, with'//newline// &
       '    --plugins only'//newline// &
-      'qsmpm help [KEYWORD]'//newline// &
+      'qsmpm help [KEYWORD | --json]'//newline// &
       '    explains a keyword of the deck, or lists them; FIELDS lists what is shown of material points,'//newline// &
       '    RENAMED the words of decks and results that had another name'//newline// &
       'qsmpm --version'//newline// &
@@ -158,8 +158,8 @@ contains
 
     command%command = command_help
     if (size(words) == 0) return
-    if (words(1)%text == '--markdown' .and. size(words) == 1) then
-      command%command = command_markdown
+    if (any(words(1)%text == ['--markdown', '--json    ']) .and. size(words) == 1) then
+      command%command = merge(command_markdown, command_json, words(1)%text == '--markdown')
       return
     end if
     ! A keyword may have blanks: help MOHR COULOMB.

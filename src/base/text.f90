@@ -128,7 +128,9 @@ contains
     string = '"'
     do i = 1, len(text)
       if (text(i:i) == '"' .or. text(i:i) == '\') string = string//'\'
-      if (iachar(text(i:i)) < 32) then
+      if (text(i:i) == new_line('a')) then
+        string = string//'\n'
+      else if (iachar(text(i:i)) < 32) then
         string = string//' '
       else
         string = string//text(i:i)

@@ -2,7 +2,7 @@
 module test_arguments
   use testing, only: tests_type
   use qsmpm_arguments, only: command_type, parse_arguments, usage_text, command_run, &
-    command_check, command_plan, command_help, command_version, command_markdown
+    command_check, command_plan, command_help, command_version, command_markdown, command_json
   use qsmpm_error, only: error_type
   use qsmpm_text, only: string_type
   implicit none
@@ -49,6 +49,8 @@ contains
       command%subject == 'MOHR COULOMB')
     call parse('help --markdown', command, error)
     call tests%check('the deck reference can be had', command%command == command_markdown)
+    call parse('help --json', command, error)
+    call tests%check('so can the table for programs', command%command == command_json)
     call parse('--version', command, error)
     call tests%check('the version can be had', command%command == command_version)
     call test_errors(tests)

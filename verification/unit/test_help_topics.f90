@@ -41,7 +41,7 @@ contains
       'no law', '*MOHR COULOMB', 'KINEMATICS', '*GRID', '*ELASTIC', '*ELASTIC', 'LIMIT COMPLIANCE', '*SOFTENING', &
       'POLYGON', '*RIGID BODY', '*CONTACT', 'FIELDS', '*FIELD', '*MESH', 'embedding', 'slices', 'Python', &
       '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'flows', &
-      '*CONTRACTION', '*CONTRACTION', 'drawings', '*PROP', '*PROP', '*PROP', '*CONTACT', 'no inertia', 'no inertia', &
+      '*CONTRACTION', '*CONTRACTION', 'qsmpm-verify import', '*PROP', '*PROP', '*PROP', '*CONTACT', 'no inertia', 'no inertia', &
       '*CONTRACTION', 'stiff', '*PROP', 'no inertia']
     character(len=:), allocatable :: text
     logical :: found
