@@ -35,8 +35,8 @@ contains
     character(len=:), allocatable :: text
     integer :: i
 
-    text = '{"name": '//json_string(entry%name)//said('sentence', entry%sentence)//said('section', section_of(entry))// &
-      ', "many": '//logical_json(entry%times == many)
+    text = '{"name": '//json_string(entry%name)//said('sentence', entry%sentence)// &
+      said('section', section_of(entry))//', "many": '//logical_json(entry%times == many)
     if (allocated(entry%opens)) text = text//said('opens', entry%opens)
     if (allocated(entry%advice)) text = text//said('advice', entry%advice)
     text = text//items_json('parameters', entry%parameters)//', "data": ['

@@ -202,8 +202,8 @@ contains
 
     allocate (known, source=[ &
       topics_type('DXF,DWG,CAD,AUTOCAD,IFC,STEP FILE', &
-        '`qsmpm-verify import FILE.dxf` makes a deck of a section (docs/howto/import.md); DWG is to be saved as DXF, '// &
-        'STEP goes through gmsh and *MESH; in space *BODY, SHAPE=POLYHEDRON reads an STL file: '// &
+        '`qsmpm-verify import FILE.dxf` makes a deck of a section (docs/howto/import.md); DWG is to be saved as '// &
+        'DXF, STEP goes through gmsh and *MESH; in space *BODY, SHAPE=POLYHEDRON reads an STL file: '// &
         'docs/tutorial/5_hill.md'), &
       topics_type('GEOSTUDIO,SLOPE/W,GSZ', &
         '`qsmpm-verify import FILE.gsz` makes a deck of a project: regions, soils, water (docs/howto/import.md)'), &

@@ -16,6 +16,7 @@ from qsmpm_verify import (
 from qsmpm_verify.bounds import verb as bounds
 from qsmpm_verify.editor import verb as editor
 from qsmpm_verify.importing import verb as importing
+from qsmpm_verify.reliability import verb as reliability
 from qsmpm_verify.study import verb as study
 from qsmpm_verify.trouble import Trouble
 
@@ -29,7 +30,7 @@ def parser() -> argparse.ArgumentParser:
         batch.add_list, batch.add_run, curve.add_words, library.add_words, chart.add_words, study.add_words,
         scene.add_words, peers.add_words, stability_map.add_words, effectivity.add_words, point.add_words, view.add_words,
         paraview.add_words, document.add_words, pictures.add_words, pressures.add_words, week.add_words, metamorphic.add_words,
-        bounds.add_words, importing.add_words, editor.add_words,
+        bounds.add_words, importing.add_words, editor.add_words, reliability.add_words,
     )  # fmt: skip
     for add in verbs_of:
         add(verbs)

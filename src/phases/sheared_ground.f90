@@ -1,0 +1,46 @@
+!> Ground that has given way before its factor of safety is looked for: under the loads of the phases before it has
+!> sheared and come to rest in another shape. That shape stands, and its factor is above 1; of the ground as it was
+!> drawn it says nothing.
+module qsmpm_sheared_ground
+  use qsmpm_kinds, only: wp
+  use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: own_of
+  use qsmpm_points, only: carries_strains
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_team, only: largest, total
+  implicit none
+  private
+
+  public :: sheared_note
+
+  !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
+  !> of the volume that is no corner or toe.
+  real(wp), parameter :: flows = 0.1_wp, much = 2.0e-3_wp
+
+contains
+
+  !> The warning where a search begins on such ground; empty where it does not, or where strains are not carried.
+  function sheared_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    logical :: own(model%state%points%count)
+    real(wp) :: sheared, whole, most, way
+
+    text = ''
+    associate (points => model%state%points, team => model%part%team)
+      if (.not. carries_strains(points)) return
+      own = own_of(model%part%points, points%count)
+      sheared = total(team, sum(points%volume, mask=own .and. points%plastic_strain > flows))
+      whole = total(team, sum(points%volume, mask=own))
+      most = largest(team, maxval([0.0_wp, pack(points%plastic_strain, own)]))
+      way = largest(team, maxval([0.0_wp, pack(norm2(points%position - points%initial_position, dim=1), own)]))
+    end associate
+    if (.not. sheared > much*whole) return
+    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name// &
+      "': before the search soil has sheared by up to "//rounded_text(most, 2)//', '// &
+      rounded_text(100.0_wp*sheared/whole, 2)//' % of it by more than '//rounded_text(flows, 2)// &
+      ': under the loads of the phases before the ground gave way, and came to rest in another shape, up to '// &
+      rounded_text(way, 2)//' away. The factor is of that shape; as it was drawn the ground may not stand, which '// &
+      '`qsmpm-verify bounds DECK --phase PARENT --factor` tells'
+  end function sheared_note
+end module qsmpm_sheared_ground

@@ -1,0 +1,180 @@
+"""Runs of a deck in which some numbers are others: the deck that is written, the answer that is read."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from qsmpm_verify.cases import Case
+from qsmpm_verify.editor.table import Table
+from qsmpm_verify.reliability.variables import Space, Variable
+from qsmpm_verify.results import Array, ResultError, read_curves
+from qsmpm_verify.runner import run_case
+from qsmpm_verify.study.cards import Card, Deck, items, plain
+from qsmpm_verify.trouble import Trouble
+
+STRONGER = 2.0
+GAVE_WAY = "the ground gave way, and came to rest in another shape"
+"""What the program says where it looks for the factor of ground that did not stand."""
+OTHER_STRENGTHS = {"CAM CLAY", "HARDENING SOIL", "USER MATERIAL", "STRENGTH PROFILE", "SOFTENING", "DRUCKER PRAGER", "CREEP"}
+NAMING = ("NAME", "BODY", "MATERIAL", "SURFACE", "NSET")
+"""Parameters by which a card may be told from its like."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """What is asked of a run: a factor of safety or a history, its limit and the side that fails."""
+
+    quantity: str
+    at: str
+    limit: float
+    fails_below: bool
+
+    def margin(self, value: float) -> float:
+        """Positive where it is safe."""
+        return value - self.limit if self.fails_below else self.limit - value
+
+
+def read_response(table: Mapping[str, object]) -> Response:
+    """`[response]` of the file."""
+    words = dict(table)
+    quantity, at = str(words.pop("quantity", "factor")), str(words.pop("at", "last"))
+    fails, limit = str(words.pop("fails", "below")), words.pop("limit", 1.0 if quantity == "factor" else None)
+    if words:
+        raise Trouble(f"response: unknown word '{next(iter(words))}'")
+    if at not in ("last", "max", "min") or fails not in ("below", "above"):
+        raise Trouble("response: at is last, max or min; fails is below or above")
+    if not isinstance(limit, int | float):
+        raise Trouble("response: the limit of a history is missing")
+    return Response(quantity, at, float(limit), fails == "below")
+
+
+def place_of(deck: Deck, variable: Variable, table: Table) -> tuple[int, int, int]:
+    """Card, line of it and item of that line in which a variable stands."""
+    keyword, material = plain(variable.card), ""
+    entry = table.keywords.get(keyword)
+    if entry is None:
+        raise Trouble(f"variable '{variable.name}': there is no card *{keyword}")
+    names = [column["name"] for data in entry["data"] for column in data["columns"]]
+    columns = {plain(name): i for i, name in reversed(list(enumerate(names)))}
+    if plain(variable.column) not in columns:
+        raise Trouble(f"variable '{variable.name}': *{keyword} has no column '{variable.column}'; there are {', '.join(names)}")
+    found = []
+    for number, card in enumerate(deck.cards):
+        if card.keyword == "MATERIAL":
+            material = card.value("NAME") or ""
+        own = material if entry["section"] == "material" else next((card.value(key) for key in NAMING if card.value(key)), "") or ""
+        if card.keyword == keyword and variable.of.upper() in ("", own):
+            found.append(number)
+    if len(found) != 1:
+        raise Trouble(f"variable '{variable.name}': {len(found) or 'no'} cards *{keyword}{' of ' + variable.of if variable.of else ''} in {deck.path}; "
+                      "`of` names the material, body or surface")
+    lines = [i for i, line in enumerate(deck.cards[found[0]].lines) if line.strip() and not line.lstrip().startswith("**")]
+    if not 1 <= variable.line <= len(lines):
+        raise Trouble(f"variable '{variable.name}': *{keyword} has {len(lines)} data lines")
+    line = lines[variable.line - 1]
+    if columns[plain(variable.column)] >= len(items(deck.cards[found[0]].lines[line])):
+        raise Trouble(f"variable '{variable.name}': the deck does not give '{variable.column}' of *{keyword}")
+    return found[0], line, columns[plain(variable.column)]
+
+
+def with_number(card: Card, line: int, item: int, value: float) -> Card:
+    """A card with another number."""
+    words = items(card.lines[line])
+    words[item] = f"{value:.12g}"
+    lines = (*card.lines[:line], ", ".join(words), *card.lines[line + 1 :])
+    return replace(card, lines=lines)
+
+
+class Runs:
+    """The answers of a deck at numbers of its variables; a run that was made is not made again."""
+
+    def __init__(self, deck: Deck, space: Space, response: Response, table: Table, program: Path, root: Path, jobs: int) -> None:
+        self.deck, self.space, self.response = deck, space, response
+        self.program, self.root, self.jobs = program, root, jobs
+        self.places = [place_of(deck, variable, table) for variable in space.variables]
+        self.made = self.failed = 0
+        self.reasons: list[str] = []
+
+    def text_of(self, values: Sequence[float]) -> str:
+        """The deck with these numbers."""
+        cards = list(self.deck.cards)
+        for (card, line, item), value in zip(self.places, values, strict=True):
+            cards[card] = with_number(cards[card], line, item, value)
+        return self.deck.with_cards(cards).text()
+
+    def answer(self, values: Sequence[float]) -> float:
+        """The answer at these numbers, NaN where there is none."""
+        text = self.text_of(values)
+        value, stands = self.run(text)
+        if self.response.quantity == "factor" and not stands and (strong := stronger(text, self.deck)):
+            # Below 1 the ground does not carry its loads as drawn: with more strength it does, and the factor is as much larger.
+            value = self.run(strong)[0] / STRONGER
+        if math.isnan(value):
+            self.failed += 1
+        return value
+
+    def run(self, text: str) -> tuple[float, bool]:
+        """The answer of a deck, and whether its ground stood up as it was drawn."""
+        name = hashlib.sha256(text.encode()).hexdigest()[:16]
+        original = self.deck.path.read_text(encoding="utf-8")
+        case = Case(name, self.deck.path.name, self.deck.path, (), replace=((original, text),))
+        run = run_case(case, self.program, self.root)
+        self.made += 1
+        try:
+            if run.exit_code == 0:
+                log = next(iter(run.directory.glob("*.log")), None)
+                stands = log is None or GAVE_WAY not in log.read_text(encoding="utf-8", errors="replace")
+                return answer_in(run.directory, self.response), stands
+            self.reasons.append(run.message)
+        except ResultError as trouble:
+            if "no column" in str(trouble):
+                raise
+            self.reasons.append(str(trouble))
+        return math.nan, False
+
+    def margins(self, u: Array) -> Array:
+        """Margins of rows of standard normal numbers, side by side."""
+        rows = self.space.values(np.atleast_2d(u))
+        with ThreadPoolExecutor(self.jobs) as pool:
+            return np.array([self.response.margin(value) for value in pool.map(self.answer, rows.tolist())])
+
+
+def stronger(text: str, deck: Deck) -> str:
+    """A deck of twice the strength; empty where it has strengths that are none of Mohr and Coulomb.
+
+    Flow that goes with the friction does so still, other flow stays, as in the search for a factor (docs/methods/safety.md).
+    """
+    if any(card.keyword in OTHER_STRENGTHS for card in deck.cards):
+        return ""
+    lines, inside = [], False
+    for line in text.split("\n"):
+        if inside and line.strip() and not line.startswith("*"):
+            words = items(line)
+            phi, psi = float(words[1]), float(words[2])
+            words[0] = f"{STRONGER * float(words[0]):.12g}"
+            words[1] = f"{math.degrees(math.atan(STRONGER * math.tan(math.radians(phi)))):.12g}"
+            words[2] = words[1] if psi == phi else words[2]
+            line = ", ".join(words)
+        inside = plain(line.lstrip("*")) == "MOHR COULOMB" if line.startswith("*") and not line.startswith("**") else inside
+        lines.append(line)
+    return "\n".join(lines)
+
+
+def answer_in(folder: Path, response: Response) -> float:
+    """The factor in the middle of its bracket, or a history."""
+    if response.quantity == "factor":
+        phases = json.loads((folder / "safety.json").read_text(encoding="utf-8"))["phases"]
+        stable, lost = phases[-1]["stable"], phases[-1]["lost"]
+        if lost is None:
+            raise ResultError(f"no factor was found up to {stable}")
+        return 0.5 * (float(stable) + float(lost))
+    values = read_curves(folder).column(response.quantity)
+    return float({"last": values[-1], "max": values.max(), "min": values.min()}[response.at])

@@ -1,0 +1,158 @@
+"""Reliability against closed forms: linear limits, lognormal quotients, correlation, and a deck whose answer is known."""
+
+import contextlib
+import io
+import json
+import math
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+from scipy import stats
+
+from qsmpm_verify.cli import main
+from qsmpm_verify.places import PROGRAM
+from qsmpm_verify.reliability.form import find_design, hypercube
+from qsmpm_verify.reliability.variables import Space, make_space, read_variable
+from qsmpm_verify.trouble import Trouble
+
+
+def space_of(*tables: dict, correlation: float = 0.0) -> Space:
+    """Variables called a, b, ... of a card that does not matter."""
+    variables = [read_variable({"name": "ab"[i], "card": "ELASTIC", "column": "E", **table}) for i, table in enumerate(tables)]
+    return make_space(variables, [("a", "b", correlation)] if correlation else [])
+
+
+class Numbers(unittest.TestCase):
+    def test_a_linear_limit_of_normal_numbers_is_exact(self) -> None:
+        for rho in (0.0, 0.5, -0.5):
+            space = space_of({"distribution": "normal", "mean": 20, "sd": 3}, {"distribution": "normal", "mean": 10, "sd": 2}, correlation=rho)
+            found = find_design(lambda u, s=space: s.values(u)[:, 0] - s.values(u)[:, 1], 2)
+            exact = 10.0 / math.sqrt(9 + 4 - 2 * rho * 6)
+            self.assertAlmostEqual(found.beta, exact, places=6)
+            self.assertAlmostEqual(found.probability / stats.norm.cdf(-exact), 1.0, delta=0.02)
+
+    def test_a_quotient_of_lognormal_numbers_is_exact(self) -> None:
+        # ln a - ln b is normal: (ln of the medians) over the root of the variances.
+        space = space_of({"mean": 20, "cov": 0.3}, {"mean": 10, "cov": 0.2}, correlation=0.4)
+        found = find_design(lambda u: np.log(space.values(u)[:, 0] / space.values(u)[:, 1]), 2)
+        va, vb = math.log1p(0.09), math.log1p(0.04)
+        apart = math.log(2.0) - 0.5 * (va - vb)
+        exact = apart / math.sqrt(va + vb - 2 * math.log1p(0.4 * 0.3 * 0.2))
+        self.assertAlmostEqual(found.beta, exact, places=4)
+        # The difference has the same zero and another shape: what the search needs its rounds for.
+        bent = find_design(lambda u: space.values(u)[:, 0] - space.values(u)[:, 1], 2)
+        self.assertAlmostEqual(bent.beta, exact, delta=0.02)
+
+    def test_numbers_have_the_moments_and_the_correlation_that_were_asked_for(self) -> None:
+        space = space_of({"mean": 20, "cov": 0.3}, {"distribution": "uniform", "low": 1, "high": 3}, correlation=-0.6)
+        x = space.values(np.random.default_rng(3).standard_normal((400_000, 2)))
+        self.assertAlmostEqual(x[:, 0].mean(), 20.0, delta=0.05)
+        self.assertAlmostEqual(x[:, 0].std(), 6.0, delta=0.05)
+        self.assertAlmostEqual(np.corrcoef(x.T)[0, 1], -0.6, delta=0.01)
+        gumbel = space_of({"distribution": "gumbel", "mean": 5, "sd": 1}).values(np.random.default_rng(3).standard_normal((400_000, 1)))
+        self.assertAlmostEqual(gumbel.mean(), 5.0, delta=0.01)
+        self.assertAlmostEqual(gumbel.std(), 1.0, delta=0.01)
+
+    def test_a_mean_that_fails_has_a_negative_beta(self) -> None:
+        space = space_of({"distribution": "normal", "mean": 8, "sd": 2})
+        found = find_design(lambda u: space.values(u)[:, 0] - 10.0, 1)
+        self.assertAlmostEqual(found.beta, -1.0, places=6)
+        self.assertAlmostEqual(found.probability, stats.norm.cdf(1.0), delta=0.01)
+
+    def test_a_hypercube_has_one_run_in_every_layer(self) -> None:
+        layers = np.floor(stats.norm.cdf(hypercube(3, 50, 7)) * 50).astype(int)
+        for column in layers.T:
+            self.assertEqual(sorted(column.tolist()), list(range(50)))
+
+    def test_what_cannot_be_is_refused(self) -> None:
+        for words, why in (({"mean": 1}, "sd is missing"), ({"mean": 1, "sd": 1, "unit": 2}, "unknown word 'unit'"),
+                           ({"mean": -1, "sd": 1}, "lognormal one is above 0"), ({"distribution": "beta"}, "is none of")):
+            with self.assertRaisesRegex(Trouble, why):
+                space_of(words)
+
+
+COLUMN = """*MODEL, TYPE=PLANE STRAIN
+*UNITS, LENGTH=m, FORCE=kN
+*GRID, ELEMENT=QUAD4
+X, 0, 1, 1
+Y, 0, 1, 4
+*NSET, NSET=base, PLANE=Y
+0
+*NSET, NSET=left, PLANE=X
+0
+*NSET, NSET=right, PLANE=X
+1
+*MATERIAL, NAME=clay
+*ELASTIC
+10000, 0
+*UNIT WEIGHT
+20
+*BODY, NAME=column, MATERIAL=clay, SHAPE=BOX
+0, 1, 0, 1
+*HISTORY, NAME=settlement, QUANTITY=DISPLACEMENT, COMPONENT=Y, SCALE=-1
+0.5, 1
+*PHASE, NAME=weight
+*FIX
+base, ALL
+left, X
+right, X
+*GRAVITY
+0, -1
+*CONTROLS, STEPS=1
+*END PHASE
+"""
+QUESTION = """[[variable]]
+name = "E"
+card = "ELASTIC"
+of = "clay"
+column = "E"
+mean = 10000
+cov = 0.3
+[response]
+quantity = "settlement"
+limit = 0.002
+fails = "above"
+"""
+
+
+@unittest.skipUnless(PROGRAM.is_file(), "the program is not built")
+class Decks(unittest.TestCase):
+    def setUp(self) -> None:
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name)
+        (self.folder / "column.inp").write_text(COLUMN)
+        (self.folder / "question.toml").write_text(QUESTION)
+
+    def told(self, code: int, *words: str) -> str:
+        output, errors = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
+            named = [str(self.folder / "column.inp"), str(self.folder / "question.toml"), "--out", str(self.folder / "out")]
+            self.assertEqual(main(["reliability", *named, *words]), code, errors.getvalue())
+        return output.getvalue() + errors.getvalue()
+
+    def test_a_column_settles_too_much_as_often_as_its_stiffness_is_too_low(self) -> None:
+        # settlement = weight H^2/(2 E): above 2 mm where E is below 5000, the geometry of so small a strain aside.
+        spread = math.sqrt(math.log1p(0.09))
+        exact = (math.log(2.0) - 0.5 * spread**2) / spread
+        self.told(0)
+        found = json.loads((self.folder / "out" / "reliability.json").read_text())
+        self.assertAlmostEqual(found["beta"], exact, delta=0.02)
+        self.assertAlmostEqual(found["design point"]["E"], 5000.0, delta=30.0)
+        self.assertEqual(found["alpha"]["E"], -1.0)
+        self.told(0, "--runs", "200", "--jobs", "2")
+        sampled = json.loads((self.folder / "out" / "reliability.json").read_text())
+        self.assertAlmostEqual(sampled["probability"], stats.norm.cdf(-exact), delta=3 * max(sampled["its standard error"], 0.005))
+
+    def test_a_number_that_is_not_there_is_an_error(self) -> None:
+        for old, new, why in (('"ELASTIC"', '"ELASTICS"', "there is no card"), ('column = "E"', 'column = "G"', "has no column 'G'"),
+                              ('"clay"', '"sand"', "no cards *ELASTIC of sand"), ("limit = 0.002", "", "limit of a history is missing"),
+                              ('quantity = "settlement"', 'quantity = "uplift"', "no column")):
+            (self.folder / "question.toml").write_text(QUESTION.replace(old, new))
+            self.assertIn(why, self.told(2))
+
+
+if __name__ == "__main__":
+    unittest.main()
