@@ -18,6 +18,7 @@ from qsmpm_verify.machine import describe
 from qsmpm_verify.places import CASES, STABILITY, TOP
 from qsmpm_verify.progress import Progress
 from qsmpm_verify.report import closing_line, counts, word_of
+from qsmpm_verify.run_report import verb as run_report
 from qsmpm_verify.runner import Run, run_all
 from qsmpm_verify.stability import load_rows
 from qsmpm_verify.studies import Study
@@ -163,9 +164,12 @@ def view_part(words: Namespace, runs: dict[str, Run]) -> str:
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Words of the verb."""
-    verb = verbs.add_parser("report", help="one HTML file: charts, stability map, cases, pictures, the machine")
+    verb = verbs.add_parser("report", help="one HTML file of a run; without one, of charts, stability map, cases, pictures, the machine")
+    verb.add_argument("run", type=Path, nargs="?", help="folder of a run, or its results.h5")
+    verb.add_argument("--docx", type=Path, help="of a run: write a document too")
+    verb.add_argument("--bounds", action="store_true", help="of a run: limit analysis of its safety phases")
     add_running_words(verb, "")
-    verb.add_argument("--html", type=Path, help="file to write; qsmpm_report.html in the folder of the runs by default")
+    verb.add_argument("--html", type=Path, help="file to write; report.html in the folder of the run, or qsmpm_report.html in that of the runs")
     verb.set_defaults(act=act)
 
 
@@ -224,6 +228,8 @@ def page_of(parts: Sequence[str], summary: str, facts: str, again: str) -> str:
 
 def act(words: Namespace) -> int:
     """Run what has not been run, write the page. Exit code 1 when a case missed, 3 when one or a whole part failed."""
+    if words.run is not None:
+        return run_report.act(words)
     program = checked_program(words)
     words.folder, words.program = words.out, program
     gaps: list[str] = []

@@ -18,12 +18,9 @@ from qsmpm_verify.reliability.variables import Space, Variable
 from qsmpm_verify.results import Array, ResultError, read_curves
 from qsmpm_verify.runner import run_case
 from qsmpm_verify.study.cards import Card, Deck, items, plain
+from qsmpm_verify.study.strength import STRONGER, gave_way, stronger
 from qsmpm_verify.trouble import Trouble
 
-STRONGER = 2.0
-GAVE_WAY = "the ground gave way, and came to rest in another shape"
-"""What the program says where it looks for the factor of ground that did not stand."""
-OTHER_STRENGTHS = {"CAM CLAY", "HARDENING SOIL", "USER MATERIAL", "STRENGTH PROFILE", "SOFTENING", "DRUCKER PRAGER", "CREEP"}
 NAMING = ("NAME", "BODY", "MATERIAL", "SURFACE", "NSET")
 """Parameters by which a card may be told from its like."""
 
@@ -114,7 +111,7 @@ class Runs:
         """The answer at these numbers, NaN where there is none."""
         text = self.text_of(values)
         value, stands = self.run(text)
-        if self.response.quantity == "factor" and not stands and (strong := stronger(text, self.deck)):
+        if self.response.quantity == "factor" and not stands and (strong := stronger(text)):
             # Below 1 the ground does not carry its loads as drawn: with more strength it does, and the factor is as much larger.
             value = self.run(strong)[0] / STRONGER
         if math.isnan(value):
@@ -130,9 +127,7 @@ class Runs:
         self.made += 1
         try:
             if run.exit_code == 0:
-                log = next(iter(run.directory.glob("*.log")), None)
-                stands = log is None or GAVE_WAY not in log.read_text(encoding="utf-8", errors="replace")
-                return answer_in(run.directory, self.response), stands
+                return answer_in(run.directory, self.response), not gave_way(run.directory)
             self.reasons.append(run.message)
         except ResultError as trouble:
             if "no column" in str(trouble):
@@ -145,27 +140,6 @@ class Runs:
         rows = self.space.values(np.atleast_2d(u))
         with ThreadPoolExecutor(self.jobs) as pool:
             return np.array([self.response.margin(value) for value in pool.map(self.answer, rows.tolist())])
-
-
-def stronger(text: str, deck: Deck) -> str:
-    """A deck of twice the strength; empty where it has strengths that are none of Mohr and Coulomb.
-
-    Flow that goes with the friction does so still, other flow stays, as in the search for a factor (docs/methods/safety.md).
-    """
-    if any(card.keyword in OTHER_STRENGTHS for card in deck.cards):
-        return ""
-    lines, inside = [], False
-    for line in text.split("\n"):
-        if inside and line.strip() and not line.startswith("*"):
-            words = items(line)
-            phi, psi = float(words[1]), float(words[2])
-            words[0] = f"{STRONGER * float(words[0]):.12g}"
-            words[1] = f"{math.degrees(math.atan(STRONGER * math.tan(math.radians(phi)))):.12g}"
-            words[2] = words[1] if psi == phi else words[2]
-            line = ", ".join(words)
-        inside = plain(line.lstrip("*")) == "MOHR COULOMB" if line.startswith("*") and not line.startswith("**") else inside
-        lines.append(line)
-    return "\n".join(lines)
 
 
 def answer_in(folder: Path, response: Response) -> float:

@@ -24,6 +24,7 @@ from qsmpm_verify.results import Array, ResultError, read_cpu_seconds, read_curv
 from qsmpm_verify.runner import run_case
 from qsmpm_verify.study.cards import Deck
 from qsmpm_verify.study.refined import COST, LEVELS, REFINED, can_refine, refined
+from qsmpm_verify.study.strength import STRONGER, gave_way, stronger
 from qsmpm_verify.study.variants import OWN, Method, at_level, dimension, levels_of, methods_of, with_method, with_steps
 
 # Cost of a halved grid over that of the grid before, beyond the number of its cells: longer equations, more iterations.
@@ -47,6 +48,7 @@ class Trial:
     seconds: float = math.nan
     reason: str = ""
     width: float = 0.0
+    again: str = ""
 
     @property
     def good(self) -> bool:
@@ -62,7 +64,7 @@ class Trial:
     def name(self) -> str:
         """Name of its folder."""
         short = re.sub(r"\W+", "_", self.method.lower()).strip("_")
-        return f"{short}/grid_{2.0**self.level:g}_steps_{self.steps}"
+        return f"{short}/grid_{2.0**self.level:g}_steps_{self.steps}{self.again}"
 
 
 @dataclass(frozen=True)
@@ -126,12 +128,23 @@ def run_trial(deck: Deck, trial: Trial, wish: Wish, limit: float) -> tuple[Trial
         reason = run.message if run.exit_code is None else f"exit {run.exit_code}: {run.message}"
         return replace(trial, reason=reason), spent
     try:
+        if wish.history == FACTOR and gave_way(run.directory):
+            return as_drawn(deck, trial, wish, limit, spent)
         figure, width = figure_of(run.directory, wish)
         return replace(trial, figure=figure, width=width, seconds=read_cpu_seconds(run.directory)), spent
     except ResultError as trouble:
         if "no column" in str(trouble):
             raise
         return replace(trial, reason=str(trouble)), spent
+
+
+def as_drawn(deck: Deck, trial: Trial, wish: Wish, limit: float, spent: float) -> tuple[Trial, float]:
+    """The factor of ground that slid before it was looked for: of the same deck with more strength."""
+    strong = stronger(trial.deck)
+    if not strong or strong == trial.deck or trial.again:
+        return replace(trial, reason="the ground gave way before the search: its factor is below 1"), spent
+    again, more = run_trial(deck, replace(trial, deck=strong, again="_strong"), wish, limit)
+    return replace(trial, figure=again.figure / STRONGER, width=again.width / STRONGER, seconds=again.seconds, reason=again.reason), spent + more
 
 
 class Search:

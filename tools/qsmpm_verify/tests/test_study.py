@@ -25,7 +25,8 @@ from qsmpm_verify.study.band import SAFETY, Band, agreed, of_grids, of_steps, of
 from qsmpm_verify.study.cards import Card, Deck, items, plain, read_deck
 from qsmpm_verify.study.judgement import answer_of, choice_of, figures_by_method, seconds_of_choice, warnings_of
 from qsmpm_verify.study.refined import REFINED, boxes_of, can_refine, sheared_cells
-from qsmpm_verify.study.search import NOISE, Search, Trial, Wish, figure_of, waves
+from qsmpm_verify.study.search import NOISE, Search, Trial, Wish, figure_of, run_trial, waves
+from qsmpm_verify.study.strength import stronger
 from qsmpm_verify.study.variants import (
     OWN, PLANE_METHODS, at_level, axis_lines, dimension, levels_of, methods_of, same_method, with_method, with_steps,
 )
@@ -283,6 +284,26 @@ class TestFigure(unittest.TestCase):
             wish = Wish("load", "last", 0.03, 60.0, PROGRAM, folder)
             self.assertEqual(figure_of(folder, wish), (7.0, 2.0))
             self.assertEqual(figure_of(folder, replace(wish, place="max")), (9.0, 0.0))
+
+
+class TestStrength(unittest.TestCase):
+    def test_twice_the_strength_is_twice_c_and_tan_phi_and_flow_that_goes_with_it(self) -> None:
+        deck = "*MOHR COULOMB\n5, 30, 30, 2\n*ELASTIC\n1000, 0.3\n*MOHR COULOMB\n** sand\n1, 30, 5, NONE\n"
+        strong = stronger(deck).split("\n")
+        angle = math.degrees(math.atan(2.0 * math.tan(math.radians(30.0))))
+        self.assertEqual([float(word) for word in strong[1].split(",")], [10.0, float(f"{angle:.12g}"), float(f"{angle:.12g}"), 4.0])
+        self.assertEqual(strong[3], "1000, 0.3")
+        self.assertEqual(strong[6].split(", ")[0::2] + strong[6].split(", ")[3:], ["2", "5", "NONE"])
+        self.assertEqual(stronger(deck + "*CAM CLAY\n"), "")
+
+    @unittest.skipUnless(PROGRAM.is_file(), "the program is not built")
+    def test_ground_that_does_not_stand_has_the_factor_of_its_drawing(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            deck = read_deck(TOP / "verification/cases/decks/fallen_slope.inp")
+            wish = Wish("F", "last", 0.02, 60.0, PROGRAM, Path(folder))
+            trial, _ = run_trial(deck, Trial("own", 0, 1, deck.text()), wish, 60.0)
+        # 0.905 to 0.912 by limit analysis; nine cells in the height are 3 % above, the slope that has come to rest 18 %.
+        self.assertAlmostEqual(trial.figure, 0.909, delta=0.035)
 
 
 class TestJudgement(unittest.TestCase):

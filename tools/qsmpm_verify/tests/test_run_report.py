@@ -1,0 +1,116 @@
+"""The report of one run: a page that fetches nothing, a document, and what they hold, of a run that the test makes."""
+
+import contextlib
+import io
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+from docx import Document
+
+from qsmpm_verify.cli import main
+from qsmpm_verify.places import PROGRAM
+from qsmpm_verify.tests.test_document import Tags
+
+DECK = """*HEADING
+A slope of 10 m at 1:2 <that stands>
+*UNITS, LENGTH=m, FORCE=kN
+*MODEL, TYPE=PLANE STRAIN
+*GRID
+X, 0, 50, 20
+Y, 0, 15, 6
+*NSET, NSET=base, PLANE=Y
+0
+*NSET, NSET=left, PLANE=X
+0
+*NSET, NSET=right, PLANE=X
+50
+*MATERIAL, NAME=clay
+*ELASTIC
+20000, 0.3
+*MOHR COULOMB
+10, 20, 20
+*UNIT WEIGHT
+18
+*BODY, NAME=slope, MATERIAL=clay, SHAPE=POLYGON
+0, 0
+50, 0
+50, 5
+35, 5
+15, 15
+0, 15
+*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y, SCALE=-1
+15, 15
+*PHASE, NAME=weight
+*FIX
+base, ALL
+left, X
+right, X
+*GRAVITY
+0, -1
+*CONTROLS, STEPS=3
+*END PHASE
+*PHASE, NAME=factor, TYPE=SAFETY
+*SAFETY, TOLERANCE=0.05
+*END PHASE
+"""
+
+
+@unittest.skipUnless(PROGRAM.is_file(), "the program is not built")
+class RunReport(unittest.TestCase):
+    folder: Path
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.folder = Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        (cls.folder / "slope.inp").write_text(DECK)
+        subprocess.run([PROGRAM, "run", cls.folder / "slope.inp", "--out", cls.folder / "out", "--quiet"], check=True, capture_output=True)
+
+    def told(self, code: int, *words: str) -> str:
+        output, errors = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
+            self.assertEqual(main(["report", *words]), code, errors.getvalue())
+        return output.getvalue() + errors.getvalue()
+
+    def test_the_page_holds_the_run_and_fetches_nothing(self) -> None:
+        self.told(0, str(self.folder / "out"), "--bounds")
+        page = (self.folder / "out" / "report.html").read_text(encoding="utf-8")
+        tags = Tags()
+        tags.feed(page)
+        self.assertEqual((tags.fetched, tags.wrong), ([], []))
+        self.assertIn("A slope of 10 m at 1:2 &lt;that stands&gt;", page)
+        factor = re.search(r"factor of safety between ([\d.]+) \(stable\) and ([\d.]+)", (self.folder / "out" / "job.log").read_text())
+        self.assertIn(f"<td>{float(factor[1]):.4g} to {float(factor[2]):.4g}</td>", page)
+        self.assertEqual(page.count("<img"), 5)
+        # Three increments of the first phase, each a mark that tells its value.
+        self.assertGreaterEqual(len(re.findall(r'data-tip="increment \d+, load factor', page)), 3)
+        self.assertTrue(re.search(r"proves of the ground as drawn, psi = phi: at least 1\.\d+, at most 1\.\d+", page))
+        self.assertIn("*MOHR COULOMB", page)
+
+    def test_every_warning_of_the_log_is_on_the_page(self) -> None:
+        log = (self.folder / "out" / "job.log")
+        kept = log.read_text()
+        self.addCleanup(log.write_text, kept)
+        log.write_text(kept + "warning: a thin body\nwarning: a thin body\n")
+        self.told(0, str(self.folder / "out" / "results.h5"), "--html", str(self.folder / "other.html"))
+        self.assertEqual((self.folder / "other.html").read_text(encoding="utf-8").count("<p class=warning>a thin body</p>"), 1)
+
+    def test_the_document_has_the_same_pieces(self) -> None:
+        self.told(0, str(self.folder / "out"), "--docx", str(self.folder / "slope.docx"))
+        document = Document(str(self.folder / "slope.docx"))
+        headings = [p.text for p in document.paragraphs if p.style.name == "Heading 1"]
+        self.assertEqual(headings, ["Phases", "Factor of safety", "Warnings", "Curves", "Pictures", "Deck", "Run"])
+        self.assertEqual([cell.text for cell in document.tables[0].rows[1].cells][:2], ["weight", "whole load"])
+        self.assertGreaterEqual(len(document.inline_shapes), 4)
+
+    def test_a_folder_without_a_run_is_refused(self) -> None:
+        self.assertIn("no run has ended here", self.told(2, str(self.folder)))
+        self.assertIn("no such folder", self.told(2, str(self.folder / "none")))
+
+
+if __name__ == "__main__":
+    unittest.main()
