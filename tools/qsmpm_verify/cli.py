@@ -10,7 +10,7 @@ import os
 import sys
 
 from qsmpm_verify import (
-    batch, chart, curve, document, effectivity, library, metamorphic, paraview, peers, pictures, point, pressures, scene, stability_map, view,
+    batch, chart, curve, document, effectivity, library, metamorphic, paraview, partial, peers, pictures, point, pressures, scene, stability_map, view,
     week,
 )
 from qsmpm_verify.bounds import verb as bounds
@@ -30,7 +30,7 @@ def parser() -> argparse.ArgumentParser:
         batch.add_list, batch.add_run, curve.add_words, library.add_words, chart.add_words, study.add_words,
         scene.add_words, peers.add_words, stability_map.add_words, effectivity.add_words, point.add_words, view.add_words,
         paraview.add_words, document.add_words, pictures.add_words, pressures.add_words, week.add_words, metamorphic.add_words,
-        bounds.add_words, importing.add_words, editor.add_words, reliability.add_words,
+        bounds.add_words, importing.add_words, editor.add_words, reliability.add_words, partial.add_words,
     )  # fmt: skip
     for add in verbs_of:
         add(verbs)
