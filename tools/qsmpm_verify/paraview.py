@@ -16,6 +16,7 @@ from qsmpm_verify.plane_picture import BAR
 from qsmpm_verify.results import Array, Points, ResultError, read_points, written_steps
 from qsmpm_verify.surroundings import RigidBody
 from qsmpm_verify.trouble import Trouble
+from qsmpm_verify.vtkhdf import write_vtkhdf
 
 BODY, PRESSURE, WATER = 1, 2, 3
 SCRIPT = '''"""ParaView: `paraview --script=view.py`, or Tools, Python Shell, Run Script. Written by `qsmpm-verify paraview`."""
@@ -219,4 +220,5 @@ def act(words: argparse.Namespace) -> int:
     script.write_text(SCRIPT.format(here=str(words.result.resolve()), field=colour, opacity=1.0 if flat else 0.5,
                                     mode="2D" if flat else "3D"), encoding="utf-8")  # fmt: skip
     print(f"paraview --script={script}")
+    print(f"or all steps in one file: {write_vtkhdf(words.result)}")
     return 0

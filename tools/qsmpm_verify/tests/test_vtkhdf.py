@@ -1,0 +1,62 @@
+"""All steps of a run in one file, read back by VTK: places, fields and numbers of points of every step, from any folder."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOHDF import vtkHDFReader
+
+from qsmpm_verify.places import PROGRAM, TOP
+from qsmpm_verify.results import read_points, written_steps
+from qsmpm_verify.trouble import Trouble
+from qsmpm_verify.vtkhdf import write_vtkhdf
+
+
+@unittest.skipUnless(PROGRAM.is_file(), "the program is not built")
+class VtkHdf(unittest.TestCase):
+    def setUp(self) -> None:
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name) / "run"
+
+    def test_every_step_is_read_as_it_was_written(self) -> None:
+        # Lifts that come later: steps have different numbers of points.
+        deck = TOP / "docs/tutorial/8_stages.inp"
+        subprocess.run([PROGRAM, "run", deck, "--out", self.folder, "--quiet"], check=True, capture_output=True, timeout=120)
+        write_vtkhdf(self.folder)
+        moved = self.folder.with_name("moved")
+        shutil.move(self.folder, moved)
+        steps = written_steps(moved)
+        counts = set()
+        here = os.getcwd()
+        self.addCleanup(os.chdir, here)
+        os.chdir(tempfile.gettempdir())
+        reader = vtkHDFReader()
+        reader.SetFileName(str(moved / "points.vtkhdf"))
+        reader.UpdateInformation()
+        times = reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+        self.assertEqual([int(t) for t in times], steps)
+        for step in steps:
+            reader.UpdateTimeStep(step)
+            shown, written = reader.GetOutput(), read_points(moved, step)
+            counts.add(shown.GetNumberOfPoints())
+            self.assertEqual(shown.GetNumberOfCells(), len(written.field("position")))
+            np.testing.assert_array_equal(vtk_to_numpy(shown.GetPoints().GetData()), written.field("position"))
+            for name in ("stress", "displacement", "volume", "material"):
+                np.testing.assert_array_equal(vtk_to_numpy(shown.GetPointData().GetArray(name)), written.field(name))
+        self.assertGreater(len(counts), 1)
+
+    def test_a_folder_without_states_is_refused(self) -> None:
+        self.folder.mkdir()
+        with self.assertRaisesRegex(Trouble, "is not there"):
+            write_vtkhdf(self.folder)
+
+
+if __name__ == "__main__":
+    unittest.main()
