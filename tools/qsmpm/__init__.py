@@ -22,13 +22,14 @@ from .errors import (
 )
 from .library import api_version, has, library_path, version
 from .materials import Increment, SoilModel, Update
+from .pictures import to_pyvista
 from .points import Points
 from .simulation import PhaseResult, Simulation
 
 __all__ = [
     "DeckError", "Error", "Increment", "LeftMeshError", "NotConvergedError", "PhaseResult", "Points", "Simulation", "SingularError",
     "SoilModel", "StoppedError", "Update", "UserMaterialError", "__version__", "api_version", "has", "library_path",
-    "version",
+    "to_pyvista", "version",
 ]
 
 
