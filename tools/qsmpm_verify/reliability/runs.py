@@ -127,7 +127,7 @@ class Runs:
         self.made += 1
         try:
             if run.exit_code == 0:
-                return answer_in(run.directory, self.response), not gave_way(run.directory)
+                return answer_in(run.directory, self.response), not gave_way(run.directory, text)
             self.reasons.append(run.message)
         except ResultError as trouble:
             if "no column" in str(trouble):

@@ -128,7 +128,7 @@ def run_trial(deck: Deck, trial: Trial, wish: Wish, limit: float) -> tuple[Trial
         reason = run.message if run.exit_code is None else f"exit {run.exit_code}: {run.message}"
         return replace(trial, reason=reason), spent
     try:
-        if wish.history == FACTOR and gave_way(run.directory):
+        if wish.history == FACTOR and gave_way(run.directory, trial.deck):
             return as_drawn(deck, trial, wish, limit, spent)
         figure, width = figure_of(run.directory, wish)
         return replace(trial, figure=figure, width=width, seconds=read_cpu_seconds(run.directory)), spent

@@ -6,6 +6,7 @@ With twice the strength it stands, and half of the factor that is then found is 
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 from qsmpm_verify.study.cards import items, plain
@@ -18,10 +19,14 @@ OTHER_STRENGTHS = {"CAM CLAY", "HARDENING SOIL", "USER MATERIAL", "STRENGTH PROF
 """Cards that hold a strength which is not multiplied here."""
 
 
-def gave_way(folder: Path) -> bool:
-    """Whether the ground of a run gave way before its factor was looked for."""
+PUSHES = re.compile(r"^\*(PRESCRIBE|MOVE|LOAD|CONTRACTION)\b", re.MULTILINE | re.IGNORECASE)
+"""Cards by which soil is sheared on purpose: the factor that follows is of what the push has left."""
+
+
+def gave_way(folder: Path, text: str) -> bool:
+    """Whether the ground of a run of this deck gave way under its own loads before its factor was looked for."""
     log = folder / "job.log"
-    return log.is_file() and GAVE_WAY in log.read_text(encoding="utf-8", errors="replace")
+    return not PUSHES.search(text) and log.is_file() and GAVE_WAY in log.read_text(encoding="utf-8", errors="replace")
 
 
 def stronger(text: str) -> str:

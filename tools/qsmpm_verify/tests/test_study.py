@@ -26,7 +26,7 @@ from qsmpm_verify.study.cards import Card, Deck, items, plain, read_deck
 from qsmpm_verify.study.judgement import answer_of, choice_of, figures_by_method, seconds_of_choice, warnings_of
 from qsmpm_verify.study.refined import REFINED, boxes_of, can_refine, sheared_cells
 from qsmpm_verify.study.search import NOISE, Search, Trial, Wish, figure_of, run_trial, waves
-from qsmpm_verify.study.strength import stronger
+from qsmpm_verify.study.strength import GAVE_WAY, gave_way, stronger
 from qsmpm_verify.study.variants import (
     OWN, PLANE_METHODS, at_level, axis_lines, dimension, levels_of, methods_of, same_method, with_method, with_steps,
 )
@@ -295,6 +295,12 @@ class TestStrength(unittest.TestCase):
         self.assertEqual(strong[3], "1000, 0.3")
         self.assertEqual(strong[6].split(", ")[0::2] + strong[6].split(", ")[3:], ["2", "5", "NONE"])
         self.assertEqual(stronger(deck + "*CAM CLAY\n"), "")
+
+    def test_soil_that_is_sheared_on_purpose_has_not_given_way(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "job.log").write_text(f"warning: phase 'factor': {GAVE_WAY}\n")
+            self.assertTrue(gave_way(Path(folder), "*GRAVITY\n0, -1\n"))
+            self.assertFalse(gave_way(Path(folder), "*GRAVITY\n0, -1\n*MOVE, BODY=wall\n0.1, 0\n"))
 
     @unittest.skipUnless(PROGRAM.is_file(), "the program is not built")
     def test_ground_that_does_not_stand_has_the_factor_of_its_drawing(self) -> None:
