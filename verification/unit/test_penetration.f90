@@ -15,6 +15,7 @@ module test_penetration
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: keep_rigid_body
   use qsmpm_rigid_pose, only: rigid_pose_type
+  use qsmpm_sheared_ground, only: sheared_note
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
   use testing, only: tests_type
@@ -46,6 +47,8 @@ contains
     call check_gap(tests, model)
     call check_fold(tests, model)
     call check_falls(tests, model)
+    call check_lost_reactions(tests, model)
+    call check_sheared(tests, model)
     model%state%progress%fraction = 1.0_wp
     call check_idle(tests, model)
     call check_touch(tests, model)
@@ -161,6 +164,75 @@ contains
     call go(model, check, [1.0_wp, 1.0_wp, 1.0_wp], across=0.0_wp)
     call tests%close('a force across that goes', ended(model, check, falls), 0.0_wp, 0.0_wp)
   end subroutine check_falls
+
+  !> A mean reaction along what is prescribed that falls by more than half and stays low is told; what is no force at
+  !> the stiffness of the soil may fall.
+  subroutine check_lost_reactions(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    character(len=*), parameter :: falls = "warning: phase 'press': the mean reaction along what it prescribes falls "// &
+      'by more than 50 % and stays low in '
+    type(contact_check_type) :: check
+
+    call place(model, 0, [0.0_wp, 0.0_wp])
+    call begin_contact_check(model, check)
+    call push(model, check, [50.0_wp, 50.0_wp, 24.0_wp, 24.0_wp])
+    call tests%close('a reaction that falls by 52 %', ended(model, check, falls//'1 of 4 steps, the most in step 3, '// &
+      'from 50 to 24: '), 1.0_wp, 0.0_wp)
+    call begin_contact_check(model, check)
+    call push(model, check, [50.0_wp, 50.0_wp, 26.0_wp, 26.0_wp])
+    call tests%close('by 48 %', ended(model, check, falls), 0.0_wp, 0.0_wp)
+    ! 1e-4 of the stiffness times the face of a cell is 0.025.
+    call begin_contact_check(model, check)
+    call push(model, check, [0.03_wp, 0.03_wp, 0.001_wp, 0.001_wp])
+    call tests%close('a little more than no force', ended(model, check, falls), 1.0_wp, 0.0_wp)
+    call begin_contact_check(model, check)
+    call push(model, check, [0.02_wp, 0.02_wp, 0.001_wp, 0.001_wp])
+    call tests%close('no force', ended(model, check, falls), 0.0_wp, 0.0_wp)
+    model%loading%prescribed = 0.0_wp
+    model%state%reactions = 0.0_wp
+  end subroutine check_lost_reactions
+
+  !> Steps with so large a mean reaction at two nodes of which one goes three times as far.
+  subroutine push(model, check, forces)
+    type(model_type), intent(inout) :: model
+    type(contact_check_type), intent(inout) :: check
+    real(wp), intent(in) :: forces(:)
+    integer :: i
+
+    model%loading%prescribed = 0.0_wp
+    model%loading%prescribed(2, [1, 2]) = [-0.01_wp, -0.03_wp]
+    do i = 1, size(forces)
+      call place(model, i, [0.0_wp, 0.0_wp])
+      model%state%reactions = 0.0_wp
+      ! The mean of -f/2 and -7 f/6 by a quarter and three quarters is -f.
+      model%state%reactions(2, [1, 2]) = forces(i)*[-0.5_wp, -7.0_wp/6.0_wp]
+      call check_contact(model, check)
+    end do
+  end subroutine push
+
+  !> Soil that has sheared by more than a tenth in more than 0.2 % of its volume has flowed before the search.
+  subroutine check_sheared(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    real(wp), allocatable :: volume(:)
+
+    volume = model%state%points%volume
+    call tests%check('the points carry strains', size(model%state%points%plastic_strain) > 0)
+    model%state%points%plastic_strain = 0.05_wp
+    call tests%check('soil that yields and stands', len(sheared_note(model)) == 0)
+    model%state%points%plastic_strain(1) = 0.3_wp
+    model%state%points%volume(1) = 1.0e-3_wp*sum(volume(2:))
+    call tests%check('a corner that flows', len(sheared_note(model)) == 0)
+    model%state%points%volume(1) = 4.0e-3_wp*sum(volume(2:))
+    model%state%points%initial_position(:, 2) = model%state%points%position(:, 2) - [0.3_wp, 0.4_wp]
+    call tests%check('soil that flows; found: '//sheared_note(model), index(sheared_note(model), "phase 'press': "// &
+      'before the search soil has sheared by up to 0.3, 0.4 % of it by more than 0.1') > 0 .and. &
+      index(sheared_note(model), 'up to 0.5 away') > 0)
+    model%state%points%initial_position(:, 2) = model%state%points%position(:, 2)
+    model%state%points%plastic_strain = 0.0_wp
+    model%state%points%volume = volume
+  end subroutine check_sheared
 
   !> Steps with so much force against the motion.
   subroutine go(model, check, forces, across)
