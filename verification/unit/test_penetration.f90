@@ -215,7 +215,7 @@ contains
   subroutine check_sheared(tests, model)
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(inout) :: model
-    real(wp), allocatable :: volume(:)
+    real(wp) :: volume(model%state%points%count)
 
     volume = model%state%points%volume
     call tests%check('the points carry strains', size(model%state%points%plastic_strain) > 0)
