@@ -10,7 +10,7 @@ module qsmpm_model_builder
   use qsmpm_material_description, only: material_type, locking_none, locking_auto, locking_uniform_pressure
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
   use qsmpm_method_description, only: basis_standard, basis_fem, basis_gimp
-  use qsmpm_phase_description, only: initial_k0
+  use qsmpm_phase_description, only: initial_k0, phase_safety
   use qsmpm_basis_traits, only: usual_factor
   use qsmpm_agreement, only: any_of
   use qsmpm_body_stages, only: part_bodies
@@ -346,7 +346,9 @@ contains
       model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call allocate_watched(model%state%watched, model%mesh%dimension, 0)
     call start_domains(model)
-    if (model%analysis%output%strains) call start_strains(model%state%points)
+    ! A search for a factor of safety asks whether soil has flowed before it.
+    if (model%analysis%output%strains .or. any(model%analysis%phases%kind == phase_safety)) &
+      call start_strains(model%state%points)
     if (has_pore_pressure(model)) call start_water(model%state%points)
     call lay_rigid_bodies(model)
     call lay_body_loads(model)

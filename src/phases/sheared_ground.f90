@@ -19,7 +19,7 @@ module qsmpm_sheared_ground
 
 contains
 
-  !> The warning where a search begins on such ground; empty where it does not, or where strains are not carried.
+  !> The warning where a search begins on such ground, or that it is not known; empty for ground that stands.
   function sheared_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -28,7 +28,11 @@ contains
 
     text = ''
     associate (points => model%state%points, team => model%part%team)
-      if (.not. carries_strains(points)) return
+      if (.not. carries_strains(points)) then
+        text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': whether the ground gave "// &
+          'way before the search is not known: its points carry no strains (*FIELD, STRAIN=YES)'
+        return
+      end if
       own = own_of(model%part%points, points%count)
       sheared = total(team, sum(points%volume, mask=own .and. points%plastic_strain > flows))
       whole = total(team, sum(points%volume, mask=own))

@@ -12,7 +12,7 @@ from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 
 from qsmpm_verify.editor.deck_text import offers, place_at
-from qsmpm_verify.editor.table import Table, explained, told
+from qsmpm_verify.editor.table import Table, explained, item_text
 
 PAUSE = 0.3
 """Seconds without a change after which a deck is checked."""
@@ -80,7 +80,7 @@ def item_of(name: str, entry: dict | None) -> types.CompletionItem:
     if entry is None:
         return types.CompletionItem(name, kind=types.CompletionItemKind.EnumMember)
     is_keyword = "parameters" in entry
-    text = explained(entry) if is_keyword else told(entry)
+    text = explained(entry) if is_keyword else item_text(entry)
     insert = name if is_keyword or entry["kind"] == "flag" else f"{name}="
     kind = types.CompletionItemKind.Keyword if is_keyword else types.CompletionItemKind.Property
     return types.CompletionItem(name, kind=kind, detail=entry["sentence"], insert_text=insert,
@@ -98,7 +98,7 @@ def help_at(table: Table, lines: list[str], line: int, column: int) -> str:
     if entry is None:
         entry = table.keywords.get(" ".join(lines[line][:end].strip().lstrip("*").upper().split()))
     item = table.parameter(place.keyword, place.parameter or place.typed) if place.keyword and place.on_card else None
-    return told(item) if item else explained(entry) if entry else ""
+    return item_text(item) if item else explained(entry) if entry else ""
 
 
 async def diagnose(program: Path, path: Path, source: str) -> list[types.Diagnostic]:

@@ -46,7 +46,7 @@ def value_of(item: Entry) -> str:
     return "|".join([kind, *item.get("words", [])]) if kind else ""
 
 
-def told(item: Entry) -> str:
+def item_text(item: Entry) -> str:
     """An item in a line of Markdown."""
     value = value_of(item)
     words = [f"`{item['name']}{'=' + value if value else ''}`: {item['sentence']}"]
@@ -62,10 +62,10 @@ def explained(entry: Entry) -> str:
     often = ", any number of times" if entry["many"] else ", once"
     parts = [f"**\\*{entry['name']}** ({PLACES[entry['section']]}{often})", entry["sentence"]]
     if entry["parameters"]:
-        parts.append("\n".join(f"- {told(item)}" for item in entry["parameters"]))
+        parts.append("\n".join(f"- {item_text(item)}" for item in entry["parameters"]))
     for data in entry["data"]:
         head = "Data lines" + (f" with `{data['when']}`" if "when" in data else "") + f": {data['sentence']}"
-        parts.append("\n".join([head, "", *(f"- {told(item)}" for item in data["columns"])]))
+        parts.append("\n".join([head, "", *(f"- {item_text(item)}" for item in data["columns"])]))
     if "advice" in entry:
         parts.append(entry["advice"])
     return "\n\n".join([*parts, f"```\n{entry['example']}\n```"])

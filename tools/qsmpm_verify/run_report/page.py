@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from qsmpm_verify.hypertext import SCRIPT, STYLE, figure, inline_svg, table, text, with_tips
-from qsmpm_verify.run_report.content import Heading, Lines, Picture, Piece, Rows
+from qsmpm_verify.run_report.content import Heading, Picture, Piece, Rows
 
 MARKED = ".warning { background: #fff3d6; padding: 2px 10px; } pre { background: #f7f7f7; padding: 8px; font-size: 12px; overflow-x: auto; }"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from docx import Document
 from docx.shared import Mm, Pt
 
-from qsmpm_verify.run_report.content import Heading, Lines, Picture, Piece, Rows
+from qsmpm_verify.run_report.content import Heading, Picture, Piece, Rows
 
 WIDTH = Mm(160)
 """Of pictures: what margins leave of a page."""
