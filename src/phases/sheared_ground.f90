@@ -29,8 +29,8 @@ contains
     text = ''
     associate (points => model%state%points, team => model%part%team)
       if (.not. carries_strains(points)) then
-        text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': whether the ground gave "// &
-          'way before the search is not known: its points carry no strains (*FIELD, STRAIN=YES)'
+        text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': whether the ground "// &
+          'gave way before the search is not known: its points carry no strains (*FIELD, STRAIN=YES)'
         return
       end if
       own = own_of(model%part%points, points%count)
