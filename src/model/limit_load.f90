@@ -30,7 +30,7 @@ module qsmpm_limit_load
     real(wp) :: first = 0.0_wp, last = 0.0_wp
     !> Middle of the last accepted step, as a load fraction.
     real(wp) :: middle = 0.0_wp
-    !> Smallest load fraction that was rejected for its compliance, 0 for none; compliance and middle of that step.
+    !> Load fraction that was rejected for its compliance last, 0 for none; compliance and middle of that step.
     real(wp) :: refused = 0.0_wp, refused_compliance = 0.0_wp, refused_middle = 0.0_wp
     !> Load fraction at the start of the first step of the plateau, 0 for none: it begins anew behind a stiffer step.
     real(wp) :: plateau = 0.0_wp
@@ -72,6 +72,8 @@ contains
     limit%last = compliance_of(step)
     limit%middle = 0.5_wp*(start + last)
     if (.not. limit%first > 0.0_wp) limit%first = limit%last
+    ! A load that was refused from afar is carried.
+    if (.not. last < limit%refused) limit%refused = 0.0_wp
     if (.not. (allowed > 0.0_wp .and. limit%last > flat*allowed*limit%first)) then
       limit%plateau = 0.0_wp
     else if (.not. limit%plateau > 0.0_wp) then
@@ -79,7 +81,7 @@ contains
     end if
   end subroutine note_accepted
 
-  !> Remember a step rejected for its compliance.
+  !> Remember a step rejected for its compliance, or because the ground does not carry its loads.
   pure subroutine note_refused(step, start, last, limit)
     type(compliance_type), intent(in) :: step
     !> Shares of the phase at its start and end.

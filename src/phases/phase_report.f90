@@ -31,7 +31,7 @@ module qsmpm_phase_report
   private
 
   public :: phase_report_type, report_step, report_stabilisation, report_length, report_phase, warn_of_lag, &
-    warn_of_initial_strength, advise_on_tangent, failure_text, start_text
+    warn_of_initial_strength, advise_on_tangent, failure_text, overloaded, start_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
@@ -285,6 +285,15 @@ contains
       message = message//trim(text)
     end if
   end function failure_text
+
+  !> Why a phase ends between a load that is carried and one, near it, that was refused.
+  pure type(outcome_type) function overloaded(model, phase) result(outcome)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+
+    outcome%reason = 'the loads on rigid bodies are beyond what the ground carries: load factor '// &
+      factor_text(phase%load_factor*model%state%progress%limit%refused)//' was refused'
+  end function overloaded
 
   !> Say which pieces hang on nothing. Each process of a team looks at its part as it stands now.
   subroutine find_unsupported_parts(model, step, text)

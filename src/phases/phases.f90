@@ -7,7 +7,7 @@ module qsmpm_phases
   use qsmpm_phase_description, only: phase_type, initial_keep, phase_safety
   use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_contact_report, only: begin_contact_check
-  use qsmpm_error, only: error_type, fail, error_tangled
+  use qsmpm_error, only: error_type, fail, error_not_converged, error_tangled
   use qsmpm_histories, only: take_histories
   use qsmpm_division, only: divide_anew, division_text, unevenness
   use qsmpm_constant_load_test, only: test_constant_load
@@ -22,7 +22,7 @@ module qsmpm_phases
   use qsmpm_joint_system, only: end_joint_system
   use qsmpm_kept_division, only: divide_all, join_all
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
-  use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, failure_text, report_phase, &
+  use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, failure_text, overloaded, report_phase, &
     report_length, report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
   use qsmpm_phase_ends, only: is_lost, note_end, note_loss
   use qsmpm_phase_start, only: starts_whole, start_phase, resume_phase, measure_start
@@ -36,7 +36,7 @@ module qsmpm_phases
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: cause_of_end, outcome_type
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
-  use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
+  use qsmpm_step_length, only: cut_back, go_on, is_given_up, is_load_known, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
   use qsmpm_stepping, only: is_reported, take_step
   use qsmpm_stopwatch, only: switch_timer, part_control, part_output
@@ -435,6 +435,10 @@ contains
     repeats = 0
     if (allocated(loop%step%reported_reason)) deallocate (loop%step%reported_reason)
     call remember_start(model, phase, before)
+    if (is_load_known(phase%controls, model%state%progress)) then
+      call fail(error, error_not_converged, failure_text(model, loop%step, phase, overloaded(model, phase)))
+      return
+    end if
     do
       if (is_stopped(model%part%team, observer, error)) return
       call plan_step(phase%controls, loop%limit, model%state%progress, length, last)

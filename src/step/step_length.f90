@@ -12,7 +12,7 @@ module qsmpm_step_length
   private
 
   public :: first_length, is_too_short, plan_step, end_of_step, below_rejected, length_after_step
-  public :: length_after_rejection, go_on, cut_back, is_given_up, phase_is_complete, length_to_stop
+  public :: length_after_rejection, go_on, cut_back, is_given_up, is_load_known, phase_is_complete, length_to_stop
 
   !> A step that a law rejects is cut back to this share of it at the most.
   real(wp), parameter :: largest_cut = 0.9_wp
@@ -59,11 +59,22 @@ contains
 
     if (.not. progress%next_step > 0.0_wp) progress%next_step = first_length(controls)
     length = progress%next_step
-    last = below_rejected(progress%limit, progress%fraction, end_of_step(controls, progress%fraction, length))
-    if (progress%limit%refused > 0.0_wp .and. is_too_short(controls, last - progress%fraction)) &
-      call interpolate_knee(controls%limit_compliance, progress%limit)
+    last = end_of_step(controls, progress%fraction, length)
+    if (bisects(controls, progress)) then
+      last = below_rejected(progress%limit, progress%fraction, last)
+      if (is_too_short(controls, last - progress%fraction)) &
+        call interpolate_knee(controls%limit_compliance, progress%limit)
+    end if
     last = min(furthest, last)
   end subroutine plan_step
+
+  !> Whether a limit load is asked for and lies below a load that was rejected.
+  pure logical function bisects(controls, progress)
+    type(controls_type), intent(in) :: controls
+    type(progress_type), intent(in) :: progress
+
+    bisects = controls%limit_compliance > 0.0_wp .and. progress%limit%refused > 0.0_wp
+  end function bisects
 
   !> End of the next step: on a multiple of the first length where one is near, and never beyond the phase.
   pure real(wp) function end_of_step(controls, fraction, length) result(last)
@@ -141,8 +152,7 @@ contains
     !> At the start of the step.
     type(progress_type), intent(inout) :: progress
 
-    if (outcome%at_limit .and. controls%limit_compliance > 0.0_wp) &
-      call note_refused(compliance, progress%fraction, last, progress%limit)
+    if (outcome%at_limit) call note_refused(compliance, progress%fraction, last, progress%limit)
     progress%next_step = length_after_rejection(controls, last - progress%fraction, outcome)
   end subroutine cut_back
 
@@ -173,10 +183,21 @@ contains
     type(outcome_type), intent(in) :: outcome
 
     is_given_up = outcome%unrecoverable .or. &
-      (.not. progress%limit%refused > 0.0_wp .and. is_too_short(controls, progress%next_step)) .or. &
-      (outcome%at_limit .and. .not. controls%limit_compliance > 0.0_wp .and. &
-      2.0_wp*progress%next_step < max(nearest_limit*first_length(controls), nearest_load*progress%fraction))
+      (.not. bisects(controls, progress) .and. is_too_short(controls, progress%next_step)) .or. &
+      is_load_known(controls, progress)
   end function is_given_up
+
+  !> Whether the load that the ground carries is known near enough where none was asked for. A load that was refused is
+  !> tried again from nearer states until then.
+  pure logical function is_load_known(controls, progress)
+    type(controls_type), intent(in) :: controls
+    type(progress_type), intent(in) :: progress
+
+    associate (refused => progress%limit%refused, carried => progress%fraction)
+      is_load_known = .not. controls%limit_compliance > 0.0_wp .and. refused > 0.0_wp .and. &
+        refused - carried < max(nearest_limit*first_length(controls), nearest_load*carried)
+    end associate
+  end function is_load_known
 
   !> Whether the present phase is at its end: its whole load is carried, its limit load found, a history has reached
   !> its value, or equilibrium was lost.

@@ -3,11 +3,11 @@
 module test_step_length
   use qsmpm_phase_description, only: controls_type
   use qsmpm_kinds, only: wp
-  use qsmpm_limit_load, only: compliance_type, limit_load_type
+  use qsmpm_limit_load, only: compliance_type, limit_load_type, note_accepted
   use qsmpm_model, only: progress_type
   use qsmpm_step_control, only: outcome_type
   use qsmpm_step_length, only: first_length, end_of_step, below_rejected, length_after_step, length_after_rejection, &
-    is_too_short, cut_back, go_on, is_given_up, phase_is_complete, plan_step
+    is_too_short, cut_back, go_on, is_given_up, is_load_known, phase_is_complete, plan_step
   use testing, only: tests_type
   implicit none
   private
@@ -176,6 +176,7 @@ contains
     type(progress_type) :: progress
     type(compliance_type), parameter :: three = compliance_type(6.0_wp, 2.0_wp)
     type(controls_type) :: asked
+    real(wp) :: length, last
 
     asked = ten
     asked%limit_compliance = 10.0_wp
@@ -185,13 +186,27 @@ contains
     call tests%check('a step that ends on a multiple is cut back from the length it had', &
       abs(progress%next_step - 0.05_wp) <= rounding .and. .not. progress%limit%refused > 0.0_wp)
     call cut_back(ten, three, 0.4_wp, outcome_type(at_limit=.true.), progress)
-    call tests%check('one at a limit that nobody asked for is only cut back', .not. progress%limit%refused > 0.0_wp)
-    progress%next_step = 0.05_wp
-    call tests%check('nor given up at half of the first step', &
+    call tests%check('one that the ground does not carry is cut back and remembered', &
+      abs(progress%limit%refused - 0.4_wp) + abs(progress%next_step - 0.05_wp) <= rounding)
+    call tests%check('a load that was refused from afar is not known', .not. is_load_known(ten, progress) .and. &
       .not. is_given_up(ten, progress, outcome_type(at_limit=.true.)))
-    progress%next_step = 0.005_wp
-    call tests%check('but below a sixteenth', is_given_up(ten, progress, outcome_type(at_limit=.true.)) .and. &
-      .not. is_given_up(ten, progress, outcome_type()))
+    call plan_step(ten, 1.0_wp, progress, length, last)
+    call tests%check('nor bisected: the next step may reach it', abs(last - 0.35_wp) <= rounding .and. &
+      .not. progress%limit%knee > 0.0_wp)
+    progress%fraction = 0.388_wp + rounding
+    call tests%check('within 0.12 of the first step it is known', is_load_known(ten, progress) .and. &
+      is_given_up(ten, progress, outcome_type()) .and. .not. is_load_known(asked, progress))
+    progress%fraction = 0.3879_wp
+    call tests%check('not farther from it', .not. is_load_known(ten, progress))
+    progress%fraction = 0.98_wp
+    progress%limit%refused = 0.9995_wp
+    call tests%check('within 2 % of the load it is', is_load_known(ten, progress))
+    progress%limit%refused = 0.9997_wp
+    call tests%check('not farther', .not. is_load_known(ten, progress))
+    progress%fraction = 0.3_wp
+    call note_accepted(three, 0.0_wp, 0.9_wp, 0.9998_wp, progress%limit)
+    call tests%check('a load that is carried in the end was not refused', .not. progress%limit%refused > 0.0_wp)
+    progress%limit = limit_load_type()
     call cut_back(asked, three, 0.4_wp, outcome_type(at_limit=.true.), progress)
     call tests%check('one at the limit is remembered', abs(progress%limit%refused - 0.4_wp) + &
       abs(progress%limit%refused_middle - 0.35_wp) + abs(progress%limit%refused_compliance - 3.0_wp) <= rounding)
@@ -207,6 +222,7 @@ contains
   subroutine check_ends_of_phases(tests)
     type(tests_type), intent(inout) :: tests
     type(progress_type) :: progress
+    type(controls_type) :: asked
 
     call tests%check('a phase is not complete before its load', .not. phase_is_complete(progress_type(fraction=1.0_wp &
       - 1.0e-11_wp)))
@@ -217,8 +233,10 @@ contains
     progress%next_step = 0.0005_wp
     call tests%check('a smaller one is', is_given_up(ten, progress, outcome_type()))
     progress%limit%refused = 0.5_wp
+    asked = ten
+    asked%limit_compliance = 10.0_wp
     call tests%check('below a load rejected for its compliance the bisection goes on', &
-      .not. is_given_up(ten, progress, outcome_type()))
+      .not. is_given_up(asked, progress, outcome_type()))
     call tests%check('but not where none helps', is_given_up(ten, progress, outcome_type(unrecoverable=.true.)))
   end subroutine check_ends_of_phases
 end module test_step_length
