@@ -43,7 +43,7 @@ module test_body_contact
 
   real(wp), parameter :: difference = 1.0e-6_wp, pi = acos(-1.0_wp)
   !> A block with a notch, and the box that fills it.
-  character(len=*), parameter :: block = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 10|Y, 0, 1.6, 8|'// &
+  character(len=*), parameter :: block = '|*GRID, ELEMENT=QUAD4|X, 0, 2, 10|Y, 0, 1.6, 8|'// &
     '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, '// &
     'SHAPE=POLYGON|0, 0|2, 0|2, 1.1|1.45, 1.1|1.45, 0.65|0.55, 0.65|0.55, 1.1|0, 1.1|*METHOD, BASIS=SPLINE2, '// &
     'INTEGRATION=POINTS|*RIGID BODY, NAME=tool, SHAPE=BOX, ROUND=0.05|0.55, 1.45, 0.65, 1.3|'
@@ -59,6 +59,7 @@ contains
     call tests%start('body_contact')
     call check_outlines(tests)
     call check_touch(tests)
+    call check_axis(tests)
     call check_rigid_motion(tests)
     call check_tangent(tests, 'FRICTION ANGLE=30', '')
     call check_tangent(tests, 'TENSION=YES, ADHESION=1', '')
@@ -119,19 +120,49 @@ contains
     end subroutine check_outline
   end subroutine check_outlines
 
+  !> A place on the axis of revolution stands for no area: a patch of it would carry no force for ever.
+  subroutine check_axis(tests)
+    type(tests_type), intent(inout) :: tests
+    !> How far beyond the axis rounding may put a place.
+    real(wp), parameter :: beyond = 1.0e-12_wp
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(placed_shape_type), allocatable :: bodies(:)
+    type(body_points_type) :: points
+    integer :: i
+
+    allocate (model, step)
+    call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step, revolved='AXISYMMETRIC')
+    bodies = placed_bodies(model)
+    call present_body_points(model, bodies, points)
+    i = findloc(points%touched .and. points%position(2, :) < 0.66_wp, .true., dim=1)
+    call tests%check('a place at a radius touches soil over it', points%area(i) > 0.0_wp)
+    bodies(1)%pose%displacement(1) = -points%position(1, i) - beyond
+    call present_body_points(model, bodies, points)
+    call tests%check('moved to the axis it has a cell and no area, and is not in contact', points%cell(i) > 0 .and. &
+      .not. points%area(i) > 0.0_wp .and. .not. points%touched(i))
+    call tests%check('its neighbours are', any(points%touched) .and. all(points%area > 0.0_wp .or. .not. points%touched))
+    call end_system(step%system)
+  end subroutine check_axis
+
   !> A model with the box in its notch, and its first step.
-  subroutine make_step(contact, move, model, step)
+  subroutine make_step(contact, move, model, step, revolved)
     !> Rest of *CONTACT, with cards behind it; rest of *MOVE and its data line, with cards of the phase behind it.
     character(len=*), intent(in) :: contact, move
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
+    !> The model, unless plane strain.
+    character(len=*), intent(in), optional :: revolved
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: plane
 
+    plane = 'PLANE STRAIN'
+    if (present(revolved)) plane = revolved
     allocate (analysis)
-    call parse_deck('notch.inp', joined(block//'*CONTACT, BODY=tool, ON=BODY, '//contact//'|'//press//move// &
-      '|*END PHASE|'), analysis, messages, error)
+    call parse_deck('notch.inp', joined('*MODEL, TYPE='//plane//block//'*CONTACT, BODY=tool, ON=BODY, '// &
+      contact//'|'//press//move//'|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the body contact suite is broken'
     call begin_analysis(model, step%terms)

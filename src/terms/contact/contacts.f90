@@ -487,7 +487,6 @@ contains
     model%state%surface%contact_slip = 0.0_wp
     self%scratch%on_bodies%pressure = 0.0_wp
     self%scratch%on_bodies%shear = 0.0_wp
-    self%scratch%at_rest = .false.
     self%scratch%goes_along = .false.
     associate (scratch => self%scratch, patches => self%scratch%patches)
       do b = 1, size(scratch%now)
