@@ -389,8 +389,6 @@ contains
     integer :: found_layout, found(2)
 
     in_parts = .false.
-    found_layout = 0
-    found = 0
     call get_attribute(reader, '/', 'layout', found_layout)
     if (allocated(reader%reason)) then
       if (reader%file >= 0) reader%reason = 'it is not a restart file'

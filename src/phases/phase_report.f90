@@ -24,6 +24,7 @@ module qsmpm_phase_report
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
+  use qsmpm_sheared_ground, only: swollen_note
   use qsmpm_team, only: largest, total
   use qsmpm_text, only: integer_text
   use qsmpm_user_material, only: interface_umat, model_tangent_auto, model_tangent_numerical
@@ -158,6 +159,7 @@ contains
     type(cut_cell_check_type), intent(inout) :: cut
     type(phase_report_type), intent(inout) :: report
     class(observer_type), intent(inout) :: observer
+    character(len=:), allocatable :: swollen
 
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
       if (report%stiff_steps > 0) call observer%note("warning: phase '"//phase%name// &
@@ -180,6 +182,8 @@ contains
         call observer%note(start_text(progress, phase%name, model%analysis%length_unit))
     end associate
     call check_locking(model, observer)
+    swollen = swollen_note(model)
+    if (len(swollen) > 0) call observer%note(swollen)
   end subroutine report_phase
 
   !> How far ground that began with K0 stresses has moved: a length, and a share of what its own weight would settle it.

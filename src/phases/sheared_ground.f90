@@ -1,6 +1,6 @@
-!> Ground that has given way before its factor of safety is looked for: under the loads of the phases before it has
-!> sheared and come to rest in another shape. That shape stands, and its factor is above 1; of the ground as it was
-!> drawn it says nothing.
+!> Ground that has sheared far. Before its factor of safety is looked for: under the loads of the phases before it has
+!> given way and come to rest in another shape. That shape stands, and its factor is above 1; of the ground as it was
+!> drawn it says nothing. And soil whose dilatancy has swelled it beyond what any soil does.
 module qsmpm_sheared_ground
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type
@@ -11,11 +11,13 @@ module qsmpm_sheared_ground
   implicit none
   private
 
-  public :: sheared_note
+  public :: sheared_note, swollen_note
 
   !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
   !> of the volume that is no corner or toe.
   real(wp), parameter :: flows = 0.1_wp, much = 2.0e-3_wp
+  !> Volume over the initial one to which no soil swells: loose sand grows by a tenth at the most.
+  real(wp), parameter :: swollen = 1.5_wp
 
 contains
 
@@ -47,4 +49,21 @@ contains
       rounded_text(way, 2)//' away. The factor is of that shape; as it was drawn the ground may not stand, which '// &
       '`qsmpm-verify bounds DECK --phase PARENT --factor` tells'
   end function sheared_note
+
+  !> The warning of soil that yields and has swelled by half and more; empty where there is none.
+  function swollen_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    real(wp) :: ratio(model%state%points%count), most
+
+    text = ''
+    associate (points => model%state%points)
+      ratio = merge(points%volume/points%initial_volume, 1.0_wp, points%plastic > 0)
+    end associate
+    most = largest(model%part%team, maxval([1.0_wp, ratio]))
+    if (.not. most > swollen) return
+    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': soil that shears has "// &
+      'swelled to '//rounded_text(most, 3)//' times its volume: dilatancy goes on without end in this law, and what '// &
+      'heaps up beside a load loads the ground; take a smaller dilatancy angle, 0 for large displacements'
+  end function swollen_note
 end module qsmpm_sheared_ground

@@ -15,7 +15,7 @@ module test_penetration
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: keep_rigid_body
   use qsmpm_rigid_pose, only: rigid_pose_type
-  use qsmpm_sheared_ground, only: sheared_note
+  use qsmpm_sheared_ground, only: sheared_note, swollen_note
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
   use testing, only: tests_type
@@ -232,7 +232,28 @@ contains
     model%state%points%initial_position(:, 2) = model%state%points%position(:, 2)
     model%state%points%plastic_strain = 0.0_wp
     model%state%points%volume = volume
+    call check_swollen(tests, model)
+    model%state%points%volume = volume
   end subroutine check_sheared
+
+  !> Soil that yields and has grown by half of its volume has a dilatancy without end.
+  subroutine check_swollen(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    integer :: plastic
+
+    plastic = model%state%points%plastic(3)
+    model%state%points%volume = model%state%points%initial_volume
+    model%state%points%plastic(3) = 1
+    model%state%points%volume(3) = 1.49_wp*model%state%points%initial_volume(3)
+    call tests%check('soil that dilates', len(swollen_note(model)) == 0)
+    model%state%points%volume(3) = 3.34_wp*model%state%points%initial_volume(3)
+    call tests%check('soil that swells; found: '//swollen_note(model), index(swollen_note(model), &
+      "phase 'press': soil that shears has swelled to 3.34 times its volume") > 0)
+    model%state%points%plastic(3) = 0
+    call tests%check('what is elastic does not swell', len(swollen_note(model)) == 0)
+    model%state%points%plastic(3) = plastic
+  end subroutine check_swollen
 
   !> Steps with so much force against the motion.
   subroutine go(model, check, forces, across)

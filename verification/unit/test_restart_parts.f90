@@ -6,8 +6,9 @@ module test_restart_parts
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_division, only: enter_team, settle_part, share_cells
   use qsmpm_error, only: error_type
-  use qsmpm_hdf5_image, only: image_type, create_image, put_attribute
+  use qsmpm_hdf5_image, only: image_type, create_image, put_array, put_attribute, save_image
   use qsmpm_hdf5_reader, only: reader_type, open_reader, close_reader
+  use qsmpm_hdf5_rows, only: get_rows
   use qsmpm_kept_arrays, only: lay_array
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type, state_type
@@ -44,6 +45,7 @@ contains
     call check_team(tests, directory//'/restart.h5')
     call check_cells(tests, directory//'/restart.h5')
     call check_refusals(tests, directory)
+    call check_rows(tests, directory//'/rows.h5')
     call remove_folder(directory)
   end subroutine collect_restart_parts
 
@@ -121,6 +123,32 @@ contains
     call put_own_state(part, model)
     call save_restart_parts(team_type(), part, path, index, error)
   end subroutine write_parts
+
+  !> Rows of a dataset by their numbers; one of another size is refused.
+  subroutine check_rows(tests, path)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: path
+    type(image_type) :: image
+    type(reader_type) :: reader
+    type(error_type), allocatable :: error
+    integer, allocatable :: written(:)
+    integer :: rows(2)
+
+    allocate (written, source=[11, 12, 13, 14, 15])
+    call create_image(image)
+    call put_array(image, 'numbers', written)
+    call save_image(image, path, error, sealed=.true.)
+    call tests%check('a dataset is written', .not. allocated(error))
+    call open_reader(reader, path)
+    call get_rows(reader, 'numbers', [2, 4], 5, rows)
+    call close_reader(reader, error)
+    call tests%check('the second and the fourth of five', .not. allocated(error) .and. all(rows == [12, 14]))
+    call open_reader(reader, path)
+    call get_rows(reader, 'numbers', [2, 4], 6, rows)
+    call close_reader(reader, error)
+    call tests%check('there are not six', allocated(error))
+    if (allocated(error)) call tests%check('which is said', index(error%message, 'another size') > 0)
+  end subroutine check_rows
 
   !> One process joins the parts.
   subroutine check_whole(tests, path)
