@@ -87,7 +87,7 @@ def deck_of(kind: str, strength: str, rough: bool, cells: int) -> str:
     return DECK.format(
         model="AXISYMMETRIC" if kind == "circle" else "PLANE STRAIN", near=3 * cells, width=width, cells=3 * cells, growth=3, below=2 * cells, above=2 * cells,
         stiffness=1e4 * max(cohesion, 1.0), strength=strength, weight="*UNIT WEIGHT\n1\n" if kind == "weight" else "", ground=GROUND if kind == "weight" else "",
-        rough="plate, X\n" if rough else "", settlement=-0.02 if "25" in strength or "30" in strength else -0.005,
+        rough="plate, X\n" if rough else "", settlement=-0.01,
     )  # fmt: skip
 
 

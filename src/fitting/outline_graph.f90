@@ -57,7 +57,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(wp), allocatable :: vertex(:, :)
     integer, allocatable :: ends(:, :)
-    integer :: count, pass, o
+    integer :: count, pass, o, place(size(outlines))
     type(cuts_type) :: cuts
     logical, allocatable :: is_kept(:)
 
@@ -65,10 +65,15 @@ contains
     count = 0
     call add_chain(box, reshape([box(1, 1), box(2, 1), box(1, 2), box(2, 1), box(1, 2), box(2, 2), box(1, 1), &
       box(2, 2)], [2, 4]), .true., sizes, vertex, count, ends)
+    place = 0
     do o = 1, size(outlines)
+      if (size(outlines(o)%corner, 2) == 1) then
+        call place_vertex(box, outlines(o)%corner(:, 1), sizes, vertex, count, place(o))
+        cycle
+      end if
       pass = size(ends, 2)
       call add_chain(box, outlines(o)%corner, outlines(o)%is_closed, sizes, vertex, count, ends)
-      if (size(outlines(o)%corner, 2) == 1 .or. size(ends, 2) > pass + merge(1, 0, outlines(o)%is_closed)) cycle
+      if (size(ends, 2) > pass + merge(1, 0, outlines(o)%is_closed)) cycle
       call fail(error, error_deck, "'"//outlines(o)%name//"' at ("//rounded_text(outlines(o)%corner(1, 1))//', '// &
         rounded_text(outlines(o)%corner(2, 1))//') is smaller than a twentieth of a cell: cells cannot fit it')
       return
@@ -76,7 +81,7 @@ contains
     do pass = 1, most_passes
       call keep_one_of_each(ends)
       call begin_cuts(cuts)
-      call cut_at_vertices(vertex(:, :count), ends, sizes, cuts)
+      call cut_at_vertices(vertex(:, :count), ends, pack(place, place > 0), sizes, cuts)
       call cut_at_crossings(box, ends, sizes, vertex, count, cuts)
       if (cuts%count == 0) exit
       if (pass == most_passes) then
@@ -88,11 +93,7 @@ contains
     end do
     call drop_outside(box, vertex, sizes, ends)
     allocate (is_kept(count), source=.false.)
-    do o = 1, size(outlines)
-      if (size(outlines(o)%corner, 2) > 1) cycle
-      call place_vertex(box, outlines(o)%corner(:, 1), sizes, vertex, count, pass)
-      is_kept(pass) = .true.
-    end do
+    is_kept(pack(place, place > 0)) = .true.
     call drop_flat(vertex(:, :count), is_kept, sizes, ends)
     call keep_used(vertex(:, :count), ends, graph)
   end subroutine make_outline_graph
@@ -172,9 +173,11 @@ contains
   end subroutine begin_cuts
 
   !> Vertices that lie on an edge cut it.
-  pure subroutine cut_at_vertices(vertex, ends, sizes, cuts)
+  pure subroutine cut_at_vertices(vertex, ends, places, sizes, cuts)
     real(wp), intent(in) :: vertex(:, :)
     integer, intent(in) :: ends(:, :)
+    !> Vertices of no edge that edges are to have.
+    integer, intent(in) :: places(:)
     type(leaf_sizes_type), intent(in) :: sizes
     type(cuts_type), intent(inout) :: cuts
     real(wp) :: along(2), near(size(vertex, 2)), x(2), share
@@ -184,6 +187,7 @@ contains
     is_used = .false.
     is_used(ends(1, :)) = .true.
     is_used(ends(2, :)) = .true.
+    is_used(places) = .true.
     do v = 1, size(vertex, 2)
       near(v) = merged*wished_size(sizes, vertex(:, v))
     end do

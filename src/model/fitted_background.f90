@@ -24,6 +24,8 @@ module qsmpm_fitted_background
   integer, parameter :: chords = 64
   !> Share of an edge within which a box touches it.
   real(wp), parameter :: touching = 1.0e-9_wp
+  !> Share of a cell of the grid below which what a box holds of an edge is a place.
+  real(wp), parameter :: a_place = 0.2_wp
 
 contains
 
@@ -37,15 +39,15 @@ contains
     type(fitted_mesh_type) :: fitted
     type(outline_type), allocatable :: outlines(:)
     real(wp), allocatable :: boxes(:, :), corners(:, :)
+    real(wp) :: spacing
     integer :: i, kind
 
     call outlines_of(analysis, outlines)
-    call add_ends(analysis, outlines)
     associate (x => analysis%mesh%axes(1)%lines, y => analysis%mesh%axes(2)%lines)
-      allocate (corners, source=singular_corners(analysis, outlines, min(minval(x(2:) - x(:size(x) - 1)), &
-        minval(y(2:) - y(:size(y) - 1)))))
-      allocate (boxes(5, size(corners, 2)), source=0.0_wp)
-      boxes(1:4, :) = corners([1, 1, 2, 2], :)
+      spacing = min(minval(x(2:) - x(:size(x) - 1)), minval(y(2:) - y(:size(y) - 1)))
+      call add_ends(analysis, spacing, outlines)
+      allocate (corners, source=singular_corners(analysis, outlines, spacing))
+      allocate (boxes(5, size(corners, 2)), source=corners([1, 1, 2, 2, 3], :))
       if (allocated(analysis%mesh%refined)) boxes = reshape([boxes, analysis%mesh%refined], &
         [5, size(boxes, 2) + size(analysis%mesh%refined, 2)])
       call fit_triangles(x, y, outlines, halvings, fitted, error, boxes)
@@ -100,27 +102,31 @@ contains
   end subroutine outlines_of
 
   !> Places where the boxes of sets and surfaces end on outlines.
-  pure subroutine add_ends(analysis, outlines)
+  pure subroutine add_ends(analysis, spacing, outlines)
     type(analysis_type), intent(in) :: analysis
+    !> The smallest of the grid.
+    real(wp), intent(in) :: spacing
     type(outline_type), allocatable, intent(inout) :: outlines(:)
     integer :: i, drawn
 
     drawn = size(outlines)
     do i = 1, size(analysis%node_sets)
       if (analysis%node_sets(i)%selection == select_box) &
-        call cut_outlines(analysis%node_sets(i)%name, analysis%node_sets(i)%box, drawn, outlines)
+        call cut_outlines(analysis%node_sets(i)%name, analysis%node_sets(i)%box, a_place*spacing, drawn, outlines)
     end do
     do i = 1, size(analysis%surfaces)
       if (analysis%surfaces(i)%boxed) &
-        call cut_outlines(analysis%surfaces(i)%name, analysis%surfaces(i)%box, drawn, outlines)
+        call cut_outlines(analysis%surfaces(i)%name, analysis%surfaces(i)%box, a_place*spacing, drawn, outlines)
     end do
   end subroutine add_ends
 
   !> Places where a box cuts the edges of the outlines drawn.
-  pure subroutine cut_outlines(name, box, drawn, outlines)
+  pure subroutine cut_outlines(name, box, shortest, drawn, outlines)
     character(len=*), intent(in) :: name
     !> Lower and upper corner (3, 2).
     real(wp), intent(in) :: box(:, :)
+    !> Length of an edge that is more than a place: a box around a corner picks its node.
+    real(wp), intent(in) :: shortest
     integer, intent(in) :: drawn
     type(outline_type), allocatable, intent(inout) :: outlines(:)
     type(outline_type) :: place
@@ -133,8 +139,9 @@ contains
         a = outlines(o)%corner(:, i)
         along = outlines(o)%corner(:, modulo(i, size(outlines(o)%corner, 2)) + 1) - a
         share = shares_inside(a, along, box(:2, :))
+        if ((share(2) - share(1))*norm2(along) < shortest) cycle
         do k = 1, 2
-          if (share(1) > share(2) .or. share(k) <= 0.0_wp .or. share(k) >= 1.0_wp) cycle
+          if (share(k) <= 0.0_wp .or. share(k) >= 1.0_wp) cycle
           place%corner = reshape(a + share(k)*along, [2, 1])
           outlines = [outlines, place]
         end do

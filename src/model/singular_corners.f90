@@ -1,13 +1,16 @@
 !> Places where stress is singular and failure begins, as a deck draws them: corners at which soil turns inwards, as
 !> the toe of a slope, the foot of a pit or the edge of a fill, and ends of what loads a face. Triangles that fit the
 !> scene are smallest there: half of what a factor of safety is too high by goes, at the same cost
-!> (docs/methods/fitted.md). Where nodes are pushed there are none: soil that follows an edge turns small cells inside
-!> out, and the run cannot go on with splines then.
+!> (docs/methods/fitted.md). Where nodes are pushed they are two to four times as wide as the way that these go: soil
+!> that follows an edge turns smaller cells inside out, and the run cannot go on with splines then. Beside an edge in
+!> soil of friction that hardly carries the weight of a cell there is a surface without strength: there are none.
 module qsmpm_singular_corners
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_analysis, only: analysis_type
   use qsmpm_kinds, only: wp
-  use qsmpm_material_traits, only: may_yield
+  use qsmpm_law_parameters, only: law_description_type
+  use qsmpm_material_traits, only: may_yield, traits_of
+  use qsmpm_material_description, only: material_type
   use qsmpm_outline_graph, only: outline_type
   use qsmpm_polygon, only: polygon_contains
   implicit none
@@ -23,10 +26,14 @@ module qsmpm_singular_corners
   real(wp), parameter :: straight = 0.17_wp
   !> How far they look, as a share of the smallest spacing of the grid.
   real(wp), parameter :: near = 1.0e-3_wp
+  !> Ways of nodes that are pushed in the width of a cell beside them, at the most; half as many at the least.
+  real(wp), parameter :: ways_of_cell = 4.0_wp
+  !> Cohesion over the weight of a cell, from which the surface beside an edge that is pushed in stands.
+  real(wp), parameter :: weights_of_cell = 2.0_wp
 
 contains
 
-  !> Places in ground that can yield (2, n).
+  !> Places in ground that can yield, and how wide cells may be there, 0 for as small as they come (3, n).
   pure function singular_corners(analysis, outlines, spacing) result(places)
     type(analysis_type), intent(in) :: analysis
     !> Those of bodies, whose region is their number, and places where sets and surfaces end.
@@ -35,10 +42,13 @@ contains
     real(wp), intent(in) :: spacing
     real(wp), allocatable :: places(:, :)
     logical :: active(size(analysis%bodies)), found
+    real(wp) :: width
     integer :: o, i, p
 
-    allocate (places(2, 0))
-    if (.not. any(may_yield(analysis%materials)) .or. pushes_nodes(analysis)) return
+    allocate (places(3, 0))
+    width = ways_of_cell*way_of_nodes(analysis)
+    if (.not. any(may_yield(analysis%materials)) .or. width >= spacing) return
+    if (width > 0.0_wp .and. .not. all(stands(analysis%materials, spacing))) return
     do o = 1, size(outlines)
       do i = 1, size(outlines(o)%corner, 2)
         associate (corner => outlines(o)%corner(:, i))
@@ -50,7 +60,7 @@ contains
             active = bodies_active(analysis, p)
             found = turns_inwards(outlines, active, corner, near*spacing)
           end do
-          if (found) places = reshape([places, corner], [2, size(places, 2) + 1])
+          if (found) places = reshape([places, corner, width], [3, size(places, 2) + 1])
         end associate
       end do
     end do
@@ -96,18 +106,31 @@ contains
     turns_inwards = full >= inwards .and. full < directions
   end function turns_inwards
 
-  !> Whether a phase prescribes a displacement.
-  pure logical function pushes_nodes(analysis)
+  !> Whether the surface of a material has a strength of its own.
+  elemental logical function stands(material, spacing)
+    type(material_type), intent(in) :: material
+    real(wp), intent(in) :: spacing
+    type(law_description_type) :: traits
+
+    traits = traits_of(material)
+    stands = .not. traits%friction_angle > 0.0_wp .or. &
+      traits%cohesion >= weights_of_cell*material%unit_weight*spacing
+  end function stands
+
+  !> How far phases push nodes in all.
+  pure real(wp) function way_of_nodes(analysis) result(way)
     type(analysis_type), intent(in) :: analysis
     integer :: p
 
-    pushes_nodes = .false.
+    way = 0.0_wp
     do p = 1, size(analysis%phases)
-      pushes_nodes = pushes_nodes .or. any(abs(analysis%phases(p)%prescriptions%value) > 0.0_wp)
+      associate (phase => analysis%phases(p))
+        way = way + maxval([0.0_wp, abs(phase%load_factor*phase%prescriptions%value)])
+      end associate
     end do
-  end function pushes_nodes
+  end function way_of_nodes
 
-  !> Whether a phase loads the surface of a name.
+  !> Whether a phase loads the surface of a name, or pushes the set.
   pure logical function is_loaded(analysis, name) result(loaded)
     type(analysis_type), intent(in) :: analysis
     character(len=*), intent(in) :: name
@@ -117,7 +140,8 @@ contains
     do p = 1, size(analysis%phases)
       associate (phase => analysis%phases(p))
         loaded = loaded .or. any([(phase%tractions(i)%surface == name .and. .not. phase%tractions(i)%of_water, &
-          i=1, size(phase%tractions))])
+          i=1, size(phase%tractions))]) .or. any([(phase%prescriptions(i)%set == name .and. &
+          abs(phase%prescriptions(i)%value) > 0.0_wp, i=1, size(phase%prescriptions))])
       end associate
     end do
   end function is_loaded

@@ -28,6 +28,7 @@ contains
       '1.2, 2.5| 0, 2.5|', pit = '*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX| 0, 1.3, 1.2, 2.1|', &
       dug = '*PHASE, NAME=dug|*DEACTIVATE| pit|*END PHASE|', face = '*SURFACE, NAME=top, TYPE=OUTLINE, BODY=ground, '// &
       'BOX| 0, 1.3, 2.1, 2.1|', pushed = '*PHASE, NAME=pushed|*PRESSURE, SURFACE=top| 5|*END PHASE|', &
+      edge = '*NSET, NSET=plate, BOX| 0, 1.2, 2.1, 2.1|', &
       lens = '*BODY, NAME=lens, MATERIAL=soil, SHAPE=BOX| 1, 2.2, 0.7, 1.3|'
 
     call tests%start('singular_corners')
@@ -43,7 +44,19 @@ contains
     call tests%check('the end of a load', smallest(head//soil//ground//face//weight//pushed, [1.3_wp, 2.1_wp]) < 0.1_wp)
     call tests%check('not that of a face alone', smallest(head//soil//ground//face//weight, [1.3_wp, 2.1_wp]) > 0.15_wp)
     call tests%check('nor where nodes are pushed', smallest(head//soil//bank//'*NSET, NSET=top, BOX| 0, 0.5, 2.5, 2.5|'// &
-      weight//'*PHASE, NAME=pushed|*PRESCRIBE| top, Y, -0.1|*END PHASE|', [2.0_wp, 1.0_wp]) > 0.15_wp)
+      weight//'*PHASE, NAME=pushed|*PRESCRIBE| top, Y, -0.13|*END PHASE|', [2.0_wp, 1.0_wp]) > 0.15_wp)
+    call tests%check('unless they go by no more than a quarter of a cell', smallest(head//soil//ground//edge// &
+      '*PHASE, NAME=pushed|*PRESCRIBE| plate, Y, -0.01|*END PHASE|', [1.2_wp, 2.1_wp]) < 0.1_wp)
+    call tests%check('nor where the soil beside them has no strength', smallest(head// &
+      without(soil, '*MOHR COULOMB| 10, 20, 20|')//'*MOHR COULOMB| 0.9, 20, 20|'//ground//edge// &
+      '*PHASE, NAME=pushed|*PRESCRIBE| plate, Y, -0.01|*END PHASE|', [1.2_wp, 2.1_wp]) > 0.15_wp)
+    call tests%check('and no smaller than two ways', smallest(head//soil//ground//edge// &
+      '*PHASE, NAME=pushed|*PRESCRIBE| plate, Y, -0.1|*END PHASE|', [1.2_wp, 2.1_wp]) > 0.1_wp)
+    call tests%close('a set ends at a node', gap_to(head//soil//ground//edge//weight, [1.2_wp, 2.1_wp]), 0.0_wp, 1.0e-6_wp)
+    call tests%close('and a face', gap_to(head//soil//ground//face//weight, [1.3_wp, 2.1_wp]), 0.0_wp, 1.0e-6_wp)
+    call tests%check('a box around a corner picks its node alone', gap_to(head//soil//ground//'*NSET, NSET=corner, '// &
+      'BOX| 3.95, 4.05, 2.05, 2.15|'//weight, [3.95_wp, 2.1_wp]) > 0.04_wp)
+    call tests%check('not beside it', gap_to(head//soil//ground//edge//weight, [1.3_wp, 2.1_wp]) > 0.01_wp)
     call tests%check('a box over a graded grid is no finer than an eighth of each of its cells', smallest( &
       '*MODEL, TYPE=PLANE STRAIN|*GRID| X, 0, 4, 40, 1E3| Y, 0, 3, 6|*REFINE| 0, 4, 0, 3, 1E-12|'//soil//ground//weight, &
       [3.5_wp, 0.5_wp]) > 0.01_wp)
@@ -63,20 +76,38 @@ contains
     rest = text(:at - 1)//text(at + len(part):)
   end function without
 
-  !> Shortest distance of two nodes of a cell that lies within half a cell of the grid of a place.
-  real(wp) function smallest(deck, place)
+  !> Distance of the nearest node from a place.
+  real(wp) function gap_to(deck, place) result(gap)
     character(len=*), intent(in) :: deck
     real(wp), intent(in) :: place(2)
+    type(mesh_type) :: mesh
+
+    call fit(deck, mesh)
+    gap = minval(norm2(mesh%coordinates - spread(place, 2, mesh%node_count), dim=1))
+  end function gap_to
+
+  !> The triangles of a deck.
+  subroutine fit(deck, mesh)
+    character(len=*), intent(in) :: deck
+    type(mesh_type), intent(out) :: mesh
     type(message_list_type) :: messages
     class(analysis_type), allocatable :: analysis
     type(error_type), allocatable :: error
-    type(mesh_type) :: mesh
-    integer :: c, k
 
     allocate (analysis)
     call parse_deck('corner.inp', joined(deck), analysis, messages, error)
     if (.not. allocated(error)) call fit_background(analysis, mesh, error)
     if (allocated(error)) error stop 'the deck of the singular_corners suite is broken'
+  end subroutine fit
+
+  !> Shortest distance of two nodes of a cell that lies within half a cell of the grid of a place.
+  real(wp) function smallest(deck, place)
+    character(len=*), intent(in) :: deck
+    real(wp), intent(in) :: place(2)
+    type(mesh_type) :: mesh
+    integer :: c, k
+
+    call fit(deck, mesh)
     smallest = huge(smallest)
     do c = 1, mesh%cell_count
       associate (nodes => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + 2))
