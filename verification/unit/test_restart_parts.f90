@@ -14,6 +14,8 @@ module test_restart_parts
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
+  use qsmpm_points, only: points_type
+  use qsmpm_point_selection, only: select_points
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_restart_division, only: read_divided
   use qsmpm_restart_parts, only: check_parts, put_own_state, put_shared_state, save_restart_parts
@@ -114,6 +116,9 @@ contains
       part%nodes = spread(.true., 1, model%space%node_count)
     end associate
     if (present(wrong)) model%state%surface%cell(1) = wrong
+    ! Parts hold points in any order.
+    call turn_round(model%state%points)
+    call turn_round(model%state%inactive%unloading)
     call create_image(index)
     call put_attribute(index, '/', 'layout', layout)
     call put_attribute(index, '/', 'fingerprint_1', mark(1))
@@ -123,6 +128,16 @@ contains
     call put_own_state(part, model)
     call save_restart_parts(team_type(), part, path, index, error)
   end subroutine write_parts
+
+  !> Points in the reverse order.
+  subroutine turn_round(points)
+    type(points_type), intent(inout) :: points
+    type(points_type) :: turned
+    integer :: p
+
+    call select_points(points, [(p, p=points%count, 1, -1)], turned)
+    points = turned
+  end subroutine turn_round
 
   !> Rows of a dataset by their numbers; one of another size is refused.
   subroutine check_rows(tests, path)
@@ -206,12 +221,14 @@ contains
     allocate (model, fresh)
     call build(model, grid)
     call build(fresh, grid)
+    model%state%reactions = 0.25_wp
     call write_restart(path, model, mark, error)
     call open_reader(reader, path)
     if (.not. allocated(error)) call read_divided(reader, '', .false., team_type(), model%state%points%count + &
       model%state%inactive%points%count + model%state%inactive%unloading%count, fresh, error)
     call close_reader(reader, failure)
     call tests%check('a team shares the file of one process', .not. (allocated(error) .or. allocated(failure)))
+    call tests%check('with its reactions', all(fresh%state%reactions > 0.2_wp))
     if (fresh%state%points%count /= model%state%points%count) return
     call tests%check('with its points in their cells', all(whole_cells(fresh, fresh%state%points%cell) == &
       whole_cells(model, model%state%points%cell)))
