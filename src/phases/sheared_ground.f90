@@ -63,7 +63,7 @@ contains
     most = largest(model%part%team, maxval([1.0_wp, ratio]))
     if (.not. most > swollen) return
     text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': soil that shears has "// &
-      'swelled to '//rounded_text(most, 3)//' times its volume: dilatancy goes on without end in this law, and what '// &
-      'heaps up beside a load loads the ground; take a smaller dilatancy angle, 0 for large displacements'
+      'swelled to '//rounded_text(most, 3)//' times its volume: dilatancy goes on without end in this law, and '// &
+      'what heaps up beside a load loads the ground; take a smaller dilatancy angle, 0 for large displacements'
   end function swollen_note
 end module qsmpm_sheared_ground
