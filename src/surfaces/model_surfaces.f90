@@ -5,9 +5,12 @@ module qsmpm_model_surfaces
   use qsmpm_load_description, only: support_normal
   use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_mesh, select_outline
   use qsmpm_basis_traits, only: grid_degree
+  use qsmpm_body_description, only: body_region
+  use qsmpm_body_shape, only: body_shape_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: place_seeds
+  use qsmpm_model_shapes, only: shape_of
   use qsmpm_nearest_of_team, only: nearest_numbers
   use qsmpm_own_part, only: is_divided
   use qsmpm_points, only: allocate_surface_points, set_normals
@@ -15,7 +18,9 @@ module qsmpm_model_surfaces
   use qsmpm_seed_table, only: seed_table_type, holds_any
   use qsmpm_surface_seeding, only: seed_faces, seed_segment
   use qsmpm_outline_seeding, only: seed_outline
+  use qsmpm_polygon, only: polygon_contains
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_text, only: integer_text
   use qsmpm_mesh_sets, only: faces_in_box, cuts_faces, set_tolerance
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   implicit none
@@ -45,6 +50,7 @@ contains
           call add_diagnostic(diagnostics, surface%where, '*SURFACE', 'TYPE=SEGMENT is for plane models')
           cycle
         end if
+        if (surface%selection == select_segment) call check_sides(model, surface, diagnostics)
         before = list%count
         call seed_surface(model, table, surface, s, occupied, list)
         if (list%count == before) call add_diagnostic(diagnostics, surface%where, '*SURFACE', &
@@ -63,6 +69,37 @@ contains
     call choose_carrying_points(model)
     call check_planes(model, diagnostics)
   end subroutine make_surfaces
+
+  !> Refuse segments with a body to their right and none to their left: what is pressed would be pulled. What stands in
+  !> element sets is not looked at.
+  subroutine check_sides(model, surface, diagnostics)
+    type(model_type), intent(in) :: model
+    type(surface_type), intent(in) :: surface
+    type(diagnostics_type), intent(inout) :: diagnostics
+    !> How far to look, as a share of the length.
+    real(wp), parameter :: aside = 1.0e-3_wp
+    type(body_shape_type) :: shape
+    real(wp) :: middle(2), left(2)
+    logical :: soil(2)
+    integer :: k, b
+
+    if (any(model%analysis%bodies%kind == body_region)) return
+    do k = 1, size(surface%segments, 2)
+      associate (ends => surface%segments(:, k))
+        middle = 0.5_wp*(ends(1:2) + ends(3:4))
+        left = aside*[ends(2) - ends(4), ends(3) - ends(1)]
+      end associate
+      soil = .false.
+      do b = 1, size(model%analysis%bodies)
+        shape = shape_of(model, model%analysis%bodies(b), diagnostics)
+        soil = soil .or. [polygon_contains(shape%outline, middle + left), &
+          polygon_contains(shape%outline, middle - left)]
+      end do
+      if (soil(2) .and. .not. soil(1)) call add_diagnostic(diagnostics, surface%where, '*SURFACE', "segment "// &
+        integer_text(k)//" of surface '"//surface%name//"' has the body to its right: the body lies to the left "// &
+        'of a segment, so write x2, y2, x1, y1')
+    end do
+  end subroutine check_sides
 
   !> Points of one surface.
   subroutine seed_surface(model, table, surface, number, occupied, list)
