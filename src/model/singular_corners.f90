@@ -3,7 +3,8 @@
 !> scene are smallest there: half of what a factor of safety is too high by goes, at the same cost
 !> (docs/methods/fitted.md). Where nodes are pushed they are two to four times as wide as the way that these go: soil
 !> that follows an edge turns smaller cells inside out, and the run cannot go on with splines then. Beside an edge in
-!> soil of friction that hardly carries the weight of a cell there is a surface without strength: there are none.
+!> soil of friction that hardly carries the weight of a cell there is a surface without strength: there are none. And
+!> nowhere are they smaller than what ground of that stiffness settles under its own weight.
 module qsmpm_singular_corners
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_analysis, only: analysis_type
@@ -49,6 +50,7 @@ contains
     width = ways_of_cell*way_of_nodes(analysis)
     if (.not. any(may_yield(analysis%materials)) .or. width >= spacing) return
     if (width > 0.0_wp .and. .not. all(stands(analysis%materials, spacing))) return
+    width = max(width, maxval(own_settlement(analysis%materials, depth_of(outlines))))
     do o = 1, size(outlines)
       do i = 1, size(outlines(o)%corner, 2)
         associate (corner => outlines(o)%corner(:, i))
@@ -116,6 +118,32 @@ contains
     stands = .not. traits%friction_angle > 0.0_wp .or. &
       traits%cohesion >= weights_of_cell*material%unit_weight*spacing
   end function stands
+
+  !> What a layer of a soil that can yield settles under its own weight, g D^2/(2 E); 0 where its law has no E.
+  elemental real(wp) function own_settlement(material, depth) result(settlement)
+    type(material_type), intent(in) :: material
+    real(wp), intent(in) :: depth
+
+    settlement = 0.0_wp
+    if (may_yield(material) .and. material%young > 0.0_wp) &
+      settlement = 0.5_wp*material%unit_weight*depth**2/material%young
+  end function own_settlement
+
+  !> From the lowest corner of a body to the highest.
+  pure real(wp) function depth_of(outlines) result(depth)
+    type(outline_type), intent(in) :: outlines(:)
+    real(wp) :: low, high
+    integer :: o
+
+    low = huge(low)
+    high = -huge(high)
+    do o = 1, size(outlines)
+      if (outlines(o)%region == 0) cycle
+      low = min(low, minval(outlines(o)%corner(2, :)))
+      high = max(high, maxval(outlines(o)%corner(2, :)))
+    end do
+    depth = max(0.0_wp, high - low)
+  end function depth_of
 
   !> How far phases push nodes in all.
   pure real(wp) function way_of_nodes(analysis) result(way)

@@ -32,7 +32,7 @@ module qsmpm_phases
   use qsmpm_safety_factors, only: is_running_out, is_searching
   use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, settle_lost_factor, &
     share_note, show_mechanism, tell_factor
-  use qsmpm_sheared_ground, only: sheared_note
+  use qsmpm_sheared_ground, only: sheared_note, worn_note
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: cause_of_end, outcome_type
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
@@ -345,7 +345,7 @@ contains
       end if
       if (phase%kind == phase_safety) then
         if (len(share_note(phase)) > 0) call observer%note(share_note(phase))
-        call note_lines(observer, sheared_note(model))
+        call note_lines(observer, sheared_note(model)//worn_note(model))
       end if
     end associate
     call switch_timer(loop%step%profile%watch, part_output)

@@ -5,7 +5,6 @@ module qsmpm_model_surfaces
   use qsmpm_load_description, only: support_normal
   use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_mesh, select_outline
   use qsmpm_basis_traits, only: grid_degree
-  use qsmpm_body_description, only: body_region
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
@@ -70,8 +69,8 @@ contains
     call check_planes(model, diagnostics)
   end subroutine make_surfaces
 
-  !> Refuse segments with a body to their right and none to their left: what is pressed would be pulled. What stands in
-  !> element sets is not looked at.
+  !> Refuse segments with a body to their right and none to their left: what is pressed would be pulled. Bodies
+  !> without an outline of their own are not looked at.
   subroutine check_sides(model, surface, diagnostics)
     type(model_type), intent(in) :: model
     type(surface_type), intent(in) :: surface
@@ -83,7 +82,6 @@ contains
     logical :: soil(2)
     integer :: k, b
 
-    if (any(model%analysis%bodies%kind == body_region)) return
     do k = 1, size(surface%segments, 2)
       associate (ends => surface%segments(:, k))
         middle = 0.5_wp*(ends(1:2) + ends(3:4))
@@ -92,6 +90,7 @@ contains
       soil = .false.
       do b = 1, size(model%analysis%bodies)
         shape = shape_of(model, model%analysis%bodies(b), diagnostics)
+        if (.not. allocated(shape%outline)) return
         soil = soil .or. [polygon_contains(shape%outline, middle + left), &
           polygon_contains(shape%outline, middle - left)]
       end do
