@@ -33,7 +33,7 @@ module qsmpm_step_control
   use qsmpm_method_description, only: basis_fem
   use qsmpm_phase_description, only: controls_type, newton_full
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_error, only: error_not_converged, error_singular, error_tangled
+  use qsmpm_error, only: error_left_mesh, error_not_converged, error_singular, error_tangled
   use qsmpm_limit_load, only: compliance_type, limit_load_type, compliance_of
   use qsmpm_model, only: model_type
   use qsmpm_rounded_text, only: rounded_text
@@ -48,7 +48,7 @@ module qsmpm_step_control
   public :: has_length_error, is_too_long, retries_line_search
   public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
   public :: must_equilibrate, is_borne, lacks_support, reject, reject_solve, cause_of_end
-  public :: is_balanced, judge_stabilisation, reject_compliant, exceeds, reject_overloaded, fades_slowly
+  public :: is_balanced, judge_stabilisation, reject_compliant, exceeds, reject_flowing, reject_overloaded, fades_slowly
 
   !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
   real(wp), parameter :: substep_residual = 1.0e-3_wp
@@ -416,6 +416,18 @@ contains
       integer_text(iterations)//' iterations find no equilibrium', outcome)
     outcome%at_limit = .true.
   end subroutine reject_overloaded
+
+  !> Reject a load at which the ground flows out of the mesh in damped sub-steps: a shorter step to it ends there too.
+  pure subroutine reject_flowing(controls, substeps, outcome)
+    type(controls_type), intent(in) :: controls
+    !> That have been taken at this load.
+    integer, intent(in) :: substeps
+    type(outcome_type), intent(inout) :: outcome
+
+    if (outcome%cause /= error_left_mesh .or. substeps == 0 .or. controls%limit_compliance > 0.0_wp) return
+    outcome%reason = 'the ground gives way and flows out of the mesh: '//outcome%reason
+    outcome%at_limit = .true.
+  end subroutine reject_flowing
 
   !> Whether a step is too compliant to be accepted.
   pure logical function exceeds(step, limit, allowed)

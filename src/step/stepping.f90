@@ -16,7 +16,7 @@ module qsmpm_stepping
   use qsmpm_pushed_material, only: check_following
   use qsmpm_safety_factors, only: is_searching
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, fades_slowly, &
-    first_damping, reject_overloaded, reequilibration_attempt, reequilibration_controls, is_balanced, &
+    first_damping, reject_flowing, reject_overloaded, reequilibration_attempt, reequilibration_controls, is_balanced, &
     is_beyond_help, is_dampable, reject_compliant, &
     judge_stabilisation, lacks_support, largest_move, may_be_damped, must_equilibrate, reject, reject_solve, &
     static_attempt, substep_attempt
@@ -178,8 +178,9 @@ contains
         model%state%progress%damping = damping%value
         call adapt_damping(controls, solution, move, damping)
       else
+        call reject_flowing(controls, record%substeps, outcome)
         call damp_more(damping)
-        if (outcome%unrecoverable .or. is_beyond_help(damping)) return
+        if (outcome%unrecoverable .or. outcome%at_limit .or. is_beyond_help(damping)) return
       end if
     end do
     if (solution%converged) &

@@ -6,12 +6,12 @@ module test_step_control
   use qsmpm_method_description, only: basis_fem
   use qsmpm_phase_description, only: controls_type, newton_modified
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_error, only: error_not_converged, error_singular
+  use qsmpm_error, only: error_left_mesh, error_not_converged, error_singular
   use qsmpm_kinds, only: wp
   use qsmpm_limit_load, only: compliance_type, limit_load_type
   use qsmpm_model, only: model_type
   use qsmpm_step_control, only: substep_damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
-    has_length_error, reequilibration_attempt, fades_slowly, reject_overloaded, &
+    has_length_error, reequilibration_attempt, fades_slowly, reject_flowing, reject_overloaded, &
     reequilibration_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
     reject_compliant, cause_of_end, lacks_support, largest_move, is_borne, must_equilibrate, retries_line_search, static_attempt, &
       substep_attempt
@@ -247,5 +247,29 @@ contains
       call reject_overloaded(controls, .true., .true., 2*controls%max_iterations + 1, more, limit, outcome)
       call tests%check('a long one that gives way is beyond the ground', outcome%at_limit .and. .not. outcome%accepted)
     end associate
+    call check_flowing(tests)
   end subroutine check_compliance
+
+  !> Ground that flows out of the mesh in sub-steps does not carry the load, however short the step.
+  subroutine check_flowing(tests)
+    type(tests_type), intent(inout) :: tests
+    type(outcome_type) :: outcome
+    type(controls_type) :: asked
+
+    outcome%cause = error_left_mesh
+    outcome%reason = 'a point left'
+    call reject_flowing(four, 0, outcome)
+    call tests%check('a point that leaves in the first sub-step may be thrown', .not. outcome%at_limit)
+    asked = four
+    asked%limit_compliance = 10.0_wp
+    call reject_flowing(asked, 3, outcome)
+    call tests%check('a limit load that is asked for is looked for otherwise', .not. outcome%at_limit)
+    outcome%cause = error_not_converged
+    call reject_flowing(four, 3, outcome)
+    call tests%check('what is lost in the mesh is no flow', .not. outcome%at_limit)
+    outcome%cause = error_left_mesh
+    call reject_flowing(four, 3, outcome)
+    call tests%check('after sub-steps the ground gives way', outcome%at_limit .and. &
+      outcome%reason == 'the ground gives way and flows out of the mesh: a point left')
+  end subroutine check_flowing
 end module test_step_control
