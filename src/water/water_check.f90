@@ -5,6 +5,8 @@
 !> A pressure of water on the surface of a body below its level would be counted twice.
 module qsmpm_water_check
   use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_history_description, only: quantity_contact_force, quantity_contact_pressure, quantity_reaction
   use qsmpm_load_description, only: traction_type, water_level_type
   use qsmpm_agreement, only: any_of, lowest_rank, spread_text
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
@@ -58,8 +60,25 @@ contains
       end associate
       call warn_of_flooded_pits(model, ground, p, tables, [same_height, hair]*mesh_height(model, ground%axis), notes)
     end do
-    model%notes = model%notes//notes
+    model%notes = model%notes//notes//effective_note(model%analysis)
   end subroutine check_water_levels
+
+  !> That histories of forces on a boundary leave the water out, by the name of the first; empty where there is none.
+  pure function effective_note(analysis) result(text)
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(analysis%histories)
+      if (.not. any(analysis%histories(i)%quantity == [quantity_reaction, quantity_contact_force, &
+        quantity_contact_pressure])) cycle
+      text = "history '"//analysis%histories(i)%name//"', as all reactions and contact forces, is of effective "// &
+        'stresses: the pressure of the water at rest comes on top, gamma_w h^2/2 on a wall '// &
+        '(docs/methods/water.md)'//new_line('a')
+      return
+    end do
+  end function effective_note
 
   !> Levels at the end of a phase.
   subroutine levels_in_force(model, number, tables)

@@ -24,8 +24,9 @@ contains
 
     call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
       'POSITION follow a massless tracer that starts at the place given; STRESS, STRAIN, PORE PRESSURE and STATE '// &
-      'are those of the nearest material point; REACTION is the sum over a node set or a supported surface; VOLUME '// &
-      'is that of a body; RUNOUT how far the front of a body has moved along an axis; CONTACT FORCE and CONTACT '// &
+      'are those of the nearest material point; REACTION is the sum over a node set or a supported surface '// &
+      '(as contact forces, of effective stresses: the pressure of water at rest comes on top); VOLUME is that of a '// &
+      'body; RUNOUT how far the front of a body has moved along an axis; CONTACT FORCE and CONTACT '// &
       'MOMENT (about z) what the soil does to a rigid body, BODY MOVE and BODY ROTATION how far this has moved '// &
       'and turned about z (degrees); CONTACT SLIP how far soil has slid along it since they touched; CONTACT '// &
       'PRESSURE is that on the soil around a place as drawn, a mean over the length of a patch; PROP FORCE '// &
