@@ -130,6 +130,7 @@ contains
     type(field_list_type) :: list
     integer :: i
 
+    call get_attribute(reader, group, 'count', carried%count)
     call carried%list_fields(list)
     do i = 1, list%count
       if (.not. allocated(reader%reason)) call get_field(reader, group//'/'//trim(list%fields(i)%name), list%fields(i))
