@@ -129,20 +129,20 @@ contains
       settlement = 0.5_wp*material%unit_weight*depth**2/material%young
   end function own_settlement
 
-  !> From the lowest corner of a body to the highest.
+  !> The smaller extent of what the bodies fill: ground is wider than deep, whatever way is down.
   pure real(wp) function depth_of(outlines) result(depth)
     type(outline_type), intent(in) :: outlines(:)
-    real(wp) :: low, high
+    real(wp) :: low(2), high(2)
     integer :: o
 
     low = huge(low)
     high = -huge(high)
     do o = 1, size(outlines)
       if (outlines(o)%region == 0) cycle
-      low = min(low, minval(outlines(o)%corner(2, :)))
-      high = max(high, maxval(outlines(o)%corner(2, :)))
+      low = min(low, minval(outlines(o)%corner, dim=2))
+      high = max(high, maxval(outlines(o)%corner, dim=2))
     end do
-    depth = max(0.0_wp, high - low)
+    depth = max(0.0_wp, minval(high - low))
   end function depth_of
 
   !> How far phases push nodes in all.

@@ -295,8 +295,8 @@ contains
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
 
-    outcome%reason = 'the ground does not carry more: load factor '//factor_text( &
-      phase%load_factor*model%state%progress%limit%refused)//' was refused'
+    outcome%reason = 'load factor '//factor_text(phase%load_factor*model%state%progress%limit%refused)// &
+      ', next to it, was refused'
   end function overloaded
 
   !> Say which pieces hang on nothing. Each process of a team looks at its part as it stands now.

@@ -47,6 +47,9 @@ contains
       weight//'*PHASE, NAME=pushed|*PRESCRIBE| top, Y, -0.13|*END PHASE|', [2.0_wp, 1.0_wp]) > 0.15_wp)
     call tests%check('unless they go by no more than a quarter of a cell', smallest(head//soil//ground//edge// &
       '*PHASE, NAME=pushed|*PRESCRIBE| plate, Y, -0.01|*END PHASE|', [1.2_wp, 2.1_wp]) < 0.1_wp)
+    call tests%check('none where ground so soft settles by a cell', smallest(head// &
+      without(soil, '*ELASTIC| 1000, 0.3|*MOHR COULOMB| 10, 20, 20|*UNIT WEIGHT| 1|')// &
+      '*ELASTIC| 6, 0.3|*MOHR COULOMB| 10, 20, 20|*UNIT WEIGHT| 1|'//bank//weight, [2.0_wp, 1.0_wp]) > 0.15_wp)
     call tests%check('nor where the soil beside them has no strength', smallest(head// &
       without(soil, '*MOHR COULOMB| 10, 20, 20|')//'*MOHR COULOMB| 0.9, 20, 20|'//ground//edge// &
       '*PHASE, NAME=pushed|*PRESCRIBE| plate, Y, -0.01|*END PHASE|', [1.2_wp, 2.1_wp]) > 0.15_wp)
