@@ -25,6 +25,8 @@ module qsmpm_contact_report
   real(wp), parameter :: much_of_body = 0.05_wp, much_of_nodes = 0.5_wp, little = 0.1_wp
   !> Force at nodes that is none, as what is carried along has by its tolerance, over stiffness and the face of a cell.
   real(wp), parameter :: slight = 1.0e-4_wp
+  !> Fall from a crest that makes a wave, as a share of the largest force, of which half is to come back.
+  real(wp), parameter :: deep = 0.05_wp
   !> Gap and depth over the size of a cell: nearer soil does touch, deeper soil is inside.
   real(wp), parameter :: touching = 1.0e-3_wp, inside = 0.1_wp
 
@@ -44,6 +46,9 @@ module qsmpm_contact_report
     !> Falls; of the largest one the step and the forces before and behind it.
     integer :: falls = 0, step = 0
     real(wp) :: from = 1.0_wp, to = 1.0_wp
+    !> Waves: how many, the last crest and the lowest force behind it, and those of the largest.
+    integer :: waves = 0
+    real(wp) :: crest = 0.0_wp, trough = 0.0_wp, of_largest(2) = 0.0_wp
   end type course_type
 
   !> How the bodies go in a phase.
@@ -130,7 +135,27 @@ contains
     end if
     course%before = [course%before(2), force]
     course%most = max(course%most, force)
+    call follow_wave(course, force)
   end subroutine follow_force
+
+  !> A wave is counted where the force rises again.
+  pure subroutine follow_wave(course, force)
+    type(course_type), intent(inout) :: course
+    real(wp), intent(in) :: force
+
+    course%trough = min(course%trough, force)
+    associate (fall => course%crest - course%trough, largest => course%of_largest)
+      if (fall > deep*course%most .and. force - course%trough > 0.5_wp*deep*course%most) then
+        course%waves = course%waves + 1
+        if (fall > largest(1) - largest(2)) largest = [course%crest, course%trough]
+        course%crest = force
+        course%trough = force
+      else if (force > course%crest) then
+        course%crest = force
+        course%trough = force
+      end if
+    end associate
+  end subroutine follow_wave
 
   !> Count a dip as a fall.
   pure subroutine count_fall(course)
@@ -177,6 +202,9 @@ contains
     if (course%falls > 0) call observer%note(start//' falls by more than '//rounded_text(100.0_wp*course%much)// &
       ' % and stays low in '//integer_text(course%falls)//' of '//integer_text(steps)//' steps, the most in step '// &
       integer_text(course%step)//', from '//rounded_text(course%from)//' to '//rounded_text(course%to)//': '//meaning)
+    if (course%waves > 1) call observer%note(start//' falls and rises again '//integer_text(course%waves)// &
+      ' times, the most from '//rounded_text(course%of_largest(1))//' to '//rounded_text(course%of_largest(2))// &
+      ': the load at failure is known no better than these waves; a finer *GRID has smaller ones')
     course = course_type(course%much, course%touched, course%gap)
   end subroutine warn_of_falls
 

@@ -24,7 +24,7 @@ module qsmpm_phase_report
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
-  use qsmpm_sheared_ground, only: swollen_note
+  use qsmpm_sheared_ground, only: flow_notes, swollen_note
   use qsmpm_team, only: largest, total
   use qsmpm_text, only: integer_text
   use qsmpm_user_material, only: interface_umat, model_tangent_auto, model_tangent_numerical
@@ -45,6 +45,8 @@ module qsmpm_phase_report
   type :: phase_report_type
     !> Warned that the material does not follow a set of the present phase.
     logical :: lag_warned = .false.
+    !> Noted that what a material carries at failure is not unique.
+    logical :: flow_told = .false.
     !> Noted that the tangent of a user material may be why increments are cut back.
     logical :: tangent_told = .false.
     !> Warned that steps are long for a law of a user.
@@ -159,7 +161,7 @@ contains
     type(cut_cell_check_type), intent(inout) :: cut
     type(phase_report_type), intent(inout) :: report
     class(observer_type), intent(inout) :: observer
-    character(len=:), allocatable :: swollen
+    character(len=:), allocatable :: notes
 
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
       if (report%stiff_steps > 0) call observer%note("warning: phase '"//phase%name// &
@@ -182,8 +184,11 @@ contains
         call observer%note(start_text(progress, phase%name, model%analysis%length_unit))
     end associate
     call check_locking(model, observer)
-    swollen = swollen_note(model)
-    if (len(swollen) > 0) call observer%note(swollen)
+    call observer%note_lines(swollen_note(model))
+    if (report%flow_told) return
+    notes = flow_notes(model)
+    call observer%note_lines(notes)
+    report%flow_told = len(notes) > 0
   end subroutine report_phase
 
   !> How far ground that began with K0 stresses has moved: a length, and a share of what its own weight would settle it.

@@ -333,7 +333,7 @@ contains
     if (.not. allocated(error)) call take_parts(model, loop, observer, error)
     if (allocated(error)) return
     call measure_start(model)
-    call note_lines(observer, notes)
+    call observer%note_lines(notes)
     loop%report%lag_warned = .false.
     call begin_contact_check(model, loop%report%contact)
     associate (phase => model%analysis%phases(model%state%progress%phase))
@@ -345,7 +345,7 @@ contains
       end if
       if (phase%kind == phase_safety) then
         if (len(share_note(phase)) > 0) call observer%note(share_note(phase))
-        call note_lines(observer, sheared_note(model)//worn_note(model))
+        call observer%note_lines(sheared_note(model)//worn_note(model))
       end if
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
@@ -355,20 +355,6 @@ contains
     if (.not. allocated(error)) call take_parts(model, loop, observer, error)
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine enter_phase
-
-  !> Notes for the log, one a line.
-  subroutine note_lines(observer, notes)
-    class(observer_type), intent(inout) :: observer
-    character(len=*), intent(in) :: notes
-    integer :: first, last
-
-    first = 1
-    do while (first <= len(notes))
-      last = first + index(notes(first:)//new_line('a'), new_line('a')) - 1
-      call observer%note(notes(first:last - 1))
-      first = last + 1
-    end do
-  end subroutine note_lines
 
   !> Keep what later phases start from, and notify the observer that the phase has ended.
   subroutine end_phase(model, loop, observer, error)

@@ -1,25 +1,29 @@
 !> Ground that has sheared far. Before its factor of safety is looked for: under the loads of the phases before it has
 !> given way and come to rest in another shape. That shape stands, and its factor is above 1; of the ground as it was
 !> drawn it says nothing. Or it has worn the triangles that fit it, and is searched on the grid. And soil that has
-!> swelled beyond what any soil does.
+!> swelled beyond what any soil does, or fails at a flow for which no load at failure is unique.
 module qsmpm_sheared_ground
   use qsmpm_kinds, only: wp
   use qsmpm_background_in_use, only: is_at_start
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
+  use qsmpm_phase_description, only: phase_safety
   use qsmpm_points, only: carries_strains
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_strength_factor, only: flow_davis_a, lower_strength, strength_factor_type
   use qsmpm_team, only: largest, total
   implicit none
   private
 
-  public :: sheared_note, swollen_note, worn_note
+  public :: flow_notes, sheared_note, swollen_note, worn_note
 
   !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
   !> of the volume that is no corner or toe.
   real(wp), parameter :: flows = 0.1_wp, much = 2.0e-3_wp
   !> Volume over the initial one to which no soil swells: loose sand grows by a tenth at the most.
   real(wp), parameter :: swollen = 1.5_wp
+  !> Plastic shear strain of soil that fails, and what Davis leaves of a strength that is told.
+  real(wp), parameter :: fails = 1.0e-2_wp, less = 0.95_wp
 
 contains
 
@@ -80,4 +84,35 @@ contains
       'swelled to '//rounded_text(most, 3)//' times its volume: dilatancy goes on without end in this law, and '// &
       'what heaps up beside a load loads the ground; take a smaller dilatancy angle, 0 for large displacements'
   end function swollen_note
+
+  !> A line for each material that fails with psi far below phi: between which strengths its loads lie (Davis 1968).
+  function flow_notes(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    logical, dimension(model%state%points%count) :: of_soil
+    real(wp) :: cohesion, friction, dilatancy, failed, whole
+    integer :: m
+
+    text = ''
+    if (.not. carries_strains(model%state%points)) return
+    if (model%analysis%phases(model%state%progress%phase)%kind == phase_safety) return
+    do m = 1, size(model%analysis%materials)
+      associate (soil => model%analysis%materials(m), points => model%state%points, team => model%part%team)
+        if (.not. soil%mohr_coulomb .or. soil%undrained%given) cycle
+        cohesion = soil%cohesion
+        friction = soil%friction_angle
+        dilatancy = soil%dilatancy_angle
+        call lower_strength(strength_factor_type(flow=flow_davis_a), cohesion, friction, dilatancy)
+        if (.not. friction < less*soil%friction_angle) cycle
+        of_soil = own_of(model%part%points, points%count) .and. points%material == m
+        failed = total(team, sum(points%volume, mask=of_soil .and. points%plastic_strain > fails))
+        whole = total(team, sum(points%volume, mask=of_soil))
+        if (.not. failed > much*whole) cycle
+        text = text//"material '"//soil%name//"' fails and flows at psi = "//rounded_text(soil%dilatancy_angle, 3)// &
+          ' under phi = '//rounded_text(soil%friction_angle, 3)//': loads at failure are not unique then; runs with '// &
+          'psi = phi and with phi = psi = '//rounded_text(friction, 3)//', c = '//rounded_text(cohesion, 3)// &
+          ' (Davis) tell how far they may be apart'//new_line('a')
+      end associate
+    end do
+  end function flow_notes
 end module qsmpm_sheared_ground

@@ -56,6 +56,8 @@ module qsmpm_observer
     procedure :: mechanism => ignore_mechanism
     !> A sentence for the log (rejected step or re-equilibration, another solver, constant-load test, ...).
     procedure(note_interface), deferred :: note
+    !> One for each line.
+    procedure :: note_lines
     !> What a phase was run for: limit load, factor of safety, stop. A sentence unless overridden.
     procedure :: tell_result => note_result
     !> True when the run should stop after the current iteration (signal).
@@ -100,6 +102,20 @@ module qsmpm_observer
   end interface
 
 contains
+
+  !> Notes for the log, one a line.
+  subroutine note_lines(self, notes)
+    class(observer_type), intent(inout) :: self
+    character(len=*), intent(in) :: notes
+    integer :: first, last
+
+    first = 1
+    do while (first <= len(notes))
+      last = first + index(notes(first:)//new_line('a'), new_line('a')) - 1
+      call self%note(notes(first:last - 1))
+      first = last + 1
+    end do
+  end subroutine note_lines
 
   !> Whether the whole model is wanted, which a team puts together first; else each process shows its part. No, unless
   !> extended.

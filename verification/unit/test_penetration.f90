@@ -46,6 +46,7 @@ contains
     call check_depth(tests, model)
     call check_gap(tests, model)
     call check_fold(tests, model)
+    call check_waves(tests, model)
     call check_falls(tests, model)
     call check_lost_reactions(tests, model)
     call check_sheared(tests, model)
@@ -192,6 +193,26 @@ contains
     model%loading%prescribed = 0.0_wp
     model%state%reactions = 0.0_wp
   end subroutine check_lost_reactions
+
+  !> Two waves and more are told with the largest; one alone, flat ones and a fall that stays are no waves.
+  subroutine check_waves(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    character(len=*), parameter :: waves = 'falls and rises again '
+    type(contact_check_type) :: check
+
+    call begin_contact_check(model, check)
+    call go(model, check, [100.0_wp, 94.0_wp, 97.0_wp, 91.0_wp, 88.0_wp, 94.0_wp])
+    call tests%close('two waves by 6 and 9 %', ended(model, check, waves//'2 times, the most from 97 to 88: '), 1.0_wp, &
+      0.0_wp)
+    call tests%close('they are told once', ended(model, check, waves), 0.0_wp, 0.0_wp)
+    call go(model, check, [100.0_wp, 94.0_wp, 97.0_wp, 98.0_wp, 99.0_wp])
+    call tests%close('one wave', ended(model, check, waves), 0.0_wp, 0.0_wp)
+    call go(model, check, [100.0_wp, 95.1_wp, 100.0_wp, 95.1_wp, 100.0_wp])
+    call tests%close('waves by 4.9 %', ended(model, check, waves), 0.0_wp, 0.0_wp)
+    call go(model, check, [100.0_wp, 94.0_wp, 96.4_wp, 90.0_wp, 92.4_wp, 91.0_wp])
+    call tests%close('falls of which less than half comes back', ended(model, check, waves), 0.0_wp, 0.0_wp)
+  end subroutine check_waves
 
   !> Steps with so large a mean reaction at two nodes of which one goes three times as far.
   subroutine push(model, check, forces)
