@@ -111,7 +111,8 @@ contains
         text = text//"material '"//soil%name//"' fails and flows at psi = "// &
           rounded_text(soil%dilatancy_angle, 3)//' under phi = '//rounded_text(soil%friction_angle, 3)// &
           ': loads at failure are not unique then; runs with psi = phi and with phi = psi = '// &
-          rounded_text(friction, 3)//', c = '//rounded_text(cohesion, 3)//' (Davis) tell how far they may be apart'//new_line('a')
+          rounded_text(friction, 3)//', c = '//rounded_text(cohesion, 3)// &
+          ' (Davis) tell how far they may be apart'//new_line('a')
       end associate
     end do
   end function flow_notes
