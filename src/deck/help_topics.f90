@@ -245,9 +245,12 @@ contains
       topics_type('CONSOLIDAT', &
         'consolidation in time is not there; nearest: *UNDRAINED soil before it and *DRAIN STATE, which lets the '// &
         'excess pressure go over a phase, for its end: docs/methods/undrained.md'), &
-      topics_type('SEEPAGE,DARCY,PERMEAB,FLOW,RAIN,INFILTRAT,WELL,EROSION,PIPING', &
-        'water that flows is not there; nearest: *WATER LEVEL for its pressure, *UNDRAINED and *DRAIN '// &
-        'STATE for soil before and after consolidation: docs/cannot.md'), &
+      topics_type('SEEPAGE,DARCY,FLOW,WELL,PIPING,PHREATIC,FREE SURFACE', &
+        'steady flow is *WATER LEVEL, TYPE=SEEPAGE with a *PERMEABILITY of each material; nothing flows in time: '// &
+        'docs/methods/seepage.md'), &
+      topics_type('RAIN,INFILTRAT,EROSION', &
+        'water that comes from above or takes soil away is not there; nearest: *WATER LEVEL, TYPE=SEEPAGE, which '// &
+        'warns where soil is lifted: docs/methods/seepage.md'), &
       topics_type('EARTHQUAKE,DYNAMIC,VIBRAT,WAVE,INERTIA,VELOCITY,IMPACT,BLAST,SEISMIC,PSEUDO-STATIC', &
         'there is no inertia: every step is an equilibrium; nearest: a horizontal share of *GRAVITY '// &
         '(pseudo-static): docs/cannot.md'), &

@@ -5,13 +5,14 @@
 !> where y grows upwards; of a coordinate that grows along gravity both have the other sign.
 !> The line goes on level beyond its ends and is the same all along the third axis. A box that the line passes through
 !> is in the water by the share of its height that lies below the line, so that its force changes evenly when box or
-!> level move.
+!> level move. Water that flows has a head at every place in the place of the level, which varies along both axes.
 module qsmpm_water_table
   use qsmpm_kinds, only: wp
+  use qsmpm_seepage_field, only: seepage_field_type, gradient_of_flow, head_of_flow
   implicit none
   private
 
-  public :: water_table_type, level_at, slope_at, head_at, submerged_share
+  public :: water_table_type, level_at, rise_of, slope_at, head_at, submerged_share
 
   !> A water level; none unless it is present.
   type :: water_table_type
@@ -26,6 +27,8 @@ module qsmpm_water_table
     real(wp) :: up = 1.0_wp
     !> Corners of the line: horizontal coordinate, increasing, and height (n).
     real(wp), allocatable :: x(:), height(:)
+    !> Water that flows; there is no line then.
+    type(seepage_field_type), allocatable :: field
   end type water_table_type
 
 contains
@@ -40,6 +43,10 @@ contains
 
     level = -table%up*huge(1.0_wp)
     if (.not. table%present) return
+    if (allocated(table%field)) then
+      level = head_of_flow(table%field, position(:2))
+      return
+    end if
     i = piece_at(table, position)
     share = 0.0_wp
     if (size(table%x) > i) share = (position(table%across) - table%x(i))/(table%x(i + 1) - table%x(i))
@@ -48,7 +55,21 @@ contains
     if (size(table%x) > i) level = level + share*(table%height(i + 1) - table%height(i))
   end function level_at
 
-  !> Slope of the level at a place.
+  !> How the level rises along the vertical, 0 for a line, and across it.
+  pure function rise_of(table, position) result(rise)
+    type(water_table_type), intent(in) :: table
+    !> (dimension)
+    real(wp), intent(in) :: position(:)
+    real(wp) :: rise(2)
+
+    rise = [0.0_wp, slope_at(table, position)]
+    if (allocated(table%field)) then
+      rise = gradient_of_flow(table%field, position(:2))
+      rise = rise([table%axis, table%across])
+    end if
+  end function rise_of
+
+  !> Slope of a line at a place.
   pure real(wp) function slope_at(table, position) result(slope)
     type(water_table_type), intent(in) :: table
     !> (dimension)
@@ -56,7 +77,7 @@ contains
     integer :: i
 
     slope = 0.0_wp
-    if (.not. table%present) return
+    if (.not. table%present .or. allocated(table%field)) return
     i = piece_at(table, position)
     if (i == size(table%x)) return
     if (position(table%across) < table%x(i) .or. position(table%across) > table%x(i + 1)) return

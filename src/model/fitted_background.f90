@@ -16,7 +16,7 @@ module qsmpm_fitted_background
   implicit none
   private
 
-  public :: fit_background
+  public :: fit_background, fit_scene
 
   !> How often narrow parts may halve the cells of the grid.
   integer, parameter :: halvings = 3
@@ -38,20 +38,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(fitted_mesh_type) :: fitted
     type(outline_type), allocatable :: outlines(:)
-    real(wp), allocatable :: boxes(:, :), corners(:, :)
-    real(wp) :: spacing
     integer :: i, kind
 
-    call outlines_of(analysis, outlines)
+    call fit_scene(analysis, fitted, outlines, error)
+    if (allocated(error)) return
     associate (x => analysis%mesh%axes(1)%lines, y => analysis%mesh%axes(2)%lines)
-      spacing = min(minval(x(2:) - x(:size(x) - 1)), minval(y(2:) - y(:size(y) - 1)))
-      call add_ends(analysis, spacing, outlines)
-      allocate (corners, source=singular_corners(analysis, outlines, spacing))
-      allocate (boxes(5, size(corners, 2)), source=corners([1, 1, 2, 2, 3], :))
-      if (allocated(analysis%mesh%refined)) boxes = reshape([boxes, analysis%mesh%refined], &
-        [5, size(boxes, 2) + size(analysis%mesh%refined, 2)])
-      call fit_triangles(x, y, outlines, halvings, fitted, error, boxes)
-      if (allocated(error)) return
       mesh%bounds = reshape([x(1), y(1), x(size(x)), y(size(y))], [2, 2])
     end associate
     mesh%dimension = 2
@@ -67,6 +58,28 @@ contains
     mesh%node_label = [(i, i=1, mesh%node_count)]
     mesh%cell_label = [(i, i=1, mesh%cell_count)]
   end subroutine fit_background
+
+  !> Triangles, with the number of the body that each lies in, and the outlines; those of rigid bodies are of region 0.
+  subroutine fit_scene(analysis, fitted, outlines, error)
+    type(analysis_type), intent(in) :: analysis
+    type(fitted_mesh_type), intent(out) :: fitted
+    type(outline_type), allocatable, intent(out) :: outlines(:)
+    !> Outlines that cannot be fitted.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), allocatable :: boxes(:, :), corners(:, :)
+    real(wp) :: spacing
+
+    call outlines_of(analysis, outlines)
+    associate (x => analysis%mesh%axes(1)%lines, y => analysis%mesh%axes(2)%lines)
+      spacing = min(minval(x(2:) - x(:size(x) - 1)), minval(y(2:) - y(:size(y) - 1)))
+      call add_ends(analysis, spacing, outlines)
+      allocate (corners, source=singular_corners(analysis, outlines, spacing))
+      allocate (boxes(5, size(corners, 2)), source=corners([1, 1, 2, 2, 3], :))
+      if (allocated(analysis%mesh%refined)) boxes = reshape([boxes, analysis%mesh%refined], &
+        [5, size(boxes, 2) + size(analysis%mesh%refined, 2)])
+      call fit_triangles(x, y, outlines, halvings, fitted, error, boxes)
+    end associate
+  end subroutine fit_scene
 
   !> What a deck draws; what comes later covers what is there.
   pure subroutine outlines_of(analysis, outlines)

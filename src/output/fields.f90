@@ -6,12 +6,14 @@ module qsmpm_fields
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_cell_measure, only: cell_volumes
-  use qsmpm_field_list, only: field_list_type, kind_number, kind_vector, shown_in_results, unit_force, unit_stress
+  use qsmpm_field_list, only: field_list_type, kind_number, kind_vector, shown_in_results, unit_force, unit_length, &
+    unit_stress
   use qsmpm_load_path, only: between
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
+  use qsmpm_seepage_field, only: cell_of_place
   use qsmpm_sorting, only: place_in_order
   use qsmpm_stress_error, only: stress_error_type
   implicit none
@@ -54,6 +56,7 @@ contains
     call point_load(model, values)
     call list%add_made('load', values, kind_vector, shown_in_results, unit_force, 'weight and the traction that '// &
       'material points carry, as they stand')
+    call list_flow(model, list)
     i = 1
     do while (len(state_name(model, i)) > 0)
       call state_values(model, state_name(model, i), values)
@@ -61,6 +64,30 @@ contains
       i = i + 1
     end do
   end subroutine list_results
+
+  !> Head and flow of the water at the points, where it flows at the end of the phase.
+  subroutine list_flow(model, list)
+    type(model_type), intent(in) :: model
+    type(field_list_type), intent(inout) :: list
+    real(wp), allocatable :: head(:, :), velocity(:, :)
+    real(wp) :: share(3)
+    integer :: p, cell
+
+    if (.not. allocated(model%loading%water_final)) return
+    if (.not. allocated(model%loading%water_final(1)%field)) return
+    associate (field => model%loading%water_final(1)%field, points => model%state%points)
+      allocate (head(1, points%count), velocity(3, points%count), source=0.0_wp)
+      do p = 1, points%count
+        call cell_of_place(field, points%position(:2, p), cell, share)
+        head(1, p) = sum(share*field%head(field%corner(:, cell)))
+        velocity(:2, p) = field%velocity(:, cell)
+      end do
+    end associate
+    call list%add_made('head', head, kind_number, shown_in_results, unit_length, 'height to which water would rise '// &
+      'at the end of the phase')
+    call list%add_made('darcy_velocity', velocity, kind_vector, shown_in_results, meaning='volume of water a unit '// &
+      'of area and of the time of *PERMEABILITY, at the end of the phase')
+  end subroutine list_flow
 
   !> External force on the material points as the load stands: weight, and traction where material
   !> points carry it.

@@ -6,11 +6,14 @@ module qsmpm_water_lines
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: dry_tables, has_water, take_levels
   use qsmpm_team, only: largest, smallest
-  use qsmpm_water_table, only: level_at, water_table_type
+  use qsmpm_water_table, only: head_at, level_at, water_table_type
   implicit none
   private
 
   public :: water_line_type, water_lines
+
+  !> Places across and along the vertical at which water that flows is looked for.
+  integer, parameter :: most_stations = 200
 
   type :: water_line_type
     !> Of which body, 0 for all that have none of their own.
@@ -71,8 +74,8 @@ contains
       ends = ends_of(model, line%body, final%across)
       if (ends(2) < ends(1)) return
       allocate (x(0))
-      if (start%present) x = start%x
-      if (final%present) x = [x, final%x]
+      if (start%present) x = stations(start)
+      if (final%present) x = [x, stations(final)]
       call sort_within(ends, x)
       allocate (line%corners(3, size(x)), source=0.0_wp)
       do i = 1, size(x)
@@ -92,13 +95,48 @@ contains
     real(wp), intent(in) :: share, place(3)
 
     if (start%present .and. final%present) then
-      height = (1.0_wp - share)*level_at(start, place) + share*level_at(final, place)
+      height = (1.0_wp - share)*surface_at(start, place) + share*surface_at(final, place)
     else if (final%present) then
-      height = level_at(final, place)
+      height = surface_at(final, place)
     else
-      height = level_at(start, place)
+      height = surface_at(start, place)
     end if
   end function height_between
+
+  !> Where a level is to be drawn at: the corners of a line, or all across water that flows.
+  pure function stations(table) result(x)
+    type(water_table_type), intent(in) :: table
+    real(wp), allocatable :: x(:)
+    integer :: i
+
+    x = table%x
+    if (.not. allocated(table%field)) return
+    associate (low => minval(table%field%position(table%across, :)), &
+        high => maxval(table%field%position(table%across, :)))
+      x = [(low + (high - low)*i/most_stations, i=0, most_stations)]
+    end associate
+  end function stations
+
+  !> Height of the level, of water that flows the highest place of no pressure: from above, in as many stations.
+  pure real(wp) function surface_at(table, place) result(height)
+    type(water_table_type), intent(in) :: table
+    real(wp), intent(in) :: place(3)
+    real(wp) :: at(3), ends(2)
+    integer :: i
+
+    if (.not. allocated(table%field)) then
+      height = level_at(table, place)
+      return
+    end if
+    ends = [minval(table%field%position(table%axis, :)), maxval(table%field%position(table%axis, :))]
+    if (table%up < 0.0_wp) ends = ends([2, 1])
+    at = place
+    do i = most_stations, 0, -1
+      at(table%axis) = ends(1) + (ends(2) - ends(1))*i/most_stations
+      if (head_at(table, at) > 0.0_wp) exit
+    end do
+    height = at(table%axis) + table%up*head_at(table, at)
+  end function surface_at
 
   !> Ends of the mesh along an axis, or of the points of a body; of all parts of it where the model is divided.
   function ends_of(model, body, axis) result(ends)

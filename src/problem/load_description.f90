@@ -2,11 +2,12 @@
 !> gravity, water levels.
 module qsmpm_load_description
   use qsmpm_kinds, only: wp
+  use qsmpm_seepage_field, only: seepage_field_type
   use qsmpm_source_line, only: source_line_type
   implicit none
   private
 
-  public :: fixity_type, prescription_type, traction_type, support_type, gravity_type, water_level_type
+  public :: fixity_type, prescription_type, traction_type, support_type, gravity_type, water_level_type, head_type
 
   !> Support of a surface: none, no motion along its normal, no motion.
   integer, parameter, public :: support_none = 0, support_normal = 1, support_all = 2
@@ -60,6 +61,15 @@ module qsmpm_load_description
     real(wp) :: vector(3) = 0.0_wp
   end type gravity_type
 
+  !> Level of the free water at a part of the bounds of ground that water flows through.
+  type :: head_type
+    !> Node set or surface.
+    character(len=:), allocatable :: set
+    !> Height as a coordinate.
+    real(wp) :: level = 0.0_wp
+    type(source_line_type) :: where
+  end type head_type
+
   !> Level of the ground water from a phase on, of one body or of all that have none of their own.
   type :: water_level_type
     !> Empty for all.
@@ -71,5 +81,10 @@ module qsmpm_load_description
     real(wp) :: unit_weight = -1.0_wp
     !> Horizontal coordinate and height of the corners of the line, (2,n).
     real(wp), allocatable :: line(:, :)
+    !> The water flows, and its pressure is found from the levels at the bounds; the field is that of the bodies of its
+    !> phase as they are drawn, and is there when the model is built (qsmpm_seepage_scene).
+    logical :: flows = .false.
+    type(head_type), allocatable :: heads(:)
+    type(seepage_field_type), allocatable :: field
   end type water_level_type
 end module qsmpm_load_description

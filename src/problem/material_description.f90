@@ -39,6 +39,8 @@ module qsmpm_material_description
     real(wp) :: unit_weight = 0.0_wp
     !> The same below the water level; negative: no other.
     real(wp) :: saturated_weight = -1.0_wp
+    !> Volume of water a unit of area, time and gradient of the head, along x and y; negative: not given.
+    real(wp) :: permeability(2) = -1.0_wp
     type(at_rest_type) :: at_rest
     logical :: mohr_coulomb = .false.
     real(wp) :: cohesion = 0.0_wp

@@ -26,6 +26,8 @@ contains
       do i = 1, size(analysis%phases(p)%water_levels)
         associate (level => analysis%phases(p)%water_levels(i))
           if (level%none) cycle
+          if (level%flows) call refuse(reason, 'water flows (*WATER LEVEL'//place_text(level%where)//')')
+          if (level%flows) cycle
           if (maxval(level%line(2, :)) - minval(level%line(2, :)) > scene_tolerance(analysis)) call refuse(reason, &
             '*WATER LEVEL'//place_text(level%where)//' is not level')
         end associate
@@ -43,6 +45,8 @@ contains
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%water_levels)
         associate (level => analysis%phases(p)%water_levels(i))
+          if (level%flows) call refuse(reason, 'water flows (*WATER LEVEL'//place_text(level%where)//')')
+          if (level%flows) cycle
           do b = 1, size(analysis%bodies)
             if (analysis%bodies(b)%name /= level%body) cycle
             if (body_partner(analysis, b, axis) /= b) call refuse(reason, '*WATER LEVEL'//place_text(level%where)// &

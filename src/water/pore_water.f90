@@ -1,7 +1,8 @@
-!> Water at rest in the ground: its steady pressure at the material points and the force that it puts on them.
+!> Water at rest in the ground, or in a steady flow (qsmpm_seepage): its pressure at the material points and the force
+!> that it puts on them.
 !>
 !>   u = gamma_w |g| max(0, level - y)
-!>   f = V_0 gamma_w |g| e_up s - V gamma_w |g| level' e_x s  +  V_0 (gamma_sat - gamma) g s         per material point
+!>   f = V_0 gamma_w |g| e_up s - V gamma_w |g| grad(level) s  +  V_0 (gamma_sat - gamma) g s         per material point
 !>
 !> with s the share of the point's box below the level. The laws know effective stresses alone. Their divergence is
 !> balanced by weight and -grad u: the integral of u over the body and the pressure of the water on its outline, where
@@ -19,7 +20,7 @@ module qsmpm_pore_water
   use qsmpm_model, only: model_type
   use qsmpm_points, only: carries_water
   use qsmpm_undrained_law, only: excess_pressure_name
-  use qsmpm_water_table, only: water_table_type, head_at, slope_at, submerged_share
+  use qsmpm_water_table, only: water_table_type, head_at, rise_of, submerged_share
   implicit none
   private
 
@@ -121,6 +122,8 @@ contains
     table%present = .not. level%none
     if (level%none) return
     table%unit_weight = level%unit_weight
+    if (allocated(table%field)) deallocate (table%field)
+    if (allocated(level%field)) table%field = level%field
     table%x = level%line(1, :)
     table%height = level%line(2, :)
   end subroutine give_level
@@ -166,8 +169,9 @@ contains
       if (material%saturated_weight >= 0.0_wp) &
         force = share*points%initial_volume(p)*(material%saturated_weight - material%unit_weight)*gravity
       force(table%axis) = force(table%axis) + share*points%initial_volume(p)*table%up*weight
-      force(table%across) = force(table%across) - share*points%volume(p)*table%up*weight*slope_at(table, &
-        points%position(:, p))
+      associate (both => [table%axis, table%across])
+        force(both) = force(both) - share*points%volume(p)*table%up*weight*rise_of(table, points%position(:, p))
+      end associate
     end associate
   end function force_at
 

@@ -48,12 +48,16 @@ contains
       associate (phase => model%analysis%phases(p))
         call levels_in_force(model, p, tables)
         do i = 1, size(phase%water_levels)
-          if (.not. phase%water_levels(i)%none) call check_reach(model, phase%water_levels(i), tables, diagnostics)
-          if (.not. phase%water_levels(i)%none) call check_slope(model, ground, phase%water_levels(i), tables, &
-            diagnostics)
+          associate (level => phase%water_levels(i))
+            if (level%none .or. level%flows) cycle
+            call check_reach(model, level, tables, diagnostics)
+            call check_slope(model, ground, level, tables, diagnostics)
+          end associate
         end do
         do i = 1, size(phase%water_levels)
-          if (.not. phase%water_levels(i)%none) call check_falls(model, phase%water_levels(i), tables, diagnostics)
+          associate (level => phase%water_levels(i))
+            if (.not. (level%none .or. level%flows)) call check_falls(model, level, tables, diagnostics)
+          end associate
         end do
         if (size(phase%water_levels) > 0) call check_neighbours(model, ground, p, tables, diagnostics)
         call check_pressures(model, ground, p, tables, diagnostics)

@@ -34,13 +34,13 @@ contains
       'rigid', 'c', 'speed', 'concrete', 'rain', 'volume loss', 'contraction', 'dxf', 'strut', 'prop', 'soil nail', &
       'interface', 'dynamic', 'dynamics', 'tbm', 'lining', 'shoring', 'vibration']
     character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', '*RIGID BODY', '*CONTACT', &
-      '*DEACTIVATE', '*SAFETY', '*PROP', 'not there', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
+      '*DEACTIVATE', '*SAFETY', '*PROP', 'SEEPAGE', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
       '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', '*DRAIN STATE', '*HISTORY', '*MOHR COULOMB', &
       'LIMIT COMPLIANCE', '*PHASE', 'RUNOUT', '*UNIT WEIGHT', '*CONTRACTION', '*ELASTIC', '*UNDRAINED', &
       '*CONTACT', '*MOHR COULOMB', '*HISTORY', '*PRESCRIBE', '*INITIAL', 'equilibrium', &
       'no law', '*MOHR COULOMB', 'KINEMATICS', '*GRID', '*ELASTIC', '*ELASTIC', 'LIMIT COMPLIANCE', '*SOFTENING', &
       'POLYGON', '*RIGID BODY', '*CONTACT', 'FIELDS', '*FIELD', '*MESH', 'embedding', 'slices', 'Python', &
-      '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'flows', &
+      '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'not there', &
       '*CONTRACTION', '*CONTRACTION', 'qsmpm-verify import', '*PROP', '*PROP', '*PROP', '*CONTACT', 'no inertia', 'no inertia', &
       '*CONTRACTION', 'stiff', '*PROP', 'no inertia']
     character(len=:), allocatable :: text

@@ -6,7 +6,7 @@ module qsmpm_deck_water
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_water_levels
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_deck_state, only: check_name, deck_state_type, did_you_mean
   use qsmpm_keyword_table, only: table_type, in_phase, many
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: has_water, vertical_of, upwards
@@ -24,8 +24,10 @@ contains
 
     call table%add('WATER LEVEL', in_phase, many, 'Level of the water in the ground and above it; stays until '// &
       'changed. Below it the pores carry the pressure of water at rest, the laws the effective stress. A level '// &
-      'that is new or moves acts evenly over the phase. A body with a level of its own does not follow the others.', &
-      water_fields, '*WATER LEVEL, UNIT WEIGHT=9.81| 0, 3| 10, 3|*WATER LEVEL, BODY=core, TYPE=NONE', check_level, &
+      'that is new or moves acts evenly over the phase. A body with a level of its own does not follow others. Or '// &
+      'the water flows, and its surface is found from the levels at the bounds (docs/methods/seepage.md).', &
+      water_fields, '*WATER LEVEL, UNIT WEIGHT=9.81| 0, 3| 10, 3|*WATER LEVEL, BODY=core, TYPE=NONE|'// &
+      '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=9.81| upstream, 7| downstream, 2', check_level, &
       list=list_water_levels, opens='water level')
   end subroutine add_water_keyword
 
@@ -37,15 +39,17 @@ contains
 
     associate (level => deck%analysis%phases(deck%phase)%water_levels(deck%item))
       call fields%line(level%where)
-      kind = merge(2, 1, level%none)
-      call fields%choice('TYPE', kind, 'LINE|NONE', 'LINE: the level is given by its corners, NONE: there is no '// &
-        'water any more')
+      kind = merge(3, merge(2, 1, level%none), level%flows)
+      call fields%choice('TYPE', kind, 'LINE|NONE|SEEPAGE', 'LINE: the level is given by its corners, NONE: there '// &
+        'is no water any more, SEEPAGE: the water flows steadily through the bodies as they are drawn')
       level%none = kind == 2
+      level%flows = kind == 3
       call fields%name('BODY', level%body, 'the body whose level it is; of all bodies without one of their own '// &
-        'when not given')
+        'when not given', needs='TYPE=LINE|NONE')
       call fields%number('UNIT WEIGHT', level%unit_weight, 'weight of water per volume, in the units of the deck; '// &
-        '*GRAVITY multiplies it. Wanted with TYPE=LINE', range='(0, inf)', needs='TYPE=LINE')
+        '*GRAVITY multiplies it. Wanted unless TYPE=NONE', range='(0, inf)', needs='TYPE=LINE|SEEPAGE')
       call line_fields(fields, level)
+      call head_fields(fields, level)
     end associate
   end subroutine water_fields
 
@@ -70,6 +74,28 @@ contains
     end do
   end subroutine line_fields
 
+  !> Levels at the bounds.
+  subroutine head_fields(fields, level)
+    class(card_fields_type), intent(inout) :: fields
+    type(water_level_type), intent(inout) :: level
+    integer :: i, n
+
+    n = 0
+    if (allocated(level%heads)) n = size(level%heads)
+    call fields%data('levels of the free water at parts of the bounds; above them water may leave, and on all '// &
+      'other bounds in air; the sides of the grid are tight', 1, huge(1), when='TYPE=SEEPAGE', rows=n)
+    if (.not. fields%writing) then
+      if (allocated(level%heads)) deallocate (level%heads)
+      allocate (level%heads(n))
+    end if
+    do i = 1, n
+      call fields%row(i)
+      call fields%line(level%heads(i)%where)
+      call fields%name('set', level%heads(i)%set, 'node set (PLANE or BOX) or surface')
+      call fields%number('level', level%heads(i)%level, 'height: the coordinate along which gravity acts')
+    end do
+  end subroutine head_fields
+
   !> A line that is one over the horizontal, once for each body.
   subroutine check_level(card, state)
     type(card_type), intent(in) :: card
@@ -81,7 +107,7 @@ contains
         if (.not. level%none .and. .not. card%has('UNIT WEIGHT')) call state%report_error(card, &
           'the parameter UNIT WEIGHT is missing: the weight of water per volume in the units of the deck, 9.81 or '// &
           '10 for kN and m')
-        do i = 2, size(level%line, 2)
+        do i = 2, merge(0, size(level%line, 2), level%flows)
           if (level%line(1, i) > level%line(1, i - 1) .or. .not. card%is_right()) cycle
           call state%error_at(card, card%rows(i), 'x does not increase: the level is a line over the horizontal, '// &
             'from left to right')
@@ -123,6 +149,7 @@ contains
           associate (level => phase%water_levels(i))
             if (.not. (heavy .or. level%none)) call state%error_from(level%where, 'WATER LEVEL', 'the water has no '// &
               'weight: there is no *GRAVITY up to this phase')
+            call check_heads(state, level)
             known = len(level%body) == 0
             do b = 1, size(bodies)
               known = known .or. bodies(b)%text == level%body
@@ -134,6 +161,26 @@ contains
       end associate
     end do
   end subroutine check_water
+
+  !> Node sets or surfaces that levels are given at.
+  subroutine check_heads(state, level)
+    type(deck_state_type), intent(inout) :: state
+    type(water_level_type), intent(in) :: level
+    type(string_type), allocatable :: names(:)
+    integer :: i
+
+    if (.not. level%flows) return
+    allocate (names(0))
+    do i = 1, size(state%analysis%node_sets)
+      call add_word(names, state%analysis%node_sets(i)%name)
+    end do
+    do i = 1, size(state%analysis%surfaces)
+      call add_word(names, state%analysis%surfaces(i)%name)
+    end do
+    do i = 1, size(level%heads)
+      call check_name(state, level%heads(i)%set, names, level%heads(i)%where, 'WATER LEVEL', 'node set or surface')
+    end do
+  end subroutine check_heads
 
   !> Water has one vertical and one upwards: where it has a level gravity acts most along the same coordinate, and
   !> in the same sense, in all phases.

@@ -40,6 +40,9 @@ contains
     call add_undrained_keyword(table)
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')
+    call table%add('PERMEABILITY', in_material, once, 'How much water soil lets through: its volume a unit of '// &
+      'area, time and gradient of the head. For *WATER LEVEL, TYPE=SEEPAGE; its unit is that of discharges alone.', &
+      permeability_fields, '*PERMEABILITY| 1e-5')
     call add_k0_keyword(table)
     call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points '// &
       'of a cell share one pressure. For flow at constant volume, nearly incompressible elasticity, '// &
@@ -121,6 +124,22 @@ contains
         'given', range='[0, inf)', required=.false.)
     end associate
   end subroutine weight_fields
+
+  !> *PERMEABILITY.
+  subroutine permeability_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    logical :: given
+
+    associate (k => deck%analysis%materials(deck%material)%permeability)
+      given = k(1) >= 0.0_wp
+      call fields%given(given)
+      call fields%data('permeability')
+      call fields%number('k', k(1), 'along x; 0 for what is tight', range='[0, inf)')
+      if (fields%reading) k(2) = k(1)
+      call fields%number('k_y', k(2), 'along y; k when not given', range='[0, inf)', required=.false.)
+    end associate
+  end subroutine permeability_fields
 
   !> *VOLUMETRIC LOCKING.
   subroutine locking_fields(fields, deck)

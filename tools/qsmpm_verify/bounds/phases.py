@@ -120,6 +120,7 @@ class Phases:
 
     def level(self, card: Card) -> None:
         """Water in the ground and above it."""
+        only(card, TYPE=("LINE", "NONE"))
         body = name_of(card, "BODY") if card.value("BODY") is not None else ""
         if card.value("TYPE") == "NONE":
             self.state.water[body] = None

@@ -41,7 +41,8 @@ class Reader:
         self.on_lines = grid.value("ELEMENT") is not None and grid.value("FIT") != "YES"
         self.material = ""
         words: dict[str, Callable[[Card], None]] = {
-            "MODEL": self.model, "GRID": lambda card: None, "BODY": self.body, "MATERIAL": self.begin_material, "SURFACE": self.surface,
+            "MODEL": self.model, "GRID": lambda card: None, "PERMEABILITY": lambda card: None,
+            "BODY": self.body, "MATERIAL": self.begin_material, "SURFACE": self.surface,
             "NSET": self.node_set, "MOHR COULOMB": self.mohr_coulomb, "UNIT WEIGHT": self.unit_weight, "UNDRAINED": self.undrained,
             "STRENGTH PROFILE": self.profile, "RIGID BODY": self.rigid_body, "CONTACT": self.contact,
         }  # fmt: skip

@@ -1,0 +1,328 @@
+!> Steady flow of water through ground of which it fills a part that is not known (unconfined seepage).
+!>
+!>   div( k_r(p) K grad h ) = 0,   p = h - y                                                         Darcy
+!>   k_r = 1 for p >= 0,  1 + (1 - k_min) p/w for -w < p < 0,  k_min below                           suction
+!>   h = H                          below a level of free water
+!>   p <= 0,  q >= 0,  q p = 0      on faces in air: water leaves where it stands at the face        seepage face
+!>   q = 0                          on all others
+!>
+!> Linear triangles, k_r at the middles of their edges; the face by an active set of nodes in Newton's method on the
+!> unsymmetric tangent. From a saturated start Newton's method fails more often than not: the width of suction w comes
+!> down from the height of the ground by halves to what is wanted, each from the last. In air and in suction the flow
+!> is by k_min, so that its error and that of w fall with the cell. docs/methods/seepage.md
+module qsmpm_seepage
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, error_not_converged, fail
+  use qsmpm_linear_solver, only: linear_solver_type
+  use qsmpm_node_graph, only: connectivity_type, node_graph
+  use qsmpm_node_ordering, only: order_bandwidth, order_metis
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_solver_list, only: solver_number, solver_row, solver_row_type
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_version, only: with_suitesparse
+  implicit none
+  private
+
+  public :: seepage_type, solve_seepage
+
+  !> Permeability of soil without water, as a share.
+  real(wp), parameter :: least = 1.0e-3_wp
+  !> Residual in heads over the height of the ground: of the last width, and of those on the way.
+  real(wp), parameter :: last_tolerance = 1.0e-10_wp, way_tolerance = 1.0e-4_wp
+  integer, parameter :: most_iterations = 60
+  !> Shortest share of a correction.
+  real(wp), parameter :: shortest = 1.0_wp/64.0_wp
+  !> What a node is.
+  integer, parameter, public :: node_free = 0, node_head = 1, node_face = 2
+
+  !> A flow.
+  type :: seepage_type
+    !> (2, nodes); weight of a cell's area: 1, or the mean radius (cells).
+    real(wp), allocatable :: position(:, :), depth(:)
+    !> (3, cells), counter-clockwise.
+    integer, allocatable :: corner(:, :)
+    !> Permeability along the axes (2, cells).
+    real(wp), allocatable :: permeability(:, :)
+    !> Width of suction, then the one that was found.
+    real(wp) :: suction = 0.0_wp
+    !> One of `node_*`; height y against gravity; head where it is given, then everywhere (nodes).
+    integer, allocatable :: kind(:)
+    real(wp), allocatable :: height(:), head(:)
+    !> Water that comes in at each node (nodes), and flow of the cells (2, cells).
+    real(wp), allocatable :: inflow(:), velocity(:, :)
+    integer :: iterations = 0
+  end type seepage_type
+
+  !> What Newton's method works on.
+  type :: newton_type
+    type(sparse_matrix_type) :: matrix
+    !> Equation of each node, 0 for none.
+    integer, allocatable :: row(:)
+    !> Sum of inflows by the present heads, and what a head alone makes of them, the unit of residuals (nodes).
+    real(wp), allocatable :: inflow(:), scale(:), residual(:)
+    class(linear_solver_type), allocatable :: solver
+  end type newton_type
+
+contains
+
+  !> Find the heads.
+  subroutine solve_seepage(flow, error)
+    type(seepage_type), intent(inout) :: flow
+    !> error_not_converged.
+    type(error_type), allocatable, intent(out) :: error
+    type(newton_type) :: newton
+    real(wp) :: height, width
+    real(wp), allocatable :: before(:)
+
+    call start(flow, newton, error)
+    if (allocated(error)) return
+    height = maxval(flow%height, mask=newton%row > 0) - minval(flow%height, mask=newton%row > 0)
+    width = max(height, flow%suction)
+    flow%iterations = 0
+    do
+      before = flow%head
+      call find_heads(flow, newton, width, height, merge(last_tolerance, way_tolerance, width <= flow%suction), error)
+      if (allocated(error)) then
+        ! What is not found with so little suction is with more.
+        if (2.0_wp*width >= height) exit
+        width = 2.0_wp*width
+        flow%suction = width
+        flow%head = before
+        deallocate (error)
+      else if (width <= flow%suction) then
+        exit
+      else
+        width = max(0.5_wp*width, flow%suction)
+      end if
+    end do
+    call newton%solver%destroy()
+    if (allocated(error)) return
+    flow%inflow = newton%inflow
+    call take_velocity(flow, width)
+  end subroutine solve_seepage
+
+  !> Equations of the nodes of the cells, and the solver.
+  subroutine start(flow, newton, error)
+    type(seepage_type), intent(inout) :: flow
+    type(newton_type), intent(inout) :: newton
+    type(error_type), allocatable, intent(out) :: error
+    type(connectivity_type) :: cells
+    type(solver_row_type) :: kind
+    logical, allocatable :: active(:)
+    integer, allocatable :: node(:), first(:), neighbour(:), place(:)
+    integer :: i
+
+    cells%count = size(flow%corner, 2)
+    cells%first = [(3*i - 2, i=1, cells%count + 1)]
+    cells%nodes = reshape(flow%corner, [3*cells%count])
+    call node_graph(cells, size(flow%head), active, node, first, neighbour)
+    kind = solver_row(solver_number(merge('UMFPACK', 'BAND   ', with_suitesparse)))
+    allocate (place(size(node)))
+    if (kind%narrow_band) then
+      call order_bandwidth(first, neighbour, place)
+    else
+      call order_metis(first, neighbour, place, error)
+      if (allocated(error)) return
+    end if
+    allocate (newton%row(size(flow%head)), source=0)
+    newton%row(node) = place
+    call make_pattern(first, neighbour, place, newton%matrix)
+    call kind%make(.false., newton%solver)
+    call newton%solver%analyse(newton%matrix, error)
+    where (flow%kind /= node_head) flow%head = maxval(flow%head, mask=flow%kind == node_head)
+  end subroutine start
+
+  !> Rows of the nodes, each with itself.
+  pure subroutine make_pattern(first, neighbour, place, matrix)
+    integer, intent(in) :: first(:), neighbour(:), place(:)
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: node_at(size(place)), i, k, last, column
+
+    matrix%n = size(place)
+    node_at(place) = [(i, i=1, size(place))]
+    allocate (matrix%row_first(matrix%n + 1), matrix%column(size(neighbour) + matrix%n))
+    matrix%row_first(1) = 1
+    do i = 1, matrix%n
+      associate (near => [place(neighbour(first(node_at(i)):first(node_at(i) + 1) - 1)), i])
+        last = 0
+        do k = 1, size(near)
+          column = minval(near, mask=near > last)
+          matrix%column(matrix%row_first(i) + k - 1) = column
+          last = column
+        end do
+        matrix%row_first(i + 1) = matrix%row_first(i) + size(near)
+      end associate
+    end do
+    allocate (matrix%values(size(matrix%column)), source=0.0_wp)
+  end subroutine make_pattern
+
+  !> Newton's method at one width of suction.
+  subroutine find_heads(flow, newton, width, height, tolerance, error)
+    type(seepage_type), intent(inout) :: flow
+    type(newton_type), intent(inout) :: newton
+    !> Of suction; height of the ground, and the residual over it.
+    real(wp), intent(in) :: width, height, tolerance
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: correction(newton%matrix%n), right(newton%matrix%n), before(size(flow%head)), share, norm
+    integer :: i, iteration
+
+    call assemble(flow, newton, width)
+    do iteration = 1, most_iterations
+      norm = residual_norm(newton)
+      if (norm <= tolerance*height .and. iteration > 1) return
+      do i = 1, size(newton%row)
+        if (newton%row(i) > 0) right(newton%row(i)) = -newton%residual(i)
+      end do
+      call newton%solver%factorise(newton%matrix, error)
+      if (.not. allocated(error)) call newton%solver%solve(right, correction, error)
+      if (allocated(error)) return
+      flow%iterations = flow%iterations + 1
+      before = flow%head
+      share = 1.0_wp
+      do
+        where (newton%row > 0) flow%head = before + share*correction(max(1, newton%row))
+        call assemble(flow, newton, width)
+        if (residual_norm(newton) < (1.0_wp - 1.0e-4_wp*share)*norm .or. share <= shortest) exit
+        share = 0.5_wp*share
+      end do
+    end do
+    if (norm <= tolerance*height) return
+    call fail(error, error_not_converged, 'the flow of the water is not found: heads are off by '// &
+      rounded_text(norm)//' after '//rounded_text(real(most_iterations, wp))//' iterations with suction over a '// &
+      'height of '//rounded_text(width))
+  end subroutine find_heads
+
+  !> Root mean square of residuals as heads.
+  pure real(wp) function residual_norm(newton)
+    type(newton_type), intent(in) :: newton
+
+    residual_norm = norm2(pack(newton%residual/newton%scale, newton%row > 0))/sqrt(real(newton%matrix%n, wp))
+  end function residual_norm
+
+  !> Inflows of the present heads, residuals and tangent. A node of a face holds the pressure 0 as long as water leaves
+  !> there, or would.
+  pure subroutine assemble(flow, newton, width)
+    type(seepage_type), intent(in) :: flow
+    type(newton_type), intent(inout) :: newton
+    real(wp), intent(in) :: width
+    real(wp) :: conductance(3, 3), factor, by_head(3), inflow(3)
+    integer :: c, a, b, i
+
+    if (.not. allocated(newton%inflow)) allocate (newton%inflow(size(flow%head)), newton%scale(size(flow%head)))
+    newton%inflow = 0.0_wp
+    newton%scale = tiny(1.0_wp)
+    newton%matrix%values = 0.0_wp
+    do c = 1, size(flow%corner, 2)
+      associate (node => flow%corner(:, c))
+        conductance = conductance_of(flow, c)
+        call relative(flow%head(node) - flow%height(node), width, factor, by_head)
+        inflow = matmul(conductance, flow%head(node))
+        newton%inflow(node) = newton%inflow(node) + factor*inflow
+        do a = 1, 3
+          newton%scale(node(a)) = newton%scale(node(a)) + factor*conductance(a, a)
+          do b = 1, 3
+            call add_entry(newton%matrix, newton%row(node(a)), newton%row(node(b)), factor*conductance(a, b) &
+              + inflow(a)*by_head(b))
+          end do
+        end do
+      end associate
+    end do
+    newton%residual = newton%inflow
+    do i = 1, size(newton%row)
+      if (newton%row(i) == 0 .or. flow%kind(i) == node_free) cycle
+      if (flow%kind(i) == node_face) then
+        associate (pressure => flow%head(i) - flow%height(i))
+          if (.not. newton%scale(i)*pressure - newton%inflow(i) > 0.0_wp) cycle
+          newton%residual(i) = newton%scale(i)*pressure
+        end associate
+      else
+        newton%residual(i) = 0.0_wp
+      end if
+      call hold_row(newton%matrix, newton%row(i), newton%scale(i))
+    end do
+  end subroutine assemble
+
+  !> Flow between the corners of a cell for unit heads, saturated.
+  pure function conductance_of(flow, c) result(conductance)
+    type(seepage_type), intent(in) :: flow
+    integer, intent(in) :: c
+    real(wp) :: conductance(3, 3)
+    real(wp) :: gradient(2, 3), twice
+    integer :: a
+
+    associate (x => flow%position(:, flow%corner(:, c)))
+      do a = 1, 3
+        associate (from => x(:, modulo(a, 3) + 1), to => x(:, modulo(a + 1, 3) + 1))
+          gradient(:, a) = [from(2) - to(2), to(1) - from(1)]
+        end associate
+      end do
+      twice = dot_product(gradient(:, 1), x(:, 1) - x(:, 2))
+    end associate
+    conductance = flow%depth(c)*matmul(transpose(gradient), spread(flow%permeability(:, c), 2, 3)*gradient) &
+      /(2.0_wp*twice)
+  end function conductance_of
+
+  !> Relative permeability of a cell and its derivative by the heads of its corners.
+  pure subroutine relative(pressure, width, factor, by_head)
+    !> Of the corners, as heights of water.
+    real(wp), intent(in) :: pressure(3)
+    real(wp), intent(in) :: width
+    real(wp), intent(out) :: factor, by_head(3)
+    real(wp) :: middle
+    integer :: a, b
+
+    factor = 0.0_wp
+    by_head = 0.0_wp
+    do a = 1, 3
+      b = modulo(a, 3) + 1
+      middle = 0.5_wp*(pressure(a) + pressure(b))
+      factor = factor + max(least, min(1.0_wp, 1.0_wp + (1.0_wp - least)*middle/width))/3.0_wp
+      if (middle >= 0.0_wp .or. middle <= -width) cycle
+      by_head([a, b]) = by_head([a, b]) + (1.0_wp - least)/(6.0_wp*width)
+    end do
+  end subroutine relative
+
+  !> Add to an entry of the matrix.
+  pure subroutine add_entry(matrix, row, column, value)
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer, intent(in) :: row, column
+    real(wp), intent(in) :: value
+    integer :: k
+
+    do k = matrix%row_first(row), matrix%row_first(row + 1) - 1
+      if (matrix%column(k) == column) matrix%values(k) = matrix%values(k) + value
+    end do
+  end subroutine add_entry
+
+  !> A row that holds its head.
+  pure subroutine hold_row(matrix, row, scale)
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer, intent(in) :: row
+    real(wp), intent(in) :: scale
+
+    associate (entries => matrix%values(matrix%row_first(row):matrix%row_first(row + 1) - 1), &
+        columns => matrix%column(matrix%row_first(row):matrix%row_first(row + 1) - 1))
+      entries = merge(scale, 0.0_wp, columns == row)
+    end associate
+  end subroutine hold_row
+
+  !> Flow of the cells.
+  pure subroutine take_velocity(flow, width)
+    type(seepage_type), intent(inout) :: flow
+    real(wp), intent(in) :: width
+    real(wp) :: factor, by_head(3), a(2), b(2), rise(2)
+    integer :: c
+
+    allocate (flow%velocity(2, size(flow%corner, 2)))
+    do c = 1, size(flow%corner, 2)
+      associate (node => flow%corner(:, c), x => flow%position, h => flow%head)
+        call relative(h(node) - flow%height(node), width, factor, by_head)
+        a = x(:, node(2)) - x(:, node(1))
+        b = x(:, node(3)) - x(:, node(1))
+        rise = h(node(2:)) - h(node(1))
+        flow%velocity(:, c) = -factor*flow%permeability(:, c)*[rise(1)*b(2) - rise(2)*a(2), rise(2)*a(1) &
+          - rise(1)*b(1)]/(a(1)*b(2) - a(2)*b(1))
+      end associate
+    end do
+  end subroutine take_velocity
+end module qsmpm_seepage

@@ -1,0 +1,304 @@
+!> Steady flow with a free surface: layers, directions, dams and wells with known discharges, bounds of a drawn scene,
+!> and heads and gradients at places.
+module test_seepage
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type, message_text
+  use qsmpm_error, only: error_type
+  use qsmpm_kinds, only: wp
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
+  use qsmpm_seepage_field, only: cell_of_place, gradient_of_flow, head_of_flow, index_triangles, seepage_field_type
+  use deck_samples, only: joined
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_seepage
+
+  !> Sums of some hundred products; heads by Newton's method.
+  real(wp), parameter :: rounding = 1.0e-12_wp, solved = 1.0e-8_wp
+
+  !> Ground of 6 x 2 m with a step down to 1 m.
+  character(len=*), parameter :: head = '*MODEL, TYPE=PLANE STRAIN|*GRID| X, 0, 6, 12| Y, 0, 3, 6|'// &
+    '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=right, PLANE=X| 6|'// &
+    '*NSET, NSET=nowhere, BOX| 1, 2, 0.2, 0.4|*SURFACE, NAME=top, TYPE=OUTLINE, BODY=ground, BOX| 0, 3, 2, 2|'// &
+    '*SURFACE, NAME=low, TYPE=SEGMENT| 6, 1, 4, 1|', &
+    soil = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|*PERMEABILITY| 2|', &
+    rock = '*MATERIAL, NAME=rock|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|', &
+    ground = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 6, 0| 6, 1| 4, 1| 3, 2| 0, 2|', &
+    phase = '*PHASE, NAME=flow|*FIX| base, ALL|*GRAVITY| 0, -1|'
+
+contains
+
+  !> All checks.
+  subroutine collect_seepage(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('seepage')
+    call check_field(tests)
+    call check_layers(tests)
+    call check_dam(tests)
+    call check_well(tests)
+    call check_scene(tests)
+    call check_refusals(tests)
+  end subroutine collect_seepage
+
+  !> A head that is linear is so everywhere, and beyond the triangles that of the nearest place.
+  subroutine check_field(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    type(seepage_field_type) :: field
+    real(wp) :: worst, place(2), share(3)
+    integer :: i, cell, wrong
+
+    flow = block_of(7, 5, 1.4_wp, 1.0_wp)
+    field%position = flow%position
+    field%corner = flow%corner
+    field%head = 0.3_wp + 2.0_wp*flow%position(1, :) - 0.7_wp*flow%position(2, :)
+    call index_triangles(field)
+    worst = 0.0_wp
+    wrong = 0
+    do i = 1, 200
+      place = [1.4_wp*modulo(0.618_wp*i, 1.0_wp), modulo(0.414_wp*i, 1.0_wp)]
+      worst = max(worst, abs(head_of_flow(field, place) - 0.3_wp - 2.0_wp*place(1) + 0.7_wp*place(2)), &
+        maxval(abs(gradient_of_flow(field, place) - [2.0_wp, -0.7_wp])))
+      call cell_of_place(field, place, cell, share)
+      if (norm2(matmul(field%position(:, field%corner(:, cell)), share) - place) > rounding) wrong = wrong + 1
+    end do
+    call tests%close('a linear head and its gradient at 200 places', worst, 0.0_wp, rounding)
+    call tests%close('each lies in the cell that is found', real(wrong, wp), 0.0_wp, 0.0_wp)
+    call tests%close('beyond the corner it is that of the corner', head_of_flow(field, [1.5_wp, 1.2_wp]), 2.4_wp, &
+      rounding)
+  end subroutine check_field
+
+  !> Confined flow up through two layers, and along and across soil that differs by direction.
+  subroutine check_layers(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    type(error_type), allocatable :: error
+    integer :: turn
+
+    do turn = 1, 2
+      flow = block_of(6, 10, 3.0_wp, 1.0_wp)
+      where (spread(middles(flow), 1, 2) < 0.4_wp)
+        flow%permeability = 2.0e-6_wp
+      elsewhere
+        flow%permeability = 1.0_wp
+      end where
+      ! Where gravity acts along +y heights are less than 0.
+      if (turn == 2) flow%height = -flow%position(2, :)
+      call hold(flow, flow%position(2, :) < rounding, 4.0_wp)
+      call hold(flow, flow%position(2, :) > 1.0_wp - rounding, 3.0_wp)
+      call solve_seepage(flow, error)
+      call tests%check('layers a million apart are solved', .not. allocated(error))
+      ! q = dh/(0.4/2e-6 + 0.6/1) over a width of 3.
+      call tests%close('and let through what the tight one does', sum(flow%inflow, mask=flow%inflow > 0.0_wp), &
+        3.0_wp/(0.4_wp/2.0e-6_wp + 0.6_wp), solved*1.0e-5_wp)
+    end do
+    flow = block_of(4, 4, 2.0_wp, 1.0_wp)
+    flow%permeability(1, :) = 5.0_wp
+    call hold(flow, flow%position(1, :) < rounding, 3.0_wp)
+    call hold(flow, flow%position(1, :) > 2.0_wp - rounding, 2.0_wp)
+    call solve_seepage(flow, error)
+    call tests%close('along x by k_x', maxval(abs(flow%velocity(1, :) - 2.5_wp)), 0.0_wp, solved)
+    call tests%close('nothing across', maxval(abs(flow%velocity(2, :))), 0.0_wp, solved)
+    call tests%close('heads fall evenly', maxval(abs(flow%head - 3.0_wp + 0.5_wp*flow%position(1, :))), 0.0_wp, solved)
+  end subroutine check_layers
+
+  !> A dam with upright sides lets (h1^2 - h2^2)/(2 L) through, whatever leaves by the face (Dupuit 1863, proved by
+  !> Charny 1951); the error is that of the width of suction, and halves with it. Water leaves at 0.64 of its height
+  !> (../shared/WATER.md, 64 cells).
+  subroutine check_dam(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    type(error_type), allocatable :: error
+    real(wp) :: error_of(2)
+    integer :: i
+
+    do i = 1, 2
+      flow = dam(8*2**i, 1.0_wp)
+      call solve_seepage(flow, error)
+      call tests%check('a dam is solved', .not. allocated(error))
+      call tests%close('what comes in goes out', sum(flow%inflow, mask=flow%kind /= node_free), 0.0_wp, solved)
+      error_of(i) = sum(flow%inflow, mask=flow%kind == node_head .and. flow%position(1, :) < rounding) - 1.0_wp
+    end do
+    call tests%check('on 16 cells it lets 0.5 to 1.5 % too much through', error_of(1) > 5.0e-3_wp .and. &
+      error_of(1) < 1.5e-2_wp)
+    call tests%close('on 32 half of that', error_of(2)/error_of(1), 0.5_wp, 0.1_wp)
+    call tests%close('water leaves up to 0.64 m', maxval(flow%height, mask=flow%kind == node_face .and. &
+      flow%inflow < -solved), 0.64_wp, 0.03_wp)
+    call tests%check('no pressure on the face is above 0', maxval(flow%head - flow%height, &
+      mask=flow%kind == node_face) < solved)
+    call tests%check('in no more than 30 iterations', flow%iterations <= 30)
+    flow = dam(16, -1.0_wp)
+    call solve_seepage(flow, error)
+    call tests%close('upside down the same', sum(flow%inflow, mask=flow%kind == node_head .and. &
+      flow%position(1, :) < rounding) - 1.0_wp, error_of(1), solved)
+  end subroutine check_dam
+
+  !> A well in axisymmetry: Q = k (h2^2 - h1^2)/(2 ln(r2/r1)) a radian, by the same proof.
+  subroutine check_well(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    type(error_type), allocatable :: error
+    integer :: c
+
+    flow = block_of(32, 20, 2.0_wp, 1.25_wp)
+    flow%suction = 1.0_wp/32.0_wp
+    flow%position(1, :) = flow%position(1, :) + 0.5_wp
+    flow%depth = [(sum(flow%position(1, flow%corner(:, c)))/3.0_wp, c=1, size(flow%corner, 2))]
+    where (flow%position(1, :) < 0.5_wp + rounding .and. flow%position(2, :) > 0.0_wp) flow%kind = node_face
+    call hold(flow, flow%position(1, :) < 0.5_wp + rounding .and. flow%position(2, :) <= 0.25_wp, 0.25_wp)
+    call hold(flow, flow%position(1, :) > 2.5_wp - rounding .and. flow%position(2, :) <= 1.0_wp, 1.0_wp)
+    call solve_seepage(flow, error)
+    call tests%close('the discharge of a well', sum(flow%inflow, mask=flow%inflow > 0.0_wp .and. flow%kind == node_head), &
+      (1.0_wp - 0.0625_wp)/(2.0_wp*log(5.0_wp)), 0.01_wp)
+  end subroutine check_well
+
+  !> Bounds of a drawn scene: a level on a surface of the outline, one on segments, air between them.
+  subroutine check_scene(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(seepage_field_type) :: field
+
+    call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.5| right, 1|*END PHASE|', &
+      model)
+    field = model%analysis%phases(1)%water_levels(1)%field
+    call tests%close('the left side has its level', head_of_flow(field, [0.0_wp, 0.7_wp]), 1.5_wp, solved)
+    call tests%close('the right one its', head_of_flow(field, [6.0_wp, 0.3_wp]), 1.0_wp, solved)
+    call tests%close('at the toe of the step water is at the ground', head_of_flow(field, [4.0_wp, 1.0_wp]), 1.0_wp, &
+      1.0e-2_wp)
+    call tests%check('water flows to the right', all(field%velocity(1, :) >= -solved))
+    call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| top, 2.5| low, 1.2|*END PHASE|', &
+      model)
+    field = model%analysis%phases(1)%water_levels(1)%field
+    call tests%close('water stands on a surface', head_of_flow(field, [1.0_wp, 2.0_wp]), 2.5_wp, solved)
+    call tests%close('and over it', head_of_flow(field, [1.0_wp, 2.3_wp]), 2.5_wp, solved)
+    call tests%close('on a segment', head_of_flow(field, [5.0_wp, 1.0_wp]), 1.2_wp, solved)
+    call build(head//soil//'*MATERIAL, NAME=rock|*ELASTIC| 1000, 0.3|*PERMEABILITY| 0|'//ground// &
+      '*BODY, NAME=sill, MATERIAL=rock, SHAPE=BOX| 4, 4.5, 1, 2|'//phase// &
+      '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| top, 2.5| right, 0.8|*END PHASE|', model)
+    field = model%analysis%phases(1)%water_levels(1)%field
+    call tests%check('tight soil holds water under pressure', head_of_flow(field, [4.25_wp, 1.0_wp]) > 1.02_wp)
+    call tests%check('in air it leaves', head_of_flow(field, [5.0_wp, 1.0_wp]) < 1.0_wp + solved)
+  end subroutine check_scene
+
+  !> What cannot flow.
+  subroutine check_refusals(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: level = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| ', pit = &
+      '*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX| 4, 5, 1, 1.5|'
+
+    call refused(tests, soil//ground//phase//level//'left, 1.5| nowhere, 1|*END PHASE|', &
+      "no edge of permeable ground lies in 'nowhere'")
+    call refused(tests, soil//ground//phase//level//'left, -1|*END PHASE|', 'no water comes in')
+    call refused(tests, rock//'*BODY, NAME=ground, MATERIAL=rock, SHAPE=POLYGON| 0, 0| 6, 0| 6, 1| 4, 1| 3, 2| 0, 2|'// &
+      phase//level//'left, 1|*END PHASE|', "material 'rock' has no *PERMEABILITY")
+    call refused(tests, soil//ground//pit//phase//level//'left, 1|*END PHASE|*PHASE, NAME=dug|*DEACTIVATE| pit|'// &
+      '*END PHASE|', "phase 'dug' changes bodies that water flows through: repeat *WATER LEVEL")
+    call refused(tests, soil//ground//phase//level//'leff, 1|*END PHASE|', "leff")
+  end subroutine check_refusals
+
+  !> A deck is refused with these words.
+  subroutine refused(tests, deck, words)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: deck, words
+    type(model_type) :: model
+    character(len=:), allocatable :: said
+
+    call build(head//deck, model, said)
+    call tests%check(words, index(said, words) > 0)
+  end subroutine refused
+
+  !> Build the model of a deck; what it is refused for.
+  subroutine build(deck, model, said)
+    character(len=*), intent(in) :: deck
+    type(model_type), intent(out) :: model
+    character(len=:), allocatable, intent(out), optional :: said
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+
+    allocate (analysis)
+    call parse_deck('seepage.inp', joined(deck), analysis, messages, error)
+    text = ''
+    if (.not. allocated(error)) then
+      call build_model(analysis, model, error)
+      if (allocated(error)) text = error%message
+    else
+      text = message_text(messages)
+    end if
+    if (present(said)) said = text
+    if (len(text) > 0 .and. .not. present(said)) print '(a)', text
+    if (len(text) > 0 .and. .not. present(said)) error stop 'a deck of the seepage suite is broken'
+  end subroutine build
+
+  !> A rectangle of n x m pairs of triangles, free all around, of permeability 1.
+  function block_of(n, m, width, height) result(flow)
+    integer, intent(in) :: n, m
+    real(wp), intent(in) :: width, height
+    type(seepage_type) :: flow
+    integer :: i, j, c, corner
+
+    allocate (flow%position(2, (n + 1)*(m + 1)), flow%corner(3, 2*n*m), flow%depth(2*n*m), &
+      flow%permeability(2, 2*n*m), flow%kind((n + 1)*(m + 1)))
+    do j = 0, m
+      do i = 0, n
+        flow%position(:, 1 + i + j*(n + 1)) = [width*i/n, height*j/m]
+      end do
+    end do
+    c = 0
+    do j = 1, m
+      do i = 1, n
+        corner = i + (j - 1)*(n + 1)
+        flow%corner(:, c + 1) = [corner, corner + 1, corner + n + 2]
+        flow%corner(:, c + 2) = [corner, corner + n + 2, corner + n + 1]
+        c = c + 2
+      end do
+    end do
+    flow%depth = 1.0_wp
+    flow%permeability = 1.0_wp
+    flow%kind = node_free
+    allocate (flow%height, source=flow%position(2, :))
+    allocate (flow%head(size(flow%kind)), source=0.0_wp)
+    flow%suction = height/m
+  end function block_of
+
+  !> A dam of 0.5 x 1.25 m with water of 1 m on the left; with `up` of -1 gravity acts along +y.
+  function dam(cells, up) result(flow)
+    integer, intent(in) :: cells
+    real(wp), intent(in) :: up
+    type(seepage_type) :: flow
+
+    flow = block_of(cells/2, cells*5/4, 0.5_wp, 1.25_wp)
+    flow%suction = 0.5_wp/cells
+    where (flow%position(1, :) > 0.5_wp - rounding .and. flow%position(2, :) > 0.0_wp) flow%kind = node_face
+    call hold(flow, flow%position(1, :) < rounding .and. flow%position(2, :) <= 1.0_wp, 1.0_wp)
+    call hold(flow, flow%position(1, :) > 0.5_wp - rounding .and. flow%position(2, :) < rounding, 0.0_wp)
+    flow%position(2, :) = up*flow%position(2, :)
+    if (up < 0.0_wp) flow%corner = flow%corner([1, 3, 2], :)
+  end function dam
+
+  !> Give nodes a head.
+  subroutine hold(flow, where_held, value)
+    type(seepage_type), intent(inout) :: flow
+    logical, intent(in) :: where_held(:)
+    real(wp), intent(in) :: value
+
+    where (where_held)
+      flow%kind = node_head
+      flow%head = value
+    end where
+  end subroutine hold
+
+  !> Heights of the middles of cells.
+  function middles(flow) result(height)
+    type(seepage_type), intent(in) :: flow
+    real(wp) :: height(size(flow%corner, 2))
+    integer :: c
+
+    height = [(sum(flow%position(2, flow%corner(:, c)))/3.0_wp, c=1, size(height))]
+  end function middles
+end module test_seepage
