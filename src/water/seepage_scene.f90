@@ -2,8 +2,9 @@
 !> to the water, and what is found told.
 !>
 !> Levels are given on parts of the bounds (*WATER LEVEL, TYPE=SEEPAGE). Nodes there below the level have it as their
-!> head; those above it and all that lie in air elsewhere are a face at which water may leave; the sides and the base
-!> of the grid, rigid bodies and soil without permeability are tight. Ground that no level reaches is dry.
+!> head, and so those of a set within the ground, a well or a drain; those above it and all that lie in air elsewhere
+!> are a face at which water may leave; the sides and the base of the grid and rigid bodies are tight. Ground that no
+!> level reaches is dry.
 module qsmpm_seepage_scene
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials
@@ -13,7 +14,7 @@ module qsmpm_seepage_scene
   use qsmpm_error, only: error_type
   use qsmpm_fitted_background, only: fit_scene
   use qsmpm_fitted_mesh, only: fitted_mesh_type
-  use qsmpm_load_description, only: water_level_type
+  use qsmpm_load_description, only: head_type, water_level_type
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid, select_box, select_outline, select_plane, select_segment, &
     surface_type
   use qsmpm_model, only: model_type
@@ -35,6 +36,10 @@ module qsmpm_seepage_scene
   !> Height over which soil in suction lets water through, over the smallest cell of the grid: the discharge errs by
   !> half of what it does with one, and a quarter is not always found.
   real(wp), parameter :: suction_of_cell = 0.5_wp
+  !> Distance of a node of a drain from it, over the longest edge of a cell: one of the nodes of any place is as near.
+  real(wp), parameter :: beside = 0.58_wp
+  !> Permeability of what is tight over the least of all others: the pressure goes evenly from one side to the other.
+  real(wp), parameter :: tight = 1.0e-6_wp
 
   !> The triangles of a phase.
   type :: scene_type
@@ -164,7 +169,6 @@ contains
       do c = 1, size(mesh%region)
         scene%flows(c) = mesh%region(c) > 0
         if (scene%flows(c)) scene%flows(c) = active(mesh%region(c))
-        if (scene%flows(c)) scene%flows(c) = all(analysis%materials(material(mesh%region(c)))%permeability > 0.0_wp)
       end do
       call keep_cells(analysis, scene, material, flow)
       flow%position = mesh%position
@@ -184,13 +188,20 @@ contains
     integer, intent(in) :: material(:)
     type(seepage_type), intent(inout) :: flow
     integer, allocatable :: kept(:)
+    real(wp) :: least
     integer :: c
 
+    least = 1.0_wp
+    do c = 1, size(analysis%materials)
+      associate (k => analysis%materials(c)%permeability)
+        if (all(k > 0.0_wp)) least = min(least, tight*minval(k))
+      end associate
+    end do
     kept = pack([(c, c=1, size(scene%flows))], scene%flows)
     flow%corner = scene%mesh%corner(:, kept)
     allocate (flow%permeability(2, size(kept)), flow%depth(size(kept)))
     do c = 1, size(kept)
-      flow%permeability(:, c) = analysis%materials(material(scene%mesh%region(kept(c))))%permeability
+      flow%permeability(:, c) = max(least, analysis%materials(material(scene%mesh%region(kept(c))))%permeability)
       flow%depth(c) = 1.0_wp
       if (analysis%model == axisymmetric) flow%depth(c) = sum(scene%mesh%position(1, flow%corner(:, c)))/3.0_wp
     end do
@@ -222,12 +233,44 @@ contains
       end do
     end do
     do i = 1, size(found)
+      if (.not. found(i)) call place_drain(analysis, level%heads(i), i, scene, flow, found(i))
       if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
-        "no edge of permeable ground lies in '"//level%heads(i)%set//"'")
+        "neither an edge nor a node of the ground lies in '"//level%heads(i)%set//"'")
     end do
     if (all(found) .and. .not. any(flow%kind == node_head)) call add_diagnostic(diagnostics, level%where, &
       '*WATER LEVEL', 'every level lies below its part of the bounds: no water comes in')
   end subroutine place_bounds
+
+  !> A box within the ground is a well or a drain, no narrower than a cell: the nodes at it have the level, or let
+  !> water go.
+  subroutine place_drain(analysis, head, number, scene, flow, found)
+    type(analysis_type), intent(in) :: analysis
+    type(head_type), intent(in) :: head
+    !> Of the row.
+    integer, intent(in) :: number
+    type(scene_type), intent(inout) :: scene
+    type(seepage_type), intent(inout) :: flow
+    logical, intent(out) :: found
+    real(wp) :: at(2), near
+    integer :: i, c, k
+
+    found = .false.
+    do i = 1, size(analysis%node_sets)
+      if (analysis%node_sets(i)%name /= head%set .or. analysis%node_sets(i)%selection /= select_box) cycle
+      do c = 1, size(scene%flows)
+        if (.not. scene%flows(c)) cycle
+        associate (corner => scene%mesh%corner(:, c), x => scene%mesh%position, box => analysis%node_sets(i)%box(:2, :))
+          near = beside*maxval(norm2(x(:, corner) - x(:, corner([2, 3, 1])), dim=1))
+          do k = 1, 3
+            at = max(box(:, 1), min(box(:, 2), x(:, corner(k))))
+            if (norm2(at - x(:, corner(k))) > near) cycle
+            found = .true.
+            call give_head(upwards(analysis)*head%level, number, corner([k, k]), scene, flow)
+          end do
+        end associate
+      end do
+    end do
+  end subroutine place_drain
 
   !> The level of a row at the ends of an edge: below it water stands, above it there is a face.
   subroutine give_head(level, number, ends, scene, flow)
@@ -262,7 +305,7 @@ contains
     is_bound = .not. scene%flows(scene%mesh%neighbour(k, c))
   end function is_bound
 
-  !> Whether there is air beyond: no side of the grid, no rigid body and no tight soil.
+  !> Whether there is air beyond: no side of the grid and no rigid body.
   pure logical function is_in_air(scene, c, k)
     type(scene_type), intent(in) :: scene
     integer, intent(in) :: c, k
@@ -272,7 +315,6 @@ contains
     is_in_air = .false.
     associate (mesh => scene%mesh, beyond => scene%mesh%neighbour(k, c))
       if (beyond == 0) return
-      if (mesh%region(beyond) > 0) return
       middle = sum(mesh%position(:, mesh%corner(:, beyond)), dim=2)/3.0_wp
     end associate
     is_in_air = .true.
@@ -370,13 +412,13 @@ contains
   end subroutine leave_dry
 
   !> Heads all over the grid. Beyond the ground they are those of the nearest bounds, along edges: the level of free
-  !> water there, and the height of a face, where there is none; dry ground has heads below it.
+  !> water, else what presses nowhere.
   subroutine make_field(scene, flow, up, field)
     type(scene_type), intent(in) :: scene
     type(seepage_type), intent(in) :: flow
     real(wp), intent(in) :: up
     type(seepage_field_type), intent(inout) :: field
-    logical :: known(size(flow%kind)), grown(size(flow%kind))
+    logical, dimension(size(flow%kind)) :: known, grown, free
     integer :: c, k
 
     allocate (field%position, source=scene%mesh%position)
@@ -384,6 +426,7 @@ contains
     allocate (field%head, source=flow%head)
     allocate (field%velocity(2, size(scene%flows)), source=0.0_wp)
     known = .false.
+    free = flow%kind == node_head
     k = 0
     do c = 1, size(scene%flows)
       if (.not. scene%flows(c)) cycle
@@ -397,7 +440,13 @@ contains
       do c = 1, size(field%corner, 2)
         associate (node => field%corner(:, c))
           if (all(known(node)) .or. .not. any(known(node))) cycle
-          where (.not. grown(node)) field%head(node) = maxval(field%head(node), mask=known(node))
+          if (any(free(node))) then
+            where (.not. grown(node)) field%head(node) = maxval(field%head(node), mask=free(node))
+            free(node) = free(node) .or. .not. grown(node)
+          else
+            where (.not. grown(node)) field%head(node) = min(minval(field%head(node), mask=known(node)), &
+              flow%height(node))
+          end if
           grown(node) = .true.
         end associate
       end do
@@ -457,7 +506,7 @@ contains
       associate (soil => analysis%materials(material(scene%mesh%region(c))))
         critical = merge(soil%saturated_weight, soil%unit_weight, soil%saturated_weight >= 0.0_wp)/level%unit_weight &
           - 1.0_wp
-        gradient = upwards(analysis)*flow%velocity(axis, cell)/soil%permeability(axis)
+        gradient = upwards(analysis)*flow%velocity(axis, cell)/flow%permeability(axis, cell)
       end associate
       if (.not. gradient > worst*critical) cycle
       worst = gradient/critical

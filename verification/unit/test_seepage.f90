@@ -22,7 +22,8 @@ module test_seepage
   !> Ground of 6 x 2 m with a step down to 1 m.
   character(len=*), parameter :: head = '*MODEL, TYPE=PLANE STRAIN|*GRID| X, 0, 6, 12| Y, 0, 3, 6|'// &
     '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=right, PLANE=X| 6|'// &
-    '*NSET, NSET=nowhere, BOX| 1, 2, 0.2, 0.4|*SURFACE, NAME=top, TYPE=OUTLINE, BODY=ground, BOX| 0, 3, 2, 2|'// &
+    '*NSET, NSET=nowhere, BOX| 1, 2, 2.6, 2.9|*NSET, NSET=drain, BOX| 2, 3, 0.4, 0.6|'// &
+    '*SURFACE, NAME=top, TYPE=OUTLINE, BODY=ground, BOX| 0, 3, 2, 2|'// &
     '*SURFACE, NAME=low, TYPE=SEGMENT| 6, 1, 4, 1|', &
     soil = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|*PERMEABILITY| 2|', &
     rock = '*MATERIAL, NAME=rock|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|', &
@@ -182,6 +183,11 @@ contains
     field = model%analysis%phases(1)%water_levels(1)%field
     call tests%check('tight soil holds water under pressure', head_of_flow(field, [4.25_wp, 1.0_wp]) > 1.02_wp)
     call tests%check('in air it leaves', head_of_flow(field, [5.0_wp, 1.0_wp]) < 1.0_wp + solved)
+    call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.8| drain, 0|*END PHASE|', &
+      model)
+    field = model%analysis%phases(1)%water_levels(1)%field
+    call tests%close('a drain within the ground lets water go', head_of_flow(field, [2.5_wp, 0.5_wp]), 0.4_wp, 0.2_wp)
+    call tests%check('and draws it from the other side as well', head_of_flow(field, [5.0_wp, 0.5_wp]) < 0.6_wp)
   end subroutine check_scene
 
   !> What cannot flow.
@@ -191,7 +197,7 @@ contains
       '*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX| 4, 5, 1, 1.5|'
 
     call refused(tests, soil//ground//phase//level//'left, 1.5| nowhere, 1|*END PHASE|', &
-      "no edge of permeable ground lies in 'nowhere'")
+      "neither an edge nor a node of the ground lies in 'nowhere'")
     call refused(tests, soil//ground//phase//level//'left, -1|*END PHASE|', 'no water comes in')
     call refused(tests, rock//'*BODY, NAME=ground, MATERIAL=rock, SHAPE=POLYGON| 0, 0| 6, 0| 6, 1| 4, 1| 3, 2| 0, 2|'// &
       phase//level//'left, 1|*END PHASE|', "material 'rock' has no *PERMEABILITY")

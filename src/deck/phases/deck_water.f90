@@ -91,7 +91,7 @@ contains
     do i = 1, n
       call fields%row(i)
       call fields%line(level%heads(i)%where)
-      call fields%name('set', level%heads(i)%set, 'node set (PLANE or BOX) or surface')
+      call fields%name('set', level%heads(i)%set, 'node set (PLANE or BOX; within the ground it is a drain) or surface')
       call fields%number('level', level%heads(i)%level, 'height: the coordinate along which gravity acts')
     end do
   end subroutine head_fields
