@@ -11,7 +11,7 @@ module qsmpm_deck_references
   use qsmpm_text, only: string_type, add_word
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
-  use qsmpm_phase_loads, only: acts, is_loaded
+  use qsmpm_phase_loads, only: acts, consolidates, is_loaded
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_props, only: check_props
@@ -26,6 +26,7 @@ module qsmpm_deck_references
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_stage_check, only: check_stages
   use qsmpm_deck_profile, only: check_profiles
+  use qsmpm_deck_consolidation, only: check_drainage
   use qsmpm_deck_water, only: check_water
   use qsmpm_deck_strength_constants, only: check_strength_constants
   use qsmpm_deck_undrained, only: check_undrained
@@ -68,6 +69,7 @@ contains
     call check_safety(state)
     call check_starts(state)
     call check_water(state)
+    call check_drainage(state)
     call check_k0(state)
     call check_limit_compliance(state)
     call check_props(state)
@@ -321,7 +323,8 @@ contains
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
         if (.not. is_loaded(state%analysis%phases, p)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
-        else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) &
+        else if (.not. (acts(phase) .or. consolidates(state%analysis%phases, p) .or. size(phase%fixities) &
+            + size(phase%supports) + size(phase%tractions) &
             + size(phase%installed) + size(phase%activations) + size(phase%deactivations) &
             + size(phase%materials) > 0 .or. phase%kind == phase_safety .or. phase%gravity%given .or. &
             phase%drain_state%given .or. size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then

@@ -243,11 +243,11 @@ contains
         'structural elements are not there; nearest: a *BODY of stiff *ELASTIC a few cells thick; *PROP is a '// &
         'spring between two places: docs/cannot.md'), &
       topics_type('CONSOLIDAT', &
-        'consolidation in time is not there; nearest: *UNDRAINED soil before it and *DRAIN STATE, which lets the '// &
-        'excess pressure go over a phase, for its end: docs/methods/undrained.md'), &
+        '*CONSOLIDATION lets excess pore pressure flow away in the TIME of phases; for its beginning and end alone '// &
+        '*UNDRAINED soil and *DRAIN STATE: docs/methods/consolidation.md'), &
       topics_type('SEEPAGE,DARCY,FLOW,WELL,PIPING,PHREATIC,FREE SURFACE', &
-        'steady flow is *WATER LEVEL, TYPE=SEEPAGE with a *PERMEABILITY of each material; nothing flows in time: '// &
-        'docs/methods/seepage.md'), &
+        'steady flow is *WATER LEVEL, TYPE=SEEPAGE with a *PERMEABILITY of each material, excess pressure that flows '// &
+        'away in time *CONSOLIDATION: docs/methods/seepage.md'), &
       topics_type('RAIN,INFILTRAT,EROSION', &
         'water that comes from above or takes soil away is not there; nearest: *WATER LEVEL, TYPE=SEEPAGE, which '// &
         'warns where soil is lifted: docs/methods/seepage.md'), &

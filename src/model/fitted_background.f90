@@ -12,6 +12,8 @@ module qsmpm_fitted_background
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mid_nodes, only: add_mid_nodes
   use qsmpm_outline_graph, only: outline_type
+  use qsmpm_phase_description, only: initial_k0
+  use qsmpm_pore_water, only: vertical_of
   use qsmpm_singular_corners, only: singular_corners
   implicit none
   private
@@ -74,6 +76,7 @@ contains
       spacing = min(minval(x(2:) - x(:size(x) - 1)), minval(y(2:) - y(:size(y) - 1)))
       call add_ends(analysis, spacing, outlines)
       allocate (corners, source=singular_corners(analysis, outlines, spacing))
+      call add_levels(analysis, outlines)
       allocate (boxes(5, size(corners, 2)), source=corners([1, 1, 2, 2, 3], :))
       if (allocated(analysis%mesh%refined)) boxes = reshape([boxes, analysis%mesh%refined], &
         [5, size(boxes, 2) + size(analysis%mesh%refined, 2)])
@@ -113,6 +116,35 @@ contains
     end do
     outlines = outlines(:n)
   end subroutine outlines_of
+
+  !> Levels of the water at rest in ground that begins with K0 stresses, from side to side of the grid: the stresses have
+  !> a kink there, which cells that it passes through do not balance.
+  pure subroutine add_levels(analysis, outlines)
+    type(analysis_type), intent(in) :: analysis
+    type(outline_type), allocatable, intent(inout) :: outlines(:)
+    type(outline_type) :: line
+    integer :: p, i, n
+
+    line%name = '*WATER LEVEL'
+    line%is_closed = .false.
+    if (.not. allocated(analysis%phases)) return
+    do p = 1, size(analysis%phases)
+      if (analysis%phases(p)%initial%kind /= initial_k0) cycle
+      do i = 1, size(analysis%phases(p)%water_levels)
+        associate (level => analysis%phases(p)%water_levels(i), x => analysis%mesh%axes(1)%lines, &
+            y => analysis%mesh%axes(2)%lines)
+          n = size(level%line, 2)
+          if (n == 0 .or. vertical_of(analysis) /= 2) cycle
+          if (minval(level%line(2, :)) <= y(1) .or. maxval(level%line(2, :)) >= y(size(y))) cycle
+          if (minval(level%line(1, :)) < x(1) .or. maxval(level%line(1, :)) > x(size(x))) cycle
+          line%corner = reshape([x(1), level%line(2, 1), level%line, x(size(x)), level%line(2, n)], [2, n + 2])
+          if (.not. level%line(1, 1) > x(1)) line%corner = line%corner(:, 2:)
+          if (.not. level%line(1, n) < x(size(x))) line%corner = line%corner(:, :size(line%corner, 2) - 1)
+          if (size(line%corner, 2) > 1) outlines = [outlines, line]
+        end associate
+      end do
+    end do
+  end subroutine add_levels
 
   !> Places where the boxes of sets and surfaces end on outlines.
   pure subroutine add_ends(analysis, spacing, outlines)

@@ -5,7 +5,7 @@ module qsmpm_kept_arrays
   implicit none
   private
 
-  public :: kept_array_type, kept_arrays_type, lay_array, kept_values, keep_values, renumber_nodal, clear_nodal
+  public :: kept_array_type, kept_arrays_type, lay_array, is_kept, kept_values, keep_values, renumber_nodal, clear_nodal
 
   type :: kept_array_type
     !> Unique, without a slash: a name in the restart file.
@@ -42,6 +42,14 @@ contains
     if (present(nodal)) more(size(more))%nodal = nodal
     call move_alloc(more, kept%list)
   end subroutine lay_array
+
+  !> Whether an array is there.
+  pure logical function is_kept(kept, name)
+    type(kept_arrays_type), intent(in) :: kept
+    character(len=*), intent(in) :: name
+
+    is_kept = place_of(kept, name) > 0
+  end function is_kept
 
   !> The values of an array that is there.
   pure function kept_values(kept, name) result(values)

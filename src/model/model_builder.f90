@@ -35,6 +35,7 @@ module qsmpm_model_builder
   use qsmpm_points, only: allocate_watched, start_strains, start_water
   use qsmpm_stress_at_rest, only: horizontal_at_rest
   use qsmpm_pore_water, only: has_pore_pressure
+  use qsmpm_consolidation, only: check_consolidation
   use qsmpm_seepage_scene, only: find_seepage
   use qsmpm_water_check, only: check_water_levels
   use qsmpm_material_law, only: make_material_law
@@ -103,6 +104,7 @@ contains
     if (diagnostics%count == 0) call make_surfaces(model, table, diagnostics)
     if (diagnostics%count == 0) call measure_cavities(model, diagnostics)
     if (diagnostics%count == 0) call find_seepage(model, diagnostics)
+    if (diagnostics%count == 0) call check_consolidation(model, diagnostics)
     if (diagnostics%count == 0) call check_water_levels(model, diagnostics)
     if (diagnostics%count == 0) call make_rigid_bodies(model, diagnostics)
     if (diagnostics%count == 0 .and. has_bodies_in_place(model%analysis)) then

@@ -7,7 +7,8 @@ module qsmpm_load_description
   implicit none
   private
 
-  public :: fixity_type, prescription_type, traction_type, support_type, gravity_type, water_level_type, head_type
+  public :: fixity_type, prescription_type, traction_type, support_type, gravity_type, water_level_type, head_type, &
+    consolidation_type
 
   !> Support of a surface: none, no motion along its normal, no motion.
   integer, parameter, public :: support_none = 0, support_normal = 1, support_all = 2
@@ -87,4 +88,20 @@ module qsmpm_load_description
     type(head_type), allocatable :: heads(:)
     type(seepage_field_type), allocatable :: field
   end type water_level_type
+
+  !> A node set that is open to the excess pore pressure, or closed.
+  type :: drainage_type
+    character(len=:), allocatable :: name
+    logical :: closed = .false.
+    type(source_line_type) :: where
+  end type drainage_type
+
+  !> Pore water that flows in time, from a phase on.
+  type :: consolidation_type
+    logical :: given = .false.
+    type(source_line_type) :: where
+    !> Weight of water per volume; negative: not given. Compressibility of water and grains.
+    real(wp) :: unit_weight = -1.0_wp, storage = 0.0_wp
+    type(drainage_type), allocatable :: sets(:)
+  end type consolidation_type
 end module qsmpm_load_description

@@ -3,7 +3,7 @@ module qsmpm_phase_description
   use qsmpm_kinds, only: wp
   use qsmpm_body_description, only: body_change_type, drain_state_type
   use qsmpm_load_description, only: fixity_type, prescription_type, traction_type, support_type, gravity_type, &
-    water_level_type
+    water_level_type, consolidation_type
   use qsmpm_source_line, only: source_line_type
   use qsmpm_strength_factor, only: flow_material
   use qsmpm_structures, only: prop_change_type, rigid_move_type
@@ -132,7 +132,7 @@ module qsmpm_phase_description
     !> one before.
     real(wp) :: duration = 1.0_wp
     real(wp) :: start_time = 0.0_wp
-    logical :: start_given = .false.
+    logical :: start_given = .false., duration_given = .false.
     type(initial_stress_type) :: initial
     type(fixity_type), allocatable :: fixities(:)
     type(prescription_type), allocatable :: prescriptions(:)
@@ -143,6 +143,7 @@ module qsmpm_phase_description
     type(body_change_type), allocatable :: activations(:), deactivations(:), materials(:)
     type(prop_change_type), allocatable :: installed(:), removed(:)
     type(water_level_type), allocatable :: water_levels(:)
+    type(consolidation_type) :: consolidation
     type(controls_type) :: controls
     type(constant_load_test_type) :: constant_load_test
     !> Where it ends before its whole load, and by how much a value may be passed, relative to it.

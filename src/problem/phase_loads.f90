@@ -6,7 +6,7 @@ module qsmpm_phase_loads
   implicit none
   private
 
-  public :: acts, is_loaded, is_body_loaded
+  public :: acts, consolidates, is_loaded, is_body_loaded
 
 contains
 
@@ -24,13 +24,23 @@ contains
     end do
   end function is_loaded
 
+  !> Whether pore water flows in a phase.
+  pure logical function consolidates(phases, number)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    integer, allocatable :: line(:)
+
+    allocate (line, source=lineage(phases, number))
+    consolidates = any(phases(line)%consolidation%given)
+  end function consolidates
+
   !> Whether a phase puts a load on the model.
   pure logical function acts(phase)
     type(phase_type), intent(in) :: phase
     integer :: i
 
     acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp) &
-      .or. any(abs(phase%supports%volume_loss) > 0.0_wp)
+      .or. any(abs(phase%supports%volume_loss) > 0.0_wp) .or. phase%consolidation%given
     if (allocated(phase%removed)) acts = acts .or. any(abs(phase%installed%force) > 0.0_wp) .or. size(phase%removed) > 0
     if (allocated(phase%moves)) acts = acts .or. size(phase%moves) > 0
     do i = 1, size(phase%tractions)

@@ -84,10 +84,18 @@ contains
     if (fits .and. allocated(analysis%node_sets)) fits = all(analysis%node_sets%selection /= select_list)
     if (.not. fits) return
     fits = all(analysis%bodies%kind == body_box .or. analysis%bodies%kind == body_polygon)
-    if (allocated(analysis%mesh%refined)) return
+    if (allocated(analysis%mesh%refined) .or. consolidates(analysis)) return
     if (any(may_yield(analysis%materials)) .or. size(analysis%materials) > 1) return
     fits = fits .and. .not. all([(ends_on_lines(analysis, b), b=1, size(analysis%bodies))])
   end function is_to_be_fitted
+
+  !> Whether pore water flows in time: its pressure is that of nodes that go with the ground.
+  pure logical function consolidates(analysis)
+    type(analysis_type), intent(in) :: analysis
+
+    consolidates = .false.
+    if (allocated(analysis%phases)) consolidates = any(analysis%phases%consolidation%given)
+  end function consolidates
 
   !> Decide what is open, and say in `method_reason` what and why where the basis was.
   pure subroutine decide_method(analysis)
@@ -136,7 +144,7 @@ contains
     integer :: p, i
 
     if (analysis%mesh%kind /= mesh_fitted .or. .not. (analysis%mesh%refits .and. allocated(analysis%phases))) return
-    if (leaves_its_cells(analysis)) return
+    if (leaves_its_cells(analysis) .or. consolidates(analysis)) return
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%prescriptions)
         if (abs(analysis%phases(p)%prescriptions(i)%value) > 0.0_wp) return

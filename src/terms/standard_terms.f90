@@ -3,6 +3,7 @@ module qsmpm_standard_terms
   use qsmpm_boundary_stabilisation, only: new_boundary_stabilisation
   use qsmpm_contacts, only: new_contacts
   use qsmpm_dead_loads, only: new_dead_loads
+  use qsmpm_pore_flow, only: new_pore_flow
   use qsmpm_pressures, only: new_pressures
   use qsmpm_prop_springs, only: new_prop_springs
   use qsmpm_proximal_damping, only: new_proximal_damping
@@ -22,7 +23,7 @@ contains
   subroutine standard_terms(terms)
     type(term_slot_type), allocatable, intent(out) :: terms(:)
 
-    allocate (terms(9))
+    allocate (terms(10))
     call new_soil(terms(1)%term)
     call new_proximal_damping(terms(2)%term)
     call new_boundary_stabilisation(terms(3)%term)
@@ -32,6 +33,7 @@ contains
     call new_unloading_points(terms(7)%term)
     call new_contacts(terms(8)%term)
     call new_prop_springs(terms(9)%term)
+    call new_pore_flow(terms(10)%term)
   end subroutine standard_terms
 
   !> Columns of curves.csv for their shares, a comma in front of each.

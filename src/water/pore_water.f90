@@ -15,8 +15,10 @@
 module qsmpm_pore_water
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
+  use qsmpm_consolidation, only: excess_pressure, has_consolidation
   use qsmpm_load_description, only: water_level_type
   use qsmpm_phase_description, only: phase_type
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_points, only: carries_water
   use qsmpm_undrained_law, only: excess_pressure_name
@@ -45,7 +47,7 @@ contains
     type(model_type), intent(in) :: model
     integer :: m
 
-    has_pore_pressure = has_water(model%analysis)
+    has_pore_pressure = has_water(model%analysis) .or. has_consolidation(model%analysis)
     do m = 1, size(model%laws)
       has_pore_pressure = has_pore_pressure .or. excess_place(model, m) > 0
     end do
@@ -163,7 +165,7 @@ contains
 
     force = 0.0_wp
     associate (points => model%state%points, material => model%analysis%materials(model%state%points%material(p)))
-      share = submerged_share(table, points%position(:, p), points%half_size(table%axis, p))
+      share = submerged_share(table, points%position(:, p), half_height(model, p, table%axis))
       if (.not. share > 0.0_wp) return
       weight = table%unit_weight*abs(gravity(table%axis))
       if (material%saturated_weight >= 0.0_wp) &
@@ -174,6 +176,21 @@ contains
       end associate
     end associate
   end function force_at
+
+  !> Half the height of the box of a point; where cells fit the ground it does not leave its cell.
+  pure real(wp) function half_height(model, p, axis) result(half)
+    type(model_type), intent(in) :: model
+    !> Number of the point, and of the vertical axis.
+    integer, intent(in) :: p, axis
+
+    half = model%state%points%half_size(axis, p)
+    if (model%analysis%method%basis /= basis_fem) return
+    associate (mesh => model%mesh, c => model%state%points%cell(p), y => model%state%points%position(axis, p))
+      associate (corners => mesh%coordinates(axis, mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1)))
+        half = max(0.0_wp, min(half, y - minval(corners), maxval(corners) - y))
+      end associate
+    end associate
+  end function half_height
 
   !> Pressure of the water at rest at a point as the load stands.
   pure real(wp) function steady_pressure(model, p) result(pressure)
@@ -197,15 +214,17 @@ contains
   pure subroutine update_pore_pressure(model)
     type(model_type), intent(inout) :: model
     integer :: place(size(model%laws)), p, m
+    real(wp) :: excess(model%state%points%count)
 
     if (.not. carries_water(model%state%points)) return
+    excess = excess_pressure(model)
     do m = 1, size(model%laws)
       place(m) = excess_place(model, m)
     end do
     associate (points => model%state%points)
       do p = 1, points%count
         m = place(points%material(p))
-        points%steady_pore_pressure(p) = steady_pressure(model, p)
+        points%steady_pore_pressure(p) = steady_pressure(model, p) + excess(p)
         points%pore_pressure(p) = points%steady_pore_pressure(p)
         if (m > 0) points%pore_pressure(p) = points%pore_pressure(p) + points%state(m, p)
       end do

@@ -11,6 +11,7 @@ module qsmpm_deck_phases
   use qsmpm_deck_body_motion, only: add_move_keywords
   use qsmpm_deck_props, only: add_prop_stage_keywords
   use qsmpm_deck_stages, only: add_stage_keywords
+  use qsmpm_deck_consolidation, only: add_consolidation_keyword
   use qsmpm_deck_safety, only: add_safety_keyword
   use qsmpm_deck_stops, only: add_stop_keyword
   use qsmpm_deck_state, only: deck_state_type
@@ -47,6 +48,7 @@ contains
     call add_move_keywords(table)
     call add_control_keywords(table)
     call add_safety_keyword(table)
+    call add_consolidation_keyword(table)
     call add_stop_keyword(table)
     call table%add('END PHASE', in_phase, once, 'Ends a phase.', end_fields, '*END PHASE', end_phase)
   end subroutine add_phase_keywords
@@ -65,7 +67,7 @@ contains
         'is lowered at the loads of the parent until it is lost (*SAFETY)')
       call fields%number('LOAD FACTOR', phase%load_factor, 'load factor at the end of the phase', range='(0, inf)')
       call fields%number('TIME', phase%duration, 'how long the phase lasts, for models that depend on time', &
-        range='(0, inf)')
+        range='(0, inf)', given=phase%duration_given)
       call fields%number('START TIME', phase%start_time, 'time at its start; the end of the phase before, 0 for '// &
         'the first one, when not given', given=phase%start_given)
     end associate

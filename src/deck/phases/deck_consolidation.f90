@@ -1,0 +1,93 @@
+!> *CONSOLIDATION: pore water that flows in time, from a phase on.
+module qsmpm_deck_consolidation
+  use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_deck_state, only: check_name, deck_state_type
+  use qsmpm_keyword_table, only: in_phase, once, table_type
+  use qsmpm_load_description, only: consolidation_type
+  use qsmpm_text, only: add_word, string_type
+  implicit none
+  private
+
+  public :: add_consolidation_keyword, check_drainage
+
+contains
+
+  !> *CONSOLIDATION.
+  subroutine add_consolidation_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('CONSOLIDATION', in_phase, once, 'Excess pore pressure that flows away in the TIME of the phase, '// &
+      'and of those behind it: soil of a *PERMEABILITY bears what is put on it by its water first. Faces in air are '// &
+      'open, the sides of the grid closed, unless the lines say otherwise. In a phase of TYPE=SAFETY time stands '// &
+      'still.', consolidation_fields, '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN', check_card)
+  end subroutine add_consolidation_keyword
+
+  !> *CONSOLIDATION.
+  subroutine consolidation_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (card => deck%analysis%phases(deck%phase)%consolidation)
+      call fields%line(card%where)
+      call fields%given(card%given)
+      call fields%number('UNIT WEIGHT', card%unit_weight, 'weight of water per volume, as it stands', range='(0, inf)', &
+        required=.true.)
+      call fields%number('STORAGE', card%storage, 'change of the volume of water and grains a unit of volume and '// &
+        'pressure', range='[0, inf)')
+      call drainage_fields(fields, card)
+    end associate
+  end subroutine consolidation_fields
+
+  !> Sets that are open or closed.
+  subroutine drainage_fields(fields, card)
+    class(card_fields_type), intent(inout) :: fields
+    type(consolidation_type), intent(inout) :: card
+    integer :: i, n, closed
+
+    n = 0
+    if (allocated(card%sets)) n = size(card%sets)
+    call fields%data('where water leaves, and where it does not', 0, huge(1), rows=n)
+    if (.not. fields%writing) then
+      if (allocated(card%sets)) deallocate (card%sets)
+      allocate (card%sets(n))
+    end if
+    do i = 1, n
+      call fields%row(i)
+      call fields%line(card%sets(i)%where)
+      call fields%name('set', card%sets(i)%name, 'node set')
+      closed = merge(2, 1, card%sets(i)%closed)
+      call fields%choice('way', closed, 'OPEN|CLOSED', 'OPEN: the excess pressure is 0 there')
+      card%sets(i)%closed = closed == 2
+    end do
+  end subroutine drainage_fields
+
+  !> The phase says how long it lasts.
+  subroutine check_card(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+
+    if (.not. state%analysis%phases(state%phase)%duration_given) call state%report_error(card, 'the phase does not '// &
+      'say how long it lasts: *PHASE, TIME=')
+  end subroutine check_card
+
+  !> The sets exist.
+  subroutine check_drainage(state)
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: names(:)
+    integer :: p, i
+
+    allocate (names(0))
+    do i = 1, size(state%analysis%node_sets)
+      call add_word(names, state%analysis%node_sets(i)%name)
+    end do
+    do p = 1, size(state%analysis%phases)
+      associate (card => state%analysis%phases(p)%consolidation)
+        if (.not. card%given) cycle
+        do i = 1, size(card%sets)
+          call check_name(state, card%sets(i)%name, names, card%sets(i)%where, 'CONSOLIDATION', 'node set')
+        end do
+      end associate
+    end do
+  end subroutine check_drainage
+end module qsmpm_deck_consolidation

@@ -1,0 +1,156 @@
+!> Soil from which pore water flows in time: in which phases it does, at which nodes it leaves, and whether a deck can
+!> have it. The equations are qsmpm_pore_flow.
+!>
+!> Water leaves at faces in air and at sets that the card opens; the sides of the grid and what is beside soil without
+!> permeability are closed. docs/methods/consolidation.md
+module qsmpm_consolidation
+  use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active, body_materials
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_element, only: corner_count, element_from_name, element_order, face_corners, face_count, linear_kind, &
+    shape_functions
+  use qsmpm_kept_arrays, only: is_kept, kept_values
+  use qsmpm_load_description, only: consolidation_type
+  use qsmpm_method_description, only: basis_fem
+  use qsmpm_model, only: model_type
+  use qsmpm_phase_description, only: phase_safety
+  use qsmpm_phase_tree, only: lineage
+  implicit none
+  private
+
+  public :: has_consolidation, consolidation_of, permeable_points, excess_pressure, drained_nodes, check_consolidation
+
+  !> Nodal field with the excess pore pressure.
+  character(len=*), parameter, public :: excess_field = 'excess_pore_pressure'
+
+contains
+
+  !> Whether water flows in time in any phase.
+  pure logical function has_consolidation(analysis)
+    type(analysis_type), intent(in) :: analysis
+
+    has_consolidation = any(analysis%phases%consolidation%given)
+  end function has_consolidation
+
+  !> Phase whose card is in force in another, 0 for none.
+  pure integer function consolidation_of(analysis, number) result(from)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: number
+    integer, allocatable :: path(:)
+    integer :: i
+
+    from = 0
+    if (number < 1) return
+    allocate (path, source=lineage(analysis%phases, number))
+    do i = 1, size(path)
+      if (analysis%phases(path(i))%consolidation%given) from = path(i)
+    end do
+  end function consolidation_of
+
+  !> Points whose material lets water through (points).
+  pure function permeable_points(model) result(permeable)
+    type(model_type), intent(in) :: model
+    logical :: permeable(model%state%points%count)
+
+    permeable = model%analysis%materials(model%state%points%material)%permeability(1) > 0.0_wp
+  end function permeable_points
+
+  !> Excess pore pressure at the points; 0 where there is no such field (points).
+  pure function excess_pressure(model) result(pressure)
+    type(model_type), intent(in) :: model
+    real(wp) :: pressure(model%state%points%count)
+    real(wp) :: nodal(model%space%node_count), shape(8)
+    integer :: p, n
+
+    pressure = 0.0_wp
+    if (.not. is_kept(model%state%kept, excess_field)) return
+    nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
+    associate (mesh => model%mesh, points => model%state%points)
+      do p = 1, points%count
+        associate (c => points%cell(p))
+          n = corner_count(mesh%cell_kind(c))
+          call shape_functions(linear_kind(mesh%cell_kind(c)), points%local(:, p), shape(:n))
+          pressure(p) = dot_product(shape(:n), nodal(mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + n - 1)))
+        end associate
+      end do
+    end associate
+    where (.not. permeable_points(model)) pressure = 0.0_wp
+  end function excess_pressure
+
+  !> Nodes at which water leaves (mesh nodes).
+  pure function drained_nodes(model, card) result(drained)
+    type(model_type), intent(in) :: model
+    type(consolidation_type), intent(in) :: card
+    logical :: drained(model%mesh%node_count)
+    logical, dimension(model%mesh%cell_count) :: wet, filled
+    integer :: c, f, s, i
+
+    drained = .false.
+    filled = .false.
+    wet = .false.
+    filled(model%state%points%cell) = .true.
+    wet(pack(model%state%points%cell, permeable_points(model))) = .true.
+    associate (mesh => model%mesh)
+      do c = 1, mesh%cell_count
+        if (.not. wet(c)) cycle
+        do f = 1, face_count(mesh%cell_kind(c))
+          if (mesh%face_neighbour(f, c) == 0) cycle
+          if (filled(mesh%face_neighbour(f, c))) cycle
+          drained(mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f))) = .true.
+        end do
+      end do
+      do i = 1, size(card%sets)
+        do s = 1, size(mesh%node_sets)
+          if (mesh%node_sets(s)%name == card%sets(i)%name) &
+            drained(mesh%node_sets(s)%items) = .not. card%sets(i)%closed
+        end do
+      end do
+    end associate
+  end function drained_nodes
+
+  !> It is for quadratic cells that go with the ground, and for soil whose permeability is known.
+  subroutine check_consolidation(model, diagnostics)
+    type(model_type), intent(in) :: model
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: p
+
+    do p = 1, size(model%analysis%phases)
+      associate (phase => model%analysis%phases(p))
+        if (phase%consolidation%given .and. (model%analysis%method%basis /= basis_fem .or. &
+          element_order(element_from_name(model%analysis%mesh%element)) < 2)) then
+          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'is for quadratic cells '// &
+            'that go with the ground: *GRID without ELEMENT, and no *METHOD')
+        else if (phase%consolidation%given .and. phase%kind == phase_safety) then
+          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
+            "' is of TYPE=SAFETY: time stands still in it")
+        else if (consolidation_of(model%analysis, p) > 0) then
+          call check_soil(model%analysis, p, diagnostics)
+        end if
+      end associate
+    end do
+  end subroutine check_consolidation
+
+  !> Every body has a permeability, and water has one way to take pressure.
+  subroutine check_soil(analysis, number, diagnostics)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: number
+    type(diagnostics_type), intent(inout) :: diagnostics
+    logical :: active(size(analysis%bodies))
+    integer :: material(size(analysis%bodies)), b
+
+    active = bodies_active(analysis, number)
+    material = body_materials(analysis, number)
+    do b = 1, size(active)
+      if (.not. active(b)) cycle
+      associate (soil => analysis%materials(material(b)), name => analysis%phases(number)%name)
+        if (soil%permeability(1) < 0.0_wp) call add_diagnostic(diagnostics, soil%where, '*MATERIAL', &
+          "body '"//analysis%bodies(b)%name//"' consolidates in phase '"//name//"', but material '"//soil%name// &
+          "' has no *PERMEABILITY (0 for one without water)")
+        if (soil%undrained%given) call add_diagnostic(diagnostics, soil%undrained_where, '*UNDRAINED', &
+          "body '"//analysis%bodies(b)%name//"' consolidates in phase '"//name//"', whose short time makes soil "// &
+          'undrained by itself: take the card out')
+      end associate
+    end do
+  end subroutine check_soil
+end module qsmpm_consolidation

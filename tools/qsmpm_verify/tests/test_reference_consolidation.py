@@ -1,0 +1,79 @@
+"""Consolidation against finite differences in place and time."""
+
+import unittest
+
+import numpy as np
+
+from qsmpm_verify.reference import consolidation as ref
+
+CELLS, STEPS = 400, 4000
+
+
+class Layer(unittest.TestCase):
+    """One dimension."""
+
+    def test_against_differences(self) -> None:
+        """Implicit differences from full pressure, p = 0 at the top, no flow at the base."""
+        end, h = 0.3, 1 / CELLS
+        r = end / STEPS / h**2
+        matrix = np.eye(CELLS) * (1 + 2 * r) - r * np.eye(CELLS, k=1) - r * np.eye(CELLS, k=-1)
+        matrix[-1, -1] = 1 + r
+        matrix[0, 0] = 1 + 3 * r
+        inverse = np.linalg.inv(matrix)
+        p = np.ones(CELLS)
+        for _ in range(STEPS):
+            p = inverse @ p
+        self.assertAlmostEqual(ref.layer_settlement(end), 1 - p.mean(), delta=2e-4)
+        self.assertAlmostEqual(ref.layer_pressure(end), p[-1], delta=2e-4)
+        self.assertAlmostEqual(ref.layer_pressure(end, 0.5), (p[CELLS // 2] + p[CELLS // 2 - 1]) / 2, delta=2e-4)
+
+    def test_ends(self) -> None:
+        """Nothing has settled at first, all in the end."""
+        self.assertAlmostEqual(ref.layer_settlement(1e-6), 2 * (1e-6 / np.pi) ** 0.5, delta=1e-4)
+        self.assertAlmostEqual(ref.layer_settlement(5.0), 1.0, delta=1e-5)
+
+
+class Cylinder(unittest.TestCase):
+    """Mandel's effect: the pressure in the middle rises before it falls."""
+
+    def test_against_differences(self) -> None:
+        """M e = p + f with f from the equilibrium of the rim; e changes by what flows in."""
+        poisson, end, steps = 0.2, 0.1, 2000
+        shear = (1 - 2 * poisson) / (1 - poisson)
+        n = 200
+        h = 1 / n
+        r = (np.arange(n) + 0.5) * h
+        flow = np.zeros((n, n))
+        for i in range(n):
+            if i > 0:
+                flow[i, i - 1] += i * h / (r[i] * h**2)
+                flow[i, i] -= i * h / (r[i] * h**2)
+            if i < n - 1:
+                flow[i, i + 1] += (i + 1) * h / (r[i] * h**2)
+                flow[i, i] -= (i + 1) * h / (r[i] * h**2)
+            else:
+                flow[i, i] -= 2 * 1.0 / (r[i] * h**2)
+        # unknowns p (n) and f: e = p + f (times 1/M); rim: f - 2 G/M int e r dr = -1
+        dt = end / steps
+        matrix = np.zeros((n + 1, n + 1))
+        matrix[:n, :n] = np.eye(n) - dt * flow
+        matrix[:n, n] = 1.0
+        matrix[n, :n] = -shear * r * h
+        matrix[n, n] = 1.0 - shear * 0.5
+        inverse = np.linalg.inv(matrix)
+        e = np.zeros(n)
+        for _ in range(steps):
+            x = inverse @ np.append(e, -1.0)
+            e = x[:n] + x[n]
+        self.assertAlmostEqual(ref.cylinder_pressure(end, poisson), x[0], delta=2e-3)
+        self.assertAlmostEqual(ref.cylinder_pressure(end, poisson, 0.5), (x[n // 2] + x[n // 2 - 1]) / 2, delta=2e-3)
+
+    def test_the_middle_rises(self) -> None:
+        """It begins at the load, and rises above it."""
+        self.assertAlmostEqual(ref.cylinder_pressure(0.002, 0.0), 1.0, delta=0.1)
+        self.assertGreater(ref.cylinder_pressure(0.08, 0.0), 1.15)
+        self.assertAlmostEqual(ref.cylinder_pressure(0.3, 0.0, 1.0), 0.0, delta=1e-9)
+
+
+if __name__ == "__main__":
+    unittest.main()
