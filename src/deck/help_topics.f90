@@ -246,8 +246,8 @@ contains
         '*CONSOLIDATION lets excess pore pressure flow away in the TIME of phases; for its beginning and end alone '// &
         '*UNDRAINED soil and *DRAIN STATE: docs/methods/consolidation.md'), &
       topics_type('SEEPAGE,DARCY,FLOW,WELL,PIPING,PHREATIC,FREE SURFACE', &
-        'steady flow is *WATER LEVEL, TYPE=SEEPAGE with a *PERMEABILITY of each material, excess pressure that flows '// &
-        'away in time *CONSOLIDATION: docs/methods/seepage.md'), &
+        'steady flow is *WATER LEVEL, TYPE=SEEPAGE with a *PERMEABILITY of each material, excess pressure that '// &
+        'flows away in time *CONSOLIDATION: docs/methods/seepage.md'), &
       topics_type('RAIN,INFILTRAT,EROSION', &
         'water that comes from above or takes soil away is not there; nearest: *WATER LEVEL, TYPE=SEEPAGE, which '// &
         'warns where soil is lifted: docs/methods/seepage.md'), &

@@ -110,6 +110,7 @@ program run_unit_tests
   use test_body_loads, only: collect_body_loads
   use test_props, only: collect_props
   use test_confinement, only: collect_confinement
+  use test_consolidation, only: collect_consolidation
   use test_contacts, only: collect_contacts
   use test_terms, only: collect_terms
   use test_unknowns, only: collect_unknowns
@@ -254,6 +255,7 @@ program run_unit_tests
   call register('supports', collect_supports)
   call register('terms', collect_terms)
   call register('confinement', collect_confinement)
+  call register('consolidation', collect_consolidation)
   call register('contacts', collect_contacts)
   call register('body_contact', collect_body_contact)
   call register('penetration', collect_penetration)

@@ -35,7 +35,7 @@ contains
       'interface', 'dynamic', 'dynamics', 'tbm', 'lining', 'shoring', 'vibration']
     character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', '*RIGID BODY', '*CONTACT', &
       '*DEACTIVATE', '*SAFETY', '*PROP', 'SEEPAGE', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
-      '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', '*DRAIN STATE', '*HISTORY', '*MOHR COULOMB', &
+      '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', 'Excess', '*HISTORY', '*MOHR COULOMB', &
       'LIMIT COMPLIANCE', '*PHASE', 'RUNOUT', '*UNIT WEIGHT', '*CONTRACTION', '*ELASTIC', '*UNDRAINED', &
       '*CONTACT', '*MOHR COULOMB', '*HISTORY', '*PRESCRIBE', '*INITIAL', 'equilibrium', &
       'no law', '*MOHR COULOMB', 'KINEMATICS', '*GRID', '*ELASTIC', '*ELASTIC', 'LIMIT COMPLIANCE', '*SOFTENING', &

@@ -1,10 +1,11 @@
 !> *CONSOLIDATION: pore water that flows in time, from a phase on.
 module qsmpm_deck_consolidation
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: check_name, deck_state_type
   use qsmpm_keyword_table, only: in_phase, once, table_type
   use qsmpm_load_description, only: consolidation_type
+  use qsmpm_phase_description, only: phase_safety
+  use qsmpm_phase_loads, only: consolidates
   use qsmpm_text, only: add_word, string_type
   implicit none
   private
@@ -17,10 +18,10 @@ contains
   subroutine add_consolidation_keyword(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('CONSOLIDATION', in_phase, once, 'Excess pore pressure that flows away in the TIME of the phase, '// &
-      'and of those behind it: soil of a *PERMEABILITY bears what is put on it by its water first. Faces in air are '// &
-      'open, the sides of the grid closed, unless the lines say otherwise. In a phase of TYPE=SAFETY time stands '// &
-      'still.', consolidation_fields, '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN', check_card)
+    call table%add('CONSOLIDATION', in_phase, once, 'Excess pore pressure that flows away in the TIME of the '// &
+      'phase, and of those behind it: soil of a *PERMEABILITY bears what is put on it by its water first. Faces in '// &
+      'air are open, the sides of the grid closed, unless the lines say otherwise. In a phase of TYPE=SAFETY time stands '// &
+      'still.', consolidation_fields, '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN')
   end subroutine add_consolidation_keyword
 
   !> *CONSOLIDATION.
@@ -31,8 +32,8 @@ contains
     associate (card => deck%analysis%phases(deck%phase)%consolidation)
       call fields%line(card%where)
       call fields%given(card%given)
-      call fields%number('UNIT WEIGHT', card%unit_weight, 'weight of water per volume, as it stands', range='(0, inf)', &
-        required=.true.)
+      call fields%number('UNIT WEIGHT', card%unit_weight, 'weight of water per volume, as it stands', &
+        range='(0, inf)', required=.true.)
       call fields%number('STORAGE', card%storage, 'change of the volume of water and grains a unit of volume and '// &
         'pressure', range='[0, inf)')
       call drainage_fields(fields, card)
@@ -62,16 +63,7 @@ contains
     end do
   end subroutine drainage_fields
 
-  !> The phase says how long it lasts.
-  subroutine check_card(card, state)
-    type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
-
-    if (.not. state%analysis%phases(state%phase)%duration_given) call state%report_error(card, 'the phase does not '// &
-      'say how long it lasts: *PHASE, TIME=')
-  end subroutine check_card
-
-  !> The sets exist.
+  !> The sets exist; phases in which time goes on say how long they last.
   subroutine check_drainage(state)
     type(deck_state_type), intent(inout) :: state
     type(string_type), allocatable :: names(:)
@@ -82,7 +74,10 @@ contains
       call add_word(names, state%analysis%node_sets(i)%name)
     end do
     do p = 1, size(state%analysis%phases)
-      associate (card => state%analysis%phases(p)%consolidation)
+      associate (phase => state%analysis%phases(p), card => state%analysis%phases(p)%consolidation)
+        if (consolidates(state%analysis%phases, p) .and. phase%kind /= phase_safety .and. .not. phase%duration_given) &
+          call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' does not say how long it lasts, "// &
+          'and pore water flows in it (*CONSOLIDATION): TIME=')
         if (.not. card%given) cycle
         do i = 1, size(card%sets)
           call check_name(state, card%sets(i)%name, names, card%sets(i)%where, 'CONSOLIDATION', 'node set')

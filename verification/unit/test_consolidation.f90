@@ -1,0 +1,227 @@
+!> Soil from which pore water flows in time: the matrix against differences, what flows and presses where nothing is
+!> solved, where water leaves, time that stands still, and what is refused. Solutions are cases (consolidation.toml).
+module test_consolidation
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_consolidation, only: drained_nodes, excess_field, excess_pressure
+  use qsmpm_deck, only: parse_deck, message_list_type, message_text
+  use qsmpm_error, only: error_type
+  use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
+  use qsmpm_kept_arrays, only: keep_values, kept_values
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: step_info_type
+  use qsmpm_linear_system, only: end_system
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_term, only: increment_type
+  use qsmpm_term_sums, only: begin_terms, set_loads
+  use qsmpm_unknowns, only: find_field, joint_node
+  use deck_samples, only: joined
+  use term_samples, only: force_named, matrix_and_difference
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_consolidation
+
+  !> Clay of 2 x 1 m beside dry rock of 1 m, air above, the clay's base open.
+  character(len=*), parameter :: grid = '*GRID| X, 1, 4, 6| Y, 0, 1.5, 3|*NSET, NSET=base, PLANE=Y| 0|'// &
+    '*NSET, NSET=left, PLANE=X| 1|*NSET, NSET=right, PLANE=X| 4|', &
+    clay = '*MATERIAL, NAME=clay|*ELASTIC| 100, 0.2|*PERMEABILITY| 0.3, 0.2|', &
+    rock = '*MATERIAL, NAME=rock|*ELASTIC| 1000, 0.2|*PERMEABILITY| 0|', &
+    bodies = '*BODY, NAME=soil, MATERIAL=clay, SHAPE=BOX| 1, 3, 0, 1|*BODY, NAME=rock, MATERIAL=rock, SHAPE=BOX| 3, 4, 0, 1|', &
+    load = '*PHASE, NAME=load, TIME=3|*FIX| base, ALL| left, X| right, X|*GRAVITY| 0, -1|', &
+    flow = '*CONSOLIDATION, UNIT WEIGHT=10, STORAGE=2E-3| base, OPEN|'
+
+contains
+
+  !> All checks.
+  subroutine collect_consolidation(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('consolidation')
+    call check_tangent(tests, 'PLANE STRAIN')
+    call check_tangent(tests, 'AXISYMMETRIC')
+    call check_forces(tests)
+    call check_drainage(tests)
+    call check_refusals(tests)
+  end subroutine collect_consolidation
+
+  !> The matrix times a direction of displacements and pressures is the change of the residual along it.
+  subroutine check_tangent(tests, kind)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: product(:), change(:)
+
+    allocate (model, step)
+    call make_step(kind, flow, model, step)
+    call matrix_and_difference(model, step, waves(step, 0.3_wp), waves(step, 1.1_wp), 1.0e-5_wp, product, change)
+    call tests%close('the matrix is the derivative of the residual, '//kind, maxval(abs(product - change)), 0.0_wp, &
+      1.0e-6_wp*maxval(abs(product)))
+    call tests%check('which has pressures in it', count(step%field_of == 2) > 3)
+    call end_system(step%system)
+  end subroutine check_tangent
+
+  !> An even pressure presses on the outline alone; one that falls evenly flows evenly; a stretch draws water.
+  subroutine check_forces(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: table(:, :), force(:, :)
+    integer :: a, n, field
+    real(wp) :: out
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', flow, model, step)
+    n = model%space%node_count
+    field = find_field(step%unknowns, excess_field)
+    allocate (table, source=0.0_wp*waves(step, 0.0_wp))
+    ! p = 5: the side at x = 1, of 1 m, is pushed to the left by 5, the rock at x = 3 to the right.
+    do a = 1, n
+      table(1, joint_node(step%unknowns, a, field)) = 5.0_wp
+    end do
+    allocate (force, source=force_named(step, 'flow of the pore water', table))
+    call tests%close('an even pressure pushes the side', sum(force(1, :n), mask=at(1, 1.0_wp)), 5.0_wp, 1.0e-12_wp)
+    call tests%close('and the rock', sum(force(1, :n), mask=at(1, 3.0_wp)), -5.0_wp, 1.0e-12_wp)
+    call tests%close('nothing else along x', sum(abs(force(1, :n)), mask=.not. (at(1, 1.0_wp) .or. at(1, 3.0_wp))), &
+      0.0_wp, 1.0e-11_wp)
+    out = sum(force(1, [(joint_node(step%unknowns, a, field), a=1, n)]))
+    call tests%close('it is stored: S p V', out, 2.0e-3_wp*5.0_wp*2.0_wp, 1.0e-12_wp)
+    ! p = 7 x: k/gamma_w dp/dx dt H = 0.3/10*7*0.75*1 comes in at x = 3, beside what is stored.
+    do a = 1, n
+      table(1, joint_node(step%unknowns, a, field)) = 7.0_wp*model%mesh%coordinates(1, a)
+    end do
+    force = force_named(step, 'flow of the pore water', table)
+    out = sum([(model%mesh%coordinates(1, a)*force(1, joint_node(step%unknowns, a, field)), a=1, n)])
+    ! sum x_a flow_a = S int 7 x^2 + k/gamma_w dt int 7.
+    call tests%close('one that falls flows by k_x', out, 2.0e-3_wp*7.0_wp*26.0_wp/3.0_wp &
+      + 0.03_wp*0.75_wp*7.0_wp*2.0_wp, 1.0e-10_wp)
+    table = 0.0_wp
+    do a = 1, n
+      table(2, a) = 0.01_wp*model%mesh%coordinates(2, a)
+    end do
+    force = force_named(step, 'flow of the pore water', table)
+    call tests%close('a stretch by 1 % draws its volume', sum(force(1, [(joint_node(step%unknowns, a, field), &
+      a=1, n)])), 0.02_wp, 1.0e-12_wp)
+    call end_system(step%system)
+  contains
+    !> Nodes with a coordinate.
+    function at(axis, value)
+      integer, intent(in) :: axis
+      real(wp), intent(in) :: value
+      logical :: at(model%space%node_count)
+
+      at = abs(model%mesh%coordinates(axis, :model%space%node_count) - value) < 1.0e-9_wp
+    end function at
+  end subroutine check_forces
+
+  !> Water leaves to the air and at open sets, not into rock and not at the sides.
+  subroutine check_drainage(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: nodal(:, :), pressure(:)
+    logical, allocatable :: open(:)
+    integer :: p
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', flow, model, step)
+    open = drained_nodes(model, model%analysis%phases(1)%consolidation)
+    associate (x => model%mesh%coordinates(1, :), y => model%mesh%coordinates(2, :))
+      call tests%check('the top of the clay is open', any(open .and. y > 0.999_wp .and. y < 1.001_wp .and. x > 1.3_wp &
+        .and. x < 2.7_wp))
+      call tests%check('its base, for it is said', any(open .and. y < 0.001_wp))
+      call tests%check('not its inside, its side and the rock beside it', .not. any(open .and. y > 0.2_wp .and. &
+        y < 0.8_wp))
+    end associate
+    ! A pressure that varies evenly is that at the points of the clay; the rock has none.
+    allocate (nodal, source=kept_values(model%state%kept, excess_field))
+    nodal(1, :) = model%mesh%coordinates(2, :size(nodal, 2))
+    call keep_values(model%state%kept, excess_field, nodal)
+    pressure = excess_pressure(model)
+    call tests%close('points have the pressure of their place', maxval([(abs(pressure(p) &
+      - merge(model%state%points%position(2, p), 0.0_wp, model%state%points%position(1, p) < 3.0_wp)), &
+      p=1, size(pressure))]), 0.0_wp, 1.0e-12_wp)
+    call end_system(step%system)
+    call make_step('PLANE STRAIN', '*CONSOLIDATION, UNIT WEIGHT=10| base, OPEN| base, CLOSED|', model, step)
+    open = drained_nodes(model, model%analysis%phases(1)%consolidation)
+    call tests%check('the last word on a set counts', .not. any(open .and. model%mesh%coordinates(2, :) < 0.001_wp))
+    call end_system(step%system)
+  end subroutine check_drainage
+
+  !> What cannot consolidate.
+  subroutine check_refusals(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call refused(tests, grid//clay//bodies//rock//'*PHASE, NAME=load|*FIX| base, ALL|*GRAVITY| 0, -1|'//flow// &
+      '*END PHASE|', "phase 'load' does not say how long it lasts")
+    call refused(tests, grid//clay//rock//bodies//load//flow//'*END PHASE|*PHASE, NAME=next|*CONTROLS, STEPS=2|'// &
+      '*END PHASE|', "phase 'next' does not say how long it lasts")
+    call refused(tests, grid//clay//rock//bodies//load//'*CONSOLIDATION, UNIT WEIGHT=10| basis, OPEN|*END PHASE|', &
+      'basis')
+    call refused(tests, grid//'*MATERIAL, NAME=clay|*ELASTIC| 100, 0.2|'//rock//bodies//load//flow//'*END PHASE|', &
+      "material 'clay' has no *PERMEABILITY")
+    call refused(tests, grid//clay//'*UNDRAINED, TYPE=A|'//rock//bodies//load//flow//'*END PHASE|', &
+      'whose short time makes soil undrained by itself')
+    call refused(tests, '*GRID, ELEMENT=QUAD4'//grid(6:)//clay//rock//bodies//load//flow//'*END PHASE|', &
+      'is for quadratic cells that go with the ground')
+    call refused(tests, grid//clay//'*MOHR COULOMB| 1, 20, 0|'//rock//bodies//load// &
+      '*END PHASE|*PHASE, NAME=f, TYPE=SAFETY, TIME=1|'//flow//'*END PHASE|', 'time stands still in it')
+  end subroutine check_refusals
+
+  !> A deck is refused with these words.
+  subroutine refused(tests, deck, words)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: deck, words
+    class(analysis_type), allocatable :: analysis
+    class(model_type), allocatable :: model
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: said
+
+    allocate (analysis, model)
+    call parse_deck('soil.inp', joined('*MODEL, TYPE=PLANE STRAIN|'//deck), analysis, messages, error)
+    said = message_text(messages)
+    if (.not. allocated(error)) then
+      call build_model(analysis, model, error)
+      if (allocated(error)) said = error%message
+    end if
+    call tests%check(words, index(said, words) > 0)
+  end subroutine refused
+
+  !> A step of a quarter of the phase of 3, prepared.
+  subroutine make_step(kind, card, model, step)
+    character(len=*), intent(in) :: kind, card
+    type(model_type), intent(out) :: model
+    type(step_type), intent(out) :: step
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    allocate (analysis)
+    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//grid//clay//rock//bodies//load//card// &
+      '*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'a deck of the consolidation suite is broken'
+    call begin_analysis(model, step%terms)
+    call start_phase(model)
+    call initialise_step(model, step, error)
+    if (allocated(error)) error stop 'a step of the consolidation suite cannot be made'
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.25_wp, phase_time=3.0_wp)))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+  end subroutine make_step
+
+  !> Displacements and pressures without order.
+  function waves(step, phase) result(table)
+    type(step_type), intent(in) :: step
+    real(wp), intent(in) :: phase
+    real(wp) :: table(size(step%equations%constrained, 1), size(step%equations%constrained, 2))
+    integer :: a
+
+    do a = 1, size(table, 2)
+      table(:2, a) = 0.01_wp*[sin(1.7_wp*a + phase), cos(2.3_wp*a + phase)]
+    end do
+  end function waves
+end module test_consolidation
