@@ -50,7 +50,7 @@ ROOMS = {
     "contact": ["terms/contact/", "phases/contact_report", "contact/body_loads", "contact/body_points", "contact/contact_gaps", "step/penetration",
                 "materials/confinement"],
     "safety": ["phases/safety_", "safety/", "materials/strength_factor"],
-    "seepage": ["water/seepage", "geometry/seepage_field"],
+    "flow of water": ["water/seepage", "geometry/seepage_field", "water/consolidation", "terms/pore_flow"],
     "restart in parts": ["output/restart_parts", "output/restart_division"],
     "restart": ["output/restart", "base/hdf5_"],
 }

@@ -28,6 +28,8 @@ module test_seepage
     soil = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|*PERMEABILITY| 2|', &
     rock = '*MATERIAL, NAME=rock|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|', &
     ground = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 6, 0| 6, 1| 4, 1| 3, 2| 0, 2|', &
+    sides = '*MODEL, TYPE=PLANE STRAIN|*GRID| X, 0, 6, 12| Y, 0, 3, 6|*NSET, NSET=base, PLANE=Y| 0|'// &
+    '*NSET, NSET=top, PLANE=Y| 2|*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=right, PLANE=X| 6|', &
     phase = '*PHASE, NAME=flow|*FIX| base, ALL|*GRAVITY| 0, -1|'
 
 contains
@@ -42,6 +44,7 @@ contains
     call check_dam(tests)
     call check_well(tests)
     call check_scene(tests)
+    call check_notes(tests)
     call check_refusals(tests)
   end subroutine collect_seepage
 
@@ -176,6 +179,7 @@ contains
     field = model%analysis%phases(1)%water_levels(1)%field
     call tests%close('water stands on a surface', head_of_flow(field, [1.0_wp, 2.0_wp]), 2.5_wp, solved)
     call tests%close('and over it', head_of_flow(field, [1.0_wp, 2.3_wp]), 2.5_wp, solved)
+    call tests%close('and over that', head_of_flow(field, [1.0_wp, 2.95_wp]), 2.5_wp, solved)
     call tests%close('on a segment', head_of_flow(field, [5.0_wp, 1.0_wp]), 1.2_wp, solved)
     call build(head//soil//'*MATERIAL, NAME=rock|*ELASTIC| 1000, 0.3|*PERMEABILITY| 0|'//ground// &
       '*BODY, NAME=sill, MATERIAL=rock, SHAPE=BOX| 4, 4.5, 1, 2|'//phase// &
@@ -189,6 +193,38 @@ contains
     call tests%close('a drain within the ground lets water go', head_of_flow(field, [2.5_wp, 0.5_wp]), 0.4_wp, 0.2_wp)
     call tests%check('and draws it from the other side as well', head_of_flow(field, [5.0_wp, 0.5_wp]) < 0.6_wp)
   end subroutine check_scene
+
+  !> What flows in by each part is told: between two sides, up from the base, and in a ring, a radian.
+  subroutine check_notes(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: box = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 6, 0, 2|', &
+      ring = '*MODEL, TYPE=AXISYMMETRIC|*GRID| X, 2, 6, 16| Y, 0, 3, 6|*NSET, NSET=base, PLANE=Y| 0|'// &
+      '*NSET, NSET=left, PLANE=X| 2|*NSET, NSET=right, PLANE=X| 6|', level = &
+      '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| ', cap = '*MATERIAL, NAME=cap|*ELASTIC| 1000, 0.3|*PERMEABILITY| 0|'
+    type(model_type) :: model
+
+    call build(sides//soil//cap//box//'*BODY, NAME=cap, MATERIAL=cap, SHAPE=BOX| 0, 6, 2, 3|'//phase// &
+      level//'left, 4| right, 3|*END PHASE|', model)
+    call tests%check('the phase is named', index(model%notes, "phase 'flow': water flows in by 'left'") > 0)
+    call tests%close('k H dh/L between two sides', told(model, "'left'"), 2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
+    call tests%close('which goes out again', told(model, "'right'"), -2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
+    call build(sides//soil//box//phase//level//'base, 4| top, 3|*END PHASE|', model)
+    call tests%close('k L dh/H up from the base', told(model, "'base'"), 2.0_wp*6.0_wp/2.0_wp, 1.0e-3_wp)
+    call build(ring//soil//cap//'*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 2, 6, 0, 1|'// &
+      '*BODY, NAME=cap, MATERIAL=cap, SHAPE=BOX| 2, 6, 1, 3|'//phase//level// &
+      'right, 4| left, 3|*END PHASE|', model)
+    call tests%close('k H dh/ln(r2/r1) in a ring', told(model, "'right'"), 2.0_wp/log(3.0_wp), 5.0e-3_wp)
+  contains
+    !> The number behind a word of the notes.
+    real(wp) function told(model, word)
+      type(model_type), intent(in) :: model
+      character(len=*), intent(in) :: word
+      integer :: from
+
+      from = index(model%notes, word, back=.true.) + len(word)
+      read (model%notes(from:from + index(model%notes(from:), ',') - 2), *) told
+    end function told
+  end subroutine check_notes
 
   !> What cannot flow.
   subroutine check_refusals(tests)
