@@ -1,20 +1,17 @@
-# CHOLMOD, UMFPACK and KLU: targets SuiteSparse::cholmod, SuiteSparse::umfpack and SuiteSparse::klu.
-# Debian: libsuitesparse-dev, which brings no CMake or pkg-config file. The first two are under the
+# CHOLMOD and UMFPACK: targets SuiteSparse::cholmod and SuiteSparse::umfpack.
+# Debian: libsuitesparse-dev, which brings no CMake or pkg-config file. Both are under the
 # GPL (docs/licences.md).
 find_path(SuiteSparse_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse)
 find_library(SuiteSparse_cholmod_LIBRARY cholmod)
 find_library(SuiteSparse_umfpack_LIBRARY umfpack)
-find_library(SuiteSparse_klu_LIBRARY klu)
-mark_as_advanced(SuiteSparse_INCLUDE_DIR SuiteSparse_cholmod_LIBRARY SuiteSparse_umfpack_LIBRARY
-  SuiteSparse_klu_LIBRARY)
+mark_as_advanced(SuiteSparse_INCLUDE_DIR SuiteSparse_cholmod_LIBRARY SuiteSparse_umfpack_LIBRARY)
 
 include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(SuiteSparse
-  REQUIRED_VARS SuiteSparse_cholmod_LIBRARY SuiteSparse_umfpack_LIBRARY SuiteSparse_klu_LIBRARY
-    SuiteSparse_INCLUDE_DIR)
+  REQUIRED_VARS SuiteSparse_cholmod_LIBRARY SuiteSparse_umfpack_LIBRARY SuiteSparse_INCLUDE_DIR)
 
 if(SuiteSparse_FOUND)
-  foreach(name cholmod umfpack klu)
+  foreach(name cholmod umfpack)
     if(NOT TARGET SuiteSparse::${name})
       add_library(SuiteSparse::${name} UNKNOWN IMPORTED)
       set_target_properties(SuiteSparse::${name} PROPERTIES

@@ -43,7 +43,7 @@ install(FILES
 set(private ${HDF5_Fortran_LIBRARIES} ${MUMPSSeq_dmumps_seq_LIBRARY} ${MUMPSSeq_smumps_seq_LIBRARY}
   ${MUMPSSeq_mumps_common_seq_LIBRARY} ${MUMPSSeq_pord_seq_LIBRARY} ${MUMPSSeq_mpiseq_seq_LIBRARY})
 if(QSMPM_WITH_SUITESPARSE)
-  list(APPEND private ${SuiteSparse_umfpack_LIBRARY} ${SuiteSparse_cholmod_LIBRARY} ${SuiteSparse_klu_LIBRARY})
+  list(APPEND private ${SuiteSparse_umfpack_LIBRARY} ${SuiteSparse_cholmod_LIBRARY})
 endif()
 list(APPEND private ${METIS_LIBRARY} ${LAPACK_LIBRARIES} ${OpenMP_Fortran_LIBRARIES} ${CMAKE_DL_LIBS})
 foreach(library ${CMAKE_Fortran_IMPLICIT_LINK_LIBRARIES})

@@ -28,7 +28,7 @@ module qsmpm_method_description
     grid_ghost_factor = 2.0e-2_wp, cubic_ghost_factor = 5.0e-4_wp
   !> Linear solvers: AUTO, and rows of `solver_list` that others know by name.
   integer, parameter, public :: solver_auto = 0, solver_band = 1, solver_cholmod = 2, &
-    solver_umfpack = 3, solver_mumps = 4, solver_krylov = 5, solver_petsc = 7
+    solver_umfpack = 3, solver_mumps = 4, solver_krylov = 5, solver_petsc = 6
   !> Precision of the factors.
   integer, parameter, public :: precision_auto = 0, precision_double = 1, precision_single = 2
   !> Whether a factor serves later matrices of the same pattern as a preconditioner.

@@ -8,7 +8,6 @@ module qsmpm_solver_list
   use qsmpm_band_solver, only: make_band_solver
   use qsmpm_cholmod_solver, only: make_cholmod_solver
   use qsmpm_umfpack_solver, only: make_umfpack_solver
-  use qsmpm_klu_solver, only: make_klu_solver
   use qsmpm_mumps_solver, only: make_mumps_solver
   use qsmpm_incomplete_solver, only: make_incomplete_solver
   use qsmpm_petsc_solver, only: make_petsc_solver
@@ -49,7 +48,6 @@ contains
       solver_row_type('UMFPACK', make_umfpack_solver, one_triangle=.false., narrow_band=.false., single=.false.), &
       solver_row_type('MUMPS', make_mumps_solver, one_triangle=.true., narrow_band=.false., single=.true.), &
       solver_row_type('KRYLOV', make_incomplete_solver, one_triangle=.true., narrow_band=.true., single=.false.), &
-      solver_row_type('KLU', make_klu_solver, one_triangle=.false., narrow_band=.false., single=.false.), &
       solver_row_type('PETSC', make_petsc_solver, one_triangle=.false., narrow_band=.true., single=.false.)]
   end function solver_list
 

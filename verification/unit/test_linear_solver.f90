@@ -45,12 +45,10 @@ contains
     if (with_suitesparse) then
       call test_back_end(tests, solver_cholmod, .true.)
       call test_back_end(tests, solver_umfpack, .false.)
-      call test_back_end(tests, solver_number('KLU'), .false.)
       call test_exchange(tests)
     else
       call test_absent(tests, solver_cholmod)
       call test_absent(tests, solver_umfpack)
-      call test_absent(tests, solver_number('KLU'))
     end if
     call test_fall_back(tests)
     call test_hidden_singularity(tests)
@@ -385,7 +383,7 @@ contains
       'QSMPM_WITH_SUITESPARSE')
   end subroutine test_absent
 
-  !> KLU exchanges rows whose pivot is small, and judges pivots in the scaled matrix: neither zeros on the diagonal nor
+  !> UMFPACK exchanges rows whose pivot is small, and judges pivots in the scaled matrix: neither zeros on the diagonal nor
   !> unknowns in units far apart are singular.
   subroutine test_exchange(tests)
     type(tests_type), intent(inout) :: tests
@@ -394,14 +392,14 @@ contains
     type(sparse_matrix_type) :: matrix
     type(error_type), allocatable :: error
 
-    call make_solver(solver_number('KLU'), 4, 3, 10, .false., 2, solver)
+    call make_solver(solver_umfpack, 4, 3, 10, .false., 2, solver)
     matrix = sparse_matrix_type(n=4, row_first=[1, 4, 7, 9, 11], column=[1, 2, 3, 1, 2, 4, 1, 3, 2, 4], &
       values=[0.0_wp, 2.0_wp, 5.0_wp, 4.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 2.0_wp, 3.0_wp, 0.0_wp])
     call solver%analyse(matrix, error)
-    call solve_and_check(tests, solver, matrix, 'KLU: solves with zeros on the diagonal')
+    call solve_and_check(tests, solver, matrix, 'UMFPACK: solves with zeros on the diagonal')
     matrix%values([2, 5, 9]) = 1.0e20_wp*matrix%values([2, 5, 9])
     call solver%factorise(matrix, error)
-    call tests%check('KLU: an unknown in units far from the others is not singular', .not. allocated(error))
+    call tests%check('UMFPACK: an unknown in units far from the others is not singular', .not. allocated(error))
     call solver%destroy()
   end subroutine test_exchange
 
