@@ -2,12 +2,11 @@
 !> polyhedron, or a list of cells.
 module qsmpm_body_shape
   use qsmpm_kinds, only: wp
-  use qsmpm_polygon, only: polygon_contains
-  use qsmpm_polyhedron, only: polyhedron_type, polyhedron_contains
+  use qsmpm_polyhedron, only: polyhedron_type
   implicit none
   private
 
-  public :: body_shape_type, is_unbounded, shape_box, shape_contains
+  public :: body_shape_type, is_unbounded, shape_box
 
   !> What bounds a body.
   type :: body_shape_type
@@ -53,18 +52,4 @@ contains
     low = max(low, shape%solid%low)
     high = min(high, shape%solid%high)
   end subroutine shape_box
-
-  !> True when a place is inside of a body's outline, limits and polyhedron.
-  pure logical function shape_contains(shape, x) result(inside)
-    !> Bounds of the body.
-    type(body_shape_type), intent(in) :: shape
-    !> Place (dimension).
-    real(wp), intent(in) :: x(:)
-
-    inside = .true.
-    if (allocated(shape%outline)) inside = polygon_contains(shape%outline, x(:2))
-    if (size(x) == 2) return
-    inside = inside .and. x(3) >= shape%low .and. x(3) <= shape%high
-    if (allocated(shape%solid)) inside = inside .and. polyhedron_contains(shape%solid, x)
-  end function shape_contains
 end module qsmpm_body_shape

@@ -6,20 +6,10 @@ module qsmpm_mesh_measure
   implicit none
   private
 
-  public :: cell_nodes_of, cell_coordinates, cell_volume, cell_size, cell_width, mesh_volume, interpolate, &
+  public :: cell_volume, cell_size, cell_width, mesh_volume, interpolate, &
     find_bounds
 
 contains
-
-  !> Nodes of a cell in the order of its element.
-  pure function cell_nodes_of(mesh, cell) result(nodes)
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    integer, allocatable :: nodes(:)
-
-    nodes = mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1)
-  end function cell_nodes_of
 
   !> Coordinates of the nodes of a cell (dimension, nodes).
   pure function cell_coordinates(mesh, cell) result(coordinates)

@@ -16,6 +16,7 @@ module qsmpm_consolidation
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_tree, only: lineage
+  use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
 
@@ -111,7 +112,8 @@ contains
 
   !> It is for quadratic cells that go with the ground, and for soil whose permeability is known.
   subroutine check_consolidation(model, diagnostics)
-    type(model_type), intent(in) :: model
+    !> Its notes tell of steps that are short.
+    type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: p
 
@@ -126,10 +128,36 @@ contains
             "' is of TYPE=SAFETY: time stands still in it")
         else if (consolidation_of(model%analysis, p) > 0) then
           call check_soil(model%analysis, p, diagnostics)
+          if (phase%consolidation%given) model%notes = model%notes//step_note(model%analysis, p, model%cell_size)
         end if
       end associate
     end do
   end subroutine check_consolidation
+
+  !> The word on a phase whose steps are too short for its cells: pressures fall over one of them at the least.
+  function step_note(analysis, number, size_of_cell) result(text)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: number
+    real(wp), intent(in) :: size_of_cell
+    character(len=:), allocatable :: text
+    real(wp) :: step, least
+    integer :: m
+
+    text = ''
+    associate (phase => analysis%phases(number))
+      step = phase%duration/phase%controls%steps
+      do m = 1, size(analysis%materials)
+        associate (soil => analysis%materials(m))
+          if (.not. (soil%permeability(2) > 0.0_wp .and. soil%young > 0.0_wp)) cycle
+          least = size_of_cell**2*phase%consolidation%unit_weight/(6.0_wp*soil%permeability(2)*soil%young)
+          if (.not. step < least) cycle
+          text = text//"phase '"//phase%name//"': its steps of "//rounded_text(step, 2)// &
+            ' are shorter than h^2/(6 c) = '//rounded_text(least, 2)//" of '"//soil%name// &
+            "': beside faces where water leaves its pressure falls over one cell, which drains as a whole"//new_line('a')
+        end associate
+      end do
+    end associate
+  end function step_note
 
   !> Every body has a permeability, and water has one way to take pressure.
   subroutine check_soil(analysis, number, diagnostics)

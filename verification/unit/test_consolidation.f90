@@ -44,6 +44,7 @@ contains
     call check_tangent(tests, 'AXISYMMETRIC')
     call check_forces(tests)
     call check_drainage(tests)
+    call check_note(tests)
     call check_refusals(tests)
   end subroutine collect_consolidation
 
@@ -150,6 +151,22 @@ contains
     call tests%check('the last word on a set counts', .not. any(open .and. model%mesh%coordinates(2, :) < 0.001_wp))
     call end_system(step%system)
   end subroutine check_drainage
+
+  !> Steps that are too short for the cells are named: h^2 gamma_w/(6 k E) is 0.02 where cells are 0.5 wide.
+  subroutine check_note(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', flow//'*CONTROLS, STEPS=1000|', model, step)
+    call tests%check('steps of 0.003 are short', index(model%notes, "phase 'load': its steps of 0.003 are shorter than "// &
+      'h^2/(6 c) = ') > 0 .and. index(model%notes, " of 'clay': beside faces") > 0)
+    call end_system(step%system)
+    call make_step('PLANE STRAIN', flow//'*CONTROLS, STEPS=10|', model, step)
+    call tests%check('those of 0.3 are not', index(model%notes, 'its steps of') == 0)
+    call end_system(step%system)
+  end subroutine check_note
 
   !> What cannot consolidate.
   subroutine check_refusals(tests)
