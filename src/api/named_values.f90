@@ -10,7 +10,7 @@ module qsmpm_named_values
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_phase_ends, only: end_of_phase, factor_of_phase
-  use qsmpm_phase_times, only: phase_start_time
+  use qsmpm_phase_times, only: time_in_phase
   use qsmpm_points, only: points_type, allocate_points, place_of
   use qsmpm_simulation, only: simulation_type
   use qsmpm_text, only: string_type, nearest_word, integer_text
@@ -200,8 +200,7 @@ contains
       case ('load_factor')
         value = progress%load_factor
       case ('time')
-        value = phase_start_time(simulation%model%analysis%phases, progress%phase) &
-          + progress%fraction*simulation%model%analysis%phases(progress%phase)%duration
+        value = time_in_phase(simulation%model%analysis%phases, progress%phase, progress%fraction)
       case ('finished')
         value = merge(1.0_wp, 0.0_wp, simulation%finished())
       case ('coming_stage')

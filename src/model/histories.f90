@@ -1,13 +1,14 @@
 !> Histories: what the deck wants in the columns of the curve.
 module qsmpm_histories
   use qsmpm_kinds, only: wp
+  use qsmpm_phase_times, only: time_in_phase
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_team, only: largest, total
   use qsmpm_analysis, only: plane_strain
   use qsmpm_history_description, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
     quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
     quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation, &
-    quantity_contact_pressure, quantity_contact_slip, quantity_prop_force
+    quantity_contact_pressure, quantity_contact_slip, quantity_prop_force, quantity_time
   use qsmpm_history_quantities, only: history_quantities, is_taken_at, at_point
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: items_of
@@ -77,6 +78,10 @@ contains
         if (model%part%team%rank > 0) value = 0.0_wp
       case (quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation)
         value = rigid_body_value(model, history)
+      case (quantity_time)
+        associate (progress => model%state%progress)
+          value = time_in_phase(model%analysis%phases, progress%phase, progress%fraction)
+        end associate
       case (quantity_prop_force)
         value = prop_force(model, history%prop)
       case (quantity_contact_slip)

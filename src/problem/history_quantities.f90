@@ -11,9 +11,9 @@ module qsmpm_history_quantities
 
   !> Where a quantity is taken: at a massless tracer, at the nearest material point, as a sum over a node set or a held
   !> surface, over the points of a body or of all; of
-  !> a rigid body; at the nearest surface point of a contact; in a prop.
+  !> a rigid body; at the nearest surface point of a contact; in a prop; of the run as a whole.
   integer, parameter, public :: at_tracer = 1, at_point = 2, at_support = 3, at_body = 4, &
-    at_rigid_body = 5, at_contact = 6, at_prop = 7
+    at_rigid_body = 5, at_contact = 6, at_prop = 7, at_run = 8
   !> Which components a quantity has.
   integer, parameter, public :: component_none = 0, component_vector = 1, component_tensor = 2
 
@@ -30,7 +30,7 @@ module qsmpm_history_quantities
     logical :: carried = .false.
   end type history_quantity_type
 
-  type(history_quantity_type), parameter, public :: history_quantities(16) = [ &
+  type(history_quantity_type), parameter, public :: history_quantities(17) = [ &
     history_quantity_type('DISPLACEMENT', at_tracer, component_vector, 'L', .true., .true.), &
     history_quantity_type('POSITION', at_tracer, component_vector, 'L', .true., .true.), &
     history_quantity_type('STRESS', at_point, component_tensor, 'S', .false., .true.), &
@@ -46,7 +46,8 @@ module qsmpm_history_quantities
     history_quantity_type('CONTACT PRESSURE', at_contact, component_none, 'S', .false., .true.), &
     history_quantity_type('BODY ROTATION', at_rigid_body, component_none, ' ', .true., .true.), &
     history_quantity_type('CONTACT SLIP', at_rigid_body, component_none, 'L', .false., .true.), &
-    history_quantity_type('PROP FORCE', at_prop, component_none, 'F', .true., .true.)]
+    history_quantity_type('PROP FORCE', at_prop, component_none, 'F', .true., .true.), &
+    history_quantity_type('TIME', at_run, component_none, ' ', .true., .true.)]
 
 contains
 

@@ -42,7 +42,6 @@ contains
     integer :: i
 
     from = 0
-    if (number < 1) return
     allocate (path, source=lineage(analysis%phases, number))
     do i = 1, size(path)
       if (analysis%phases(path(i))%consolidation%given) from = path(i)
@@ -152,8 +151,8 @@ contains
           least = size_of_cell**2*phase%consolidation%unit_weight/(6.0_wp*soil%permeability(2)*soil%young)
           if (.not. step < least) cycle
           text = text//"phase '"//phase%name//"': its steps of "//rounded_text(step, 2)// &
-            ' are shorter than h^2/(6 c) = '//rounded_text(least, 2)//" of '"//soil%name// &
-            "': beside faces where water leaves its pressure falls over one cell, which drains as a whole"//new_line('a')
+            ' are shorter than h^2/(6 c) = '//rounded_text(least, 2)//" of '"//soil%name//"': beside faces where "// &
+            'water leaves its pressure falls over one cell, which drains as a whole'//new_line('a')
         end associate
       end do
     end associate

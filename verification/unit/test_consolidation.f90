@@ -8,16 +8,17 @@ module test_consolidation
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
   use qsmpm_kept_arrays, only: keep_values, kept_values
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: step_info_type
+  use qsmpm_law, only: step_info_type, tangent_none
   use qsmpm_linear_system, only: end_system
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_term, only: increment_type
+  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_term, only: force_sizes_type, increment_type, term_type
   use qsmpm_term_sums, only: begin_terms, set_loads
   use qsmpm_unknowns, only: find_field, joint_node
   use deck_samples, only: joined
-  use term_samples, only: force_named, matrix_and_difference
+  use term_samples, only: force_named, matrix_and_difference, term_named
   use testing, only: tests_type
   implicit none
   private
@@ -71,6 +72,8 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp), allocatable :: table(:, :), force(:, :)
+    type(force_sizes_type) :: sizes
+    class(term_type), pointer :: term
     integer :: a, n, field
     real(wp) :: out
 
@@ -105,6 +108,12 @@ contains
     end do
     force = force_named(step, 'flow of the pore water', table)
     call tests%close('a stretch by 1 % draws its volume', sum(force(1, [(joint_node(step%unknowns, a, field), &
+      a=1, n)])), 0.02_wp, 1.0e-12_wp)
+    call evaluate_step(model, step, table, tangent_none)
+    allocate (sizes%force, source=0.0_wp*table)
+    term => term_named(step, 'flow of the pore water')
+    call term%add_sizes(sizes)
+    call tests%close('which is the size of the flows', sum(sizes%force(1, [(joint_node(step%unknowns, a, field), &
       a=1, n)])), 0.02_wp, 1.0e-12_wp)
     call end_system(step%system)
   contains

@@ -135,6 +135,13 @@ contains
     call tests%check('no pressure on the face is above 0', maxval(flow%head - flow%height, &
       mask=flow%kind == node_face) < solved)
     call tests%check('in no more than 30 iterations', flow%iterations <= 30)
+    flow = dam(16, 1.0_wp)
+    flow%suction = 1.0e-7_wp
+    call solve_seepage(flow, error)
+    call tests%check('with next to no suction it is solved with the least that goes', .not. allocated(error) .and. &
+      flow%suction > 1.0e-6_wp)
+    call tests%close('about as well', sum(flow%inflow, mask=flow%kind == node_head .and. &
+      flow%position(1, :) < rounding), 1.0_wp, 0.02_wp)
     flow = dam(16, -1.0_wp)
     call solve_seepage(flow, error)
     call tests%close('upside down the same', sum(flow%inflow, mask=flow%kind == node_head .and. &
@@ -173,6 +180,7 @@ contains
     call tests%close('the right one its', head_of_flow(field, [6.0_wp, 0.3_wp]), 1.0_wp, solved)
     call tests%close('at the toe of the step water is at the ground', head_of_flow(field, [4.0_wp, 1.0_wp]), 1.0_wp, &
       1.0e-2_wp)
+    call tests%check('in the air beside the ground none presses', head_of_flow(field, [5.0_wp, 1.4_wp]) <= 1.4_wp)
     call tests%check('water flows to the right', all(field%velocity(1, :) >= -solved))
     call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| top, 2.5| low, 1.2|*END PHASE|', &
       model)
@@ -181,6 +189,7 @@ contains
     call tests%close('and over it', head_of_flow(field, [1.0_wp, 2.3_wp]), 2.5_wp, solved)
     call tests%close('and over that', head_of_flow(field, [1.0_wp, 2.95_wp]), 2.5_wp, solved)
     call tests%close('on a segment', head_of_flow(field, [5.0_wp, 1.0_wp]), 1.2_wp, solved)
+    call tests%close('and over it another one', head_of_flow(field, [5.5_wp, 1.8_wp]), 1.2_wp, solved)
     call build(head//soil//'*MATERIAL, NAME=rock|*ELASTIC| 1000, 0.3|*PERMEABILITY| 0|'//ground// &
       '*BODY, NAME=sill, MATERIAL=rock, SHAPE=BOX| 4, 4.5, 1, 2|'//phase// &
       '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| top, 2.5| right, 0.8|*END PHASE|', model)
@@ -208,11 +217,13 @@ contains
     call tests%check('the phase is named', index(model%notes, "phase 'flow': water flows in by 'left'") > 0)
     call tests%close('k H dh/L between two sides', told(model, "'left'"), 2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
     call tests%close('which goes out again', told(model, "'right'"), -2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
+    call tests%check('by unit of width', index(model%notes, 'a unit of time and unit width)') > 0)
     call build(sides//soil//box//phase//level//'base, 4| top, 3|*END PHASE|', model)
     call tests%close('k L dh/H up from the base', told(model, "'base'"), 2.0_wp*6.0_wp/2.0_wp, 1.0e-3_wp)
     call build(ring//soil//cap//'*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 2, 6, 0, 1|'// &
       '*BODY, NAME=cap, MATERIAL=cap, SHAPE=BOX| 2, 6, 1, 3|'//phase//level// &
       'right, 4| left, 3|*END PHASE|', model)
+    call tests%check('by radian', index(model%notes, 'a unit of time and radian)') > 0)
     call tests%close('k H dh/ln(r2/r1) in a ring', told(model, "'right'"), 2.0_wp/log(3.0_wp), 5.0e-3_wp)
   contains
     !> The number behind a word of the notes.
