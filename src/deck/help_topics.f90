@@ -248,9 +248,11 @@ contains
       topics_type('SEEPAGE,DARCY,FLOW,WELL,PIPING,PHREATIC,FREE SURFACE', &
         'steady flow is *WATER LEVEL, TYPE=SEEPAGE with a *PERMEABILITY of each material, excess pressure that '// &
         'flows away in time *CONSOLIDATION: docs/methods/seepage.md'), &
-      topics_type('RAIN,INFILTRAT,EROSION', &
-        'water that comes from above or takes soil away is not there; nearest: *WATER LEVEL, TYPE=SEEPAGE, which '// &
-        'warns where soil is lifted: docs/methods/seepage.md'), &
+      topics_type('RAIN,INFILTRAT', &
+        'steady rain is the third number of *WATER LEVEL, TYPE=SEEPAGE: docs/methods/seepage.md'), &
+      topics_type('EROSION', &
+        'water that takes soil away is not there; nearest: *WATER LEVEL, TYPE=SEEPAGE, which warns where soil is '// &
+        'lifted: docs/methods/seepage.md'), &
       topics_type('EARTHQUAKE,DYNAMIC,VIBRAT,WAVE,INERTIA,VELOCITY,IMPACT,BLAST,SEISMIC,PSEUDO-STATIC', &
         'there is no inertia: every step is an equilibrium; nearest: a horizontal share of *GRAVITY '// &
         '(pseudo-static): docs/cannot.md'), &

@@ -66,8 +66,8 @@ module qsmpm_load_description
   type :: head_type
     !> Node set or surface.
     character(len=:), allocatable :: set
-    !> Height as a coordinate.
-    real(wp) :: level = 0.0_wp
+    !> Height as a coordinate, and rain above it: a volume a unit of level area and time.
+    real(wp) :: level = 0.0_wp, rain = 0.0_wp
     type(source_line_type) :: where
   end type head_type
 

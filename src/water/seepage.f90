@@ -4,7 +4,7 @@
 !>   k_r = 1 for p >= 0,  1 + (1 - k_min) p/w for -w < p < 0,  k_min below                           suction
 !>   h = H                          below a level of free water
 !>   p <= 0,  q >= 0,  q p = 0      on faces in air: water leaves where it stands at the face        seepage face
-!>   q = 0                          on all others
+!>   q = 0                          on all others;  -rain in place of 0 on faces that it falls on
 !>
 !> Linear triangles, k_r at the middles of their edges; the face by an active set of nodes in Newton's method on the
 !> unsymmetric tangent. From a saturated start Newton's method fails more often than not: the width of suction w comes
@@ -48,8 +48,8 @@ module qsmpm_seepage
     !> One of `node_*`; height y against gravity; head where it is given, then everywhere (nodes).
     integer, allocatable :: kind(:)
     real(wp), allocatable :: height(:), head(:)
-    !> Water that comes in at each node (nodes), and flow of the cells (2, cells).
-    real(wp), allocatable :: inflow(:), velocity(:, :)
+    !> Rain on each node, water that comes in (nodes), and flow of the cells (2, cells).
+    real(wp), allocatable :: rain(:), inflow(:), velocity(:, :)
     integer :: iterations = 0
   end type seepage_type
 
@@ -129,7 +129,8 @@ contains
     call make_pattern(first, neighbour, place, newton%matrix)
     call kind%make(.false., newton%solver)
     call newton%solver%analyse(newton%matrix, error)
-    where (flow%kind /= node_head) flow%head = maxval(flow%head, mask=flow%kind == node_head)
+    where (flow%kind /= node_head) flow%head = maxval(merge(flow%head, flow%height, flow%kind == node_head), &
+      mask=flow%kind /= node_free)
   end subroutine start
 
   !> Rows of the nodes, each with itself.
@@ -227,12 +228,12 @@ contains
         end do
       end associate
     end do
-    newton%residual = newton%inflow
+    newton%residual = newton%inflow - flow%rain
     do i = 1, size(newton%row)
       if (newton%row(i) == 0 .or. flow%kind(i) == node_free) cycle
       if (flow%kind(i) == node_face) then
         associate (pressure => flow%head(i) - flow%height(i))
-          if (.not. newton%scale(i)*pressure - newton%inflow(i) > 0.0_wp) cycle
+          if (.not. newton%scale(i)*pressure - newton%residual(i) > 0.0_wp) cycle
           newton%residual(i) = newton%scale(i)*pressure
         end associate
       else

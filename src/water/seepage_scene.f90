@@ -173,7 +173,7 @@ contains
       call keep_cells(analysis, scene, material, flow)
       flow%position = mesh%position
       allocate (flow%kind(size(mesh%position, 2)), source=node_free)
-      allocate (flow%head(size(flow%kind)), source=0.0_wp)
+      allocate (flow%head(size(flow%kind)), flow%rain(size(flow%kind)), source=0.0_wp)
     end associate
     allocate (flow%height(size(flow%kind)), source=upwards(analysis)*scene%mesh%position(vertical_of(analysis), :))
     flow%suction = suction_of_cell*minval([(minval(analysis%mesh%axes(c)%lines(2:) &
@@ -229,6 +229,7 @@ contains
             hair*scene%size)) cycle
           found(i) = .true.
           call give_head(upwards(analysis)*level%heads(i)%level, i, ends, scene, flow)
+          call let_rain(analysis, level%heads(i), ends, flow)
         end do
       end do
     end do
@@ -237,9 +238,25 @@ contains
       if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
         "neither an edge nor a node of the ground lies in '"//level%heads(i)%set//"'")
     end do
-    if (all(found) .and. .not. any(flow%kind == node_head)) call add_diagnostic(diagnostics, level%where, &
-      '*WATER LEVEL', 'every level lies below its part of the bounds: no water comes in')
+    where (flow%kind == node_head) flow%rain = 0.0_wp
+    if (all(found) .and. .not. any(flow%kind == node_head .or. flow%rain > 0.0_wp)) &
+      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'every level lies below its part of the bounds: no water comes in')
   end subroutine place_bounds
+
+  !> Rain on an edge, half of it for each end; what falls on free water is not counted.
+  subroutine let_rain(analysis, head, ends, flow)
+    type(analysis_type), intent(in) :: analysis
+    type(head_type), intent(in) :: head
+    integer, intent(in) :: ends(2)
+    type(seepage_type), intent(inout) :: flow
+    real(wp) :: breadth
+
+    associate (x => flow%position(3 - vertical_of(analysis), ends))
+      breadth = abs(x(2) - x(1))
+      if (analysis%model == axisymmetric) breadth = breadth*sum(flow%position(1, ends))/2.0_wp
+    end associate
+    flow%rain(ends) = flow%rain(ends) + 0.5_wp*head%rain*breadth
+  end subroutine let_rain
 
   !> A box within the ground is a well or a drain, no narrower than a cell: the nodes at it have the level, or let
   !> water go.
@@ -392,7 +409,7 @@ contains
     logical :: wet(size(flow%kind)), kept(size(flow%corner, 2))
     integer :: c, before
 
-    wet = flow%kind == node_head
+    wet = flow%kind == node_head .or. flow%rain > 0.0_wp
     do
       before = count(wet)
       do c = 1, size(flow%corner, 2)

@@ -40,7 +40,7 @@ contains
       '*CONTACT', '*MOHR COULOMB', '*HISTORY', '*PRESCRIBE', '*INITIAL', 'equilibrium', &
       'no law', '*MOHR COULOMB', 'KINEMATICS', '*GRID', '*ELASTIC', '*ELASTIC', 'LIMIT COMPLIANCE', '*SOFTENING', &
       'POLYGON', '*RIGID BODY', '*CONTACT', 'FIELDS', '*FIELD', '*MESH', 'embedding', 'slices', 'Python', &
-      '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'not there', &
+      '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'steady rain', &
       '*CONTRACTION', '*CONTRACTION', 'qsmpm-verify import', '*PROP', '*PROP', '*PROP', '*CONTACT', 'no inertia', 'no inertia', &
       '*CONTRACTION', 'stiff', '*PROP', 'no inertia']
     character(len=:), allocatable :: text

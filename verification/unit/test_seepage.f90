@@ -220,6 +220,13 @@ contains
     call tests%check('by unit of width', index(model%notes, 'a unit of time and unit width)') > 0)
     call build(sides//soil//box//phase//level//'base, 4| top, 3|*END PHASE|', model)
     call tests%close('k L dh/H up from the base', told(model, "'base'"), 2.0_wp*6.0_wp/2.0_wp, 1.0e-3_wp)
+    call build(sides//soil//box//phase//level//'left, 1| right, 1| top, 0, 0.1|*END PHASE|', model)
+    call tests%close('rain comes in', told(model, "'top'"), 0.6_wp, 1.0e-3_wp)
+    call tests%close('and leaves on both sides', told(model, "'left'"), -0.3_wp, 1.0e-3_wp)
+    call build(sides//soil//box//phase//level//'left, 1| right, 1| top, 0, 50|*END PHASE|', model)
+    call tests%close('more than the ground takes runs off', head_of_flow(model%analysis%phases(1)%water_levels(1)%field, &
+      [3.0_wp, 2.0_wp]), 2.0_wp, solved)
+    call tests%check('what it takes comes in', told(model, "'top'") < 20.0_wp .and. told(model, "'top'") > 0.6_wp)
     call build(ring//soil//cap//'*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 2, 6, 0, 1|'// &
       '*BODY, NAME=cap, MATERIAL=cap, SHAPE=BOX| 2, 6, 1, 3|'//phase//level// &
       'right, 4| left, 3|*END PHASE|', model)
@@ -315,7 +322,7 @@ contains
     flow%permeability = 1.0_wp
     flow%kind = node_free
     allocate (flow%height, source=flow%position(2, :))
-    allocate (flow%head(size(flow%kind)), source=0.0_wp)
+    allocate (flow%head(size(flow%kind)), flow%rain(size(flow%kind)), source=0.0_wp)
     flow%suction = height/m
   end function block_of
 

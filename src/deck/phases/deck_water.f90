@@ -93,6 +93,8 @@ contains
       call fields%line(level%heads(i)%where)
       call fields%name('set', level%heads(i)%set, 'node set (PLANE or BOX; within the ground it is a drain) or surface')
       call fields%number('level', level%heads(i)%level, 'height: the coordinate along which gravity acts')
+      call fields%number('rain', level%heads(i)%rain, 'water that falls on what lies above the level, a volume a '// &
+        'unit of level area and time; what the ground does not take runs off', range='[0, inf)', required=.false.)
     end do
   end subroutine head_fields
 
