@@ -240,7 +240,8 @@ contains
     end do
     where (flow%kind == node_head) flow%rain = 0.0_wp
     if (all(found) .and. .not. any(flow%kind == node_head .or. flow%rain > 0.0_wp)) &
-      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'every level lies below its part of the bounds: no water comes in')
+      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
+      'every level lies below its part of the bounds: no water comes in')
   end subroutine place_bounds
 
   !> Rain on an edge, half of it for each end; what falls on free water is not counted.
