@@ -11,7 +11,7 @@ module qsmpm_stages
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_model, only: model_type
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_pore_water, only: upwards
+  use qsmpm_vertical, only: upwards
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_text, only: string_type, nearest_word, integer_text

@@ -25,7 +25,7 @@ module qsmpm_stress_error
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
-  use qsmpm_pore_water, only: vertical_of
+  use qsmpm_vertical, only: vertical_of
   use qsmpm_surface_pressure, only: pressure_at
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at, &
     stress_norm

@@ -13,7 +13,7 @@ module qsmpm_fitted_background
   use qsmpm_mid_nodes, only: add_mid_nodes
   use qsmpm_outline_graph, only: outline_type
   use qsmpm_phase_description, only: initial_k0
-  use qsmpm_pore_water, only: vertical_of
+  use qsmpm_vertical, only: vertical_of
   use qsmpm_singular_corners, only: singular_corners
   implicit none
   private

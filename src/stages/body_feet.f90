@@ -10,7 +10,7 @@ module qsmpm_body_feet
   use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
   use qsmpm_overburden, only: overburden_type, make_overburden
   use qsmpm_points, only: allocate_carried
-  use qsmpm_pore_water, only: vertical_of
+  use qsmpm_vertical, only: vertical_of
   use qsmpm_polyhedron, only: find_crossings
   use qsmpm_sorting, only: order_columns
   use qsmpm_team, only: total

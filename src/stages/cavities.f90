@@ -12,7 +12,7 @@ module qsmpm_cavities
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_cells
-  use qsmpm_pore_water, only: vertical_of
+  use qsmpm_vertical, only: vertical_of
   use qsmpm_team, only: total, largest, smallest
   implicit none
   private

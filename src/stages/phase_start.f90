@@ -20,7 +20,8 @@ module qsmpm_phase_start
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_load_path, only: between
   use qsmpm_phase_ends, only: fraction_reached
-  use qsmpm_pore_water, only: dry_tables, take_levels, update_pore_pressure, upwards
+  use qsmpm_pore_water, only: dry_tables, take_levels, update_pore_pressure
+  use qsmpm_vertical, only: upwards
   use qsmpm_softening, only: softening_state
   use qsmpm_surface_pressure, only: surface_pressure_type, reached_pressure
   use qsmpm_model, only: model_type, loading_type

@@ -10,7 +10,8 @@ module qsmpm_phase_summary
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_point_selection, only: select_points, append_points, select_surface_points, append_surface_points
   use qsmpm_points, only: points_type, surface_points_type
-  use qsmpm_pore_water, only: water_forces, vertical_of
+  use qsmpm_pore_water, only: water_forces
+  use qsmpm_vertical, only: vertical_of
   use qsmpm_surface_pressure, only: pressure_at
   use qsmpm_text, only: integer_text
   implicit none

@@ -16,7 +16,7 @@ module qsmpm_pressures
   use qsmpm_load_path, only: between
   use qsmpm_model, only: model_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_pore_water, only: vertical_of
+  use qsmpm_vertical, only: vertical_of
   use qsmpm_surface_pressure, only: pressure_at, acts
   use qsmpm_surface_basis, only: surface_basis_type, find_basis, gradient_of
   use qsmpm_tensor, only: cofactor, cross, identity

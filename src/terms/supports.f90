@@ -21,7 +21,7 @@ module qsmpm_supports
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
-  use qsmpm_pore_water, only: vertical_of
+  use qsmpm_vertical, only: vertical_of
   use qsmpm_space, only: shape_values_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_surface_basis, only: places_of, set_patches, stiffness_at

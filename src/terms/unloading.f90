@@ -16,7 +16,8 @@ module qsmpm_unloading
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
   use qsmpm_point_selection, only: append_points
-  use qsmpm_pore_water, only: water_forces, vertical_of
+  use qsmpm_pore_water, only: water_forces
+  use qsmpm_vertical, only: vertical_of
   use qsmpm_points, only: points_type
   use qsmpm_soil_points, only: soil_type, new_soil, integration_of
   use qsmpm_space, only: shape_values_type

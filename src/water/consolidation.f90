@@ -1,8 +1,8 @@
 !> Soil from which pore water flows in time: in which phases it does, at which nodes it leaves, and whether a deck can
 !> have it. The equations are qsmpm_pore_flow.
 !>
-!> Water leaves at faces in air and at sets that the card opens; the sides of the grid and what is beside soil without
-!> permeability are closed. docs/methods/consolidation.md
+!> Water leaves at faces in air, where the mesh ends upwards, and at sets that the card opens; the sides and the base of
+!> the mesh and what is beside soil without permeability are closed. docs/methods/consolidation.md
 module qsmpm_consolidation
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials
@@ -17,11 +17,14 @@ module qsmpm_consolidation
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_tree, only: lineage
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
 
   public :: has_consolidation, consolidation_of, permeable_points, excess_pressure, drained_nodes, check_consolidation
 
+  !> Share of the normal of a face along the vertical from which it looks upwards.
+  real(wp), parameter :: upwards_from = 0.05_wp
   !> Nodal field with the excess pore pressure.
   character(len=*), parameter, public :: excess_field = 'excess_pore_pressure'
 
@@ -95,8 +98,11 @@ contains
       do c = 1, mesh%cell_count
         if (.not. wet(c)) cycle
         do f = 1, face_count(mesh%cell_kind(c))
-          if (mesh%face_neighbour(f, c) == 0) cycle
-          if (filled(mesh%face_neighbour(f, c))) cycle
+          if (mesh%face_neighbour(f, c) == 0) then
+            if (.not. looks_up(model, c, f)) cycle
+          else if (filled(mesh%face_neighbour(f, c))) then
+            cycle
+          end if
           drained(mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f))) = .true.
         end do
       end do
@@ -108,6 +114,29 @@ contains
       end do
     end associate
   end function drained_nodes
+
+  !> Whether a face where the mesh ends looks upwards.
+  pure logical function looks_up(model, c, f)
+    type(model_type), intent(in) :: model
+    !> Number of the cell, and of its face.
+    integer, intent(in) :: c, f
+    real(wp), dimension(model%mesh%dimension) :: out, along
+    integer :: axis
+
+    axis = vertical_of(model%analysis)
+    associate (mesh => model%mesh, first => model%mesh%cell_first(c) - 1)
+      associate (node => mesh%cell_nodes(first + face_corners(mesh%cell_kind(c), f)), &
+          all_nodes => mesh%cell_nodes(first + 1:first + corner_count(mesh%cell_kind(c))))
+        out = sum(mesh%coordinates(:, node), dim=2)/size(node) - sum(mesh%coordinates(:, all_nodes), dim=2) &
+          /size(all_nodes)
+        if (mesh%dimension == 2) then
+          along = mesh%coordinates(:, node(2)) - mesh%coordinates(:, node(1))
+          out = out - dot_product(out, along)/dot_product(along, along)*along
+        end if
+      end associate
+    end associate
+    looks_up = upwards(model%analysis)*out(axis) > upwards_from*norm2(out)
+  end function looks_up
 
   !> It is for quadratic cells that go with the ground, and for soil whose permeability is known.
   subroutine check_consolidation(model, diagnostics)

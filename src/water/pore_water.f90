@@ -22,11 +22,12 @@ module qsmpm_pore_water
   use qsmpm_model, only: model_type
   use qsmpm_points, only: carries_water
   use qsmpm_undrained_law, only: excess_pressure_name
+  use qsmpm_vertical, only: upwards, vertical_of
   use qsmpm_water_table, only: water_table_type, head_at, rise_of, submerged_share
   implicit none
   private
 
-  public :: has_water, has_pore_pressure, vertical_of, upwards, dry_tables, take_levels, water_forces, &
+  public :: has_water, has_pore_pressure, dry_tables, take_levels, water_forces, &
     steady_pressure, update_pore_pressure
 
 contains
@@ -52,35 +53,6 @@ contains
       has_pore_pressure = has_pore_pressure .or. excess_place(model, m) > 0
     end do
   end function has_pore_pressure
-
-  !> Coordinate along which gravity acts most in any phase; y without gravity.
-  pure integer function vertical_of(analysis) result(axis)
-    type(analysis_type), intent(in) :: analysis
-    real(wp) :: gravity(3)
-    integer :: p
-
-    gravity = 0.0_wp
-    do p = 1, size(analysis%phases)
-      gravity = max(gravity, abs(analysis%phases(p)%load_factor*analysis%phases(p)%gravity%vector))
-    end do
-    axis = 2
-    if (any(gravity > 0.0_wp)) axis = maxloc(gravity, dim=1)
-  end function vertical_of
-
-  !> Sense of the vertical in which it rises, against the gravity of the first phase that has some: 1 where its
-  !> coordinate grows upwards, as without gravity, or -1.
-  pure real(wp) function upwards(analysis) result(up)
-    type(analysis_type), intent(in) :: analysis
-    integer :: p, axis
-
-    up = 1.0_wp
-    axis = vertical_of(analysis)
-    do p = size(analysis%phases), 1, -1
-      associate (pull => analysis%phases(p)%load_factor*analysis%phases(p)%gravity%vector(axis))
-        if (abs(pull) > 0.0_wp) up = -sign(1.0_wp, pull)
-      end associate
-    end do
-  end function upwards
 
   !> No water in any body.
   pure subroutine dry_tables(analysis, tables)

@@ -21,7 +21,7 @@ module qsmpm_seepage_scene
   use qsmpm_outline_graph, only: outline_type
   use qsmpm_phase_tree, only: lineage
   use qsmpm_polygon, only: polygon_contains
-  use qsmpm_pore_water, only: upwards, vertical_of
+  use qsmpm_vertical, only: upwards, vertical_of
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
   use qsmpm_seepage_field, only: index_triangles, seepage_field_type
@@ -216,14 +216,18 @@ contains
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: c, k, i, ends(2)
     logical :: found(size(level%heads))
+    integer :: axis
+    real(wp) :: up
 
+    axis = vertical_of(analysis)
+    up = upwards(analysis)
     allocate (scene%row(size(flow%kind)), source=0)
     found = .false.
     do c = 1, size(scene%flows)
       do k = 1, 3
         if (.not. is_bound(scene, c, k)) cycle
         ends = scene%mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c)
-        if (is_in_air(scene, c, k)) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
+        if (is_in_air(scene, axis, up, c, k)) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
         do i = 1, size(level%heads)
           if (.not. is_on(analysis, level%heads(i)%set, scene%mesh%region(c), scene%mesh%position(:, ends), &
             hair*scene%size)) cycle
@@ -323,16 +327,23 @@ contains
     is_bound = .not. scene%flows(scene%mesh%neighbour(k, c))
   end function is_bound
 
-  !> Whether there is air beyond: no side of the grid and no rigid body.
-  pure logical function is_in_air(scene, c, k)
+  !> Whether there is air beyond: no side and no base of the grid and no rigid body.
+  pure logical function is_in_air(scene, axis, up, c, k)
     type(scene_type), intent(in) :: scene
+    !> Vertical axis and sense of upwards.
+    integer, intent(in) :: axis
+    real(wp), intent(in) :: up
     integer, intent(in) :: c, k
     real(wp) :: middle(2)
     integer :: o
 
     is_in_air = .false.
     associate (mesh => scene%mesh, beyond => scene%mesh%neighbour(k, c))
-      if (beyond == 0) return
+      if (beyond == 0) then
+        is_in_air = all(up*(mesh%position(axis, mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c))) >= &
+          maxval(up*mesh%position(axis, :)) - hair*scene%size)
+        return
+      end if
       middle = sum(mesh%position(:, mesh%corner(:, beyond)), dim=2)/3.0_wp
     end associate
     is_in_air = .true.

@@ -14,7 +14,8 @@ module qsmpm_water_check
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: overburden_type, make_overburden, ground_over, body_holds, facet_places
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_pore_water, only: has_water, vertical_of, dry_tables, take_levels, upwards
+  use qsmpm_pore_water, only: has_water, dry_tables, take_levels
+  use qsmpm_vertical, only: upwards, vertical_of
   use qsmpm_team, only: smallest, largest_of_all => largest
   use qsmpm_rounded_text, only: short => rounded_text
   use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at

@@ -155,6 +155,13 @@ contains
       - merge(model%state%points%position(2, p), 0.0_wp, model%state%points%position(1, p) < 3.0_wp)), &
       p=1, size(pressure))]), 0.0_wp, 1.0e-12_wp)
     call end_system(step%system)
+    call make_step('PLANE STRAIN', '*CONSOLIDATION, UNIT WEIGHT=10|', model, step, top='1')
+    open = drained_nodes(model, model%analysis%phases(1)%consolidation)
+    associate (x => model%mesh%coordinates(1, :), y => model%mesh%coordinates(2, :))
+      call tests%check('where the grid ends with the ground its upper side is open', any(open .and. x > 1.3_wp .and. &
+        x < 2.7_wp) .and. all(y > 0.999_wp .or. .not. open))
+    end associate
+    call end_system(step%system)
     call make_step('PLANE STRAIN', '*CONSOLIDATION, UNIT WEIGHT=10| base, OPEN| base, CLOSED|', model, step)
     open = drained_nodes(model, model%analysis%phases(1)%consolidation)
     call tests%check('the last word on a set counts', .not. any(open .and. model%mesh%coordinates(2, :) < 0.001_wp))
@@ -218,16 +225,23 @@ contains
   end subroutine refused
 
   !> A step of a quarter of the phase of 3, prepared.
-  subroutine make_step(kind, card, model, step)
+  subroutine make_step(kind, card, model, step, top)
     character(len=*), intent(in) :: kind, card
+    !> Height of the grid where it is not 1.5.
+    character(len=*), intent(in), optional :: top
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: lines
+    integer :: at
 
     allocate (analysis)
-    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//grid//clay//rock//bodies//load//card// &
+    lines = grid
+    at = index(grid, '1.5')
+    if (present(top)) lines = grid(:at - 1)//top//grid(at + 3:)
+    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//lines//clay//rock//bodies//load//card// &
       '*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the consolidation suite is broken'

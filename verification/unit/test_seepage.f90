@@ -226,6 +226,11 @@ contains
     call build(sides//soil//box//phase//level//'left, 1| right, 1| top, 0, 50|*END PHASE|', model)
     call tests%close('more than the ground takes runs off', head_of_flow(model%analysis%phases(1)%water_levels(1)%field, &
       [3.0_wp, 2.0_wp]), 2.0_wp, solved)
+    call build(sides//soil//'*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 6, 0, 3|*NSET, NSET=roof, PLANE=Y| 3|'// &
+      phase//level//'left, 2.9| right, 0|*END PHASE|', model)
+    call tests%check('the upper side of the grid is open', told(model, "'left'") > 0.0_wp .and. head_of_flow( &
+      model%analysis%phases(1)%water_levels(1)%field, [3.0_wp, 3.0_wp]) <= 3.0_wp)
+    call build(sides//soil//box//phase//level//'left, 1| right, 1| top, 0, 50|*END PHASE|', model)
     call tests%check('what it takes comes in', told(model, "'top'") < 20.0_wp .and. told(model, "'top'") > 0.6_wp)
     call build(ring//soil//cap//'*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 2, 6, 0, 1|'// &
       '*BODY, NAME=cap, MATERIAL=cap, SHAPE=BOX| 2, 6, 1, 3|'//phase//level// &

@@ -11,7 +11,7 @@ module qsmpm_deck_stage_check
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_kinds, only: wp
   use qsmpm_phase_tree, only: parent_of
-  use qsmpm_pore_water, only: upwards
+  use qsmpm_vertical, only: upwards
   use qsmpm_text, only: string_type, add_word
   implicit none
   private

@@ -9,7 +9,8 @@ module qsmpm_deck_water
   use qsmpm_deck_state, only: check_name, deck_state_type, did_you_mean
   use qsmpm_keyword_table, only: table_type, in_phase, many
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_pore_water, only: has_water, vertical_of, upwards
+  use qsmpm_pore_water, only: has_water
+  use qsmpm_vertical, only: upwards, vertical_of
   use qsmpm_text, only: string_type, add_word
   implicit none
   private
