@@ -322,8 +322,10 @@ contains
     do i = 1, size(self%points)
       associate (point => self%points(i), d => self%dimension)
         n = point%place%count
-        if (allocated(block)) deallocate (block)
-        allocate (block(d, n + point%corners, d, n + point%corners), source=0.0_wp)
+        if (allocated(block)) then
+          if (size(block, 2) /= n + point%corners) deallocate (block)
+        end if
+        if (.not. allocated(block)) allocate (block(d, n + point%corners, d, n + point%corners), source=0.0_wp)
         do b = 1, point%corners
           do a = 1, n
             block(:, a, 1, n + b) = -point%volume*volume_of(self, point, a)*point%shape(b)
