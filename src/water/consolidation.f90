@@ -115,18 +115,21 @@ contains
     end associate
   end function drained_nodes
 
-  !> Whether a face where the mesh ends looks upwards.
+  !> Whether a face where the mesh ends looks upwards and is free: one that is held along the vertical is no ground
+  !> surface.
   pure logical function looks_up(model, c, f)
     type(model_type), intent(in) :: model
     !> Number of the cell, and of its face.
     integer, intent(in) :: c, f
     real(wp), dimension(model%mesh%dimension) :: out, along
+    logical :: held
     integer :: axis
 
     axis = vertical_of(model%analysis)
     associate (mesh => model%mesh, first => model%mesh%cell_first(c) - 1)
       associate (node => mesh%cell_nodes(first + face_corners(mesh%cell_kind(c), f)), &
           all_nodes => mesh%cell_nodes(first + 1:first + corner_count(mesh%cell_kind(c))))
+        held = all(model%loading%constrained(axis, node))
         out = sum(mesh%coordinates(:, node), dim=2)/size(node) - sum(mesh%coordinates(:, all_nodes), dim=2) &
           /size(all_nodes)
         if (mesh%dimension == 2) then
@@ -135,7 +138,7 @@ contains
         end if
       end associate
     end associate
-    looks_up = upwards(model%analysis)*out(axis) > upwards_from*norm2(out)
+    looks_up = upwards(model%analysis)*out(axis) > upwards_from*norm2(out) .and. .not. held
   end function looks_up
 
   !> It is for quadratic cells that go with the ground, and for soil whose permeability is known.
