@@ -1,10 +1,6 @@
-!> Water that flows through the bodies of a phase as they are drawn: the triangles that fit them, what their bounds are
-!> to the water, and what is found told.
-!>
-!> Levels are given on parts of the bounds (*WATER LEVEL, TYPE=SEEPAGE). Nodes there below the level have it as their
-!> head, and so those of a set within the ground, a well or a drain; those above it and all that lie in air elsewhere
-!> are a face at which water may leave; the sides and the base of the grid and rigid bodies are tight. Ground that no
-!> level reaches is dry.
+!> Water that flows through the bodies of a phase as they are drawn: the triangles that fit them and their permeability,
+!> what of them is dry, and the heads all over the grid. Ground that no level and no rain reaches is dry. What its
+!> bounds are to the water is qsmpm_seepage_bounds, the flow qsmpm_seepage.
 module qsmpm_seepage_scene
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials
@@ -13,44 +9,25 @@ module qsmpm_seepage_scene
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_error, only: error_type
   use qsmpm_fitted_background, only: fit_scene
-  use qsmpm_fitted_mesh, only: fitted_mesh_type
-  use qsmpm_load_description, only: head_type, water_level_type
-  use qsmpm_mesh_description, only: mesh_fitted, mesh_grid, select_box, select_outline, select_plane, select_segment, &
-    surface_type
+  use qsmpm_load_description, only: water_level_type
+  use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
   use qsmpm_model, only: model_type
-  use qsmpm_outline_graph, only: outline_type
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_polygon, only: polygon_contains
   use qsmpm_vertical, only: upwards, vertical_of
-  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
+  use qsmpm_seepage_bounds, only: place_bounds, seepage_scene_type
   use qsmpm_seepage_field, only: index_triangles, seepage_field_type
-  use qsmpm_text, only: integer_text
+  use qsmpm_seepage_notes, only: flow_notes
   implicit none
   private
 
   public :: find_seepage
 
-  !> Distance that is none, over the size of the grid.
-  real(wp), parameter :: hair = 1.0e-6_wp
   !> Height over which soil in suction lets water through, over the smallest cell of the grid: the discharge errs by
   !> half of what it does with one, and a quarter is not always found.
   real(wp), parameter :: suction_of_cell = 0.5_wp
-  !> Distance of a node of a drain from it, over the longest edge of a cell: one of the nodes of any place is as near.
-  real(wp), parameter :: beside = 0.58_wp
   !> Permeability of what is tight over the least of all others: the pressure goes evenly from one side to the other.
   real(wp), parameter :: tight = 1.0e-6_wp
-
-  !> The triangles of a phase.
-  type :: scene_type
-    type(fitted_mesh_type) :: mesh
-    type(outline_type), allocatable :: outlines(:)
-    !> Whether water flows through a cell (cells).
-    logical, allocatable :: flows(:)
-    !> Row of the card that a node is of, 0 for none (nodes).
-    integer, allocatable :: row(:)
-    real(wp) :: size = 1.0_wp
-  end type scene_type
 
 contains
 
@@ -98,7 +75,7 @@ contains
     !> Of the phase, and of the card in it.
     integer, intent(in) :: number, item
     type(diagnostics_type), intent(inout) :: diagnostics
-    type(scene_type) :: scene
+    type(seepage_scene_type) :: scene
     type(seepage_type) :: flow
     type(error_type), allocatable :: error
     integer :: before
@@ -156,7 +133,7 @@ contains
   subroutine place_cells(analysis, number, scene, flow)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
-    type(scene_type), intent(inout) :: scene
+    type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
     logical :: active(size(analysis%bodies))
     integer :: material(size(analysis%bodies)), c
@@ -183,7 +160,7 @@ contains
   !> The cells of the flow.
   subroutine keep_cells(analysis, scene, material, flow)
     type(analysis_type), intent(in) :: analysis
-    type(scene_type), intent(in) :: scene
+    type(seepage_scene_type), intent(in) :: scene
     !> (bodies)
     integer, intent(in) :: material(:)
     type(seepage_type), intent(inout) :: flow
@@ -207,216 +184,9 @@ contains
     end do
   end subroutine keep_cells
 
-  !> Kinds and heads of the nodes on the bounds.
-  subroutine place_bounds(analysis, level, scene, flow, diagnostics)
-    type(analysis_type), intent(in) :: analysis
-    type(water_level_type), intent(in) :: level
-    type(scene_type), intent(inout) :: scene
-    type(seepage_type), intent(inout) :: flow
-    type(diagnostics_type), intent(inout) :: diagnostics
-    integer :: c, k, i, ends(2)
-    logical :: found(size(level%heads))
-    integer :: axis
-    real(wp) :: up
-
-    axis = vertical_of(analysis)
-    up = upwards(analysis)
-    allocate (scene%row(size(flow%kind)), source=0)
-    found = .false.
-    do c = 1, size(scene%flows)
-      do k = 1, 3
-        if (.not. is_bound(scene, c, k)) cycle
-        ends = scene%mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c)
-        if (is_in_air(scene, axis, up, c, k)) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
-        do i = 1, size(level%heads)
-          if (.not. is_on(analysis, level%heads(i)%set, scene%mesh%region(c), scene%mesh%position(:, ends), &
-            hair*scene%size)) cycle
-          found(i) = .true.
-          call give_head(upwards(analysis)*level%heads(i)%level, i, ends, scene, flow)
-          call let_rain(analysis, level%heads(i), ends, flow)
-        end do
-      end do
-    end do
-    do i = 1, size(found)
-      if (.not. found(i)) call place_drain(analysis, level%heads(i), i, scene, flow, found(i))
-      if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
-        "neither an edge nor a node of the ground lies in '"//level%heads(i)%set//"'")
-    end do
-    where (flow%kind == node_head) flow%rain = 0.0_wp
-    if (all(found) .and. .not. any(flow%kind == node_head .or. flow%rain > 0.0_wp)) &
-      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
-      'every level lies below its part of the bounds: no water comes in')
-  end subroutine place_bounds
-
-  !> Rain on an edge, half of it for each end; what falls on free water is not counted.
-  subroutine let_rain(analysis, head, ends, flow)
-    type(analysis_type), intent(in) :: analysis
-    type(head_type), intent(in) :: head
-    integer, intent(in) :: ends(2)
-    type(seepage_type), intent(inout) :: flow
-    real(wp) :: breadth
-
-    associate (x => flow%position(3 - vertical_of(analysis), ends))
-      breadth = abs(x(2) - x(1))
-      if (analysis%model == axisymmetric) breadth = breadth*sum(flow%position(1, ends))/2.0_wp
-    end associate
-    flow%rain(ends) = flow%rain(ends) + 0.5_wp*head%rain*breadth
-  end subroutine let_rain
-
-  !> A box within the ground is a well or a drain, no narrower than a cell: the nodes at it have the level, or let
-  !> water go.
-  subroutine place_drain(analysis, head, number, scene, flow, found)
-    type(analysis_type), intent(in) :: analysis
-    type(head_type), intent(in) :: head
-    !> Of the row.
-    integer, intent(in) :: number
-    type(scene_type), intent(inout) :: scene
-    type(seepage_type), intent(inout) :: flow
-    logical, intent(out) :: found
-    real(wp) :: at(2), near
-    integer :: i, c, k
-
-    found = .false.
-    do i = 1, size(analysis%node_sets)
-      if (analysis%node_sets(i)%name /= head%set .or. analysis%node_sets(i)%selection /= select_box) cycle
-      do c = 1, size(scene%flows)
-        if (.not. scene%flows(c)) cycle
-        associate (corner => scene%mesh%corner(:, c), x => scene%mesh%position, box => analysis%node_sets(i)%box(:2, :))
-          near = beside*maxval(norm2(x(:, corner) - x(:, corner([2, 3, 1])), dim=1))
-          do k = 1, 3
-            at = max(box(:, 1), min(box(:, 2), x(:, corner(k))))
-            if (norm2(at - x(:, corner(k))) > near) cycle
-            found = .true.
-            call give_head(upwards(analysis)*head%level, number, corner([k, k]), scene, flow)
-          end do
-        end associate
-      end do
-    end do
-  end subroutine place_drain
-
-  !> The level of a row at the ends of an edge: below it water stands, above it there is a face.
-  subroutine give_head(level, number, ends, scene, flow)
-    real(wp), intent(in) :: level
-    integer, intent(in) :: number, ends(2)
-    type(scene_type), intent(inout) :: scene
-    type(seepage_type), intent(inout) :: flow
-    integer :: k
-
-    do k = 1, 2
-      associate (kind => flow%kind(ends(k)), head => flow%head(ends(k)))
-        if (level - flow%height(ends(k)) >= -hair*scene%size) then
-          if (kind == node_head .and. head >= level) cycle
-          kind = node_head
-          head = level
-          scene%row(ends(k)) = number
-        else if (kind /= node_head) then
-          kind = node_face
-          scene%row(ends(k)) = number
-        end if
-      end associate
-    end do
-  end subroutine give_head
-
-  !> Whether the edge of a cell opposite a corner bounds the ground that water flows through.
-  pure logical function is_bound(scene, c, k)
-    type(scene_type), intent(in) :: scene
-    integer, intent(in) :: c, k
-
-    is_bound = scene%flows(c)
-    if (.not. is_bound .or. scene%mesh%neighbour(k, c) == 0) return
-    is_bound = .not. scene%flows(scene%mesh%neighbour(k, c))
-  end function is_bound
-
-  !> Whether there is air beyond: no side and no base of the grid and no rigid body.
-  pure logical function is_in_air(scene, axis, up, c, k)
-    type(scene_type), intent(in) :: scene
-    !> Vertical axis and sense of upwards.
-    integer, intent(in) :: axis
-    real(wp), intent(in) :: up
-    integer, intent(in) :: c, k
-    real(wp) :: middle(2)
-    integer :: o
-
-    is_in_air = .false.
-    associate (mesh => scene%mesh, beyond => scene%mesh%neighbour(k, c))
-      if (beyond == 0) then
-        is_in_air = all(up*(mesh%position(axis, mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c))) >= &
-          maxval(up*mesh%position(axis, :)) - hair*scene%size)
-        return
-      end if
-      middle = sum(mesh%position(:, mesh%corner(:, beyond)), dim=2)/3.0_wp
-    end associate
-    is_in_air = .true.
-    do o = 1, size(scene%outlines)
-      if (scene%outlines(o)%region == 0 .and. scene%outlines(o)%is_closed) &
-        is_in_air = is_in_air .and. .not. polygon_contains(scene%outlines(o)%corner, middle)
-    end do
-  end function is_in_air
-
-  !> Whether an edge of a body lies in a node set or a surface.
-  pure logical function is_on(analysis, name, body, ends, near) result(on)
-    type(analysis_type), intent(in) :: analysis
-    character(len=*), intent(in) :: name
-    !> Number of the body.
-    integer, intent(in) :: body
-    !> (2, 2)
-    real(wp), intent(in) :: ends(:, :)
-    real(wp), intent(in) :: near
-    integer :: i
-
-    on = .false.
-    do i = 1, size(analysis%node_sets)
-      associate (set => analysis%node_sets(i))
-        if (set%name /= name) cycle
-        if (set%selection == select_plane .and. set%axis < 3) &
-          on = all(abs(ends(set%axis, :) - set%box(set%axis, 1)) <= near)
-        if (set%selection == select_box) on = in_box(set%box, ends, near)
-      end associate
-    end do
-    do i = 1, size(analysis%surfaces)
-      associate (surface => analysis%surfaces(i))
-        if (surface%name == name) on = on .or. is_on_surface(surface, analysis%bodies(body)%name, ends, near)
-      end associate
-    end do
-  end function is_on
-
-  !> Whether an edge of a body lies on a surface.
-  pure logical function is_on_surface(surface, body, ends, near) result(on)
-    type(surface_type), intent(in) :: surface
-    character(len=*), intent(in) :: body
-    real(wp), intent(in) :: ends(:, :), near
-    real(wp) :: along(2), across(2), share(2)
-    integer :: k
-
-    on = .false.
-    select case (surface%selection)
-    case (select_box)
-      on = in_box(surface%box, ends, near)
-    case (select_outline)
-      on = surface%body == body
-      if (surface%boxed) on = on .and. in_box(surface%box, ends, near)
-    case (select_segment)
-      do k = 1, size(surface%segments, 2)
-        along = surface%segments(3:4, k) - surface%segments(1:2, k)
-        share = matmul(along, ends - spread(surface%segments(1:2, k), 2, 2))/dot_product(along, along)
-        across = matmul([-along(2), along(1)], ends - spread(surface%segments(1:2, k), 2, 2))/norm2(along)
-        on = on .or. (all(abs(across) <= near) .and. minval(share) >= -near/norm2(along) .and. &
-          maxval(share) <= 1.0_wp + near/norm2(along))
-      end do
-    end select
-  end function is_on_surface
-
-  !> Whether two places lie in a box.
-  pure logical function in_box(box, ends, near)
-    !> Lower and upper corner (3, 2).
-    real(wp), intent(in) :: box(:, :), ends(:, :), near
-
-    in_box = all(ends >= spread(box(:2, 1), 2, 2) - near) .and. all(ends <= spread(box(:2, 2), 2, 2) + near)
-  end function in_box
-
   !> Take out the cells that no node with a head is joined to.
   subroutine leave_dry(scene, flow)
-    type(scene_type), intent(inout) :: scene
+    type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
     logical :: wet(size(flow%kind)), kept(size(flow%corner, 2))
     integer :: c, before
@@ -443,7 +213,7 @@ contains
   !> Heads all over the grid. Beyond the ground they are those of the nearest bounds, along edges: the level of free
   !> water, else what presses nowhere.
   subroutine make_field(scene, flow, up, field)
-    type(scene_type), intent(in) :: scene
+    type(seepage_scene_type), intent(in) :: scene
     type(seepage_type), intent(in) :: flow
     real(wp), intent(in) :: up
     type(seepage_field_type), intent(inout) :: field
@@ -486,63 +256,4 @@ contains
     call index_triangles(field)
   end subroutine make_field
 
-  !> What flows in and out by the rows of the card, and whether water lifts the soil where it leaves.
-  function flow_notes(analysis, number, level, scene, flow) result(text)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: number
-    type(water_level_type), intent(in) :: level
-    type(scene_type), intent(in) :: scene
-    type(seepage_type), intent(in) :: flow
-    character(len=:), allocatable :: text
-    integer :: i
-
-    text = "phase '"//analysis%phases(number)%name//"': water flows in by"
-    do i = 1, size(level%heads)
-      text = text//" '"//level%heads(i)%set//"' "//rounded_text(sum(flow%inflow, mask=scene%row == i), 4)//','
-    end do
-    text = text//' elsewhere '// &
-      rounded_text(sum(flow%inflow, mask=scene%row == 0 .and. flow%kind == node_face), 4)// &
-      ' (negative: out; a unit of time and '// &
-      trim(merge('radian    ', 'unit width', analysis%model == axisymmetric))// &
-      '); '//integer_text(size(flow%corner, 2))//' triangles, '//integer_text(flow%iterations)//' iterations, '// &
-      'suction over a height of '//rounded_text(flow%suction, 2)//new_line('a')//lift_note(analysis, number, level, &
-      scene, flow)
-  end function flow_notes
-
-  !> The warning of water that leaves the ground upwards by a gradient that lifts it; empty where there is none.
-  function lift_note(analysis, number, level, scene, flow) result(text)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: number
-    type(water_level_type), intent(in) :: level
-    type(scene_type), intent(in) :: scene
-    type(seepage_type), intent(in) :: flow
-    character(len=:), allocatable :: text
-    integer :: material(size(analysis%bodies)), c, cell
-    real(wp) :: gradient, critical, worst, place(2)
-    integer :: axis
-
-    text = ''
-    material = body_materials(analysis, number)
-    axis = vertical_of(analysis)
-    worst = 1.0_wp
-    cell = 0
-    do c = 1, size(scene%flows)
-      if (.not. scene%flows(c)) cycle
-      cell = cell + 1
-      associate (node => flow%corner(:, cell))
-        if (.not. any(flow%inflow(node) < 0.0_wp .and. flow%kind(node) /= node_free)) cycle
-      end associate
-      associate (soil => analysis%materials(material(scene%mesh%region(c))))
-        critical = merge(soil%saturated_weight, soil%unit_weight, soil%saturated_weight >= 0.0_wp)/level%unit_weight &
-          - 1.0_wp
-        gradient = upwards(analysis)*flow%velocity(axis, cell)/flow%permeability(axis, cell)
-      end associate
-      if (.not. gradient > worst*critical) cycle
-      worst = gradient/critical
-      place = sum(flow%position(:, flow%corner(:, cell)), dim=2)/3.0_wp
-      text = "warning: phase '"//analysis%phases(number)%name//"': water leaves upwards by a gradient of "// &
-        rounded_text(gradient, 3)//' at ('//rounded_text(place(1), 4)//', '//rounded_text(place(2), 4)// &
-        '), where '//rounded_text(critical, 3)//' lifts the soil: piping begins there'//new_line('a')
-    end do
-  end function lift_note
 end module qsmpm_seepage_scene

@@ -1,0 +1,186 @@
+!> What the bounds of ground are to the water that flows through it: nodes with a head, faces where it may leave, rain.
+!>
+!> Levels are given on parts of the bounds (*WATER LEVEL, TYPE=SEEPAGE). Nodes there below the level have it as their
+!> head, and so those of a set within the ground, a well or a drain; those above it and all that lie in air elsewhere
+!> are a face at which water may leave; the sides and the base of the grid and rigid bodies are tight.
+module qsmpm_seepage_bounds
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, axisymmetric
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_fitted_mesh, only: fitted_mesh_type
+  use qsmpm_load_description, only: head_type, water_level_type
+  use qsmpm_mesh_description, only: select_box
+  use qsmpm_outline_graph, only: outline_type
+  use qsmpm_polygon, only: polygon_contains
+  use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type
+  use qsmpm_seepage_places, only: is_on
+  use qsmpm_vertical, only: upwards, vertical_of
+  implicit none
+  private
+
+  public :: seepage_scene_type, place_bounds
+
+  !> Distance that is none, over the size of the grid.
+  real(wp), parameter :: hair = 1.0e-6_wp
+  !> Distance of a node of a drain from it, over the longest edge of a cell: one of the nodes of any place is as near.
+  real(wp), parameter :: beside = 0.58_wp
+
+  !> The triangles of a phase.
+  type :: seepage_scene_type
+    type(fitted_mesh_type) :: mesh
+    type(outline_type), allocatable :: outlines(:)
+    !> Whether water flows through a cell (cells).
+    logical, allocatable :: flows(:)
+    !> Row of the card that a node is of, 0 for none (nodes).
+    integer, allocatable :: row(:)
+    real(wp) :: size = 1.0_wp
+  end type seepage_scene_type
+
+contains
+
+  !> Kinds and heads of the nodes on the bounds.
+  subroutine place_bounds(analysis, level, scene, flow, diagnostics)
+    type(analysis_type), intent(in) :: analysis
+    type(water_level_type), intent(in) :: level
+    type(seepage_scene_type), intent(inout) :: scene
+    type(seepage_type), intent(inout) :: flow
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: c, k, i, ends(2)
+    logical :: found(size(level%heads))
+    integer :: axis
+    real(wp) :: up
+
+    axis = vertical_of(analysis)
+    up = upwards(analysis)
+    allocate (scene%row(size(flow%kind)), source=0)
+    found = .false.
+    do c = 1, size(scene%flows)
+      do k = 1, 3
+        if (.not. is_bound(scene, c, k)) cycle
+        ends = scene%mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c)
+        if (is_in_air(scene, axis, up, c, k)) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
+        do i = 1, size(level%heads)
+          if (.not. is_on(analysis, level%heads(i)%set, scene%mesh%region(c), scene%mesh%position(:, ends), &
+            hair*scene%size)) cycle
+          found(i) = .true.
+          call give_head(upwards(analysis)*level%heads(i)%level, i, ends, scene, flow)
+          call let_rain(analysis, level%heads(i), ends, flow)
+        end do
+      end do
+    end do
+    do i = 1, size(found)
+      if (.not. found(i)) call place_drain(analysis, level%heads(i), i, scene, flow, found(i))
+      if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
+        "neither an edge nor a node of the ground lies in '"//level%heads(i)%set//"'")
+    end do
+    where (flow%kind == node_head) flow%rain = 0.0_wp
+    if (all(found) .and. .not. any(flow%kind == node_head .or. flow%rain > 0.0_wp)) &
+      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
+      'every level lies below its part of the bounds: no water comes in')
+  end subroutine place_bounds
+
+  !> Rain on an edge, half of it for each end; what falls on free water is not counted.
+  subroutine let_rain(analysis, head, ends, flow)
+    type(analysis_type), intent(in) :: analysis
+    type(head_type), intent(in) :: head
+    integer, intent(in) :: ends(2)
+    type(seepage_type), intent(inout) :: flow
+    real(wp) :: breadth
+
+    associate (x => flow%position(3 - vertical_of(analysis), ends))
+      breadth = abs(x(2) - x(1))
+      if (analysis%model == axisymmetric) breadth = breadth*sum(flow%position(1, ends))/2.0_wp
+    end associate
+    flow%rain(ends) = flow%rain(ends) + 0.5_wp*head%rain*breadth
+  end subroutine let_rain
+
+  !> A box within the ground is a well or a drain, no narrower than a cell: the nodes at it have the level, or let
+  !> water go.
+  subroutine place_drain(analysis, head, number, scene, flow, found)
+    type(analysis_type), intent(in) :: analysis
+    type(head_type), intent(in) :: head
+    !> Of the row.
+    integer, intent(in) :: number
+    type(seepage_scene_type), intent(inout) :: scene
+    type(seepage_type), intent(inout) :: flow
+    logical, intent(out) :: found
+    real(wp) :: at(2), near
+    integer :: i, c, k
+
+    found = .false.
+    do i = 1, size(analysis%node_sets)
+      if (analysis%node_sets(i)%name /= head%set .or. analysis%node_sets(i)%selection /= select_box) cycle
+      do c = 1, size(scene%flows)
+        if (.not. scene%flows(c)) cycle
+        associate (corner => scene%mesh%corner(:, c), x => scene%mesh%position, box => analysis%node_sets(i)%box(:2, :))
+          near = beside*maxval(norm2(x(:, corner) - x(:, corner([2, 3, 1])), dim=1))
+          do k = 1, 3
+            at = max(box(:, 1), min(box(:, 2), x(:, corner(k))))
+            if (norm2(at - x(:, corner(k))) > near) cycle
+            found = .true.
+            call give_head(upwards(analysis)*head%level, number, corner([k, k]), scene, flow)
+          end do
+        end associate
+      end do
+    end do
+  end subroutine place_drain
+
+  !> The level of a row at the ends of an edge: below it water stands, above it there is a face.
+  subroutine give_head(level, number, ends, scene, flow)
+    real(wp), intent(in) :: level
+    integer, intent(in) :: number, ends(2)
+    type(seepage_scene_type), intent(inout) :: scene
+    type(seepage_type), intent(inout) :: flow
+    integer :: k
+
+    do k = 1, 2
+      associate (kind => flow%kind(ends(k)), head => flow%head(ends(k)))
+        if (level - flow%height(ends(k)) >= -hair*scene%size) then
+          if (kind == node_head .and. head >= level) cycle
+          kind = node_head
+          head = level
+          scene%row(ends(k)) = number
+        else if (kind /= node_head) then
+          kind = node_face
+          scene%row(ends(k)) = number
+        end if
+      end associate
+    end do
+  end subroutine give_head
+
+  !> Whether the edge of a cell opposite a corner bounds the ground that water flows through.
+  pure logical function is_bound(scene, c, k)
+    type(seepage_scene_type), intent(in) :: scene
+    integer, intent(in) :: c, k
+
+    is_bound = scene%flows(c)
+    if (.not. is_bound .or. scene%mesh%neighbour(k, c) == 0) return
+    is_bound = .not. scene%flows(scene%mesh%neighbour(k, c))
+  end function is_bound
+
+  !> Whether there is air beyond: no side and no base of the grid and no rigid body.
+  pure logical function is_in_air(scene, axis, up, c, k)
+    type(seepage_scene_type), intent(in) :: scene
+    !> Vertical axis and sense of upwards.
+    integer, intent(in) :: axis
+    real(wp), intent(in) :: up
+    integer, intent(in) :: c, k
+    real(wp) :: middle(2)
+    integer :: o
+
+    is_in_air = .false.
+    associate (mesh => scene%mesh, beyond => scene%mesh%neighbour(k, c))
+      if (beyond == 0) then
+        is_in_air = all(up*(mesh%position(axis, mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c))) >= &
+          maxval(up*mesh%position(axis, :)) - hair*scene%size)
+        return
+      end if
+      middle = sum(mesh%position(:, mesh%corner(:, beyond)), dim=2)/3.0_wp
+    end associate
+    is_in_air = .true.
+    do o = 1, size(scene%outlines)
+      if (scene%outlines(o)%region == 0 .and. scene%outlines(o)%is_closed) &
+        is_in_air = is_in_air .and. .not. polygon_contains(scene%outlines(o)%corner, middle)
+    end do
+  end function is_in_air
+end module qsmpm_seepage_bounds

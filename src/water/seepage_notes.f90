@@ -1,0 +1,78 @@
+!> What the log tells of water that flows through the ground: how much comes in where, and where it lifts the soil.
+module qsmpm_seepage_notes
+  use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: body_materials
+  use qsmpm_analysis, only: analysis_type, axisymmetric
+  use qsmpm_load_description, only: water_level_type
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_seepage, only: node_face, node_free, seepage_type
+  use qsmpm_seepage_bounds, only: seepage_scene_type
+  use qsmpm_text, only: integer_text
+  use qsmpm_vertical, only: upwards, vertical_of
+  implicit none
+  private
+
+  public :: flow_notes
+
+contains
+
+  !> What flows in and out by the rows of the card, and whether water lifts the soil where it leaves.
+  function flow_notes(analysis, number, level, scene, flow) result(text)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: number
+    type(water_level_type), intent(in) :: level
+    type(seepage_scene_type), intent(in) :: scene
+    type(seepage_type), intent(in) :: flow
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = "phase '"//analysis%phases(number)%name//"': water flows in by"
+    do i = 1, size(level%heads)
+      text = text//" '"//level%heads(i)%set//"' "//rounded_text(sum(flow%inflow, mask=scene%row == i), 4)//','
+    end do
+    text = text//' elsewhere '// &
+      rounded_text(sum(flow%inflow, mask=scene%row == 0 .and. flow%kind == node_face), 4)// &
+      ' (negative: out; a unit of time and '// &
+      trim(merge('radian    ', 'unit width', analysis%model == axisymmetric))// &
+      '); '//integer_text(size(flow%corner, 2))//' triangles, '//integer_text(flow%iterations)//' iterations, '// &
+      'suction over a height of '//rounded_text(flow%suction, 2)//new_line('a')//lift_note(analysis, number, level, &
+      scene, flow)
+  end function flow_notes
+
+  !> The warning of water that leaves the ground upwards by a gradient that lifts it; empty where there is none.
+  function lift_note(analysis, number, level, scene, flow) result(text)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: number
+    type(water_level_type), intent(in) :: level
+    type(seepage_scene_type), intent(in) :: scene
+    type(seepage_type), intent(in) :: flow
+    character(len=:), allocatable :: text
+    integer :: material(size(analysis%bodies)), c, cell
+    real(wp) :: gradient, critical, worst, place(2)
+    integer :: axis
+
+    text = ''
+    material = body_materials(analysis, number)
+    axis = vertical_of(analysis)
+    worst = 1.0_wp
+    cell = 0
+    do c = 1, size(scene%flows)
+      if (.not. scene%flows(c)) cycle
+      cell = cell + 1
+      associate (node => flow%corner(:, cell))
+        if (.not. any(flow%inflow(node) < 0.0_wp .and. flow%kind(node) /= node_free)) cycle
+      end associate
+      associate (soil => analysis%materials(material(scene%mesh%region(c))))
+        critical = merge(soil%saturated_weight, soil%unit_weight, soil%saturated_weight >= 0.0_wp)/level%unit_weight &
+          - 1.0_wp
+        gradient = upwards(analysis)*flow%velocity(axis, cell)/flow%permeability(axis, cell)
+      end associate
+      if (.not. gradient > worst*critical) cycle
+      worst = gradient/critical
+      place = sum(flow%position(:, flow%corner(:, cell)), dim=2)/3.0_wp
+      text = "warning: phase '"//analysis%phases(number)%name//"': water leaves upwards by a gradient of "// &
+        rounded_text(gradient, 3)//' at ('//rounded_text(place(1), 4)//', '//rounded_text(place(2), 4)// &
+        '), where '//rounded_text(critical, 3)//' lifts the soil: piping begins there'//new_line('a')
+    end do
+  end function lift_note
+end module qsmpm_seepage_notes
