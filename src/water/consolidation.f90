@@ -8,7 +8,7 @@ module qsmpm_consolidation
   use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_analysis, only: analysis_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
-  use qsmpm_element, only: corner_count, element_from_name, element_order, face_corners, face_count, linear_kind, &
+  use qsmpm_element, only: corner_count, element_order, face_corners, face_count, linear_kind, &
     shape_functions
   use qsmpm_kept_arrays, only: is_kept, kept_values
   use qsmpm_load_description, only: consolidation_type
@@ -151,7 +151,7 @@ contains
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         if (phase%consolidation%given .and. (model%analysis%method%basis /= basis_fem .or. &
-          element_order(element_from_name(model%analysis%mesh%element)) < 2)) then
+          any(element_order(model%mesh%cell_kind) < 2))) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'is for quadratic cells '// &
             'that go with the ground: *GRID without ELEMENT, and no *METHOD')
         else if (phase%consolidation%given .and. phase%kind == phase_safety) then
