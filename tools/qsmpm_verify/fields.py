@@ -15,7 +15,7 @@ COMPONENTS = {"xx": 0, "yy": 1, "zz": 2, "xy": 3, "xz": 4, "yz": 5}
 SHORT = {"pressure": "stress"}
 NAMES = (
     "displacement", *(f"displacement_{a}" for a in AXES), "stress", *(f"stress_{c}" for c in COMPONENTS), "pressure", "mises",
-    "total_stress", "pore_pressure", "plastic", "material", "volume_ratio", *(f"strain_{c}" for c in COMPONENTS),
+    "total_stress", "pore_pressure", "head", "darcy_velocity", "plastic", "material", "volume_ratio", *(f"strain_{c}" for c in COMPONENTS),
     "volume_strain", "shear_strain", "accumulated_plastic_shear_strain",
 )  # fmt: skip
 
@@ -69,7 +69,7 @@ def title_of(name: str) -> str:
 def unit_of(folder: Path, name: str) -> str:
     """Unit of a field, from *UNITS of the echoed deck in the folder; empty when it says none."""
     words = units(folder)
-    if name.startswith(("displacement", "position")):
+    if name.startswith(("displacement", "position", "head")):
         return words.get("LENGTH", "")
     if name == "stress_error":
         return ""
