@@ -32,6 +32,7 @@ module qsmpm_phases
   use qsmpm_safety_factors, only: is_running_out, is_searching
   use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, settle_lost_factor, &
     share_note, show_mechanism, tell_factor
+  use qsmpm_seepage_notes, only: moved_note
   use qsmpm_sheared_ground, only: sheared_note, worn_note
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: cause_of_end, outcome_type
@@ -333,7 +334,7 @@ contains
     if (.not. allocated(error)) call take_parts(model, loop, observer, error)
     if (allocated(error)) return
     call measure_start(model)
-    call observer%note_lines(notes)
+    call observer%note_lines(notes//moved_note(model))
     loop%report%lag_warned = .false.
     call begin_contact_check(model, loop%report%contact)
     associate (phase => model%analysis%phases(model%state%progress%phase))

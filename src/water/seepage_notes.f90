@@ -1,18 +1,21 @@
-!> What the log tells of water that flows through the ground: how much comes in where, and where it lifts the soil.
+!> What the log tells of water that flows through the ground: how much comes in where, where it lifts the soil, and that
+!> ground has moved away from its flow.
 module qsmpm_seepage_notes
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
   use qsmpm_analysis, only: analysis_type, axisymmetric
   use qsmpm_load_description, only: water_level_type
+  use qsmpm_model, only: model_type
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage, only: node_face, node_free, seepage_type
   use qsmpm_seepage_bounds, only: seepage_scene_type
+  use qsmpm_team, only: largest
   use qsmpm_text, only: integer_text
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
 
-  public :: flow_notes
+  public :: flow_notes, moved_note
 
 contains
 
@@ -75,4 +78,20 @@ contains
         '), where '//rounded_text(critical, 3)//' lifts the soil: piping begins there'//new_line('a')
     end do
   end function lift_note
+
+  !> The warning of a phase whose water flows through ground as it was drawn, which has moved by more than a cell since.
+  function moved_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    real(wp) :: way
+
+    text = ''
+    associate (phase => model%analysis%phases(model%state%progress%phase), points => model%state%points)
+      if (.not. any(phase%water_levels%flows)) return
+      way = largest(model%part%team, maxval([0.0_wp, norm2(points%position - points%initial_position, dim=1)]))
+      if (.not. way > model%cell_size) return
+      text = "warning: phase '"//phase%name//"': its water flows through the ground as it was drawn, and "// &
+        'the ground has moved by '//rounded_text(way, 2)//' since, more than a cell: pressures are off there'//new_line('a')
+    end associate
+  end function moved_note
 end module qsmpm_seepage_notes

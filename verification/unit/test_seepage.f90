@@ -8,6 +8,7 @@ module test_seepage
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
+  use qsmpm_seepage_notes, only: moved_note
   use qsmpm_seepage_field, only: cell_of_place, gradient_of_flow, head_of_flow, index_triangles, seepage_field_type
   use deck_samples, only: joined
   use testing, only: tests_type
@@ -45,6 +46,7 @@ contains
     call check_well(tests)
     call check_scene(tests)
     call check_notes(tests)
+    call check_moved(tests)
     call check_refusals(tests)
   end subroutine collect_seepage
 
@@ -248,6 +250,22 @@ contains
       read (model%notes(from:from + index(model%notes(from:), ',') - 2), *) told
     end function told
   end subroutine check_notes
+
+  !> Ground that has moved by more than a cell before its water flows is warned of.
+  subroutine check_moved(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+
+    call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.5|*END PHASE|', model)
+    model%state%progress%phase = 1
+    model%state%points%position(1, 3) = model%state%points%position(1, 3) + 0.9_wp*model%cell_size
+    call tests%close('nine tenths of a cell', real(len(moved_note(model)), wp), 0.0_wp, 0.0_wp)
+    model%state%points%position(1, 3) = model%state%points%position(1, 3) + 0.2_wp*model%cell_size
+    call tests%check('eleven', index(moved_note(model), "warning: phase 'flow': its water flows through the ground as it "// &
+      'was drawn') > 0)
+    model%analysis%phases(1)%water_levels(1)%flows = .false.
+    call tests%close('not of water at rest', real(len(moved_note(model)), wp), 0.0_wp, 0.0_wp)
+  end subroutine check_moved
 
   !> What cannot flow.
   subroutine check_refusals(tests)
