@@ -91,7 +91,8 @@ contains
       way = largest(model%part%team, maxval([0.0_wp, norm2(points%position - points%initial_position, dim=1)]))
       if (.not. way > model%cell_size) return
       text = "warning: phase '"//phase%name//"': its water flows through the ground as it was drawn, and "// &
-        'the ground has moved by '//rounded_text(way, 2)//' since, more than a cell: pressures are off there'//new_line('a')
+        'the ground has moved by '//rounded_text(way, 2)//' since, more than a cell: pressures are off '// &
+        'there'//new_line('a')
     end associate
   end function moved_note
 end module qsmpm_seepage_notes

@@ -2,7 +2,7 @@
 !> solved, where water leaves, time that stands still, and what is refused. Solutions are cases (consolidation.toml).
 module test_consolidation
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_consolidation, only: drained_nodes, excess_field, excess_pressure
+  use qsmpm_consolidation, only: drained_nodes, excess_field, excess_pressure, permeable_points
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
@@ -164,6 +164,9 @@ contains
     call end_system(step%system)
     call make_step('PLANE STRAIN', '*CONSOLIDATION, UNIT WEIGHT=10| base, OPEN| base, CLOSED|', model, step)
     open = drained_nodes(model, model%analysis%phases(1)%consolidation)
+    model%analysis%materials(1)%permeability = [0.3_wp, 0.0_wp]
+    call tests%check('soil that lets water through along x alone has water', count(permeable_points(model)) > 0 .and. &
+      count(permeable_points(model)) < model%state%points%count)
     call tests%check('the last word on a set counts', .not. any(open .and. model%mesh%coordinates(2, :) < 0.001_wp))
     call end_system(step%system)
   end subroutine check_drainage

@@ -198,12 +198,29 @@ contains
     field = model%analysis%phases(1)%water_levels(1)%field
     call tests%check('tight soil holds water under pressure', head_of_flow(field, [4.25_wp, 1.0_wp]) > 1.02_wp)
     call tests%check('in air it leaves', head_of_flow(field, [5.0_wp, 1.0_wp]) < 1.0_wp + solved)
+    call build(head//soil//'*BODY, NAME=bin, MATERIAL=soil, SHAPE=BOX| 4.5, 5.5, 1.5, 2.5|'//ground//phase// &
+      '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.5| right, 1|*END PHASE|', model)
+    field = model%analysis%phases(1)%water_levels(1)%field
+    call tests%check('ground that no level reaches is dry', head_of_flow(field, [5.0_wp, 2.0_wp]) <= 2.0_wp)
+    call tests%check('and nothing flows in it', norm2(velocity_at(field, [5.0_wp, 2.0_wp])) <= 0.0_wp .and. &
+      norm2(velocity_at(field, [2.0_wp, 0.5_wp])) > 0.0_wp)
     call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.8| drain, 0|*END PHASE|', &
       model)
     field = model%analysis%phases(1)%water_levels(1)%field
     call tests%close('a drain within the ground lets water go', head_of_flow(field, [2.5_wp, 0.5_wp]), 0.4_wp, 0.2_wp)
     call tests%check('and draws it from the other side as well', head_of_flow(field, [5.0_wp, 0.5_wp]) < 0.6_wp)
   end subroutine check_scene
+
+  !> What flows at a place.
+  function velocity_at(field, place) result(velocity)
+    type(seepage_field_type), intent(in) :: field
+    real(wp), intent(in) :: place(2)
+    real(wp) :: velocity(2), share(3)
+    integer :: cell
+
+    call cell_of_place(field, place, cell, share)
+    velocity = field%velocity(:, cell)
+  end function velocity_at
 
   !> What flows in by each part is told: between two sides, up from the base, and in a ring, a radian.
   subroutine check_notes(tests)
