@@ -239,6 +239,10 @@ contains
     call tests%check('by unit of width', index(model%notes, 'a unit of time and unit width)') > 0)
     call build(sides//soil//box//phase//level//'base, 4| top, 3|*END PHASE|', model)
     call tests%close('k L dh/H up from the base', told(model, "'base'"), 2.0_wp*6.0_wp/2.0_wp, 1.0e-3_wp)
+    call tests%check('a gradient of 0.5 lifts nothing', index(model%notes, 'lifts the soil') == 0)
+    call build(sides//soil//box//phase//level//'base, 6.5| top, 3|*END PHASE|', model)
+    call tests%check('one of 1.75 does, where 20/10 - 1 would', index(model%notes, 'water leaves upwards by a gradient '// &
+      'of 1.75 at (') > 0 .and. index(model%notes, 'where 1 lifts the soil') > 0)
     call build(sides//soil//box//phase//level//'left, 1| right, 1| top, 0, 0.1|*END PHASE|', model)
     call tests%close('rain comes in', told(model, "'top'"), 0.6_wp, 1.0e-3_wp)
     call tests%close('and leaves on both sides', told(model, "'left'"), -0.3_wp, 1.0e-3_wp)
