@@ -153,8 +153,8 @@ contains
         if (phase%consolidation%given .and. (model%analysis%method%basis /= basis_fem .or. &
           any(element_order(model%mesh%cell_kind) < 2))) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'is for quadratic cells '// &
-            'that go with the ground: *GRID without ELEMENT, no *METHOD, and no rigid bodies, which soil touches on '// &
-            'a grid that stays (push nodes by *PRESCRIBE)')
+            'that go with the ground: *GRID without ELEMENT, no *METHOD, and no rigid bodies, which soil touches '// &
+            'on a grid that stays (push nodes by *PRESCRIBE)')
         else if (phase%consolidation%given .and. phase%kind == phase_safety) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
             "' is of TYPE=SAFETY: time stands still in it")

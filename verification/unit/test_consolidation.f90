@@ -199,6 +199,12 @@ contains
       'basis')
     call refused(tests, grid//'*MATERIAL, NAME=clay|*ELASTIC| 100, 0.2|'//rock//bodies//load//flow//'*END PHASE|', &
       "material 'clay' has no *PERMEABILITY")
+    call refused(tests, grid//clay//'*MATERIAL, NAME=dry|*ELASTIC| 100, 0.2|'//rock//bodies//'*BODY, NAME=lift, '// &
+      'MATERIAL=dry, SHAPE=BOX, ACTIVE=NO| 1, 3, 1, 1.5|'//load//flow//'*END PHASE|*PHASE, NAME=next, TIME=1|*ACTIVATE|'// &
+      ' lift|*END PHASE|', "material 'dry' has no *PERMEABILITY")
+    call refused(tests, grid//clay//'*MATERIAL, NAME=dry|*ELASTIC| 100, 0.2|'//rock//bodies//'*BODY, NAME=lift, '// &
+      'MATERIAL=dry, SHAPE=BOX, ACTIVE=NO| 1, 3, 1, 1.5|'//load//flow//'*END PHASE|*PHASE, NAME=next, TIME=1|*ACTIVATE|'// &
+      ' lift|*END PHASE|', "body 'lift' consolidates in phase 'load'", absent=.true.)
     call refused(tests, grid//clay//'*UNDRAINED, TYPE=A|'//rock//bodies//load//flow//'*END PHASE|', &
       'whose short time makes soil undrained by itself')
     call refused(tests, '*GRID, ELEMENT=QUAD4'//grid(6:)//clay//rock//bodies//load//flow//'*END PHASE|', &
@@ -208,9 +214,11 @@ contains
   end subroutine check_refusals
 
   !> A deck is refused with these words.
-  subroutine refused(tests, deck, words)
+  subroutine refused(tests, deck, words, absent)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: deck, words
+    !> Not with these.
+    logical, intent(in), optional :: absent
     class(analysis_type), allocatable :: analysis
     class(model_type), allocatable :: model
     type(message_list_type) :: messages
@@ -224,7 +232,7 @@ contains
       call build_model(analysis, model, error)
       if (allocated(error)) said = error%message
     end if
-    call tests%check(words, index(said, words) > 0)
+    call tests%check(words, (index(said, words) > 0) .neqv. present(absent))
   end subroutine refused
 
   !> A step of a quarter of the phase of 3, prepared.
