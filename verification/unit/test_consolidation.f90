@@ -133,8 +133,8 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp), allocatable :: nodal(:, :), pressure(:)
-    logical, allocatable :: open(:)
-    integer :: p
+    logical, allocatable :: open(:), held(:)
+    integer :: p, a, field
 
     allocate (model, step)
     call make_step('PLANE STRAIN', flow, model, step)
@@ -146,6 +146,10 @@ contains
       call tests%check('not its inside, its side and the rock beside it', .not. any(open .and. y > 0.2_wp .and. &
         y < 0.8_wp))
     end associate
+    field = find_field(step%unknowns, excess_field)
+    held = [(step%equations%constrained(1, joint_node(step%unknowns, a, field)), a=1, size(open))]
+    call tests%check('where it is open the pressure is held, elsewhere it is not', all(held .or. .not. open) .and. &
+      any(.not. (held .or. open)))
     ! A pressure that varies evenly is that at the points of the clay; the rock has none.
     allocate (nodal, source=kept_values(model%state%kept, excess_field))
     nodal(1, :) = model%mesh%coordinates(2, :size(nodal, 2))
