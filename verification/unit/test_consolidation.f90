@@ -147,7 +147,7 @@ contains
         y < 0.8_wp))
     end associate
     field = find_field(step%unknowns, excess_field)
-    held = [(step%equations%constrained(1, joint_node(step%unknowns, a, field)), a=1, size(open))]
+    allocate (held, source=[(step%equations%constrained(1, joint_node(step%unknowns, a, field)), a=1, size(open))])
     call tests%check('where it is open the pressure is held, elsewhere it is not', all(held .or. .not. open) .and. &
       any(.not. (held .or. open)))
     ! A pressure that varies evenly is that at the points of the clay; the rock has none.
