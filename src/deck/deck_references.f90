@@ -11,7 +11,7 @@ module qsmpm_deck_references
   use qsmpm_text, only: string_type, add_word
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
-  use qsmpm_phase_loads, only: acts, consolidates, is_loaded
+  use qsmpm_phase_loads, only: acts, consolidation_of, is_loaded
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_props, only: check_props
@@ -323,7 +323,7 @@ contains
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
         if (.not. is_loaded(state%analysis%phases, p)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
-        else if (.not. (acts(phase) .or. consolidates(state%analysis%phases, p) .or. size(phase%fixities) &
+        else if (.not. (acts(phase) .or. consolidation_of(state%analysis%phases, p) > 0 .or. size(phase%fixities) &
             + size(phase%supports) + size(phase%tractions) &
             + size(phase%installed) + size(phase%activations) + size(phase%deactivations) &
             + size(phase%materials) > 0 .or. phase%kind == phase_safety .or. phase%gravity%given .or. &

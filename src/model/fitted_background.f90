@@ -118,7 +118,7 @@ contains
   end subroutine outlines_of
 
   !> Levels of the water at rest in ground that begins with K0 stresses, from side to side of the grid: the stresses
-  !> have a kink there, which cells that it passes through do not balance.
+  !> have a kink there, and cells that it passes through are not in equilibrium.
   pure subroutine add_levels(analysis, outlines)
     type(analysis_type), intent(in) :: analysis
     type(outline_type), allocatable, intent(inout) :: outlines(:)

@@ -22,7 +22,7 @@ module qsmpm_sheared_ground
   real(wp), parameter :: flows = 0.1_wp, much = 2.0e-3_wp
   !> Volume over the initial one to which no soil swells: loose sand grows by a tenth at the most.
   real(wp), parameter :: swollen = 1.5_wp
-  !> Plastic shear strain of soil that fails, and what Davis leaves of a strength that is told.
+  !> Plastic shear strain of soil that fails, and the share of tan(phi) after Davis below which it is reported.
   real(wp), parameter :: fails = 1.0e-2_wp, less = 0.95_wp
 
 contains

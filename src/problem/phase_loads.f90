@@ -6,7 +6,7 @@ module qsmpm_phase_loads
   implicit none
   private
 
-  public :: acts, consolidates, is_loaded, is_body_loaded
+  public :: acts, consolidation_of, has_consolidation, is_loaded, is_body_loaded
 
 contains
 
@@ -24,15 +24,28 @@ contains
     end do
   end function is_loaded
 
-  !> Whether pore water flows in a phase.
-  pure logical function consolidates(phases, number)
+  !> Whether pore water flows in time in any phase.
+  pure logical function has_consolidation(phases)
+    !> May be unallocated.
+    type(phase_type), allocatable, intent(in) :: phases(:)
+
+    has_consolidation = .false.
+    if (allocated(phases)) has_consolidation = any(phases%consolidation%given)
+  end function has_consolidation
+
+  !> Phase whose *CONSOLIDATION is in force in another, 0 for none.
+  pure integer function consolidation_of(phases, number) result(from)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
     integer, allocatable :: line(:)
+    integer :: i
 
+    from = 0
     allocate (line, source=lineage(phases, number))
-    consolidates = any(phases(line)%consolidation%given)
-  end function consolidates
+    do i = 1, size(line)
+      if (phases(line(i))%consolidation%given) from = line(i)
+    end do
+  end function consolidation_of
 
   !> Whether a phase puts a load on the model.
   pure logical function acts(phase)

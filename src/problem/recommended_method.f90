@@ -18,6 +18,7 @@ module qsmpm_recommended_method
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_body_description, only: body_type, body_box, body_polygon
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid, select_list
+  use qsmpm_phase_loads, only: has_consolidation
   use qsmpm_method_description, only: background_type, method_type, basis_auto, basis_fem, basis_standard, &
     basis_spline2, basis_spline2g, integrate_points, integrate_cells, stabilise_background, stabilise_ghost, &
     stabilise_none
@@ -84,18 +85,10 @@ contains
     if (fits .and. allocated(analysis%node_sets)) fits = all(analysis%node_sets%selection /= select_list)
     if (.not. fits) return
     fits = all(analysis%bodies%kind == body_box .or. analysis%bodies%kind == body_polygon)
-    if (allocated(analysis%mesh%refined) .or. consolidates(analysis)) return
+    if (allocated(analysis%mesh%refined) .or. has_consolidation(analysis%phases)) return
     if (any(may_yield(analysis%materials)) .or. size(analysis%materials) > 1) return
     fits = fits .and. .not. all([(ends_on_lines(analysis, b), b=1, size(analysis%bodies))])
   end function is_to_be_fitted
-
-  !> Whether pore water flows in time: its pressure is that of nodes that go with the ground.
-  pure logical function consolidates(analysis)
-    type(analysis_type), intent(in) :: analysis
-
-    consolidates = .false.
-    if (allocated(analysis%phases)) consolidates = any(analysis%phases%consolidation%given)
-  end function consolidates
 
   !> Decide what is open, and say in `method_reason` what and why where the basis was.
   pure subroutine decide_method(analysis)
@@ -144,7 +137,7 @@ contains
     integer :: p, i
 
     if (analysis%mesh%kind /= mesh_fitted .or. .not. (analysis%mesh%refits .and. allocated(analysis%phases))) return
-    if (leaves_its_cells(analysis) .or. consolidates(analysis)) return
+    if (leaves_its_cells(analysis) .or. has_consolidation(analysis%phases)) return
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%prescriptions)
         if (abs(analysis%phases(p)%prescriptions(i)%value) > 0.0_wp) return

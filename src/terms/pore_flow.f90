@@ -11,7 +11,7 @@ module qsmpm_pore_flow
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_configuration, only: configuration_type
-  use qsmpm_consolidation, only: consolidation_of, drained_nodes, excess_field, has_consolidation, permeable_points
+  use qsmpm_consolidation, only: drained_nodes, excess_field, permeable_points
   use qsmpm_element, only: corner_count, element_geometry, linear_kind
   use qsmpm_equations, only: equations_type
   use qsmpm_kept_arrays, only: kept_values
@@ -19,6 +19,7 @@ module qsmpm_pore_flow
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_phase_description, only: phase_safety
+  use qsmpm_phase_loads, only: consolidation_of, has_consolidation
   use qsmpm_pore_water, only: update_pore_pressure
   use qsmpm_space, only: functions_at, shape_values_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
@@ -74,7 +75,7 @@ contains
     class(pore_flow_type), intent(inout) :: self
     type(model_type), intent(in) :: model
 
-    if (has_consolidation(model%analysis)) call self%need_field(excess_field, 1)
+    if (has_consolidation(model%analysis%phases)) call self%need_field(excess_field, 1)
   end subroutine choose_fields
 
   !> No pressure where water leaves; where time stands still all stay.
@@ -90,7 +91,7 @@ contains
 
     associate (unused => fraction)
     end associate
-    from = consolidation_of(model%analysis, model%state%progress%phase)
+    from = consolidation_of(model%analysis%phases, model%state%progress%phase)
     if (from == 0) return
     field = find_field(self%unknowns, excess_field)
     kept = 0.0_wp
@@ -118,7 +119,7 @@ contains
 
     associate (unused => configuration)
     end associate
-    from = consolidation_of(model%analysis, model%state%progress%phase)
+    from = consolidation_of(model%analysis%phases, model%state%progress%phase)
     self%symmetric = from == 0
     self%dimension = model%mesh%dimension
     allocate (wet(0))

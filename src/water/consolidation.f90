@@ -15,13 +15,13 @@ module qsmpm_consolidation
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_safety
-  use qsmpm_phase_tree, only: lineage
+  use qsmpm_phase_loads, only: consolidation_of
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
 
-  public :: has_consolidation, consolidation_of, permeable_points, excess_pressure, drained_nodes, check_consolidation
+  public :: permeable_points, excess_pressure, drained_nodes, check_consolidation
 
   !> Share of the normal of a face along the vertical from which it looks upwards.
   real(wp), parameter :: upwards_from = 0.05_wp
@@ -29,27 +29,6 @@ module qsmpm_consolidation
   character(len=*), parameter, public :: excess_field = 'excess_pore_pressure'
 
 contains
-
-  !> Whether water flows in time in any phase.
-  pure logical function has_consolidation(analysis)
-    type(analysis_type), intent(in) :: analysis
-
-    has_consolidation = any(analysis%phases%consolidation%given)
-  end function has_consolidation
-
-  !> Phase whose card is in force in another, 0 for none.
-  pure integer function consolidation_of(analysis, number) result(from)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: number
-    integer, allocatable :: path(:)
-    integer :: i
-
-    from = 0
-    allocate (path, source=lineage(analysis%phases, number))
-    do i = 1, size(path)
-      if (analysis%phases(path(i))%consolidation%given) from = path(i)
-    end do
-  end function consolidation_of
 
   !> Points whose material lets water through (points).
   pure function permeable_points(model) result(permeable)
@@ -158,7 +137,7 @@ contains
         else if (phase%consolidation%given .and. phase%kind == phase_safety) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
             "' is of TYPE=SAFETY: time stands still in it")
-        else if (consolidation_of(model%analysis, p) > 0) then
+        else if (consolidation_of(model%analysis%phases, p) > 0) then
           call check_soil(model%analysis, p, diagnostics)
           if (phase%consolidation%given) model%notes = model%notes//step_note(model%analysis, p, model%cell_size)
         end if

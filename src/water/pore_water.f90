@@ -15,11 +15,12 @@
 module qsmpm_pore_water
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_consolidation, only: excess_pressure, has_consolidation
+  use qsmpm_consolidation, only: excess_pressure
   use qsmpm_load_description, only: water_level_type
   use qsmpm_phase_description, only: phase_type
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
+  use qsmpm_phase_loads, only: has_consolidation
   use qsmpm_points, only: carries_water
   use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_vertical, only: upwards, vertical_of
@@ -48,7 +49,7 @@ contains
     type(model_type), intent(in) :: model
     integer :: m
 
-    has_pore_pressure = has_water(model%analysis) .or. has_consolidation(model%analysis)
+    has_pore_pressure = has_water(model%analysis) .or. has_consolidation(model%analysis%phases)
     do m = 1, size(model%laws)
       has_pore_pressure = has_pore_pressure .or. excess_place(model, m) > 0
     end do

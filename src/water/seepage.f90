@@ -187,6 +187,7 @@ contains
         share = 0.5_wp*share
       end do
     end do
+    norm = residual_norm(newton)
     if (norm <= tolerance*height) return
     call fail(error, error_not_converged, 'the flow of the water is not found: heads are off by '// &
       rounded_text(norm)//' after '//rounded_text(real(most_iterations, wp))//' iterations with suction over a '// &

@@ -17,6 +17,9 @@ module qsmpm_seepage_notes
 
   public :: flow_notes, moved_note
 
+  !> Share of all flows that is their round-off.
+  real(wp), parameter :: round_off = 1.0e-9_wp
+
 contains
 
   !> What flows in and out by the rows of the card, and whether water lifts the soil where it leaves.
@@ -31,16 +34,28 @@ contains
 
     text = "phase '"//analysis%phases(number)%name//"': water flows in by"
     do i = 1, size(level%heads)
-      text = text//" '"//level%heads(i)%set//"' "//rounded_text(sum(flow%inflow, mask=scene%row == i), 4)//','
+      text = text//" '"//level%heads(i)%set//"' "//discharge_text(flow, scene%row == i)//','
     end do
     text = text//' elsewhere '// &
-      rounded_text(sum(flow%inflow, mask=scene%row == 0 .and. flow%kind == node_face), 4)// &
+      discharge_text(flow, scene%row == 0 .and. flow%kind == node_face)// &
       ' (negative: out; a unit of time and '// &
       trim(merge('radian    ', 'unit width', analysis%model == axisymmetric))// &
       '); '//integer_text(size(flow%corner, 2))//' triangles, '//integer_text(flow%iterations)//' iterations, '// &
       'suction over a height of '//rounded_text(flow%suction, 2)//new_line('a')//lift_note(analysis, number, level, &
       scene, flow)
   end function flow_notes
+
+  !> What flows in at some nodes; 0 where it is the round-off of what flows through others.
+  pure function discharge_text(flow, nodes) result(text)
+    type(seepage_type), intent(in) :: flow
+    logical, intent(in) :: nodes(:)
+    character(len=:), allocatable :: text
+    real(wp) :: discharge
+
+    discharge = sum(flow%inflow, mask=nodes)
+    if (abs(discharge) <= round_off*sum(abs(flow%inflow))) discharge = 0.0_wp
+    text = rounded_text(discharge, 4)
+  end function discharge_text
 
   !> The warning of water that leaves the ground upwards by a gradient that lifts it; empty where there is none.
   function lift_note(analysis, number, level, scene, flow) result(text)

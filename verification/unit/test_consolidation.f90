@@ -46,6 +46,7 @@ contains
     call check_forces(tests)
     call check_drainage(tests)
     call check_note(tests)
+    call check_background(tests)
     call check_refusals(tests)
   end subroutine collect_consolidation
 
@@ -190,6 +191,21 @@ contains
     call tests%check('those of 0.3 are not', index(model%notes, 'its steps of') == 0)
     call end_system(step%system)
   end subroutine check_note
+
+  !> No grid of splines stands behind the triangles: pressures of nodes would be lost with them.
+  subroutine check_background(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', flow, model, step)
+    call tests%check('soil that consolidates stays on its triangles', .not. allocated(model%analysis%backgrounds))
+    call end_system(step%system)
+    call make_step('PLANE STRAIN', '', model, step)
+    call tests%check('other soil may leave them', allocated(model%analysis%backgrounds))
+    call end_system(step%system)
+  end subroutine check_background
 
   !> What cannot consolidate.
   subroutine check_refusals(tests)

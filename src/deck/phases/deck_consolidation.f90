@@ -5,7 +5,7 @@ module qsmpm_deck_consolidation
   use qsmpm_keyword_table, only: in_phase, once, table_type
   use qsmpm_load_description, only: consolidation_type
   use qsmpm_phase_description, only: phase_safety
-  use qsmpm_phase_loads, only: consolidates
+  use qsmpm_phase_loads, only: consolidation_of
   use qsmpm_text, only: add_word, string_type
   implicit none
   private
@@ -75,7 +75,8 @@ contains
     end do
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p), card => state%analysis%phases(p)%consolidation)
-        if (consolidates(state%analysis%phases, p) .and. phase%kind /= phase_safety .and. .not. phase%duration_given) &
+        if (consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety .and. .not. &
+          phase%duration_given) &
           call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' does not say how long it lasts, "// &
           'and pore water flows in it (*CONSOLIDATION): TIME=')
         if (.not. card%given) cycle

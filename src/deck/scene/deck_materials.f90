@@ -41,7 +41,7 @@ contains
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')
     call table%add('PERMEABILITY', in_material, once, 'How much water soil lets through: its volume a unit of '// &
-      'area, time and gradient of the head. For *WATER LEVEL, TYPE=SEEPAGE; its unit is that of discharges alone.', &
+      'area, time and gradient of the head. For *WATER LEVEL, TYPE=SEEPAGE, and *CONSOLIDATION, whose time it gives.', &
       permeability_fields, '*PERMEABILITY| 1e-5')
     call add_k0_keyword(table)
     call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points '// &
