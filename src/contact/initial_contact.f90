@@ -35,7 +35,6 @@ contains
     type(placed_shape_type), allocatable :: bodies(:)
     integer :: k
 
-    if (size(model%contact_pairs) == 0) return
     allocate (bodies, source=placed_bodies(model))
     do k = 1, size(model%contact_pairs)
       if (model%contact_pairs(k)%surface > 0) call press_surface(model, initial, model%contact_pairs(k)%surface, &

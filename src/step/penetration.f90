@@ -126,7 +126,6 @@ contains
     allocate (bodies, source=placed_bodies(model))
     folds = .false.
     k = 0
-    place = 0.0_wp
     do i = 1, model%state%surface%count
       if (.not. model%state%surface%contact_pressure(i) > 0.0_wp) cycle
       k = findloc(model%contact_pairs%surface, model%state%surface%surface(i), dim=1)

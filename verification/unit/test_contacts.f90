@@ -695,6 +695,35 @@ contains
     ! Points lie up to an eighth of a cell from the place: half of a gain of 2 on 0.04.
     call tests%close('share of s_u where the place was', strength(2), 0.5_wp*(10.0_wp + 2.0_wp*0.5_wp), 0.07_wp)
     call check_patch_strengths(tests, model)
+    call check_refused(tests, index_of('*MOHR COULOMB|5, 0, 0|*STRENGTH PROFILE, TYPE=LINEAR|1.1, 10, 2|'), '', &
+      "material 'clay' has not")
+    call check_refused(tests, index_of('*MOHR COULOMB|5, 0, 0|*STRENGTH PROFILE, TYPE=LINEAR|1.1, 10, 2|'), &
+      '*MOHR COULOMB|5, 20, 0|*UNDRAINED, TYPE=A|', "s_u of undrained material 'clay'")
+  contains
+    !> Where the cards that are replaced stand, and how long they are.
+    pure function index_of(cards) result(place)
+      character(len=*), intent(in) :: cards
+      integer :: place(2)
+
+      place = [index(ground, cards), len(cards)]
+    end function index_of
+
+    !> The same ground with other cards for its clay is refused, and why.
+    subroutine check_refused(tests, place, cards, reason)
+      type(tests_type), intent(inout) :: tests
+      integer, intent(in) :: place(2)
+      character(len=*), intent(in) :: cards, reason
+      class(model_type), allocatable :: other
+      class(analysis_type), allocatable :: given
+
+      allocate (other, given)
+      call parse_deck('ground.inp', joined(ground(:place(1) - 1)//cards//ground(sum(place):)//'*CONTACT, BODY=tool, '// &
+        'SURFACE=top, INTERFACE=0.5|'//press//'|0, -0.02|*END PHASE|'), given, messages, error)
+      if (.not. allocated(error)) call build_model(given, other, error)
+      call tests%check('an interface without a strength is refused: '//reason, allocated(error))
+      if (allocated(error)) call tests%check('and says: '//reason//' ('//error%message//')', &
+        index(error%message, reason) > 0)
+    end subroutine check_refused
   end subroutine check_interface
 
   !> Its patches are points with the strength of the soil there, lowered by a factor of safety.
@@ -738,6 +767,20 @@ contains
     end do
   end function contact_patch_count
 
+  !> Whether the term says that its matrix is symmetric.
+  logical function contacts_symmetric(step) result(symmetric)
+    type(step_type), intent(in) :: step
+    integer :: t
+
+    symmetric = .false.
+    do t = 1, size(step%terms)
+      select type (term => step%terms(t)%term)
+      class is (contacts_type)
+        symmetric = term%symmetric
+      end select
+    end do
+  end function contacts_symmetric
+
   !> A factor of safety lowers the strength of the interface.
   subroutine check_strength(tests)
     type(tests_type), intent(inout) :: tests
@@ -753,6 +796,7 @@ contains
     call evaluate_step(model, step, u, tangent_none)
     whole = sum(force_named(step, 'force of the contacts', u), mask=spread([.true., .false.], 2, size(u, 2)))
     call tests%close('a surface of 2 m slips at its adhesion', whole, 16.0_wp, 1.0e-10_wp)
+    call tests%check('adhesion on a body that does not turn leaves the matrix symmetric', contacts_symmetric(step))
     model%state%progress%strength_factor = 2.0_wp
     call end_system(step%system)
     call initialise_step(model, step, error)
