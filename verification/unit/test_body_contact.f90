@@ -15,6 +15,7 @@ module test_body_contact
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
+  use qsmpm_kept_arrays, only: kept_values, keep_values
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: tangent_none, step_info_type
   use qsmpm_linear_system, only: end_system
@@ -22,7 +23,7 @@ module test_body_contact
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_rigid_bodies, only: force_on_body, placed_bodies
+  use qsmpm_rigid_bodies, only: force_on_body, keep_rigid_body, placed_bodies
   use qsmpm_rigid_outline, only: rigid_outline_type, lay_outline
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
@@ -406,6 +407,10 @@ contains
     end do
     call tests%check('both bodies have places', any(points%pair == 1) .and. any(points%pair == 2))
     call tests%close('each on its own body', furthest, 0.0_wp, 1.0e-12_wp)
+    call keep_values(model%state%kept, 'rigid_bodies', kept_values(model%state%kept, 'rigid_bodies') + 3.0_wp)
+    call keep_rigid_body(model, 2, rigid_pose_type(), [(0.5_wp*i, i=1, 6)])
+    call tests%close('what is kept of a body', norm2(force_on_body(model, 2) - [(0.5_wp*i, i=1, 6)]), 0.0_wp, 1.0e-15_wp)
+    call tests%close('leaves the other one as it is', norm2(force_on_body(model, 1) - 3.0_wp), 0.0_wp, 1.0e-15_wp)
     call end_system(step%system)
   end subroutine check_two
 
