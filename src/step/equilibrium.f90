@@ -54,6 +54,8 @@ module qsmpm_equilibrium
     real(wp), allocatable :: prescribed(:, :)
     !> Increment of the loads from the start of the step, on the body as the solve finds it (components, nodes).
     real(wp), allocatable :: increment(:, :)
+    !> Unknowns that the iterations start from where nothing is prescribed (components, nodes); unallocated for zero.
+    real(wp), allocatable :: guess(:, :)
     !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
     real(wp) :: least_load = 0.0_wp
     !> The same of what the phase moves.
@@ -183,7 +185,12 @@ contains
     if (solution%pushed) then
       call evaluate_step(model, step, solution%displacement, tangent, goal%prescribed)
     else
+      if (allocated(goal%guess)) solution%displacement = goal%guess
       call evaluate_step(model, step, solution%displacement, tangent)
+      if (step%failure%failed .and. allocated(goal%guess)) then
+        solution%displacement = 0.0_wp
+        call evaluate_step(model, step, solution%displacement, tangent)
+      end if
     end if
     if (step%failure%failed) then
       call give_up(step, 'the stress of a point could not be updated', solution)

@@ -10,7 +10,7 @@ module test_body_loads
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kept_arrays, only: keep_values
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: step_info_type
+  use qsmpm_law, only: step_info_type, tangent_none
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
@@ -18,9 +18,10 @@ module test_body_loads
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, keep_rigid_body
   use qsmpm_rigid_pose, only: rigid_pose_type
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
-  use qsmpm_term_sums, only: begin_terms, set_loads, sum_field_sizes
+  use qsmpm_term_sums, only: begin_terms, commit_terms, set_loads, sum_field_sizes
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
   use term_samples, only: matrix_and_difference
@@ -64,7 +65,35 @@ contains
     call check_moments(tests)
     call check_turning(tests)
     call check_nothing_touched(tests)
+    call check_commit(tests)
   end subroutine collect_body_loads
+
+  !> A body is kept where the displacement of the step puts it, whichever was evaluated last.
+  subroutine check_commit(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
+    type(rigid_pose_type) :: pose
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :)
+    real(wp), parameter :: down = -0.02_wp
+
+    allocate (model, step)
+    call make_model(plate//load, model)
+    model%state%progress%phase = 1
+    call begin_analysis(model, step%terms)
+    call start_phase(model)
+    call initialise_step(model, step, error)
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.5_wp, phase_time=1.0_wp)))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    u(2, :) = down
+    call commit_terms(step%terms, u, model)
+    pose = pose_of(model, 1)
+    call tests%close('the body is where the step puts it', pose%displacement(2), down, 1.0e-15_wp)
+    call end_system(step%system)
+  end subroutine check_commit
 
   !> A model from cards.
   subroutine make_model(cards, model)

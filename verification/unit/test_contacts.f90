@@ -732,6 +732,7 @@ contains
     type(model_type), intent(inout) :: model
     class(step_type), allocatable :: step
     type(error_type), allocatable :: error
+    type(contacts_type) :: term
     real(wp), allocatable :: u(:, :), force(:, :)
 
     allocate (step)
@@ -749,43 +750,31 @@ contains
     call tests%close('pressure by the penalty that is asked for', -sum(force(2, :)), 1600.0_wp, 1.0e-9_wp)
     call tests%close('shear by the shares, lowered', -sum(force(1, :)), 0.25_wp*tan(acos(-1.0_wp)/6.0_wp)*800.0_wp &
       + 1.0_wp + 2.5_wp, 0.1_wp)
-    call tests%check('a condition at every point', contact_patch_count(step) == model%state%surface%count)
+    term = contacts_of(step)
+    call tests%check('a condition at every point', term%scratch%patches%count == model%state%surface%count)
     call end_system(step%system)
   end subroutine check_patch_strengths
 
-  !> Patches of the term.
-  integer function contact_patch_count(step) result(count_of)
+  !> The term of contact.
+  function contacts_of(step) result(contacts)
     type(step_type), intent(in) :: step
+    type(contacts_type) :: contacts
     integer :: t
 
-    count_of = 0
     do t = 1, size(step%terms)
       select type (term => step%terms(t)%term)
-      class is (contacts_type)
-        count_of = term%scratch%patches%count
+      type is (contacts_type)
+        contacts = term
       end select
     end do
-  end function contact_patch_count
-
-  !> Whether the term says that its matrix is symmetric.
-  logical function contacts_symmetric(step) result(symmetric)
-    type(step_type), intent(in) :: step
-    integer :: t
-
-    symmetric = .false.
-    do t = 1, size(step%terms)
-      select type (term => step%terms(t)%term)
-      class is (contacts_type)
-        symmetric = term%symmetric
-      end select
-    end do
-  end function contacts_symmetric
+  end function contacts_of
 
   !> A factor of safety lowers the strength of the interface.
   subroutine check_strength(tests)
     type(tests_type), intent(inout) :: tests
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
+    type(contacts_type) :: term
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :)
     real(wp) :: whole, lowered
@@ -796,7 +785,9 @@ contains
     call evaluate_step(model, step, u, tangent_none)
     whole = sum(force_named(step, 'force of the contacts', u), mask=spread([.true., .false.], 2, size(u, 2)))
     call tests%close('a surface of 2 m slips at its adhesion', whole, 16.0_wp, 1.0e-10_wp)
-    call tests%check('adhesion on a body that does not turn leaves the matrix symmetric', contacts_symmetric(step))
+    term = contacts_of(step)
+    call tests%check('adhesion on a body that does not turn leaves the matrix symmetric', term%symmetric)
+    call tests%check('where nothing has moved yet soil in contact goes along with the body', term%scratch%goes_along)
     model%state%progress%strength_factor = 2.0_wp
     call end_system(step%system)
     call initialise_step(model, step, error)

@@ -3,7 +3,7 @@
 module test_penetration
   use qsmpm_analysis, only: analysis_type
   use qsmpm_contact_report, only: contact_check_type, begin_contact_check, check_contact, end_contact_check
-  use qsmpm_contact_results, only: penetration_type
+  use qsmpm_contact_results, only: penetration_type, deepest_point
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
@@ -13,7 +13,7 @@ module test_penetration
   use qsmpm_model_builder, only: build_model
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_rigid_bodies, only: keep_rigid_body
+  use qsmpm_rigid_bodies, only: keep_rigid_body, placed_bodies
   use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_sheared_ground, only: sheared_note, swollen_note
   use deck_samples, only: joined
@@ -313,7 +313,22 @@ contains
     model%analysis%phases(1)%moves(1)%body = 'another'
     call tests%close('not moved', told(model, 0.6_wp, 0.5_wp, 'warning'), 0.0_wp, 0.0_wp)
     model%analysis%phases(1)%moves(1)%body = 'plate'
+    call check_outside(tests, model)
   end subroutine check_idle
+
+  !> Where no point is inside of a body none is named.
+  subroutine check_outside(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    real(wp) :: depth
+    integer :: body, point
+
+    call place(model, 0, [0.0_wp, 0.0_wp, 0.5_wp])
+    body = 1
+    point = 1
+    call deepest_point(model, placed_bodies(model), body, point, depth)
+    call tests%check('no body and no point', body == 0 .and. point == 0 .and. depth <= 0.0_wp)
+  end subroutine check_outside
 
   !> A force before the phase or in it is a touch.
   subroutine check_touch(tests, model)
