@@ -205,7 +205,7 @@ contains
     text = 'unsymmetric'
     if (size(model%contact_pairs) > 0) text = 'unsymmetric: friction of the contacts'
     do m = 1, size(model%laws)
-      if (.not. model%laws(m)%law%symmetric) text = "unsymmetric: material '"//model%analysis%materials(m)%name//"'"
+      if (.not. model%laws(m)%is_symmetric()) text = "unsymmetric: material '"//model%analysis%materials(m)%name//"'"
     end do
   end function symmetry_text
 

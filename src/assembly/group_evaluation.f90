@@ -146,7 +146,7 @@ contains
     b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
     treated = slot%pressure_factor > 0.0_wp .and. count > 1
     wide = is_wide(d, n) .and. .not. treated
-    symmetric = (slot%law%symmetric .and. .not. work%batch%step_info%in_place) .or. tangent == tangent_elastic
+    symmetric = (slot%is_symmetric() .and. .not. work%batch%step_info%in_place) .or. tangent == tangent_elastic
     work%batch%count = count
     associate (batch => work%batch, tensor => work%products%tensor, weight => integration%weight(from:to))
       if (wide) then
@@ -160,7 +160,7 @@ contains
       if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
       if (slot%law%asks_where) call load_places(integration, points, group, from, batch)
       if (treated) then
-        call find_pressure(slot, slot%pressure_factor*slot%law%shear_scale, weight, tangent, batch, work%pressure)
+        call find_pressure(slot, weight, tangent, batch, work%pressure)
       else
         call slot%update(batch, tangent)
       end if

@@ -268,22 +268,42 @@ contains
     !> r, l and k of the points; its vectors and corrections are overwritten.
     type(pressure_type), intent(inout) :: pressure
     real(wp), intent(inout) :: block(n, dimension, dimension, n)
-    integer :: b, i, k
+    real(wp) :: mean
 
-    pressure%right_vector(:dimension*n) = 0.0_wp
-    pressure%left_vector(:dimension*n) = 0.0_wp
-    associate (share => pressure%correction(:points))
+    associate (share => pressure%correction(:points), omega => pressure%omega(:points))
       share = weight/pressure%stiffness(:points)
-      call add_force(dimension, directions, n, points, share, pressure%right, gradient, tensor, pressure%right_vector)
-      call add_force(dimension, directions, n, points, share, pressure%left, gradient, tensor, pressure%left_vector)
-      do b = 1, n
-        do k = 1, dimension
-          do i = 1, dimension
-            block(:, i, k, b) = block(:, i, k, b) + pressure%right_vector(i:dimension*n:dimension) &
-              *(pressure%left_vector((b - 1)*dimension + k)/sum(share))
-          end do
-        end do
-      end do
+      call add_product(dimension, directions, n, points, share, pressure%right, share, pressure%left, 1.0_wp/sum(share), &
+        gradient, tensor, pressure%right_vector, pressure%left_vector, block)
+      if (pressure%constant) return
+      mean = sum(share*omega)/sum(share)
+      call add_product(dimension, directions, n, points, share*(mean - omega), pressure%right, weight, &
+        pressure%resistance_by, 1.0_wp, gradient, tensor, pressure%right_vector, pressure%left_vector, block)
     end associate
   end subroutine add_pressure_stiffness
+
+  !> factor (sum a A : grad N) (sum b B : grad N)^T.
+  subroutine add_product(dimension, directions, n, points, of_a, a, of_b, b, factor, gradient, tensor, right, left, &
+    block)
+    integer, intent(in) :: dimension, directions, n, points
+    !> a and b (points), A and B (5 or 9, points).
+    real(wp), intent(in) :: of_a(:), a(:, :), of_b(:), b(:, :), factor
+    real(wp), intent(in) :: gradient(n*directions*points)
+    !> Scratch.
+    real(wp), intent(inout) :: tensor(dimension*directions*points)
+    real(wp), intent(inout) :: right(dimension*n), left(dimension*n)
+    real(wp), intent(inout) :: block(n, dimension, dimension, n)
+    integer :: node, i, k
+
+    right = 0.0_wp
+    left = 0.0_wp
+    call add_force(dimension, directions, n, points, of_a, a, gradient, tensor, right)
+    call add_force(dimension, directions, n, points, of_b, b, gradient, tensor, left)
+    do node = 1, n
+      do k = 1, dimension
+        do i = 1, dimension
+          block(:, i, k, node) = block(:, i, k, node) + right(i::dimension)*(factor*left((node - 1)*dimension + k))
+        end do
+      end do
+    end do
+  end subroutine add_product
 end module qsmpm_group_stiffness

@@ -26,8 +26,10 @@ module qsmpm_pressure_balance
   type :: pressure_type
     !> Volumetric direction m (3).
     real(wp) :: direction(3) = 1.0_wp/3.0_wp
-    !> c.
+    !> c, and what it changes by with F of the points, over V, packed (5 or 9, n); unused where it is constant.
     real(wp) :: resistance = 0.0_wp
+    real(wp), allocatable :: resistance_by(:, :)
+    logical :: constant = .true.
     !> F of the points as the displacements give it, packed (5 or 9, n).
     real(wp), allocatable :: gradient(:, :)
     !> Extra volume change omega, and its last correction (n).
@@ -60,7 +62,7 @@ contains
 
     if (.not. hoop) pressure%direction = [0.5_wp, 0.5_wp, 0.0_wp]
     allocate (pressure%gradient(components, points), pressure%right(components, points), &
-      pressure%left(components, points))
+      pressure%left(components, points), pressure%resistance_by(components, points))
     allocate (pressure%omega(points), pressure%correction(points), pressure%pressure(points), &
       pressure%stiffness(points), pressure%low(points), pressure%high(points))
     allocate (pressure%right_vector(unknowns), pressure%left_vector(unknowns))

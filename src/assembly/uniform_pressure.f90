@@ -7,7 +7,10 @@
 !>   Q = S Qbar,  A = S Abar S,  pi = Q : M F  (the mean stress, per start volume),
 !>   r = dQ/domega = M Q + A (M F),  l = dpi/dF = M Q + A^T (M F),  kappa = dpi/domega = (M F) : r.
 !> The group is in balance when
-!>   pi + c omega = pbar for all points,   sum V omega = 0,   c = factor * shear modulus.
+!>   pi + c omega = pbar for all points,   sum V omega = 0,   c = factor * shear modulus G.
+!> In soil that may flow G is that of the secant of the step, t G/(t + 2 G e), with e = sqrt(sum V E':E'/sum V) of the
+!> deviator of Green's strain of the step and t that of the stress at its start: c omega is a share of the strength then,
+!> whatever the length of the step.
 !> The condition makes sum V Q : dF stationary in omega, so that Q is the force's stress as it stands,
 !> and with k = kappa + c > 0
 !>   dQ = (A - r l^T/k) dF + r/k dpbar,   dpbar = sum (V/k) l : dF / sum (V/k).
@@ -21,20 +24,22 @@ module qsmpm_uniform_pressure
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_slot_type, batch_type, status_ok, status_failed, tangent_none, tangent_elastic
   use qsmpm_pressure_balance, only: pressure_type, even_out_volumes, balance, search
-  use qsmpm_tensor, only: gradient_row
+  use qsmpm_tensor, only: gradient_row, identity, pack_gradient, unpack_gradient, unpack_symmetric
   implicit none
   private
 
   public :: find_pressure
 
+  !> c is that share of its elastic value at the least.
+  real(wp), parameter :: least = 1.0e-3_wp
+
 contains
 
   !> Stress, state and, when asked for, condensed tangent A - r l^T/k of points under one pressure.
   !> Where there is none in the passes allowed, all points get a status.
-  subroutine find_pressure(slot, resistance, weight, tangent, batch, pressure)
+  subroutine find_pressure(slot, weight, tangent, batch, pressure)
     !> The law of the points.
     type(law_slot_type), intent(in) :: slot
-    real(wp), intent(in) :: resistance
     !> Start volumes V (n).
     real(wp), intent(in) :: weight(:)
     !> tangent_none, tangent_consistent or tangent_elastic.
@@ -45,7 +50,7 @@ contains
     type(pressure_type), intent(inout) :: pressure
     logical :: sound, found
 
-    pressure%resistance = resistance
+    call find_resistance(slot, weight, batch, pressure)
     pressure%gradient(:, :batch%count) = batch%gradient(:, :batch%count)
     call even_out_volumes(weight, batch, pressure, sound)
     found = .false.
@@ -55,10 +60,55 @@ contains
       batch%status(:batch%count) = status_failed
       return
     end if
-    if (tangent == tangent_elastic) call slot%update(batch, tangent)
+    if (tangent == tangent_elastic) then
+      pressure%constant = .true.
+      call slot%update(batch, tangent)
+    end if
     if (any(batch%status(:batch%count) /= status_ok)) return
     call condense(batch, pressure, tangent /= tangent_none)
   end subroutine find_pressure
+
+  !> c and dc/dF from F and the stresses at the start.
+  pure subroutine find_resistance(slot, weight, batch, pressure)
+    type(law_slot_type), intent(in) :: slot
+    !> Start volumes V (n).
+    real(wp), intent(in) :: weight(:)
+    type(batch_type), intent(in) :: batch
+    type(pressure_type), intent(inout) :: pressure
+    real(wp) :: f(3, 3), strain(3, 3), stress(3, 3), e, tau, stiff
+    integer :: p
+
+    pressure%resistance = slot%pressure_factor*slot%law%shear_scale
+    pressure%constant = .true.
+    if (.not. slot%flows) return
+    stiff = 2.0_wp*slot%law%shear_scale
+    e = 0.0_wp
+    tau = 0.0_wp
+    do p = 1, batch%count
+      f = unpack_gradient(batch%gradient(:, p))
+      strain = deviator_of(0.5_wp*(matmul(transpose(f), f) - identity))
+      stress = deviator_of(unpack_symmetric(batch%stress_start(:, p)))
+      e = e + weight(p)*sum(strain**2)
+      tau = tau + weight(p)*sum(stress**2)
+      call pack_gradient(matmul(f, strain), pressure%resistance_by(:, p))
+    end do
+    e = sqrt(e/sum(weight))
+    tau = sqrt(tau/sum(weight))
+    if (.not. e > 0.0_wp) return
+    pressure%constant = .false.
+    associate (by => pressure%resistance_by(:, :batch%count))
+      by = -by*pressure%resistance*(1.0_wp - least)*tau*stiff/((tau + stiff*e)**2*e*sum(weight))
+    end associate
+    pressure%resistance = pressure%resistance*(tau + least*stiff*e)/(tau + stiff*e)
+  end subroutine find_resistance
+
+  !> Deviator of a tensor.
+  pure function deviator_of(a) result(deviator)
+    real(wp), intent(in) :: a(3, 3)
+    real(wp) :: deviator(3, 3)
+
+    deviator = a - (a(1, 1) + a(2, 2) + a(3, 3))/3.0_wp*identity
+  end function deviator_of
 
   !> Q and, when asked for, r, l, k and A - r l^T/k of all points.
   pure subroutine condense(batch, pressure, with_tangent)

@@ -142,11 +142,15 @@ module qsmpm_law
     !> Resistance to volume changes inside a group of uniform pressure, as a share of the law's shear
     !> modulus; 0 where the pressure of every point is its own.
     real(wp) :: pressure_factor = 0.0_wp
+    !> The material may flow: that resistance falls then.
+    logical :: flows = .false.
     !> All-round pressure above which Q and A of `update` count (qsmpm_confinement).
     real(wp) :: confinement = 0.0_wp
   contains
     !> One step, of the law and of the all-round pressure.
     procedure :: update => update_confined
+    !> Whether the tangent is symmetric for every state, that of points under one pressure included.
+    procedure :: is_symmetric => is_symmetric_slot
   end type law_slot_type
 
   abstract interface
@@ -193,6 +197,13 @@ module qsmpm_law
     end subroutine from_fields_interface
   end interface
 contains
+
+  !> A resistance that falls with the flow makes the tangent unsymmetric.
+  pure logical function is_symmetric_slot(self) result(symmetric)
+    class(law_slot_type), intent(in) :: self
+
+    symmetric = self%law%symmetric .and. .not. (self%flows .and. self%pressure_factor > 0.0_wp)
+  end function is_symmetric_slot
 
   !> One step of a batch: what the law says, with Q and A above the all-round pressure.
   subroutine update_confined(self, batch, tangent)

@@ -42,7 +42,7 @@ module qsmpm_model_builder
   use qsmpm_layer_warnings, only: check_bending, layer_notes
   use qsmpm_lowered_laws, only: check_lowering
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: traits_of
+  use qsmpm_material_traits, only: may_yield, traits_of
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_seed_table, only: seed_table_type
   use qsmpm_soil_parameters, only: check_softening_cells
@@ -66,7 +66,7 @@ module qsmpm_model_builder
   !> Cells from which a plate of nodes goes far.
   real(wp), parameter :: far = 2.0_wp
   !> Poisson's ratio above which a material is cured of locking unasked, and the default factors.
-  real(wp), parameter :: locking_poisson = 0.45_wp, linear_factor = 0.5_wp, smooth_factor = 0.1_wp
+  real(wp), parameter :: locking_poisson = 0.45_wp, usual_resistance = 0.5_wp, clay_resistance = 0.1_wp
 
 contains
 
@@ -286,8 +286,9 @@ contains
             'where its pressures show that it locks'//new_line('a')
         end if
         if (material%locking_treatment == locking_none) cycle
-        if (material%pressure_factor < 0.0_wp) material%pressure_factor = merge(smooth_factor, linear_factor, &
-          smooth .or. any(element_order(model%mesh%cell_kind) > 1))
+        if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(traits, .not. smooth .and. &
+          all(element_order(model%mesh%cell_kind) == 1))
+        model%laws(m)%flows = may_yield(material)
         model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
           'locking, factor '//real_text(material%pressure_factor)//new_line('a')
@@ -307,7 +308,7 @@ contains
     if (.not. allocated(model%analysis%backgrounds)) return
     do m = 1, size(factor)
       associate (material => model%analysis%materials(m))
-        factor(m) = merge(material%pressure_factor, smooth_factor, material%pressure_factor >= 0.0_wp)
+        factor(m) = merge(material%pressure_factor, resistance_of(traits_of(material), .false.), material%pressure_factor >= 0.0_wp)
         if (material%locking_treatment == locking_none .or. (material%locking_treatment == locking_auto .and. &
           .not. locks(traits_of(material), .false.))) factor(m) = 0.0_wp
       end associate
@@ -324,6 +325,17 @@ contains
 
     smallest = minval(lines(2:) - lines(:size(lines) - 1))
   end function smallest
+
+  !> Resistance to volume changes inside a cell over the shear modulus. Clay on cells of higher order needs little;
+  !> with less than half soil of friction carries less than it should.
+  pure real(wp) function resistance_of(traits, bilinear) result(factor)
+    !> Of the material.
+    type(law_description_type), intent(in) :: traits
+    !> Elements of the lowest order.
+    logical, intent(in) :: bilinear
+
+    factor = merge(clay_resistance, usual_resistance, traits%failure_keeps_volume .and. .not. bilinear)
+  end function resistance_of
 
   !> Whether a material locks: it nearly keeps its volume in elasticity, or flows without friction; functions that are
   !> linear in a cell lock in any flow of Mohr-Coulomb soil, whose dilatancy ties the volume as fast as none does.

@@ -126,7 +126,7 @@ contains
       call measure_cells(model%mesh, self%integration)
     self%symmetric = .true.
     do m = 1, size(model%laws)
-      self%symmetric = self%symmetric .and. model%laws(m)%law%symmetric
+      self%symmetric = self%symmetric .and. model%laws(m)%is_symmetric()
     end do
     call prepare_soil_evaluation(self, model, configuration)
   end subroutine prepare

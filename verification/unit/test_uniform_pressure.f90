@@ -46,6 +46,7 @@ contains
     end do
     call check_one_point(tests)
     call check_search(tests)
+    call check_resistance(tests)
     call check_failure(tests)
   end subroutine collect_uniform_pressure
 
@@ -69,6 +70,7 @@ contains
     call new_law(p, dimension, kinematics, rate_midpoint, law, error)
     allocate (slot%law, source=law)
     slot%pressure_factor = factor
+    slot%flows = soil > 1
   end subroutine make_slot
 
   !> Pseudo-random number from -1 to 1 (Park and Miller).
@@ -161,7 +163,7 @@ contains
     evaluation%step_info%in_place = in_place
     call make_group(model, laws(1)%law, n, 7, integration)
     allocate (u(d, n))
-    call make_displacement(merge(0.029_wp, 0.02_wp, in_place), merge(21_long, 99_long, in_place), u)
+    call make_displacement(merge(0.04_wp, 0.03_wp, in_place), merge(21_long, 99_long, in_place), u)
     call prepare_evaluation(integration, d, n, .true., .true., evaluation)
     call evaluate(integration, none, laws, u, tangent_consistent, evaluation)
     call tests%check(name//': the group finds its pressure', evaluation%ok)
@@ -172,18 +174,18 @@ contains
     call compare_differences(integration, laws, u, block, evaluation, error, compared)
     ! Differences of fourth order with step 4e-5: the balance of the group is exact to 5e-14 of k, 2e-12 of the force; the noise is 8e-8 then.
     call tests%close(name//': stiffness is the derivative of the force', error, 0.0_wp, 1.0e-7_wp)
-    call tests%check(name//': most directions cross no corner of the yield surface', compared >= 15)
+    call tests%check(name//': most directions cross no corner of the yield surface', compared > 10)
     if (soil > 1) call tests%check(name//': points yield', plastic >= 3)
     error = maxval(abs(block - transpose(block)))/maxval(abs(block))
-    if (laws(1)%law%symmetric .and. .not. in_place) then
+    if (laws(1)%is_symmetric() .and. .not. in_place) then
       call tests%close(name//': symmetric with the law', error, 0.0_wp, 1.0e-13_wp)
     else if (soil == 4) then
       call tests%check(name//': unsymmetric with the law', error > 1.0e-4_wp)
     end if
   end subroutine check_tangent
 
-  !> Largest error in twenty directions, those left out in which the force has a corner: there
-  !> forward and backward differ by the step, elsewhere by its square.
+  !> Largest error in twenty directions, those left out in which the force has a corner: there second differences beside
+  !> each other differ by the step, elsewhere by its cube.
   subroutine compare_differences(integration, laws, u, block, evaluation, error, compared)
     type(integration_type), intent(in) :: integration
     type(law_slot_type), intent(in) :: laws(:)
@@ -193,9 +195,9 @@ contains
     real(wp), intent(out) :: error
     integer, intent(out) :: compared
     type(points_type) :: none
-    real(wp), parameter :: step = 4.0e-5_wp, corner = 8.0e-7_wp
+    real(wp), parameter :: step = 4.0e-5_wp, corner = 2.0e-8_wp
     real(wp), dimension(size(u, 1), size(u, 2)) :: direction, linear, slope
-    real(wp) :: force(size(u, 1), size(u, 2), -2:2), scale
+    real(wp) :: force(size(u, 1), size(u, 2), -2:2), second(size(u, 1), size(u, 2), -1:1), scale
     integer :: k, i
 
     error = 0.0_wp
@@ -208,7 +210,8 @@ contains
         call evaluate(integration, none, laws, u + i*step*direction, tangent_none, evaluation)
         force(:, :, i) = evaluation%force
       end do
-      if (norm2(force(:, :, 2) + force(:, :, -2) - 2.0_wp*force(:, :, 0)) > corner*scale) cycle
+      second = force(:, :, 0:) - 2.0_wp*force(:, :, -1:1) + force(:, :, :0)
+      if (max(norm2(second(:, :, 1) - second(:, :, 0)), norm2(second(:, :, -1) - second(:, :, 0))) > corner*scale) cycle
       compared = compared + 1
       slope = (8.0_wp*(force(:, :, 1) - force(:, :, -1)) - force(:, :, 2) + force(:, :, -2))/(12.0_wp*step)
       error = max(error, norm2(slope - linear)/scale)
@@ -243,6 +246,7 @@ contains
     m = 1.0_wp/3.0_wp
     if (model == 1) m = [0.5_wp, 0.5_wp, 0.0_wp]
     call make_slot(4, d, kinematics_logarithmic, 0.1_wp, laws(1))
+    laws(1)%flows = .false.
     call make_group(model, laws(1)%law, n, 7, integration)
     allocate (u(d, n))
     call make_displacement(0.02_wp, 99_long, u)
@@ -366,7 +370,8 @@ contains
     plain = batch
     call slot%law%update(plain, tangent_consistent)
     call allocate_pressure(9, 1, 3, .true., pressure)
-    call find_pressure(slot, 1.0_wp, [0.7_wp], tangent_consistent, batch, pressure)
+    slot%pressure_factor = 0.1_wp
+    call find_pressure(slot, [0.7_wp], tangent_consistent, batch, pressure)
     ! Rounding of a weighted mean of one value, times the bulk modulus of 1667.
     call tests%close('one point: no extra volume change', pressure%omega(1), 0.0_wp, 1.0e-16_wp)
     call tests%close('one point: the stress of the law', maxval(abs(batch%piola - plain%piola)), 0.0_wp, 1.0e-12_wp)
@@ -385,15 +390,17 @@ contains
     type(pressure_type) :: pressure
     real(wp), parameter :: weight(9) = [0.5_wp, 1.0_wp, 1.5_wp, 0.7_wp, 0.9_wp, 1.1_wp, 1.3_wp, 1.0_wp, 2.0_wp]
     real(wp) :: omega(9)
-    integer :: soil, taken
+    integer :: soil
     logical :: found
 
     do soil = 1, 4
       call make_slot(soil, 3, kinematics_logarithmic, 0.1_wp, slot)
       call random_batch(slot%law, 9, 0.03_wp, 1.0_wp, batch)
       call allocate_pressure(9, 9, 3, .true., pressure)
-      pressure%resistance = 0.1_wp*slot%law%shear_scale
-      pressure%gradient = batch%gradient
+      call find_pressure(slot, weight, tangent_none, batch, pressure)
+      omega = pressure%omega
+      if (soil == 1) call tests%check('elasticity takes few calls of the law', pressure%passes <= 3)
+      batch%gradient = pressure%gradient
       call search(slot, weight, batch, pressure, found)
       call tests%check(trim(soil_names(soil))//': the search finds a pressure', found)
       call tests%close(trim(soil_names(soil))//': the search keeps the volume', sum(weight*pressure%omega), 0.0_wp, &
@@ -401,15 +408,42 @@ contains
       ! 5e-14 of k, with k at most the bulk modulus of 3333.
       call tests%close(trim(soil_names(soil))//': the search makes one pressure', maxval(pressure%pressure) &
         - minval(pressure%pressure), 0.0_wp, 1.0e-9_wp)
-      omega = pressure%omega
-      taken = pressure%passes
-      batch%gradient = pressure%gradient
-      call find_pressure(slot, pressure%resistance, weight, tangent_none, batch, pressure)
       call tests%close(trim(soil_names(soil))//': both ways lead to one state', maxval(abs(pressure%omega - omega)), &
         0.0_wp, 1.0e-11_wp)
-      if (soil == 1) call tests%check('elasticity takes few calls of the law', pressure%passes <= 3 .and. taken <= 6)
+      if (soil == 1) call tests%check('elasticity takes few calls of the law in a search too', pressure%passes <= 6)
     end do
   end subroutine check_search
+
+  !> Of soil that flows the resistance to volume changes falls as the strain of the step grows: c = 0.1 G/(1 + G g/t) in
+  !> simple shear g under a shear stress t, so that in flow the pressures it allows do not depend on the step.
+  subroutine check_resistance(tests)
+    type(tests_type), intent(inout) :: tests
+    type(law_slot_type) :: slot
+    type(batch_type) :: batch
+    type(pressure_type) :: pressure
+    real(wp), parameter :: shear(3) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp], weight(3) = [1.0_wp, 2.0_wp, 0.5_wp], stress = 0.9_wp
+    real(wp) :: g
+    integer :: i
+
+    call make_slot(2, 2, kinematics_jaumann, 0.1_wp, slot)
+    call random_batch(slot%law, 3, 0.01_wp, 1.0_wp, batch)
+    call allocate_pressure(5, 3, 2, .false., pressure)
+    g = slot%law%shear_scale
+    do i = 1, size(shear)
+      batch%gradient(:, :3) = spread([1.0_wp, 0.0_wp, shear(i), 1.0_wp, 1.0_wp], 2, 3)
+      batch%stress_start(:, :3) = spread([0.0_wp, 0.0_wp, 0.0_wp, stress], 2, 3)
+      call find_pressure(slot, weight, tangent_none, batch, pressure)
+      call tests%close('resistance of soil that flows', pressure%resistance*(1.0_wp + g*shear(i)/stress)/(0.1_wp*g), &
+        1.0_wp, 1.0e-3_wp)
+    end do
+    slot%flows = .false.
+    call find_pressure(slot, weight, tangent_none, batch, pressure)
+    call tests%close('resistance of soil that does not', pressure%resistance, 0.1_wp*g, 1.0e-15_wp*g)
+    call tests%check('elastic soil under one pressure has a symmetric tangent, soil that flows has not', &
+      slot%is_symmetric() .eqv. slot%law%symmetric)
+    slot%flows = .true.
+    call tests%check('that of soil that flows is not', .not. slot%is_symmetric())
+  end subroutine check_resistance
 
   !> A point turned inside out fails its group and no number comes out wrong.
   subroutine check_failure(tests)
@@ -423,7 +457,7 @@ contains
     call allocate_pressure(5, 3, 2, .false., pressure)
     batch%gradient(1, 2) = -1.0_wp
     call tests%check('the second point is turned inside out', packed_determinant(batch%gradient(:, 2)) < 0.0_wp)
-    call find_pressure(slot, 1.0_wp, [1.0_wp, 1.0_wp, 1.0_wp], tangent_consistent, batch, pressure)
+    call find_pressure(slot, [1.0_wp, 1.0_wp, 1.0_wp], tangent_consistent, batch, pressure)
     call tests%check('a point inside out fails the group', all(batch%status /= status_ok))
   end subroutine check_failure
 end module test_uniform_pressure
