@@ -54,7 +54,7 @@ module qsmpm_equilibrium
     real(wp), allocatable :: prescribed(:, :)
     !> Increment of the loads from the start of the step, on the body as the solve finds it (components, nodes).
     real(wp), allocatable :: increment(:, :)
-    !> Unknowns that the iterations start from where nothing is prescribed (components, nodes); unallocated for zero.
+    !> Unknowns that the iterations start from, with what is prescribed (components, nodes); unallocated for zero.
     real(wp), allocatable :: guess(:, :)
     !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
     real(wp) :: least_load = 0.0_wp
@@ -71,6 +71,8 @@ module qsmpm_equilibrium
     logical :: converged = .false.
     !> Displacements are prescribed somewhere.
     logical :: pushed = .false.
+    !> The iterations have started from a guess.
+    logical :: guessed = .false.
     !> Kind of failure, one of the error codes.
     integer :: cause = error_not_converged
     !> Why not converged.
@@ -140,7 +142,7 @@ contains
     solution%pushed = any_of(step%team, any(abs(goal%prescribed) > 0.0_wp))
     call evaluate_start(model, step, goal, tangent, residual, solution)
     do while (.not. allocated(solution%reason))
-      if (solution%out_of_balance <= goal%tolerance .and. is_pushed_through(solution)) then
+      if (solution%out_of_balance <= goal%tolerance .and. is_answered(solution)) then
         solution%converged = .true.
         step%usual_iterations = solution%iterations
         call take_shares(step, goal%tolerance, residual, solution)
@@ -160,15 +162,17 @@ contains
     end do
   end subroutine solve_equilibrium
 
-  !> Whether prescribed displacements are in force and a second iteration has answered what the first one, whose matrix
-  !> is that of before the push, has left; none is needed where that is rounding.
-  pure logical function is_pushed_through(solution)
+  !> Whether an iteration has answered what the step asks for: a second one where displacements are prescribed, for the
+  !> matrix of the first is that of before the push, but one from a guess that has them; none is needed behind one that
+  !> leaves rounding.
+  pure logical function is_answered(solution)
     type(solution_type), intent(in) :: solution
     real(wp), parameter :: rounding = 1.0e-10_wp
+    integer :: least
 
-    is_pushed_through = .not. solution%pushed .or. solution%iterations > 1 .or. &
-      (solution%iterations == 1 .and. solution%out_of_balance <= rounding)
-  end function is_pushed_through
+    least = merge(1, merge(2, 0, solution%pushed), solution%guessed)
+    is_answered = solution%iterations >= least .or. (solution%iterations == 1 .and. solution%out_of_balance <= rounding)
+  end function is_answered
 
   !> Forces and tangent at the start of the step, with the force that prescribed displacements will call up.
   subroutine evaluate_start(model, step, goal, tangent, residual, solution)
@@ -181,14 +185,17 @@ contains
     type(solution_type), intent(inout) :: solution
 
     allocate (solution%displacement, mold=goal%prescribed)
-    solution%displacement = 0.0_wp
-    if (solution%pushed) then
-      call evaluate_step(model, step, solution%displacement, tangent, goal%prescribed)
-    else
-      if (allocated(goal%guess)) solution%displacement = goal%guess
+    solution%guessed = allocated(goal%guess)
+    if (solution%guessed) then
+      solution%displacement = goal%guess
       call evaluate_step(model, step, solution%displacement, tangent)
-      if (step%failure%failed .and. allocated(goal%guess)) then
-        solution%displacement = 0.0_wp
+      solution%guessed = .not. step%failure%failed
+    end if
+    if (.not. solution%guessed) then
+      solution%displacement = 0.0_wp
+      if (solution%pushed) then
+        call evaluate_step(model, step, solution%displacement, tangent, goal%prescribed)
+      else
         call evaluate_step(model, step, solution%displacement, tangent)
       end if
     end if
@@ -293,16 +300,18 @@ contains
     type(error_type), allocatable :: error
     real(wp) :: rhs(size(residual)), x(size(residual)), reaction(size(residual))
     integer :: factorised, swept
+    logical :: brings
 
     correction = 0.0_wp
-    if (solution%iterations == 0) correction = goal%prescribed
+    brings = solution%iterations == 0 .and. .not. solution%guessed
+    if (brings) correction = goal%prescribed
     if (total(step%team, int(step%equations%count, long)) == 0) return
     factorised = step%system%factorisations
     swept = step%system%sweeps
     if (.not. keep_factors) call factorise(step, solution%displacement, error)
     call switch_timer(step%profile%watch, part_solves)
     rhs = residual
-    if (solution%iterations == 0 .and. solution%pushed) then
+    if (brings .and. solution%pushed) then
       call linear_force(step, correction, reaction)
       rhs = rhs - reaction
     end if
@@ -368,7 +377,7 @@ contains
     before = solution%out_of_balance
     whole_before = solution%whole_imbalance
     start = solution%displacement
-    whole = solution%iterations == 1 .and. solution%pushed
+    whole = solution%iterations == 1 .and. solution%pushed .and. .not. solution%guessed
     searched = controls%line_search .and. .not. (whole .or. frozen)
     length = 1.0_wp
     if (.not. whole) length = min(1.0_wp, &

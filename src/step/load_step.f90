@@ -13,6 +13,7 @@ module qsmpm_load_step
   use qsmpm_division, only: migrate_points
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_error, only: error_type
+  use qsmpm_extrapolation, only: extrapolate, keep_rates
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_joint_system, only: leave_joint_system
   use qsmpm_model, only: model_type
@@ -85,7 +86,9 @@ contains
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
     undamped = model%state%progress%undamped_newton
+    call extrapolate(model, step, attempt, goal)
     call find_equilibrium(model, step, goal, controls, attempt, undamped, solution)
+    step%from_rest = .not. solution%converged
     model%state%progress%undamped_newton = undamped
     if (solution%converged) call judge_length(model, step, controls, attempt, solution, error)
     if (allocated(error)) return
@@ -114,6 +117,8 @@ contains
     call switch_timer(step%profile%watch, part_convection)
     if (.not. allocated(error)) then
       call keep_changes(step%unknowns, solution%displacement, model%state%kept)
+      call keep_rates(step%unknowns, attempt, attempt%fraction - model%state%progress%fraction, solution%displacement, &
+        model%state%kept)
       call keep_nodal_of_terms(step%terms, solution%displacement, model%state%kept)
     end if
     associate (displacement => solution%displacement(:model%mesh%dimension, :model%space%node_count))

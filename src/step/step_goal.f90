@@ -60,7 +60,6 @@ contains
     end associate
     call find_prescribed(model, terms, unknowns, attempt%fraction, goal%prescribed)
     goal%tolerance = attempt%tolerance
-    if (allocated(attempt%guess)) goal%guess = attempt%guess
     ! Soil that bears an all-round pressure and nothing else has no force but for rounding.
     goal%least_load = joint_norm(model%part%team, norm2(pack(model%state%released, &
       spread(own_of(model%part%nodes, model%space%node_count), 1, model%mesh%dimension)))) &
