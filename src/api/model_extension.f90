@@ -166,6 +166,7 @@ contains
     do m = 1, number
       call move_alloc(model%laws(m)%law, laws(m)%law)
       laws(m)%pressure_factor = model%laws(m)%pressure_factor
+      laws(m)%flows = model%laws(m)%flows
       laws(m)%confinement = model%laws(m)%confinement
     end do
     call move_alloc(laws, model%laws)

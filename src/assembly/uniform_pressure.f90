@@ -10,7 +10,7 @@
 !>   pi + c omega = pbar for all points,   sum V omega = 0,   c = factor * shear modulus G.
 !> In soil that may flow G is that of the secant of the step, t G/(t + 2 G e), with e = sqrt(sum V E':E'/sum V) of the
 !> deviator of Green's strain of the step and t that of the stress at its start: c omega is a share of the strength then,
-!> whatever the length of the step.
+!> whatever the length of the step. A group without shear stress keeps the elastic one for a step.
 !> The condition makes sum V Q : dF stationary in omega, so that Q is the force's stress as it stands,
 !> and with k = kappa + c > 0
 !>   dQ = (A - r l^T/k) dF + r/k dpbar,   dpbar = sum (V/k) l : dF / sum (V/k).
@@ -94,7 +94,7 @@ contains
     end do
     e = sqrt(e/sum(weight))
     tau = sqrt(tau/sum(weight))
-    if (.not. e > 0.0_wp) return
+    if (.not. (e > 0.0_wp .and. tau > 0.0_wp)) return
     pressure%constant = .false.
     associate (by => pressure%resistance_by(:, :batch%count))
       by = -by*pressure%resistance*(1.0_wp - least)*tau*stiff/((tau + stiff*e)**2*e*sum(weight))

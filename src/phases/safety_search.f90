@@ -288,7 +288,6 @@ contains
         attempt = substep_attempt(given, damping, fraction, fraction, move)
         attempt%tolerance = given%tolerance
         attempt%stabilisation = largest_fade**min(substep, most_fades)
-        if (solution%converged) attempt%guess = solution%displacement
         call solver%solve(model, step, given, attempt, solution, error)
         if (allocated(error)) return
         if (solution%converged) then

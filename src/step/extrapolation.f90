@@ -1,49 +1,55 @@
 !> Where the iterations of a step begin: its share of the phase times the rate of the unknowns in the static step before,
-!> which near a limit load is nearly all of the answer (docs/methods/steps.md).
+!> which near a limit load is nearly all of the answer; of a damped sub-step, the changes of the one before
+!> (docs/methods/steps.md).
 !>
-!> Rates are kept as fields are, node by node, so that a restart file has them and new nodes begin with zero. The first
-!> step of a phase and one behind damped sub-steps begin with nothing; what is prescribed is in force from the start.
+!> Both are kept as fields are, node by node, so that a restart file has them and new nodes begin with zero. The first
+!> step of a phase begins with nothing, and so does one behind damped sub-steps or an attempt that has failed; what is
+!> prescribed is in force from the start.
 module qsmpm_extrapolation
   use qsmpm_agreement, only: any_of
   use qsmpm_equilibrium, only: target_type
   use qsmpm_initialisation, only: step_type
-  use qsmpm_kept_arrays, only: kept_arrays_type, is_kept, keep_values, kept_values, lay_array
+  use qsmpm_kept_arrays, only: kept_arrays_type, is_kept, keep_values, kept_values
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type
+  use qsmpm_nodal_fields, only: rate_of, substep_of
   use qsmpm_owner_copies, only: copy_values
   use qsmpm_step_solver, only: attempt_type
-  use qsmpm_unknowns, only: unknowns_type, joint_node, put_values, values_of
+  use qsmpm_unknowns, only: unknowns_type, put_values, values_of
   implicit none
   private
 
   public :: extrapolate, keep_rates
 
-  character(len=*), parameter :: rate_of = 'rate of '
-
 contains
 
-  !> First guess of a step, unless the attempt brings one or there is no step like it before.
+  !> First guess of a step, where there is a step like it before.
   subroutine extrapolate(model, step, attempt, goal)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
     type(attempt_type), intent(in) :: attempt
     type(target_type), intent(inout) :: goal
-    real(wp), allocatable :: rate(:, :)
+    real(wp), allocatable :: values(:, :)
+    character(len=:), allocatable :: name
     real(wp) :: share
+    logical :: damped
     integer :: f
 
-    if (allocated(attempt%guess)) goal%guess = attempt%guess
+    damped = attempt%damping > 0.0_wp
     share = attempt%fraction - model%state%progress%fraction
-    if (allocated(attempt%guess) .or. attempt%damping > 0.0_wp .or. .not. share > 0.0_wp &
-      .or. model%state%progress%phase_steps == 0 .or. step%from_rest) return
+    if (damped) share = 1.0_wp
+    if (step%from_rest .or. (damped .neqv. step%damped) .or. .not. share > 0.0_wp) return
+    if (.not. damped .and. model%state%progress%phase_steps == 0) return
     allocate (goal%guess, mold=goal%prescribed)
     goal%guess = 0.0_wp
     associate (fields => step%unknowns%fields, kept => model%state%kept)
       do f = 1, size(fields)
-        if (.not. is_kept(kept, rate_of//fields(f)%name)) cycle
-        rate = kept_values(kept, rate_of//fields(f)%name)
-        if (f == 1) call copy_values(step%team, step%node_copies, rate)
-        call put_values(step%unknowns, f, share*rate, goal%guess)
+        name = rate_of//fields(f)%name
+        if (damped) name = substep_of//fields(f)%name
+        if (.not. is_kept(kept, name)) cycle
+        values = kept_values(kept, name)
+        if (f == 1) call copy_values(step%team, step%node_copies, values)
+        call put_values(step%unknowns, f, share*values, goal%guess)
       end do
     end associate
     if (any_of(step%team, any(abs(goal%guess) > 0.0_wp))) then
@@ -53,26 +59,27 @@ contains
     end if
   end subroutine extrapolate
 
-  !> Keep the rates of a static step of some share of the phase; a damped one leaves none.
-  subroutine keep_rates(unknowns, attempt, share, changes, kept)
+  !> Keep the rates of a static step of some share of the phase, or the changes of a damped sub-step, which leaves no rates.
+  subroutine keep_rates(unknowns, damped, share, changes, kept)
     type(unknowns_type), intent(in) :: unknowns
-    type(attempt_type), intent(in) :: attempt
-    !> 0 at constant load, which leaves the rates.
+    logical, intent(in) :: damped
+    !> 0 at constant load, where a static step leaves the rates.
     real(wp), intent(in) :: share
     !> (most components, all nodes)
     real(wp), intent(in) :: changes(:, :)
     type(kept_arrays_type), intent(inout) :: kept
-    real(wp), allocatable :: rate(:, :)
     integer :: f
 
-    if (.not. (share > 0.0_wp .or. attempt%damping > 0.0_wp)) return
+    if (.not. (share > 0.0_wp .or. damped)) return
     do f = 1, size(unknowns%fields)
-      associate (field => unknowns%fields(f))
-        if (allocated(rate)) deallocate (rate)
-        allocate (rate(field%components, field%node_count), source=0.0_wp)
-        if (.not. attempt%damping > 0.0_wp) rate = values_of(unknowns, f, changes)/share
-        call lay_array(kept, rate_of//field%name, rate, nodal=field%node_count == unknowns%fields(1)%node_count)
-        call keep_values(kept, rate_of//field%name, rate)
+      associate (name => unknowns%fields(f)%name, values => values_of(unknowns, f, changes))
+        if (.not. is_kept(kept, rate_of//name)) cycle
+        if (damped) then
+          call keep_values(kept, rate_of//name, 0.0_wp*values)
+          call keep_values(kept, substep_of//name, values)
+        else
+          call keep_values(kept, rate_of//name, values/share)
+        end if
       end associate
     end do
   end subroutine keep_rates

@@ -80,8 +80,8 @@ module qsmpm_initialisation
     type(run_profile_type) :: profile
     !> Iterations of the last solution; it only says which trials get a tangent.
     integer :: usual_iterations = 0
-    !> The last attempt has failed: the next one does not begin from the rates of the step before.
-    logical :: from_rest = .false.
+    !> The last attempt has failed, or was a damped sub-step that was taken: where the next one begins.
+    logical :: from_rest = .false., damped = .false.
     !> Part of the grid that all this is for.
     type(window_type) :: window
     !> What the outlines of cut bodies have shown so far; outlives the step.

@@ -89,6 +89,7 @@ contains
     call extrapolate(model, step, attempt, goal)
     call find_equilibrium(model, step, goal, controls, attempt, undamped, solution)
     step%from_rest = .not. solution%converged
+    step%damped = solution%converged .and. attempt%damping > 0.0_wp
     model%state%progress%undamped_newton = undamped
     if (solution%converged) call judge_length(model, step, controls, attempt, solution, error)
     if (allocated(error)) return
@@ -117,8 +118,8 @@ contains
     call switch_timer(step%profile%watch, part_convection)
     if (.not. allocated(error)) then
       call keep_changes(step%unknowns, solution%displacement, model%state%kept)
-      call keep_rates(step%unknowns, attempt, attempt%fraction - model%state%progress%fraction, solution%displacement, &
-        model%state%kept)
+      call keep_rates(step%unknowns, attempt%damping > 0.0_wp, attempt%fraction - model%state%progress%fraction, &
+        solution%displacement, model%state%kept)
       call keep_nodal_of_terms(step%terms, solution%displacement, model%state%kept)
     end if
     associate (displacement => solution%displacement(:model%mesh%dimension, :model%space%node_count))

@@ -21,6 +21,9 @@ module qsmpm_nodal_fields
 
   public :: list_unknowns, lay_fields, find_constraints, find_prescribed, add_shares, keep_changes
 
+  !> Names of what is kept of a field beside its values.
+  character(len=*), parameter, public :: rate_of = 'rate of ', substep_of = 'sub-step of '
+
 contains
 
   !> The displacement and every field that a term needs, once, in the order of the terms.
@@ -61,23 +64,45 @@ contains
     if (nodes_of == 0) nodes_of = model%space%node_count
   end function nodes_of
 
-  !> Nodal values of the fields, zero where the terms have laid none.
+  !> Nodal values of the fields, zero where the terms have laid none, and what qsmpm_extrapolation keeps of each.
   subroutine lay_fields(terms, model)
     type(term_slot_type), intent(in) :: terms(:)
     type(model_type), intent(inout) :: model
-    real(wp), allocatable :: values(:, :)
     integer :: t, i
 
+    call lay('displacement', model%mesh%dimension, model%space%node_count, .true.)
     do t = 1, size(terms)
       associate (needs => terms(t)%term%needs)
         if (.not. allocated(needs%fields)) cycle
         do i = 1, size(needs%fields)
-          allocate (values(needs%fields(i)%components, nodes_of(model, needs%fields(i))), source=0.0_wp)
-          call lay_array(model%state%kept, needs%fields(i)%name, values, nodal=needs%fields(i)%node_count == 0)
-          deallocate (values)
+          associate (field => needs%fields(i))
+            call lay_array(model%state%kept, field%name, zeros(field%components, nodes_of(model, field)), &
+              nodal=field%node_count == 0)
+            call lay(field%name, field%components, nodes_of(model, field), field%node_count == 0)
+          end associate
         end do
       end associate
     end do
+
+  contains
+
+    !> Rates and changes of one field.
+    subroutine lay(name, components, nodes, nodal)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: components, nodes
+      logical, intent(in) :: nodal
+
+      call lay_array(model%state%kept, rate_of//name, zeros(components, nodes), nodal)
+      call lay_array(model%state%kept, substep_of//name, zeros(components, nodes), nodal)
+    end subroutine lay
+
+    !> An array of zeros.
+    pure function zeros(rows, columns) result(values)
+      integer, intent(in) :: rows, columns
+      real(wp) :: values(rows, columns)
+
+      values = 0.0_wp
+    end function zeros
   end subroutine lay_fields
 
   !> Constrained components of all fields.

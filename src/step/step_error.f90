@@ -133,6 +133,7 @@ contains
       call make_half_step_law(laws(m)%law, law)
       allocate (halved(m)%law, source=law)
       halved(m)%pressure_factor = laws(m)%pressure_factor
+      halved(m)%flows = laws(m)%flows
       halved(m)%confinement = laws(m)%confinement
     end do
   end subroutine halve

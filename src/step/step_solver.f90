@@ -28,8 +28,6 @@ module qsmpm_step_solver
     real(wp) :: start = 0.0_wp
     !> Stresses and states alone are updated: places, volumes and deformation stay.
     logical :: in_place = .false.
-    !> Unknowns that the iterations start from, those of a step like it (components, nodes); unallocated for zero.
-    real(wp), allocatable :: guess(:, :)
   end type attempt_type
 
   !> Who solves.

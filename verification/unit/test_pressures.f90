@@ -81,14 +81,17 @@ contains
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
+    character(len=:), allocatable :: strength
     character(len=2) :: angle
 
     allocate (analysis)
     write (angle, '(i2)') friction
+    strength = ''
+    if (friction > 0) strength = '|*MOHR COULOMB| 1E6, '//angle//', 0'
     text = '*MODEL, TYPE='//kind//'|*GRID, ELEMENT='//trim(element)//'| X, 1, 4, 3| Y, 0, 3, 3|'
     if (kind == '3D') text = text//' Z, 0, 2, 2|'
-    text = text//'*METHOD, BASIS='//trim(basis)//'|*MATERIAL, NAME=soil|*ELASTIC| 100, 0.3|*MOHR COULOMB| 1E6, '// &
-      angle//', 0|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX| 1, 3, 0, 2'
+    text = text//'*METHOD, BASIS='//trim(basis)//'|*MATERIAL, NAME=soil|*ELASTIC| 100, 0.3'//strength// &
+      '|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX| 1, 3, 0, 2'
     if (kind == '3D') text = text//', 0, 1'
     text = text//'|*NSET, NSET=base, PLANE=Y|0|'
     if (kind == '3D') then

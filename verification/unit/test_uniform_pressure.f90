@@ -163,7 +163,7 @@ contains
     evaluation%step_info%in_place = in_place
     call make_group(model, laws(1)%law, n, 7, integration)
     allocate (u(d, n))
-    call make_displacement(merge(0.04_wp, 0.03_wp, in_place), merge(21_long, 99_long, in_place), u)
+    call make_displacement(merge(0.04_wp, 0.03_wp, in_place), merge(merge(33_long, 21_long, model == 1), 99_long, in_place), u)
     call prepare_evaluation(integration, d, n, .true., .true., evaluation)
     call evaluate(integration, none, laws, u, tangent_consistent, evaluation)
     call tests%check(name//': the group finds its pressure', evaluation%ok)
