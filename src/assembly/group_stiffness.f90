@@ -272,8 +272,8 @@ contains
 
     associate (share => pressure%correction(:points), omega => pressure%omega(:points))
       share = weight/pressure%stiffness(:points)
-      call add_product(dimension, directions, n, points, share, pressure%right, share, pressure%left, 1.0_wp/sum(share), &
-        gradient, tensor, pressure%right_vector, pressure%left_vector, block)
+      call add_product(dimension, directions, n, points, share, pressure%right, share, pressure%left, &
+        1.0_wp/sum(share), gradient, tensor, pressure%right_vector, pressure%left_vector, block)
       if (pressure%constant) return
       mean = sum(share*omega)/sum(share)
       call add_product(dimension, directions, n, points, share*(mean - omega), pressure%right, weight, &

@@ -72,8 +72,8 @@ contains
       call turn_tangent(stretch, piola, scale, batch%tangent(:, :, p))
       if (present(pressure)) then
         call turn_pressure(stretch, scale, of_volume, pressure%right(:, p), pressure%left(:, p))
-        if (.not. pressure%constant) call pack_gradient(strained(stretch, unpack_gradient(pressure%resistance_by(:, p))), &
-          pressure%resistance_by(:, p))
+        if (.not. pressure%constant) call pack_gradient(strained(stretch, &
+          unpack_gradient(pressure%resistance_by(:, p))), pressure%resistance_by(:, p))
         call leave_volume(stretch, of_volume, batch%tangent(:, :, p), pressure%left(:, p)/pressure%stiffness(p))
       else
         call leave_volume(stretch, of_volume, batch%tangent(:, :, p))

@@ -8,9 +8,9 @@
 !>   r = dQ/domega = M Q + A (M F),  l = dpi/dF = M Q + A^T (M F),  kappa = dpi/domega = (M F) : r.
 !> The group is in balance when
 !>   pi + c omega = pbar for all points,   sum V omega = 0,   c = factor * shear modulus G.
-!> In soil that may flow G is that of the secant of the step, t G/(t + 2 G e), with e = sqrt(sum V E':E'/sum V) of the
-!> deviator of Green's strain of the step and t that of the stress at its start: c omega is a share of the strength then,
-!> whatever the length of the step. A group without shear stress keeps the elastic one for a step.
+!> In soil that may flow G is that of the secant of the step, t G/(t + 2 G e), with e = sqrt(sum V E':E'/sum V) of
+!> the deviator of Green's strain of the step and t that of the stress at its start: c omega is a share of the strength
+!> then, whatever the length of the step. A group without shear stress keeps the elastic one for a step.
 !> The condition makes sum V Q : dF stationary in omega, so that Q is the force's stress as it stands,
 !> and with k = kappa + c > 0
 !>   dQ = (A - r l^T/k) dF + r/k dpbar,   dpbar = sum (V/k) l : dF / sum (V/k).

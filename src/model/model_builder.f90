@@ -308,7 +308,8 @@ contains
     if (.not. allocated(model%analysis%backgrounds)) return
     do m = 1, size(factor)
       associate (material => model%analysis%materials(m))
-        factor(m) = merge(material%pressure_factor, resistance_of(traits_of(material), .false.), material%pressure_factor >= 0.0_wp)
+        factor(m) = merge(material%pressure_factor, resistance_of(traits_of(material), .false.), &
+          material%pressure_factor >= 0.0_wp)
         if (material%locking_treatment == locking_none .or. (material%locking_treatment == locking_auto .and. &
           .not. locks(traits_of(material), .false.))) factor(m) = 0.0_wp
       end associate

@@ -37,6 +37,8 @@ module qsmpm_phase_description
     real(wp) :: tolerance = 1.0e-4_wp
     integer :: max_iterations = 20
     logical :: line_search = .true.
+    !> Iterations begin where the step before leads.
+    logical :: extrapolation = .true.
     !> Smallest step as a share of the first one before the phase stops.
     real(wp) :: smallest_step = 1.0e-3_wp
     !> Iterations up to which a cut step grows again, and above which the next one shrinks.

@@ -1,5 +1,5 @@
-!> Where the iterations of a step begin: its share of the phase times the rate of the unknowns in the static step before,
-!> which near a limit load is nearly all of the answer; of a damped sub-step, the changes of the one before
+!> Where the iterations of a step begin: its share of the phase times the rate of the unknowns in the static step
+!> before, which near a limit load is nearly all of the answer; of a damped sub-step, the changes of the one before
 !> (docs/methods/steps.md).
 !>
 !> Both are kept as fields are, node by node, so that a restart file has them and new nodes begin with zero. The first
@@ -59,7 +59,8 @@ contains
     end if
   end subroutine extrapolate
 
-  !> Keep the rates of a static step of some share of the phase, or the changes of a damped sub-step, which leaves no rates.
+  !> Keep the rates of a static step of some share of the phase, or the changes of a damped sub-step, which leaves no
+  !> rates.
   subroutine keep_rates(unknowns, damped, share, changes, kept)
     type(unknowns_type), intent(in) :: unknowns
     logical, intent(in) :: damped

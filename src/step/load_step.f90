@@ -86,7 +86,7 @@ contains
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
     undamped = model%state%progress%undamped_newton
-    call extrapolate(model, step, attempt, goal)
+    if (controls%extrapolation) call extrapolate(model, step, attempt, goal)
     call find_equilibrium(model, step, goal, controls, attempt, undamped, solution)
     step%from_rest = .not. solution%converged
     step%damped = solution%converged .and. attempt%damping > 0.0_wp

@@ -51,6 +51,7 @@ contains
     call fields%number('TOLERANCE', c%tolerance, 'allowed out-of-balance force over what the phase moves, and at '// &
       'each node over the forces around it', range='[1e-12, 0.1]')
     call fields%whole('MAX ITERATIONS', c%max_iterations, 'iterations before a step is cut', range='[1, 100000]')
+    call fields%answer('EXTRAPOLATION', c%extrapolation, 'a step begins where the one before leads')
     call fields%answer('LINE SEARCH', c%line_search, 'shorten an iteration that does not help')
     call fields%number('SMALLEST STEP', c%smallest_step, 'smallest step, as a share of the first one, before the '// &
       'phase stops', range='(0, 1]')
