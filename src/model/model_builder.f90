@@ -66,7 +66,8 @@ module qsmpm_model_builder
   !> Cells from which a plate of nodes goes far.
   real(wp), parameter :: far = 2.0_wp
   !> Poisson's ratio above which a material is cured of locking unasked, and the default factors.
-  real(wp), parameter :: locking_poisson = 0.45_wp, usual_resistance = 0.5_wp, clay_resistance = 0.1_wp
+  real(wp), parameter :: locking_poisson = 0.45_wp, usual_resistance = 0.5_wp, &
+    clay_resistance = 0.1_wp, flow_resistance = 1.0_wp
 
 contains
 
@@ -265,13 +266,14 @@ contains
   subroutine choose_locking_treatments(model)
     type(model_type), intent(inout) :: model
     type(law_description_type) :: traits
-    logical :: smooth, linear, pressed
+    logical :: smooth, lowest, linear, pressed
     integer :: m
 
     call settle_grid(model)
     smooth = all(model%analysis%method%basis /= [basis_standard, basis_fem])
     ! Quadratic triangles that fit the ground lock least of all with one pressure a cell, linear or not.
-    linear = (all(element_order(model%mesh%cell_kind) == 1) .or. model%analysis%mesh%kind == mesh_fitted) .and. &
+    lowest = all(element_order(model%mesh%cell_kind) == 1)
+    linear = (lowest .or. model%analysis%mesh%kind == mesh_fitted) .and. &
       (.not. smooth .or. model%analysis%method%basis == basis_gimp)
     ! Beside a rigid body splines lock by more than one pressure a cell costs: strip footing +15 % without, +7 % with.
     pressed = smooth .and. size(model%analysis%rigid_bodies) > 0
@@ -286,8 +288,8 @@ contains
             'where its pressures show that it locks'//new_line('a')
         end if
         if (material%locking_treatment == locking_none) cycle
-        if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(traits, .not. smooth .and. &
-          all(element_order(model%mesh%cell_kind) == 1))
+        if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, &
+          lowest .and. (.not. smooth .or. model%analysis%method%basis == basis_gimp), lowest .and. .not. smooth)
         model%laws(m)%flows = may_yield(material)
         model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
@@ -308,7 +310,7 @@ contains
     if (.not. allocated(model%analysis%backgrounds)) return
     do m = 1, size(factor)
       associate (material => model%analysis%materials(m))
-        factor(m) = merge(material%pressure_factor, resistance_of(traits_of(material), .false.), &
+        factor(m) = merge(material%pressure_factor, resistance_of(material, .false., .false.), &
           material%pressure_factor >= 0.0_wp)
         if (material%locking_treatment == locking_none .or. (material%locking_treatment == locking_auto .and. &
           .not. locks(traits_of(material), .false.))) factor(m) = 0.0_wp
@@ -327,15 +329,21 @@ contains
     smallest = minval(lines(2:) - lines(:size(lines) - 1))
   end function smallest
 
-  !> Resistance to volume changes inside a cell over the shear modulus. Clay on cells of higher order needs little;
-  !> with less than half soil of friction carries less than it should.
-  pure real(wp) function resistance_of(traits, bilinear) result(factor)
-    !> Of the material.
-    type(law_description_type), intent(in) :: traits
-    !> Elements of the lowest order.
-    logical, intent(in) :: bilinear
+  !> Resistance to volume changes inside a cell over the shear modulus. Clay needs little where cells are not bilinear;
+  !> other soil that flows carries less than it should with half of it, where displacements are not linear in a cell.
+  pure real(wp) function resistance_of(material, linear, bilinear) result(factor)
+    type(material_type), intent(in) :: material
+    !> Displacements are linear in a cell: with a domain of the point or without.
+    logical, intent(in) :: linear, bilinear
+    type(law_description_type) :: traits
 
-    factor = merge(clay_resistance, usual_resistance, traits%failure_keeps_volume .and. .not. bilinear)
+    traits = traits_of(material)
+    factor = usual_resistance
+    if (traits%failure_keeps_volume) then
+      if (.not. bilinear) factor = clay_resistance
+    else if (may_yield(material) .and. .not. linear) then
+      factor = flow_resistance
+    end if
   end function resistance_of
 
   !> Whether a material locks: it nearly keeps its volume in elasticity, or flows without friction; functions that are

@@ -34,7 +34,7 @@ contains
     call check(tests, 'QUAD4', 'STANDARD', '0.46', '', 0.5_wp)
     call check(tests, 'TRI6', 'STANDARD', '0.46', '', 0.5_wp)
     ! Under a rigid body friction on splines as well, on quadratic triangles not; elasticity as without one.
-    call check(tests, 'QUAD4', 'SPLINE2G', '0.3', '1, 20, 20', 0.5_wp, pressed=.true.)
+    call check(tests, 'QUAD4', 'SPLINE2G', '0.3', '1, 20, 20', 1.0_wp, pressed=.true.)
     call check(tests, 'TRI6', 'STANDARD', '0.3', '1, 20, 20', 0.0_wp, pressed=.true.)
     call check(tests, 'QUAD4', 'SPLINE2G', '0.3', '', 0.0_wp, pressed=.true.)
   end subroutine collect_locking_choice

@@ -503,7 +503,9 @@ class TestRefined(unittest.TestCase):
             for method, level in ((search.methods[0], 0), (REFINED, 1), (REFINED, 2)):
                 search.try_one(method, level, 1)
         figures = [t.figure for t in search.trials]
-        self.assertTrue(1.14 < figures[2] < figures[1] < figures[0] < 1.25, f"{figures} {[t.reason for t in search.trials]}")
+        self.assertTrue(1.14 < figures[2] <= figures[1] <= figures[0] < 1.25, f"{figures} {[t.reason for t in search.trials]}")
+        boxes = [t.deck.count("*REFINE") for t in search.trials]
+        self.assertEqual([n > 0 for n in boxes], [False, True, True])
 
 
 class TestWords(unittest.TestCase):
