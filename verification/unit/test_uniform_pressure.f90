@@ -195,7 +195,7 @@ contains
     real(wp), intent(out) :: error
     integer, intent(out) :: compared
     type(points_type) :: none
-    real(wp), parameter :: step = 4.0e-5_wp, corner = 2.0e-8_wp
+    real(wp), parameter :: step = 4.0e-5_wp, corner = 1.0e-8_wp
     real(wp), dimension(size(u, 1), size(u, 2)) :: direction, linear, slope
     real(wp) :: force(size(u, 1), size(u, 2), -2:2), second(size(u, 1), size(u, 2), -1:1), scale
     integer :: k, i
