@@ -7,6 +7,7 @@
 !> copies of. Points of bodies that the phase takes out go the same way. Tracers, watched places and feet of bodies are
 !> few: all processes have all of them, and the one in whose cells they are moves them. Bodies that wait are put aside.
 module qsmpm_division
+  use qsmpm_kept_arrays, only: clear_nodal
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_agreement, only: agree
@@ -308,8 +309,8 @@ contains
     call put_forces(model, labels, forces)
   end subroutine join_model
 
-  !> Look at the part of a grid in which the points and places of all processes are; no forces are there yet. Cells are
-  !> numbered as in the whole grid before, as in the window afterwards.
+  !> Look at the part of a grid in which the points and places of all processes are; no forces are there yet, nor what is
+  !> kept at nodes. Cells are numbered as in the whole grid before, as in the window afterwards.
   subroutine look_at_all(model)
     type(model_type), intent(inout) :: model
     type(window_type) :: used
@@ -317,6 +318,7 @@ contains
     if (model%analysis%mesh%kind /= mesh_grid) then
       model%state%reactions = 0.0_wp
       model%state%released = 0.0_wp
+      call clear_nodal(model%state%kept, model%space%node_count)
       return
     end if
     used = cells_used(model)
@@ -328,6 +330,7 @@ contains
     end associate
     call fit_window(model, with_margin(model, used))
     call number_all(model, whole_of(model), model%state%window)
+    call clear_nodal(model%state%kept, model%space%node_count)
   end subroutine look_at_all
 
   !> Points that carry tractions are known by their numbers while the model is divided.

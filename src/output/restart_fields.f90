@@ -4,7 +4,7 @@ module qsmpm_restart_fields
   use qsmpm_hdf5_image, only: image_type, put_group, put_array, put_attribute
   use qsmpm_hdf5_reader, only: reader_type, get_array, get_attribute, note_reason
   use qsmpm_hdf5_rows, only: get_rows
-  use qsmpm_kept_arrays, only: kept_arrays_type
+  use qsmpm_kept_arrays, only: clear_nodal, kept_arrays_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_model, only: model_type, state_type
   use qsmpm_state_check, only: window_reason
@@ -82,6 +82,7 @@ contains
     call get_array(reader, group//'/mesh/coordinates', state%coordinates)
     call get_array(reader, group//'/mesh/reactions', state%reactions)
     call get_array(reader, group//'/mesh/released', state%released)
+    if (allocated(state%reactions)) call clear_nodal(state%kept, size(state%reactions, 2))
   end subroutine get_mesh
 
   !> Put all fields of a carried set.
