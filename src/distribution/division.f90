@@ -309,8 +309,8 @@ contains
     call put_forces(model, labels, forces)
   end subroutine join_model
 
-  !> Look at the part of a grid in which the points and places of all processes are; no forces are there yet, nor what is
-  !> kept at nodes. Cells are numbered as in the whole grid before, as in the window afterwards.
+  !> Look at the part of a grid in which the points and places of all processes are; no forces are there yet, nor what
+  !> is kept at nodes. Cells are numbered as in the whole grid before, as in the window afterwards.
   subroutine look_at_all(model)
     type(model_type), intent(inout) :: model
     type(window_type) :: used
