@@ -57,6 +57,8 @@ contains
     call check_state(model, error)
     if (.not. allocated(error)) call initialise_step(model, step, error)
     if (.not. allocated(error)) call solve_step(model, step, controls, attempt, solution, error)
+    step%from_rest = .not. solution%converged
+    step%damped = solution%converged .and. attempt%damping > 0.0_wp
     if (solution%converged .and. .not. allocated(error)) then
       call commit_terms(step%terms, solution%displacement, model)
       ! Points on the way to other processes: those that are lost end the run, no shorter step brings them back.
@@ -88,8 +90,6 @@ contains
     undamped = model%state%progress%undamped_newton
     if (controls%extrapolation) call extrapolate(model, step, attempt, goal)
     call find_equilibrium(model, step, goal, controls, attempt, undamped, solution)
-    step%from_rest = .not. solution%converged
-    step%damped = solution%converged .and. attempt%damping > 0.0_wp
     model%state%progress%undamped_newton = undamped
     if (solution%converged) call judge_length(model, step, controls, attempt, solution, error)
     if (allocated(error)) return

@@ -7,7 +7,8 @@ module test_load_step
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type, error_left_mesh
   use qsmpm_constant_load_test, only: test_constant_load
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, begin_analysis
+  use qsmpm_kept_arrays, only: kept_values
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type, state_type
@@ -39,6 +40,8 @@ contains
     call check_lost_point(tests)
     call check_too_long(tests)
     call check_constant_load_due(tests)
+    call check_guess(tests)
+    call check_damped_guess(tests)
   end subroutine collect_load_step
 
   !> A block under its weight, pulled by a prescribed head; its phase has begun and its stopwatch runs.
@@ -238,6 +241,67 @@ contains
     call tests%check('the watch is back at control', step%profile%watch%calls(part_convection) == 1)
     call end_system(step%system)
   end subroutine check_lost_point
+
+  !> A step begins where the rates of the one before lead, the first one of a phase and one behind an attempt that has
+  !> failed with nothing.
+  subroutine check_guess(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(solution_type) :: first, second, third
+    type(error_type), allocatable :: error
+    real(wp), parameter :: quarter = 0.25_wp
+
+    allocate (model, step)
+    call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
+    call begin_analysis(model, step%terms)
+    call go(model, step, quarter, 1.0_wp, first, error)
+    call tests%check('the first step of a phase begins with nothing', first%converged .and. .not. first%guessed)
+    call tests%close('its rates are kept', maxval(abs(quarter*kept_values(model%state%kept, 'rate of displacement') &
+      - first%displacement)), 0.0_wp, 1.0e-15_wp)
+    model%state%progress%phase_steps = 1
+    call go(model, step, 2.0_wp*quarter, 1.0_wp, second, error)
+    call tests%check('the second begins where they lead, and iterates less', second%converged .and. second%guessed .and. &
+      second%iterations >= 1 .and. second%iterations < first%iterations)
+    call go(model, step, 3.0_wp*quarter, 1.0e-9_wp, third, error)
+    call tests%check('an attempt that moves too far is not taken', .not. third%converged .and. third%guessed)
+    call go(model, step, 3.0_wp*quarter, 1.0_wp, third, error)
+    call tests%check('the next one begins with nothing', third%converged .and. .not. third%guessed)
+    call go(model, step, 3.5_wp*quarter, 1.0_wp, third, error)
+    call tests%check('and the one behind it where the rates lead', third%converged .and. third%guessed)
+    model%analysis%phases(1)%controls%extrapolation = .false.
+    call go(model, step, 4.0_wp*quarter, 1.0_wp, third, error)
+    call tests%check('EXTRAPOLATION=NO begins with nothing', third%converged .and. .not. third%guessed)
+    call end_system(step%system)
+  end subroutine check_guess
+
+  !> A damped sub-step begins with the changes of the one before, and leaves no rates to a static step.
+  subroutine check_damped_guess(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(load_step_type) :: solver
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    integer :: substep
+
+    allocate (model, step)
+    call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
+    call begin_analysis(model, step%terms)
+    call go(model, step, 0.25_wp, 1.0_wp, solution, error)
+    model%state%progress%phase_steps = 1
+    do substep = 1, 2
+      call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(0.5_wp, 1.0e-9_wp, damping=50.0_wp, &
+        largest_move=1.0_wp), solution, error)
+      call tests%check('a damped sub-step begins with the one before', solution%converged .and. &
+        (solution%guessed .eqv. substep == 2))
+    end do
+    call tests%close('its changes are kept', maxval(abs(kept_values(model%state%kept, 'sub-step of displacement') &
+      - solution%displacement)), 0.0_wp, 1.0e-15_wp)
+    call go(model, step, 0.75_wp, 1.0_wp, solution, error)
+    call tests%check('a static step behind it begins with nothing', solution%converged .and. .not. solution%guessed)
+    call end_system(step%system)
+  end subroutine check_damped_guess
 
   !> Where the error of a step is bounded it is measured, and the smallest step is taken all the same.
   subroutine check_too_long(tests)
