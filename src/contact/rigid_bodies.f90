@@ -70,18 +70,18 @@ contains
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     type(distance_type) :: distance
-    logical :: own(model%state%points%count)
     real(wp) :: inside
     integer :: b, p
 
-    own = own_of(model%part%points, size(own))
     do b = 1, size(model%rigid_shapes)
       inside = 0.0_wp
-      do p = 1, model%state%points%count
-        if (.not. own(p)) cycle
-        distance = model%rigid_shapes(b)%distance_at(place_of(model%state%points, p))
-        if (distance%value < -drawn_within*model%cell_size) inside = inside + model%state%points%volume(p)
-      end do
+      associate (own => own_of(model%part%points, model%state%points%count))
+        do p = 1, size(own)
+          if (.not. own(p)) cycle
+          distance = model%rigid_shapes(b)%distance_at(place_of(model%state%points, p))
+          if (distance%value < -drawn_within*model%cell_size) inside = inside + model%state%points%volume(p)
+        end do
+      end associate
       inside = total(model%part%team, inside)
       associate (body => model%analysis%rigid_bodies(b))
         if (inside > 0.0_wp) call add_diagnostic(diagnostics, body%where, '*RIGID BODY', 'soil of volume '// &

@@ -78,6 +78,8 @@ contains
     call check_bonds(tests)
     call check_slip(tests)
     call check_pressure(tests)
+    call check_round_pressure(tests)
+    call check_space(tests)
     call check_interface(tests)
     call check_strength(tests)
     call check_penetration(tests)
@@ -666,6 +668,50 @@ contains
     call tests%close('of the nearest point', pressure, 87.5_wp, 1.0e-10_wp)
     call end_system(step%system)
   end subroutine check_pressure
+
+  !> In axisymmetry points weigh by their lengths as drawn, not by their areas: between two patches it is their mean.
+  subroutine check_round_pressure(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: cylinder = '*MODEL, TYPE=AXISYMMETRIC|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|2, 1.1, 0, 1.1|'// &
+      '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1.1|'// &
+      '*METHOD, BASIS=GIMP, INTEGRATION=POINTS|'
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp) :: pressure
+    integer :: i
+
+    allocate (model, step)
+    call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step, cylinder)
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        surface%contact_pressure(i) = 100.0_wp*(0.25_wp*floor(surface%position(1, i)/0.25_wp) + 0.125_wp)
+      end do
+    end associate
+    pressure = contact_pressure_at(model, [0.5_wp, 1.1_wp])
+    call tests%close('between two patches around an axis', pressure, 50.0_wp, 0.2_wp)
+    call end_system(step%system)
+  end subroutine check_round_pressure
+
+  !> In space contact points have their place along z, and a plane that comes down presses on the whole top.
+  subroutine check_space(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: cube = '*MODEL, TYPE=3D|*GRID, ELEMENT=HEX8|X, 0, 1, 2|Y, 0, 1.5, 3|Z, 0, 1, 2|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=OUTLINE, BODY=ground, BOX|0, 1, 0.99, 1.01, 0, 1|'// &
+      '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1, 0, 1|'// &
+      '*METHOD, BASIS=STANDARD, INTEGRATION=CELL|'
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(contacts_type) :: term
+
+    allocate (model, step)
+    call make_step('SHAPE=PLANE|0, 1, 0, 0, -1, 0', 'FRICTION ANGLE=0', '|0, -0.02, 0', model, step, cube)
+    term = contacts_of(step)
+    call tests%check('contact in space', term%scratch%dimension == 3 .and. size(term%scratch%place, 2) > 0)
+    call tests%check('its points lie along z too', maxval(term%scratch%place(3, :)) > 0.5_wp &
+      .and. minval(term%scratch%place(3, :)) < 0.5_wp)
+    call end_system(step%system)
+  end subroutine check_space
 
   !> Strength of an interface by a share of that of the soil; penalties and patches that are asked for.
   subroutine check_interface(tests)
