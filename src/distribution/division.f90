@@ -7,7 +7,6 @@
 !> copies of. Points of bodies that the phase takes out go the same way. Tracers, watched places and feet of bodies are
 !> few: all processes have all of them, and the one in whose cells they are moves them. Bodies that wait are put aside.
 module qsmpm_division
-  use qsmpm_kept_arrays, only: clear_nodal
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_agreement, only: agree
@@ -25,6 +24,7 @@ module qsmpm_division
   use qsmpm_first_window, only: least_margin, usual_margin
   use qsmpm_grid, only: grid_type
   use qsmpm_grid_window, only: window_type, operator(==), cell_place, cells_of, cells_over, holds, hull, widen
+  use qsmpm_kept_arrays, only: clear_nodal
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of
   use qsmpm_model_window, only: fit_window, lay_window
@@ -318,7 +318,6 @@ contains
     if (model%analysis%mesh%kind /= mesh_grid) then
       model%state%reactions = 0.0_wp
       model%state%released = 0.0_wp
-      call clear_nodal(model%state%kept, model%space%node_count)
       return
     end if
     used = cells_used(model)

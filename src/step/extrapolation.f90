@@ -59,11 +59,11 @@ contains
     end if
   end subroutine extrapolate
 
-  !> Keep the rates of a static step of some share of the phase, or the changes of a damped sub-step, which leaves no
-  !> rates.
-  subroutine keep_rates(unknowns, damped, share, changes, kept)
+  !> Keep the rates of a static step of some share of the phase, or the changes of one that leaves none.
+  subroutine keep_rates(unknowns, leaves_none, share, changes, kept)
     type(unknowns_type), intent(in) :: unknowns
-    logical, intent(in) :: damped
+    !> A damped sub-step, or one of a search for a factor of safety, whose strength falls at the same load.
+    logical, intent(in) :: leaves_none
     !> 0 at constant load, where a static step leaves the rates.
     real(wp), intent(in) :: share
     !> (most components, all nodes)
@@ -71,11 +71,11 @@ contains
     type(kept_arrays_type), intent(inout) :: kept
     integer :: f
 
-    if (.not. (share > 0.0_wp .or. damped)) return
+    if (.not. (share > 0.0_wp .or. leaves_none)) return
     do f = 1, size(unknowns%fields)
       associate (name => unknowns%fields(f)%name, values => values_of(unknowns, f, changes))
         if (.not. is_kept(kept, rate_of//name)) cycle
-        if (damped) then
+        if (leaves_none) then
           call keep_values(kept, rate_of//name, 0.0_wp*values)
           call keep_values(kept, substep_of//name, values)
         else

@@ -20,6 +20,7 @@ module qsmpm_load_step
   use qsmpm_nodal_fields, only: keep_changes
   use qsmpm_pushed_material, only: note_push
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
+  use qsmpm_safety_factors, only: is_searching
   use qsmpm_step_control, only: retries_line_search
   use qsmpm_step_goal, only: set_goal
   use qsmpm_step_outcome, only: judge_length, compliance_in, take_reactions_and_work, name_worst_node, place_share
@@ -118,8 +119,8 @@ contains
     call switch_timer(step%profile%watch, part_convection)
     if (.not. allocated(error)) then
       call keep_changes(step%unknowns, solution%displacement, model%state%kept)
-      call keep_rates(step%unknowns, attempt%damping > 0.0_wp, attempt%fraction - model%state%progress%fraction, &
-        solution%displacement, model%state%kept)
+      call keep_rates(step%unknowns, attempt%damping > 0.0_wp .or. is_searching(model), &
+        attempt%fraction - model%state%progress%fraction, solution%displacement, model%state%kept)
       call keep_nodal_of_terms(step%terms, solution%displacement, model%state%kept)
     end if
     associate (displacement => solution%displacement(:model%mesh%dimension, :model%space%node_count))

@@ -48,6 +48,7 @@ contains
       '*SURFACE, NAME=around, TYPE=SEGMENT|4, 3, 0, 3|', &
       'SHAPE=CIRCLE, IN PLACE=YES|2, 1.6, 0.7', model)
     call check_rest(tests, 'a circle in all of the grid', model, 16.0_wp - chorded*0.49_wp)
+    call tests%check('nothing is said of a surface beside it', index(model%notes, "surface 'around'") == 0)
     call build(tests, 'AXISYMMETRIC', box, 'SHAPE=CYLINDER, IN PLACE=YES, ROUND=0.001|0, 2, 1, 2', model)
     call check_rest(tests, 'a cylinder on the axis, per radian', model, 24.0_wp - 0.5_wp, 1.0e-5_wp)
     call check_refusals(tests)

@@ -648,15 +648,10 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp) :: pressure
-    integer :: i
 
     allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
-    associate (surface => model%state%surface)
-      do i = 1, surface%count
-        surface%contact_pressure(i) = 100.0_wp*(0.25_wp*floor(surface%position(1, i)/0.25_wp) + 0.125_wp)
-      end do
-    end associate
+    call raise_pressures(model)
     pressure = contact_pressure_at(model, [0.875_wp, 1.1_wp])
     call tests%close('pressure in the middle of a patch', pressure, 87.5_wp, 1.0e-10_wp)
     pressure = contact_pressure_at(model, [0.75_wp, 1.1_wp])
@@ -669,6 +664,18 @@ contains
     call end_system(step%system)
   end subroutine check_pressure
 
+  !> Patches have pressures that rise by 100 a metre along x.
+  subroutine raise_pressures(model)
+    type(model_type), intent(inout) :: model
+    integer :: i
+
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        surface%contact_pressure(i) = 100.0_wp*(0.25_wp*floor(surface%position(1, i)/0.25_wp) + 0.125_wp)
+      end do
+    end associate
+  end subroutine raise_pressures
+
   !> In axisymmetry points weigh by their lengths as drawn, not by their areas: between two patches it is their mean.
   subroutine check_round_pressure(tests)
     type(tests_type), intent(inout) :: tests
@@ -679,15 +686,10 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp) :: pressure
-    integer :: i
 
     allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step, cylinder)
-    associate (surface => model%state%surface)
-      do i = 1, surface%count
-        surface%contact_pressure(i) = 100.0_wp*(0.25_wp*floor(surface%position(1, i)/0.25_wp) + 0.125_wp)
-      end do
-    end associate
+    call raise_pressures(model)
     pressure = contact_pressure_at(model, [0.5_wp, 1.1_wp])
     call tests%close('between two patches around an axis', pressure, 50.0_wp, 0.2_wp)
     call end_system(step%system)
@@ -834,6 +836,12 @@ contains
     term = contacts_of(step)
     call tests%check('adhesion on a body that does not turn leaves the matrix symmetric', term%symmetric)
     call tests%check('where nothing has moved yet soil in contact goes along with the body', term%scratch%goes_along)
+    call set_loads(step%terms, model, step%configuration_type, 0.0_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    term = contacts_of(step)
+    call tests%check('it does not with one that stays', .not. term%scratch%goes_along)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call evaluate_step(model, step, u, tangent_none)
     model%state%progress%strength_factor = 2.0_wp
     call end_system(step%system)
     call initialise_step(model, step, error)
