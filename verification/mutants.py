@@ -51,7 +51,7 @@ ROOMS = {
                 "materials/confinement"],
     "safety": ["phases/safety_", "safety/", "materials/strength_factor"],
     "flow of water": ["water/seepage", "geometry/seepage_field", "water/consolidation", "terms/pore_flow"],
-    "first guess and cell pressure": ["step/extrapolation", "assembly/uniform_pressure", "assembly/pressure_balance"],
+    "first guess and cell pressure": ["step/extrapolation", "assembly/uniform_pressure"],
     "restart in parts": ["output/restart_parts", "output/restart_division"],
     "restart": ["output/restart", "base/hdf5_"],
 }
