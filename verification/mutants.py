@@ -456,7 +456,7 @@ def build(sources: dict[pathlib.Path, bytes], mutants: list[Mutant]) -> list[Mut
         if done.returncode == 0:
             return mutants
         stillborn = set()
-        for path, line in re.findall(r"^(\S+\.f90):(\d+):\d+:", done.stdout, re.M):
+        for path, line in re.findall(r"^(\S+\.f90):(\d+):[\d-]+:", done.stdout, re.M):
             stillborn |= {n for first, last, n in where.get(str(pathlib.Path(path).resolve()), ())
                           if first <= int(line) <= last}
         if not stillborn:
