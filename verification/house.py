@@ -183,6 +183,18 @@ def lost_links() -> list[str]:
     return found
 
 
+def stale_figures() -> list[str]:
+    """Figures of pages whose link is the table they are from, and that it does not hold: [1.66](../data/week.md)."""
+    found = []
+    for page in pages():
+        for figure, to in re.findall(r"\[(-?\d[\d.]*)(?: %)?\]\(([\w./]*data/\w+\.md)\)", page.read_text()):
+            held = re.findall(r"(?<![\w.])-?\d[\d.]*(?:e[+-]?\d+)?", (page.parent / to).read_text())
+            digits = len(figure.partition(".")[2])
+            if not any(f"{float(number):.{digits}f}" == figure for number in held if number.count(".") <= 1):
+                found.append(f"{page.relative_to(TOP)}: {figure} of {to}")
+    return found
+
+
 def main() -> int:
     if "--readmes" in sys.argv:
         for folder in source_folders():
@@ -203,7 +215,8 @@ def main() -> int:
         "files that the mutants are drawn from exist",
         "every room has its place in the order of use and a README whose head has at most ten lines",
         f"folders of at most {MOST_FILES} files, each with a README that lists them",
-        f"prose of at most {LONGEST_PROSE} columns", "links of pages lead somewhere", *FORBIDDEN]}
+        f"prose of at most {LONGEST_PROSE} columns", "links of pages lead somewhere",
+        "figures of pages stand in the tables they are from", *FORBIDDEN]}
     breaches["the tests of the checkpoint know every component of the state"] = unnamed_state()
     breaches["routines that the theory names are where it says"] = lost_places()
     breaches["files that the mutants are drawn from exist"] = lost_rooms()
@@ -213,6 +226,7 @@ def main() -> int:
         or len((TOP / "src" / name / "README.md").read_text().split("\n## Files")[0].splitlines()) > 10]
     breaches[f"prose of at most {LONGEST_PROSE} columns"] = long_prose()
     breaches["links of pages lead somewhere"] = lost_links()
+    breaches["figures of pages stand in the tables they are from"] = stale_figures()
     breaches[f"folders of at most {MOST_FILES} files, each with a README that lists them"] = crowded_or_unlisted()
     for path in sources:
         text, name = path.read_text(), str(path.relative_to(TOP))
