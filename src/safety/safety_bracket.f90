@@ -7,6 +7,7 @@
 !>   between   never beyond the middle of the bracket
 !>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1
 !>
+!> A factor that was lost and is passed all the same leaves the one that was lost before it as the end of the bracket.
 !> That no equilibrium is found does not say that there is none: the lost end counts as known where the body gives way
 !> there, moving on and on against a drag (qsmpm_safety_search).
 !>
@@ -38,6 +39,8 @@ module qsmpm_safety_bracket
     logical :: from_stable = .false.
     !> The body was seen to give way at the lost factor.
     logical :: mechanism = .false.
+    !> The lost factor before the smallest one, 0 for none.
+    real(wp) :: lost_before = 0.0_wp
   end type bracket_type
 
 contains
@@ -74,7 +77,9 @@ contains
     bracket%stable = factor
     bracket%from_stable = .false.
     bracket%mechanism = .false.
-    if (.not. bracket%lost > factor) bracket%lost = 0.0_wp
+    if (bracket%lost > factor) return
+    bracket%lost = merge(bracket%lost_before, 0.0_wp, bracket%lost_before > factor)
+    bracket%lost_before = 0.0_wp
   end subroutine note_stable
 
   !> There is none.
@@ -83,6 +88,7 @@ contains
     type(bracket_type), intent(inout) :: bracket
 
     if (bracket%stable > 0.0_wp) bracket%increment = 0.5_wp*(factor - bracket%stable)
+    if (bracket%lost > factor) bracket%lost_before = bracket%lost
     bracket%lost = factor
     bracket%mechanism = .false.
     bracket%from_stable = bracket%stable > 0.0_wp

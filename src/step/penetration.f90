@@ -122,7 +122,7 @@ contains
     logical :: folds
     integer :: i, k, rank
 
-    if (check%reported_fold .or. size(model%contact_pairs) == 0) return
+    if (check%reported_fold) return
     allocate (bodies, source=placed_bodies(model))
     folds = .false.
     k = 0

@@ -505,10 +505,17 @@ contains
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     type(rigid_pose_type) :: pose
-    real(wp) :: force(6), work
+    real(wp) :: force(6), work, moved
+    real(wp), allocatable :: u(:, :)
 
     allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=30', ', ROTATION=0.5|0, -0.02', model, step)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    moved = norm2(force_named(step, 'force of the contacts', u))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call tests%check('what is asked for is not there before the step is evaluated', moved > 1.0_wp .and. &
+      norm2(force_named(step, 'force of the contacts', u)) <= 0.0_wp)
     associate (controls => model%analysis%phases(1)%controls)
       call solver%solve(model, step, controls, attempt_type(1.0_wp, 1.0e-9_wp, largest_move=1.0e-6_wp), solution, error)
       pose = pose_of(model, 1)

@@ -23,6 +23,7 @@ contains
     call check_easy(tests)
     call check_below(tests)
     call check_ends(tests)
+    call check_mistaken(tests)
     call check_brackets(tests)
     call check_again(tests)
     call check_sure(tests)
@@ -146,6 +147,25 @@ contains
     call tests%check('nothing is tried twice where it was lost from the stable one', same(tried, [1.0_wp, 1.1_wp, &
       1.2_wp, 1.3_wp, 1.25_wp, 1.225_wp, 1.2125_wp]))
   end subroutine check_sure
+
+  !> What was lost by mistake, between two that are stable, does not take the end of the bracket with it.
+  subroutine check_mistaken(tests)
+    type(tests_type), intent(inout) :: tests
+    type(bracket_type) :: bracket
+
+    call note_stable(1.25_wp, .false., bracket)
+    call note_lost(1.475_wp, bracket)
+    call note_lost(1.3625_wp, bracket)
+    call note_stable(1.3_wp, .false., bracket)
+    call tests%close('the smallest lost factor is the end', bracket%lost, 1.3625_wp, rounding)
+    call note_stable(1.4_wp, .false., bracket)
+    call tests%close('that before it where a larger one is stable', bracket%lost, 1.475_wp, rounding)
+    call note_stable(1.5_wp, .false., bracket)
+    call tests%close('none where all are passed', bracket%lost, 0.0_wp, rounding)
+    call note_lost(1.6_wp, bracket)
+    call note_stable(1.7_wp, .false., bracket)
+    call tests%close('and none that was passed before', bracket%lost, 0.0_wp, rounding)
+  end subroutine check_mistaken
 
   !> Every body is bracketed as narrowly as is asked for.
   subroutine check_brackets(tests)
