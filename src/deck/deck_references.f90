@@ -27,6 +27,7 @@ module qsmpm_deck_references
   use qsmpm_deck_stage_check, only: check_stages
   use qsmpm_deck_profile, only: check_profiles
   use qsmpm_deck_consolidation, only: check_drainage
+  use qsmpm_deck_phases, only: check_first_times
   use qsmpm_deck_water, only: check_water
   use qsmpm_deck_strength_constants, only: check_strength_constants
   use qsmpm_deck_undrained, only: check_undrained
@@ -69,6 +70,7 @@ contains
     call check_safety(state)
     call check_starts(state)
     call check_water(state)
+    call check_first_times(state)
     call check_drainage(state)
     call check_k0(state)
     call check_limit_compliance(state)

@@ -30,8 +30,9 @@ module qsmpm_phase_description
   !> Step control and stopping rules of a phase.
   type :: controls_type
     type(source_line_type) :: where
-    !> Load steps the phase is first cut into.
+    !> Load steps the phase is first cut into, and the share of the phase that the first one is; 0: all are even.
     integer :: steps = 10
+    real(wp) :: first_share = 0.0_wp
     integer :: newton = newton_full
     !> Relative out-of-balance (eq. 27).
     real(wp) :: tolerance = 1.0e-4_wp
@@ -134,6 +135,8 @@ module qsmpm_phase_description
     !> one before.
     real(wp) :: duration = 1.0_wp
     real(wp) :: start_time = 0.0_wp
+    !> Of the first step; 0: steps are even.
+    real(wp) :: first_time = 0.0_wp
     logical :: start_given = .false., duration_given = .false.
     type(initial_stress_type) :: initial
     type(fixity_type), allocatable :: fixities(:)

@@ -31,7 +31,37 @@ contains
     type(controls_type), intent(in) :: controls
 
     first_length = 1.0_wp/controls%steps
+    if (controls%first_share > 0.0_wp) first_length = controls%first_share
   end function first_length
+
+  !> r, by which steps grow, s_1 (1 + r + ... + r^(N-1)) = 1: 1 where all are even.
+  pure real(wp) function growth_of(controls) result(growth)
+    type(controls_type), intent(in) :: controls
+    integer, parameter :: halvings = 60
+    real(wp) :: least, most
+    integer :: i, k
+
+    growth = 1.0_wp
+    if (.not. controls%first_share > 0.0_wp .or. .not. controls%first_share*controls%steps < 1.0_wp) return
+    least = 1.0_wp
+    most = 1.0_wp/controls%first_share
+    do i = 1, halvings
+      growth = 0.5_wp*(least + most)
+      if (controls%first_share*sum([(growth**k, k=0, controls%steps - 1)]) > 1.0_wp) then
+        most = growth
+      else
+        least = growth
+      end if
+    end do
+  end function growth_of
+
+  !> Length of the step that begins at a load fraction where none was cut back: s_1 + (r - 1) s.
+  pure real(wp) function planned_length(controls, fraction) result(length)
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: fraction
+
+    length = first_length(controls) + (growth_of(controls) - 1.0_wp)*fraction
+  end function planned_length
 
   !> The smallest step.
   pure real(wp) function smallest_length(controls)
@@ -57,7 +87,7 @@ contains
     type(progress_type), intent(inout) :: progress
     real(wp), intent(out) :: length, last
 
-    if (.not. progress%next_step > 0.0_wp) progress%next_step = first_length(controls)
+    if (.not. progress%next_step > 0.0_wp) progress%next_step = planned_length(controls, progress%fraction)
     length = progress%next_step
     last = end_of_step(controls, progress%fraction, length)
     if (bisects(controls, progress)) then
@@ -86,8 +116,9 @@ contains
     first = first_length(controls)
     last = min(1.0_wp, fraction + length)
     whole = (aint(fraction/first + same_length) + 1.0_wp)*first
-    if (last > whole - same_length*first .and. length <= first*(1.0_wp + same_length)) last = min(1.0_wp, whole)
-    if (last > 1.0_wp - same_length*first) last = 1.0_wp
+    if (last > whole - same_length*first .and. length <= first*(1.0_wp + same_length) .and. &
+      .not. controls%first_share > 0.0_wp) last = min(1.0_wp, whole)
+    if (last > 1.0_wp - same_length*max(first, length)) last = 1.0_wp
   end function end_of_step
 
   !> The same below a load that was rejected for its compliance: halfway to it where it would be reached.
@@ -101,13 +132,18 @@ contains
   end function below_rejected
 
   !> Length after an accepted step.
-  pure real(wp) function length_after_step(controls, length, outcome) result(next)
+  pure real(wp) function length_after_step(controls, length, outcome, fraction) result(next)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: length
     type(outcome_type), intent(in) :: outcome
+    !> At its end.
+    real(wp), intent(in) :: fraction
+    real(wp) :: growth
 
-    next = length
-    if (outcome%static_iterations <= controls%few_iterations) next = min(first_length(controls), 2.0_wp*length)
+    growth = growth_of(controls)
+    next = growth*length
+    if (outcome%static_iterations <= controls%few_iterations) next = min(planned_length(controls, fraction), &
+      max(2.0_wp, growth)*length)
     if (controls%step_error > 0.0_wp .and. outcome%static) next = min(controls%largest_step, &
       length*length_ratio(outcome%step_error, controls%step_error))
     if (outcome%static_iterations > controls%many_iterations) next = min(0.5_wp*length, next)
@@ -138,7 +174,7 @@ contains
 
     progress%step = progress%step + 1
     progress%phase_steps = progress%phase_steps + 1
-    progress%next_step = length_after_step(controls, length, outcome)
+    progress%next_step = length_after_step(controls, length, outcome, progress%fraction)
     call note_accepted(compliance, controls%limit_compliance, start, progress%fraction, progress%limit)
   end subroutine go_on
 

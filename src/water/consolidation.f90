@@ -157,6 +157,7 @@ contains
     text = ''
     associate (phase => analysis%phases(number))
       step = phase%duration/phase%controls%steps
+      if (phase%first_time > 0.0_wp) step = phase%first_time
       do m = 1, size(analysis%materials)
         associate (soil => analysis%materials(m))
           if (.not. (soil%permeability(2) > 0.0_wp .and. soil%young > 0.0_wp)) cycle

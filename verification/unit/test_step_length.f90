@@ -27,6 +27,7 @@ contains
 
     call tests%start('step_length')
     call check_ends(tests)
+    call check_graded(tests)
     call check_growth(tests)
     call check_error(tests)
     call check_cuts(tests)
@@ -62,22 +63,60 @@ contains
     call tests%close('seven sevenths are one', fraction, 1.0_wp, 0.0_wp)
   end subroutine check_ends
 
+  !> Steps that grow from a first one fill the phase: s_k = 0.01 r^(k-1), ten of them.
+  subroutine check_graded(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: r = 1.4739368_wp
+    type(controls_type) :: graded
+    type(progress_type) :: progress
+    type(compliance_type) :: none
+    real(wp) :: length, last, lengths(10)
+    integer :: k
+
+    graded = ten
+    graded%first_share = 0.01_wp
+    do k = 1, 10
+      call plan_step(graded, 1.0_wp, progress, length, last)
+      lengths(k) = last - progress%fraction
+      length = progress%fraction
+      progress%fraction = last
+      call go_on(graded, none, length, lengths(k), outcome_type(static_iterations=merge(3, 8, k > 5)), progress)
+    end do
+    call tests%close('the first is as long as is said', lengths(1), 0.01_wp, rounding)
+    call tests%close('each is longer than the one before by the same', maxval(abs(lengths(2:)/lengths(:9) - r)), &
+      0.0_wp, 1.0e-6_wp)
+    call tests%close('the tenth ends at the end', progress%fraction, 1.0_wp, 0.0_wp)
+    progress%fraction = 0.5_wp
+    call cut_back(graded, none, 0.7_wp, outcome_type(), progress)
+    call tests%close('one that is cut back is half as long', progress%next_step, 0.1_wp, rounding)
+    call go_on(graded, none, 0.4_wp, 0.1_wp, outcome_type(static_iterations=3), progress)
+    call tests%close('an easy one is followed by one twice as long', progress%next_step, 0.2_wp, 1.0e-6_wp)
+    call go_on(graded, none, 0.4_wp, 0.2_wp, outcome_type(static_iterations=3), progress)
+    call tests%close('but no longer than was planned', progress%next_step, 0.01_wp + 0.5_wp*(r - 1.0_wp), 1.0e-6_wp)
+  end subroutine check_graded
+
   !> What an accepted step is followed by.
   subroutine check_growth(tests)
     type(tests_type), intent(inout) :: tests
 
     call tests%close('a step of usual iterations is followed by its like', length_after_step(ten, 0.03_wp, &
-      outcome_type(static_iterations=7)), 0.03_wp, rounding)
+      outcome_type(static_iterations=7), &
+      0.0_wp), 0.03_wp, rounding)
     call tests%close('so is one at the bound of many', length_after_step(ten, 0.03_wp, &
-      outcome_type(static_iterations=12)), 0.03_wp, rounding)
+      outcome_type(static_iterations=12), &
+      0.0_wp), 0.03_wp, rounding)
     call tests%close('an easy one by one twice as long', length_after_step(ten, 0.03_wp, &
-      outcome_type(static_iterations=6)), 0.06_wp, rounding)
+      outcome_type(static_iterations=6), &
+      0.0_wp), 0.06_wp, rounding)
     call tests%close('but not longer than the first', length_after_step(ten, 0.08_wp, &
-      outcome_type(static_iterations=1)), 0.1_wp, rounding)
-    call tests%close('a hard one by half', length_after_step(ten, 0.03_wp, outcome_type(static_iterations=13)), &
+      outcome_type(static_iterations=1), &
+      0.0_wp), 0.1_wp, rounding)
+    call tests%close('a hard one by half', length_after_step(ten, 0.03_wp, outcome_type(static_iterations=13), &
+      0.0_wp), &
       0.015_wp, rounding)
     call tests%close('but not less than the smallest', length_after_step(ten, 0.0015_wp, &
-      outcome_type(static_iterations=13)), 0.001_wp, rounding)
+      outcome_type(static_iterations=13), &
+      0.0_wp), 0.001_wp, rounding)
   end subroutine check_growth
 
   !> Steps as long as their error allows.
@@ -91,22 +130,29 @@ contains
     outcome = outcome_type(static=.true., static_iterations=3)
     outcome%step_error = 0.005_wp
     call tests%close('an error of half of what is allowed lets a step grow by 1.4', length_after_step(controls, &
-      0.2_wp, outcome), 0.28_wp, rounding)
+      0.2_wp, outcome, &
+      0.0_wp), 0.28_wp, rounding)
     outcome%step_error = 1.0e-5_wp
     call tests%close('none lets it grow twice as long, beyond the first length', length_after_step(controls, 0.2_wp, &
-      outcome), 0.4_wp, rounding)
-    call tests%close('but not beyond the phase', length_after_step(controls, 0.7_wp, outcome), 1.0_wp, rounding)
+      outcome, &
+      0.0_wp), 0.4_wp, rounding)
+    call tests%close('but not beyond the phase', length_after_step(controls, 0.7_wp, outcome, &
+      0.0_wp), 1.0_wp, rounding)
     controls%largest_step = 0.3_wp
-    call tests%close('nor beyond the largest step', length_after_step(controls, 0.2_wp, outcome), 0.3_wp, rounding)
+    call tests%close('nor beyond the largest step', length_after_step(controls, 0.2_wp, outcome, &
+      0.0_wp), 0.3_wp, rounding)
     controls%largest_step = 1.0_wp
     outcome%step_error = 0.0_wp
-    call tests%close('no error at all does the same', length_after_step(controls, 0.2_wp, outcome), 0.4_wp, rounding)
+    call tests%close('no error at all does the same', length_after_step(controls, 0.2_wp, outcome, &
+      0.0_wp), 0.4_wp, rounding)
     outcome%static_iterations = 13
     call tests%close('a hard step is followed by half of it all the same', length_after_step(controls, 0.2_wp, &
-      outcome), 0.1_wp, rounding)
+      outcome, &
+      0.0_wp), 0.1_wp, rounding)
     outcome%static_iterations = 3
     outcome%static = .false.
-    call tests%close('a damped one is not judged by its error', length_after_step(controls, 0.2_wp, outcome), 0.1_wp, &
+    call tests%close('a damped one is not judged by its error', length_after_step(controls, 0.2_wp, outcome, &
+      0.0_wp), 0.1_wp, &
       rounding)
     outcome = outcome_type(too_long=.true.)
     outcome%step_error = 0.02_wp

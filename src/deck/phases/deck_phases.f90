@@ -1,6 +1,8 @@
 !> Cards of phases: *PHASE, what changes in it, *END PHASE. Loads on surfaces: qsmpm_deck_loads.
 module qsmpm_deck_phases
+  use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: fixity_type, prescription_type
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: string_type, add_word, integer_text
   use qsmpm_cards, only: card_type, row_type, word_at
   use qsmpm_card_fields, only: card_fields_type
@@ -21,7 +23,7 @@ module qsmpm_deck_phases
   implicit none
   private
 
-  public :: add_phase_keywords
+  public :: add_phase_keywords, check_first_times
 
   character(len=*), parameter :: fix_words = 'X|Y|Z|XY|XZ|YZ|XYZ|ALL|FREE'
 
@@ -57,6 +59,7 @@ contains
   subroutine phase_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
+    logical :: first_given
 
     associate (phase => deck%analysis%phases(deck%phase))
       call fields%line(phase%where)
@@ -68,6 +71,10 @@ contains
       call fields%number('LOAD FACTOR', phase%load_factor, 'load factor at the end of the phase', range='(0, inf)')
       call fields%number('TIME', phase%duration, 'how long the phase lasts, for models that depend on time', &
         range='(0, inf)', given=phase%duration_given)
+      first_given = phase%first_time > 0.0_wp
+      call fields%number('FIRST TIME', phase%first_time, 'how long its first step lasts: those behind it grow '// &
+        'evenly, so that STEPS of them fill the phase; all are even when not given', &
+        range='(0, inf)', given=first_given)
       call fields%number('START TIME', phase%start_time, 'time at its start; the end of the phase before, 0 for '// &
         'the first one, when not given', given=phase%start_given)
     end associate
@@ -83,6 +90,25 @@ contains
     state%in_phase = .true.
     state%phase_place = card%place
   end subroutine begin_phase
+
+  !> A first step is shorter than even ones, and a share of the time that the phase says it lasts.
+  subroutine check_first_times(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p
+
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        if (.not. phase%first_time > 0.0_wp) cycle
+        phase%controls%first_share = phase%first_time/phase%duration
+        if (.not. phase%duration_given) then
+          call state%error_from(phase%where, 'PHASE', 'FIRST TIME wants TIME')
+        else if (.not. phase%first_time*phase%controls%steps < phase%duration) then
+          call state%error_from(phase%where, 'PHASE', 'FIRST TIME is no less than an even step, '// &
+            rounded_text(phase%duration/phase%controls%steps)//': a shorter one, or less STEPS of *CONTROLS')
+        end if
+      end associate
+    end do
+  end subroutine check_first_times
 
   !> *END PHASE, in every phase.
   subroutine end_fields(fields, deck)
