@@ -237,6 +237,12 @@ contains
     call keep_body_points(model, points)
     call widest_gap(model, placed_bodies(model), body, place, width)
     call tests%check('above it all of the sector is missing', abs(width - 0.3_wp) < 0.05_wp .and. place(2) > 1.2_wp)
+    points%pressure = merge(1.0_wp, 0.0_wp, points%patch == 1)
+    call keep_body_points(model, points)
+    call widest_gap(model, placed_bodies(model), body, place, width)
+    call tests%check('the first patch is looked at too', body == 1 .and. norm2(place - [ &
+      sum(points%position(1, :), mask=points%patch == 1), sum(points%position(2, :), mask=points%patch == 1)] &
+      /count(points%patch == 1)) < 0.01_wp)
   end subroutine check_gap
 
   !> Soil that moves and turns as the body does feels nothing of it.
@@ -354,6 +360,10 @@ contains
       - points%initial_position(2, :))), 0.0_wp, 1.0e-14_wp)
     pressure = contact_pressure_at(model, [1.0_wp, 0.65_wp])
     call tests%check('the middle of the base presses', pressure > 1.0_wp)
+    pressure = contact_pressure_at(model, [1.0_wp, -5.0_wp])
+    call tests%close('from afar it is that of the nearest place', pressure, &
+      points%pressure(minloc(norm2(points%initial_position(:2, :) - spread([1.0_wp, -5.0_wp], 2, points%count), dim=1), &
+      mask=points%touched, dim=1)), 1.0e-12_wp)
     call tests%check('and so does no place above the ground', .not. any(points%pressure > 0.0_wp .and. &
       points%position(2, :) > 1.2_wp))
     ! The base is flat: what it carries is its share of the pressures along the vertical, the rest is friction.

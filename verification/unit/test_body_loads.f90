@@ -55,6 +55,9 @@ contains
 
     call tests%start('body_loads')
     call check_phases(tests)
+    call check_tangent(tests, 'that turns under a confining pressure', 'FRICTION ANGLE=20', &
+      '*INITIAL, TYPE=ISOTROPIC|2, 7|*LOAD, BODY=plate, COMPONENT=MZ|5|', shape='*CONFINING PRESSURE|7|'// &
+      '*RIGID BODY, NAME=plate, SHAPE=POLYGON|0.3, 1.09|1.7, 1.09|1.7, 2|0.3, 2|*CONTACT, BODY=plate, ON=BODY, ')
     call check_tangent(tests, 'force along both axes, friction', 'FRICTION ANGLE=30', '')
     call check_tangent(tests, 'a moment, friction', 'FRICTION ANGLE=30', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
     call check_tangent(tests, 'a moment, adhesion', 'ADHESION=4', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
@@ -283,6 +286,8 @@ contains
     class(step_type), allocatable, target :: step
     type(rigid_pose_type) :: pose, before
     real(wp) :: force(6), load(load_rows), pushed(6)
+    real(wp), allocatable :: sizes(:, :)
+    type(error_type), allocatable :: error
 
     allocate (model, step)
     call make_model(roller//'FRICTION ANGLE=30|'//push//'*PHASE, NAME=turn|*LOAD, BODY=plate, COMPONENT=MZ|0|'// &
@@ -298,6 +303,17 @@ contains
     pose = pose_of(model, 1)
     load = load_on_body(model, 1, 1.0_wp)
     call tests%check('pressed at the right it turns to the right', pose%rotation(3) < -1.0e-4_wp)
+    call initialise_step(model, step, error)
+    call set_loads(step%terms, model, step%configuration_type, 1.0_wp)
+    allocate (sizes(2, all_nodes(step%unknowns)))
+    call sum_field_sizes(step%terms, sizes)
+    associate (surface => model%state%surface)
+      call tests%close('its balance refers to the moments of load and push', sizes(1, size(sizes, 2)), &
+        abs(moment_of(load, pose%rotation(3))) + sum(abs(surface%area_vector(2, :))*(surface%contact_pressure &
+        *abs(surface%position(1, :) - 1.0_wp - pose%displacement(1)) + abs(surface%contact_shear(1, :) &
+        *(surface%position(2, :) - 1.55_wp - pose%displacement(2))))), &
+        0.01_wp*sizes(1, size(sizes, 2)))
+    end associate
     call tests%close('the soil carries the force', force(2), 40.0_wp, 1.0e-6_wp)
     ! The place is 0.1 beside and 0.45 below the centroid; a force along y alone.
     call tests%close('and its moment, the arm turned', -force(6), -40.0_wp*(0.1_wp*cos(pose%rotation(3)) &

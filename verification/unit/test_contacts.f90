@@ -34,6 +34,7 @@ module test_contacts
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
   use qsmpm_term_sums, only: begin_terms, set_loads
+  use qsmpm_text, only: real_text
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
   use term_samples, only: force_named, matrix_and_difference
@@ -69,6 +70,7 @@ contains
     call check_wide_cell(tests)
     call check_sliver(tests)
     call check_numbers(tests)
+    call check_far_end(tests)
     call check_tangent(tests, 'FRICTION ANGLE=40', 0.0_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10', 0.03_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10, ADHESION=5', 0.03_wp)
@@ -359,6 +361,7 @@ contains
           all([(any(list == points(i)), i=1, size(points))]))
       end associate
     end do
+    call check_nearest_patch(tests, model)
     call find_patches(model, reshape([(i == 1, i=1, model%state%surface%count)], [model%state%surface%count, 1]), &
       all_points(model, .false.), nobody, patches)
     call tests%check('what is far away is left out', patches%count == 1)
@@ -495,6 +498,65 @@ contains
     call tests%check('the contact is at work', norm2(force_named(step, 'force of the contacts', u)) > 1.0_wp)
     call end_system(step%system)
   end subroutine check_tangent
+
+  !> A body that turns about one end moves too far where its other end does, though no other place moves as far.
+  subroutine check_far_end(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: u(:, :)
+    real(wp), parameter :: two_cells = 0.5_wp
+    real(wp) :: far, next, angle
+    integer :: i
+
+    do i = 1, 2
+      allocate (model, step)
+      if (i == 2) then
+        ! Half of the motion is in force: by chords of two cells between the last place and the one before it.
+        angle = 2.0_wp*2.0_wp*asin(0.5_wp*two_cells/(0.5_wp*(far + next)))*180.0_wp/acos(-1.0_wp)
+      else
+        angle = 1.0_wp
+      end if
+      call make_step('SHAPE=PLANE|2, 1.1, 0, -1', 'FRICTION ANGLE=0', ', ROTATION='//real_text(angle)//'|0, 0', model, &
+        step)
+      far = 2.0_wp - minval(model%state%surface%position(1, :))
+      next = 2.0_wp - minval(model%state%surface%position(1, :), &
+        mask=model%state%surface%position(1, :) > 2.0_wp - far + 1.0e-9_wp)
+      allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+      call evaluate_step(model, step, u, tangent_none)
+      call tests%check('the last place of a body moves too far', step%failure%failed .eqv. i == 2)
+      call end_system(step%system)
+      deallocate (model, step, u)
+    end do
+  end subroutine check_far_end
+
+  !> A short patch between two joins the nearer one, whichever comes first.
+  subroutine check_nearest_patch(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    type(contact_patches_type) :: patches
+    type(body_points_type) :: nobody
+    real(wp), parameter :: towards = -0.06_wp
+    integer :: cell, side, c, i
+
+    do side = -1, 1, 2
+      cell = model%state%surface%cell(size(model%state%surface%cell)/2)
+      do i = 1, model%state%surface%count
+        if (model%state%surface%cell(i) /= cell) cycle
+        if (side < 0) model%state%surface%area_vector(:, i) = 0.4_wp*model%state%surface%area_vector(:, i)
+        model%state%surface%position(1, i) = model%state%surface%position(1, i) + merge(1.0_wp, 2.0_wp, side < 0) &
+          *side*abs(towards)
+      end do
+      call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
+      do c = 1, patches%count
+        associate (list => patches%point(patches%first(c):patches%first(c + 1) - 1))
+          if (any(model%state%surface%cell(list) == cell)) call tests%check('a short patch joins the nearer one', &
+            any((model%state%surface%position(1, list) - sum(model%state%surface%position(1, :), &
+            mask=model%state%surface%cell == cell)/count(model%state%surface%cell == cell))*side > 0.1_wp))
+        end associate
+      end do
+    end do
+  end subroutine check_nearest_patch
 
   !> What is kept of a step that is taken, and of one that is not.
   subroutine check_step(tests)
