@@ -393,7 +393,8 @@ contains
     if (second > 0) text = "bodies '"//model%analysis%bodies(first)%name//"' and '"// &
       model%analysis%bodies(second)%name//"' "
     text = text//'overlap'//when//' around '//rounded_place(middle)//': an element holds '// &
-      rounded_text(filled(cell), 3)//' times its volume'
+      rounded_text(filled(cell), 3)//' times its volume; bodies lie beside one another: draw the larger one around '// &
+      'the smaller'
   end function overlap_text
 
   !> Note that the points do not integrate the functions of cut cells: figures of a turned block under uniform pressure

@@ -3,7 +3,7 @@
 module qsmpm_model_histories
   use qsmpm_kinds, only: wp, long
   use qsmpm_history_description, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, &
-    quantity_stress, quantity_runout, history_type
+    quantity_excess_pressure, quantity_stress, quantity_runout, history_type
   use qsmpm_source_line, only: source_line_type
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_active_bodies, only: bodies_active
@@ -14,6 +14,7 @@ module qsmpm_model_histories
   use qsmpm_model, only: model_type
   use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
   use qsmpm_own_part, only: is_divided
+  use qsmpm_phase_loads, only: has_consolidation
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_points, only: allocate_carried
@@ -65,6 +66,9 @@ contains
         if (histories(i)%quantity == quantity_pore_pressure .and. .not. has_pore_pressure(model)) &
           call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'there is no water: neither *WATER '// &
           'LEVEL nor *UNDRAINED')
+        if (histories(i)%quantity == quantity_excess_pressure .and. .not. has_consolidation(model%analysis%phases)) &
+          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'no pore water flows: no phase has a '// &
+          '*CONSOLIDATION')
         if (histories(i)%quantity == quantity_state) call find_state(model, i, material, diagnostics)
         if (histories(i)%quantity == quantity_runout) call check_front(model, histories(i))
         if (.not. traced(i)) cycle

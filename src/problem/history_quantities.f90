@@ -30,7 +30,7 @@ module qsmpm_history_quantities
     logical :: carried = .false.
   end type history_quantity_type
 
-  type(history_quantity_type), parameter, public :: history_quantities(17) = [ &
+  type(history_quantity_type), parameter, public :: history_quantities(18) = [ &
     history_quantity_type('DISPLACEMENT', at_tracer, component_vector, 'L', .true., .true.), &
     history_quantity_type('POSITION', at_tracer, component_vector, 'L', .true., .true.), &
     history_quantity_type('STRESS', at_point, component_tensor, 'S', .false., .true.), &
@@ -47,7 +47,8 @@ module qsmpm_history_quantities
     history_quantity_type('BODY ROTATION', at_rigid_body, component_none, ' ', .true., .true.), &
     history_quantity_type('CONTACT SLIP', at_rigid_body, component_none, 'L', .false., .true.), &
     history_quantity_type('PROP FORCE', at_prop, component_none, 'F', .true., .true.), &
-    history_quantity_type('TIME', at_run, component_none, ' ', .true., .true.)]
+    history_quantity_type('TIME', at_run, component_none, ' ', .true., .true.), &
+    history_quantity_type('EXCESS PRESSURE', at_run, component_none, 'S', .true., .true.)]
 
 contains
 

@@ -30,7 +30,8 @@ contains
       'MOMENT (about z) what the soil does to a rigid body, BODY MOVE and BODY ROTATION how far this has moved '// &
       'and turned about z (degrees); CONTACT SLIP how far soil has slid along it since they touched; CONTACT '// &
       'PRESSURE is that on the soil around a place as drawn, a mean over the length of a patch; PROP FORCE '// &
-      'that of a prop, tension positive; TIME that of the phases. *STOP ends a phase by one.', &
+      'that of a prop, tension positive; TIME that of the phases; EXCESS PRESSURE the largest there is of '// &
+      '*CONSOLIDATION, by its size. *STOP ends a phase by one.', &
       history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
       '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate|'// &
       '*HISTORY, NAME=toe, QUANTITY=RUNOUT, COMPONENT=X, BODY=slope', check_history, list=list_histories, &
