@@ -2,6 +2,7 @@
 """Factors of safety of drained slopes by default, beside the log spiral and the bounds of limit analysis.
 
 Usage: factors.py BINARY [SLOPE...] [--cells N] [--markdown FILE]   (a minute of CPU time; runs go to output/factors)
+       factors.py BINARY [SLOPE...] --splines 40     beside averaged quadratic splines on so many cells a height, psi = phi: minutes a slope
 
 A slope is ANGLE/FRICTION in degrees, c = 1 and height 1 on ground of half its height, built at 0.7 of its exact limit load. The deck
 names its grid of N cells a height and nothing of the method. With psi = phi the log spiral through the toe (Chen 1975) is an upper
@@ -89,7 +90,7 @@ def run(binary: pathlib.Path, name: str, deck: str) -> tuple[float, float, str]:
     FOLDER.mkdir(parents=True, exist_ok=True)
     path = FOLDER / f"{name}.inp"
     path.write_text(deck, encoding="utf-8")
-    done = run_limited([binary, "run", path, "--out", FOLDER / name], 300.0)
+    done = run_limited([binary, "run", path, "--out", FOLDER / name], 600.0)
     found = json.loads((FOLDER / name / "safety.json").read_text(encoding="utf-8"))["phases"][-1]
     note = "" if found["lost"] is None or found["mechanism"] else "no mechanism seen"
     return float(found["stable"]), done.cpu, note if done.code == 0 else f"exit {done.code}"
@@ -114,6 +115,18 @@ def row(binary: pathlib.Path, slope: str, associated: bool, cells: int) -> str:
     return f"| {slope} | {'phi' if associated else '0'} | {told} | {low:.4f} to {high:.4f} | {factor:.4f} | {error:+.1%} | {seconds:.1f} | {note} |"
 
 
+def compare(binary: pathlib.Path, slopes: list[str], cells: int, spline_cells: int) -> None:
+    """Errors from the middle of the bounds and CPU seconds by default and on splines, and by how much the latter are dearer."""
+    print(f"| slope | by default, {cells} cells | CPU s | SPLINE2G, {spline_cells} cells | CPU s | times |\n|---|---|---|---|---|---|")
+    for slope in slopes:
+        middle = 0.5 * sum(BRACKETS[slope])
+        factor, seconds, _ = run(binary, "by_default", slope_of(slope, cells)[0])
+        method = "*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.001\n*GRID, ELEMENT=QUAD4\n"
+        other, dearer, _ = run(binary, "splines", slope_of(slope, spline_cells)[0].replace("*GRID\n", method, 1))
+        print(f"| {slope} | {factor:.4f}, {factor / middle - 1.0:+.1%} | {seconds:.1f} | {other:.4f}, {other / middle - 1.0:+.1%} | {dearer:.0f} "
+              f"| {dearer / seconds:.0f} |", flush=True)
+
+
 def main() -> int:
     """All slopes, both flow rules."""
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -121,7 +134,11 @@ def main() -> int:
     words.add_argument("slopes", nargs="*", default=SLOPES)
     words.add_argument("--cells", type=int, default=10)
     words.add_argument("--markdown", type=pathlib.Path)
+    words.add_argument("--splines", type=int, default=0)
     asked = words.parse_args()
+    if asked.splines:
+        compare(asked.binary.resolve(), asked.slopes, asked.cells, asked.splines)
+        return 0
     lines = ["| slope | psi | log spiral | bounds | by default | error | CPU s | note |", "|---|---|---|---|---|---|---|---|"]
     print("\n".join(lines))
     for associated in (True, False):

@@ -89,6 +89,12 @@ contains
       call fail(error, error_other, 'no command is given')
       return
     end if
+    if (size(words) == 2) then
+      if (any(words(2)%text == ['--help', '-h    ']) .and. any(words(1)%text == ['run  ', 'point', 'check', 'plan '])) then
+        call parse_help(words(3:), command, error)
+        return
+      end if
+    end if
     select case (words(1)%text)
     case ('run')
       command%command = command_run

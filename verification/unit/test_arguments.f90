@@ -47,6 +47,8 @@ contains
     call parse('help MOHR COULOMB', command, error)
     call tests%check('a keyword may have a blank', command%command == command_help .and. &
       command%subject == 'MOHR COULOMB')
+    call parse('run --help', command, error)
+    call tests%check('a command explains itself', command%command == command_help .and. .not. allocated(error))
     call parse('help --markdown', command, error)
     call tests%check('the deck reference can be had', command%command == command_markdown)
     call parse('help --json', command, error)
