@@ -90,7 +90,8 @@ contains
       return
     end if
     if (size(words) == 2) then
-      if (any(words(2)%text == ['--help', '-h    ']) .and. any(words(1)%text == ['run  ', 'point', 'check', 'plan '])) then
+      if (any(words(2)%text == ['--help', '-h    ']) .and. &
+        any(words(1)%text == ['run  ', 'point', 'check', 'plan '])) then
         call parse_help(words(3:), command, error)
         return
       end if
