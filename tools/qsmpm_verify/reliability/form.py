@@ -158,7 +158,7 @@ class Sample:
 def hypercube(count: int, runs: int, seed: int) -> Array:
     """Standard normal numbers of a Latin hypercube."""
     rng = np.random.default_rng(seed)
-    cells = np.stack([rng.permutation(runs) for _ in range(count)], axis=1)
+    cells = np.array([rng.permutation(runs) for _ in range(count)]).reshape(count, runs).T
     return np.asarray(stats.norm.ppf((cells + rng.random((runs, count))) / runs))
 
 

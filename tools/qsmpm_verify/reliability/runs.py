@@ -14,6 +14,7 @@ import numpy as np
 
 from qsmpm_verify.cases import Case
 from qsmpm_verify.editor.table import Table
+from qsmpm_verify.reliability.fields import LEAST, Field, written
 from qsmpm_verify.reliability.variables import Space, Variable
 from qsmpm_verify.results import Array, ResultError, read_curves
 from qsmpm_verify.runner import run_case
@@ -93,10 +94,14 @@ def with_number(card: Card, line: int, item: int, value: float) -> Card:
 class Runs:
     """The answers of a deck at numbers of its variables; a run that was made is not made again."""
 
-    def __init__(self, deck: Deck, space: Space, response: Response, table: Table, program: Path, root: Path, jobs: int) -> None:
+    def __init__(
+        self, deck: Deck, space: Space, response: Response, table: Table, program: Path, root: Path, jobs: int, fields: Sequence[Field] = (), seed: int = 1
+    ) -> None:
         self.deck, self.space, self.response = deck, space, response
         self.program, self.root, self.jobs = program, root, jobs
+        self.fields, self.seed = fields, seed
         self.places = [place_of(deck, variable, table) for variable in space.variables]
+        self.field_places = [place_of(deck, field.variable, table) for field in fields]
         self.made = self.failed = 0
         self.reasons: list[str] = []
 
@@ -105,18 +110,25 @@ class Runs:
         cards = list(self.deck.cards)
         for (card, line, item), value in zip(self.places, values, strict=True):
             cards[card] = with_number(cards[card], line, item, value)
+        for field, (card, line, item) in zip(self.fields, self.field_places, strict=True):
+            least = with_number(cards[card], line, item, LEAST * float(field.variable.law.mean()))
+            cards[card] = replace(least, lines=(*least.lines[: line + 1], field.mark(), *least.lines[line + 1 :]))
         return self.deck.with_cards(cards).text()
 
-    def answer(self, values: Sequence[float]) -> float:
-        """The answer at these numbers, NaN where there is none."""
+    def answer(self, values: Sequence[float], number: int = 0) -> float:
+        """The answer at these numbers, with the fields of the run of this number; NaN where there is none."""
         text = self.text_of(values)
-        value, stands = self.run(text)
+        value, stands = self.run(self.with_fields(text, number))
         if self.response.quantity == "factor" and not stands and (strong := stronger(text)):
             # Below 1 the ground does not carry its loads as drawn: with more strength it does, and the factor is as much larger.
-            value = self.run(strong)[0] / STRONGER
+            value = self.run(self.with_fields(strong, number, STRONGER))[0] / STRONGER
         if math.isnan(value):
             self.failed += 1
         return value
+
+    def with_fields(self, text: str, number: int, times: float = 1.0) -> str:
+        """A deck with the samples of its fields."""
+        return written(self.fields, self.deck, text, self.root, self.seed, number, times)
 
     def run(self, text: str) -> tuple[float, bool]:
         """The answer of a deck, and whether its ground stood up as it was drawn."""
@@ -139,7 +151,7 @@ class Runs:
         """Margins of rows of standard normal numbers, side by side."""
         rows = self.space.values(np.atleast_2d(u))
         with ThreadPoolExecutor(self.jobs) as pool:
-            return np.array([self.response.margin(value) for value in pool.map(self.answer, rows.tolist())])
+            return np.array([self.response.margin(value) for value in pool.map(self.answer, rows.tolist(), range(len(rows)))])
 
 
 def answer_in(folder: Path, response: Response) -> float:

@@ -116,6 +116,8 @@ class Space:
     def values(self, u: Array) -> Array:
         """Numbers of the deck of independent standard normal ones, (..., variables)."""
         z = np.asarray(u) @ self.factor.T
+        if not self.variables:
+            return np.asarray(u)
         return np.stack([variable.value(z[..., i]) for i, variable in enumerate(self.variables)], axis=-1)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import tomllib
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 
 from qsmpm_verify.editor.table import read_table
 from qsmpm_verify.places import PROGRAM
+from qsmpm_verify.reliability.fields import Field, read_field
 from qsmpm_verify.reliability.form import SAMPLES, SEED, Form, Sample, find_design, hypercube, shares
 from qsmpm_verify.reliability.picture import draw
 from qsmpm_verify.reliability.runs import Response, Runs, read_response
@@ -27,27 +29,28 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.add_argument("deck", type=Path, help="a deck that runs")
     verb.add_argument("variables", type=Path, help="the uncertain numbers, their correlation and the limit (TOML)")
     verb.add_argument("--runs", type=int, default=0, metavar="N", help="Monte Carlo of N runs (a Latin hypercube) in place of the search")
-    verb.add_argument("--seed", type=int, default=1, help="of the hypercube (default 1)")
+    verb.add_argument("--seed", type=int, default=1, help="of the hypercube and of fields (default 1)")
     verb.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 2), help="runs side by side")
     verb.add_argument("--out", type=Path, help="folder of the runs, the picture and reliability.json (default output/reliability/DECK)")
     verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
     verb.set_defaults(act=act)
 
 
-def read_question(path: Path) -> tuple[Space, Response]:
-    """Variables, correlations and response of the file."""
+def read_question(path: Path) -> tuple[Space, list[Field], Response]:
+    """Variables, correlations, fields and response of the file."""
     try:
         table: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise Trouble(f"{path}: {error.strerror}") from error
     except tomllib.TOMLDecodeError as error:
         raise Trouble(f"{path}: {error}") from error
-    unknown = [key for key in table if key not in ("variable", "correlation", "response")]
-    if unknown or not table.get("variable"):
-        raise Trouble(f"{path}: {f'unknown table {unknown[0]}' if unknown else 'no [[variable]]'}")
+    unknown = [key for key in table if key not in ("variable", "field", "correlation", "response")]
+    if unknown or not (table.get("variable") or table.get("field")):
+        raise Trouble(f"{path}: {f'unknown table {unknown[0]}' if unknown else 'neither [[variable]] nor [[field]]'}")
     try:
         pairs = [(str(c["between"][0]), str(c["between"][1]), float(c["rho"])) for c in table.get("correlation", [])]
-        return make_space([read_variable(v) for v in table["variable"]], pairs), read_response(table.get("response", {}))
+        space = make_space([read_variable(v) for v in table.get("variable", [])], pairs)
+        return space, [read_field(f) for f in table.get("field", [])], read_response(table.get("response", {}))
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise Trouble(f"{path}: {error}") from error
     except Trouble as trouble:
@@ -56,9 +59,11 @@ def read_question(path: Path) -> tuple[Space, Response]:
 
 def act(words: argparse.Namespace) -> int:
     """Ask, run, tell; exit code 3 when runs have no answer where they must."""
-    space, response = read_question(words.variables)
+    space, fields, response = read_question(words.variables)
+    if fields and not words.runs:
+        raise Trouble(f"{words.variables}: a field has no design point that a search finds: --runs 200 samples it")
     root = words.out or Path("output") / "reliability" / words.deck.stem
-    runs = Runs(read_deck(words.deck), space, response, read_table(words.program), words.program.resolve(), root, max(1, words.jobs))
+    runs = Runs(read_deck(words.deck), space, response, read_table(words.program), words.program.resolve(), root, max(1, words.jobs), fields, words.seed)
     names = [variable.name for variable in space.variables]
     told: dict[str, Any]
     try:
@@ -104,7 +109,7 @@ def sample(runs: Runs, count: int, seed: int) -> tuple[dict[str, Any], np.ndarra
     mean, sd = float(found.margins[known].mean()), float(found.margins[known].std(ddof=1))
     told = {
         "probability": found.probability, "its standard error": found.error, "mean margin": mean, "standard deviation": sd,
-        "beta of these two": mean / sd if sd else float("inf"),
+        "beta of these two": mean / sd if sd else math.inf,
         "alpha": shares(-slope / max(float(np.linalg.norm(slope)), 1.0e-300), names),
     }  # fmt: skip
     return told, found.margins

@@ -5,6 +5,7 @@ import io
 import json
 import math
 import tempfile
+import tomllib
 import unittest
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from scipy import stats
 
 from qsmpm_verify.cli import main
 from qsmpm_verify.places import PROGRAM
+from qsmpm_verify.reliability.fields import read_field
 from qsmpm_verify.reliability.form import find_design, hypercube
 from qsmpm_verify.reliability.variables import Space, make_space, read_variable
 from qsmpm_verify.trouble import Trouble
@@ -66,6 +68,20 @@ class Numbers(unittest.TestCase):
         for column in layers.T:
             self.assertEqual(sorted(column.tolist()), list(range(50)))
 
+    def test_a_field_has_the_moments_and_the_scales_that_were_asked_for(self) -> None:
+        field = read_field({"name": "c", "of": "clay", "mean": 40, "cov": 0.3, "scales": [8, 2]})
+        xs, ys = np.linspace(0, 40, 41), np.linspace(0, 10, 21)
+        drawn = np.array([field.samples(xs, ys, 1, run) for run in range(400)])
+        self.assertAlmostEqual(drawn.mean(), 40.0, delta=0.5)
+        self.assertAlmostEqual(drawn.std(), 12.0, delta=0.4)
+        logs = np.log(drawn) - np.log(drawn).mean()
+        for along, steps, scale in ((2, 4, 8.0), (1, 2, 2.0)):
+            distance = steps * (1.0 if along == 2 else 0.5)
+            first, second = np.delete(logs, np.s_[-steps:], axis=along), np.delete(logs, np.s_[:steps], axis=along)
+            self.assertAlmostEqual(float((first * second).mean() / logs.var()), math.exp(-2.0 * distance / scale), delta=0.03)
+        self.assertTrue(np.array_equal(field.samples(xs, ys, 1, 7), drawn[7]))
+        self.assertFalse(np.array_equal(field.samples(xs, ys, 2, 7), drawn[7]))
+
     def test_what_cannot_be_is_refused(self) -> None:
         for words, why in (({"mean": 1}, "sd is missing"), ({"mean": 1, "sd": 1, "unit": 2}, "unknown word 'unit'"),
                            ({"mean": -1, "sd": 1}, "lognormal one is above 0"), ({"distribution": "beta"}, "is none of")):
@@ -117,6 +133,43 @@ fails = "above"
 """
 
 
+PRESSED = """*MODEL, TYPE=PLANE STRAIN
+*UNITS, LENGTH=m, FORCE=kN
+*GRID, ELEMENT=QUAD4
+X, 0, 1, 2
+Y, 0, 1, 2
+*NSET, NSET=base, PLANE=Y
+0
+*NSET, NSET=left, PLANE=X
+0
+*NSET, NSET=top, PLANE=Y
+1
+*MATERIAL, NAME=clay
+*ELASTIC
+10000, 0.49
+*MOHR COULOMB
+40, 0, 0
+*BODY, NAME=block, MATERIAL=clay, SHAPE=ALL
+*METHOD, BASIS=FEM
+*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=base
+*PHASE, NAME=press
+*FIX
+base, Y
+left, X
+*PRESCRIBE
+top, Y, -0.02
+*CONTROLS, STEPS=5
+*END PHASE
+"""
+FIELD = """[[field]]
+name = "s_u"
+of = "clay"
+mean = 40
+cov = 0.3
+scales = {scales}
+"""
+
+
 @unittest.skipUnless(PROGRAM.is_file(), "the program is not built")
 class Decks(unittest.TestCase):
     def setUp(self) -> None:
@@ -145,6 +198,25 @@ class Decks(unittest.TestCase):
         self.told(0, "--runs", "200", "--jobs", "2")
         sampled = json.loads((self.folder / "out" / "reliability.json").read_text())
         self.assertAlmostEqual(sampled["probability"], stats.norm.cdf(-exact), delta=3 * max(sampled["its standard error"], 0.005))
+
+    def test_a_field_of_endless_scales_is_one_number(self) -> None:
+        # Between plates that do not hold it clay bears 2 s_u on a width that has grown by 1/0.98.
+        (self.folder / "column.inp").write_text(PRESSED)
+        question = 'quantity = "force"\nat = "max"\nlimit = 60\n'
+        (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1e6, 1e6]")}[response]\n{question}')
+        self.told(0, "--runs", "12", "--jobs", "2")
+        found = json.loads((self.folder / "out" / "reliability.json").read_text())
+        field = read_field(tomllib.loads(FIELD.format(scales="[1e6, 1e6]"))["field"][0])
+        ends = np.array([0.0, 1.0])
+        margins = [2.0 / 0.98 * field.samples(ends, ends, 1, run)[0, 0] - 60.0 for run in range(12)]
+        self.assertAlmostEqual(found["mean margin"], float(np.mean(margins)), delta=0.05)
+        self.assertEqual(found["probability"], float(np.mean(np.array(margins) < 0.0)))
+        (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1, 0.01]")}[response]\n{question}')
+        self.assertIn("are the most", self.told(2, "--runs", "2"))
+        (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1]")}[response]\n{question}')
+        self.assertIn("scales are two lengths", self.told(2, "--runs", "2"))
+        (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1, 1]")}[response]\n{question}')
+        self.assertIn("--runs 200 samples it", self.told(2))
 
     def test_a_number_that_is_not_there_is_an_error(self) -> None:
         for old, new, why in (('"ELASTIC"', '"ELASTICS"', "there is no card"), ('column = "E"', 'column = "G"', "has no column 'G'"),
