@@ -39,15 +39,16 @@ contains
     type(controls_type), intent(in) :: controls
     integer, parameter :: halvings = 60
     real(wp) :: least, most
-    integer :: i, k
+    integer :: i
 
     growth = 1.0_wp
     if (.not. controls%first_share > 0.0_wp .or. .not. controls%first_share*controls%steps < 1.0_wp) return
     least = 1.0_wp
-    most = 1.0_wp/controls%first_share
+    ! The last step is no longer than the phase.
+    most = controls%first_share**(-1.0_wp/(controls%steps - 1))
     do i = 1, halvings
       growth = 0.5_wp*(least + most)
-      if (controls%first_share*sum([(growth**k, k=0, controls%steps - 1)]) > 1.0_wp) then
+      if (controls%first_share*(growth**controls%steps - 1.0_wp) > growth - 1.0_wp) then
         most = growth
       else
         least = growth

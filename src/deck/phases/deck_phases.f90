@@ -102,6 +102,8 @@ contains
         phase%controls%first_share = phase%first_time/phase%duration
         if (.not. phase%duration_given) then
           call state%error_from(phase%where, 'PHASE', 'FIRST TIME wants TIME')
+        else if (phase%controls%steps == 1) then
+          call state%error_from(phase%where, 'PHASE', 'FIRST TIME wants more than one of STEPS of *CONTROLS')
         else if (.not. phase%first_time*phase%controls%steps < phase%duration) then
           call state%error_from(phase%where, 'PHASE', 'FIRST TIME is no less than an even step, '// &
             rounded_text(phase%duration/phase%controls%steps)//': a shorter one, or less STEPS of *CONTROLS')
