@@ -415,12 +415,12 @@ contains
 
     call make_folder(directory)
     do done = 2, 5
-      call make_run(soil, moving//', RUNOUT=2.2', run)
+      call make_run(soil, moving//', RUNOUT=1.9', run)
       do k = 1, done
         call advance_step_loop(run%model, run%loop, run%observer, run%error)
       end do
       call write_restart(directory//'/restart.h5', run%model, mark, error)
-      call make_run(soil, moving//', RUNOUT=2.2', resumed)
+      call make_run(soil, moving//', RUNOUT=1.9', resumed)
       if (.not. allocated(error)) call read_restart(directory//'/restart.h5', resumed%model, mark, error)
       call tests%check('a file within a search is written and read', .not. allocated(error))
       call tests%close('the laws read have the strength', resumed%model%strength%factor, run%model%strength%factor, 0.0_wp)
