@@ -224,8 +224,9 @@ contains
         'the log tells the error of the stresses; `qsmpm-verify study DECK --history NAME` that of a result: '// &
         'docs/study.md'), &
       topics_type('PROBABIL,RANDOM,RELIABILITY,MONTE CARLO,SPATIAL,SENSITIVITY,CALIBRAT,BACK ANALYSIS,INVERSE', &
-        'one run answers one deck; write and run many from Python: docs/embedding.md; a law alone is fitted by '// &
-        '*POINT TEST: docs/point_tests.md')])
+        '`qsmpm-verify reliability DECK FILE` tells how likely an answer is beyond its limit, of numbers and of '// &
+        'strength that scatters from place to place: docs/howto/reliability.md; a law is fitted by *POINT TEST: '// &
+        'docs/point_tests.md')])
   end function tools
 
   !> What nothing here does.

@@ -14,9 +14,10 @@ from scipy import stats
 
 from qsmpm_verify.cli import main
 from qsmpm_verify.places import PROGRAM
-from qsmpm_verify.reliability.fields import read_field
+from qsmpm_verify.reliability.fields import lattice, read_field, written
 from qsmpm_verify.reliability.form import find_design, hypercube
 from qsmpm_verify.reliability.variables import Space, make_space, read_variable
+from qsmpm_verify.study.cards import read_deck
 from qsmpm_verify.trouble import Trouble
 
 
@@ -217,6 +218,21 @@ class Decks(unittest.TestCase):
         self.assertIn("scales are two lengths", self.told(2, "--runs", "2"))
         (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1, 1]")}[response]\n{question}')
         self.assertIn("--runs 200 samples it", self.told(2))
+
+    def test_samples_of_a_field_stand_in_a_file_that_the_deck_names(self) -> None:
+        field = read_field(tomllib.loads(FIELD.format(scales="[2, 1]"))["field"][0])
+        (self.folder / "column.inp").write_text(PRESSED)
+        deck, text = read_deck(self.folder / "column.inp"), f"*MOHR COULOMB\n1, 0, 0\n{field.mark()}\n*BODY"
+        drawn = []
+        for times in (1.0, 2.0):
+            found = written([field], deck, text, self.folder, 3, 5, times)
+            self.assertRegex(found, r"1, 0, 0\n\*STRENGTH PROFILE, TYPE=FIELD, INPUT=\S+\.csv\n\*BODY")
+            drawn.append(np.loadtxt(found.split("INPUT=")[1].split("\n")[0], delimiter=",", skiprows=1))
+        self.assertEqual(drawn[0].shape, (25, 3))
+        self.assertEqual([drawn[0][:, i].max() for i in (0, 1)], [1.0, 1.0])
+        self.assertTrue(np.allclose(drawn[1][:, 2], 2.0 * drawn[0][:, 2]))
+        xs, ys = lattice(deck, field)
+        self.assertTrue(np.allclose(drawn[0][:, 2].reshape(5, 5), field.samples(xs, ys, 3, 5), rtol=1e-8))
 
     def test_a_number_that_is_not_there_is_an_error(self) -> None:
         for old, new, why in (('"ELASTIC"', '"ELASTICS"', "there is no card"), ('column = "E"', 'column = "G"', "has no column 'G'"),
