@@ -95,28 +95,31 @@ contains
     call tests%close('but no longer than was planned', progress%next_step, 0.01_wp + 0.5_wp*(r - 1.0_wp), 1.0e-6_wp)
   end subroutine check_graded
 
+  !> Length after a step of even ones, wherever it ends.
+  pure real(wp) function after(controls, length, outcome)
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: length
+    type(outcome_type), intent(in) :: outcome
+
+    after = length_after_step(controls, length, outcome, 0.5_wp)
+  end function after
+
   !> What an accepted step is followed by.
   subroutine check_growth(tests)
     type(tests_type), intent(inout) :: tests
 
-    call tests%close('a step of usual iterations is followed by its like', length_after_step(ten, 0.03_wp, &
-      outcome_type(static_iterations=7), &
-      0.0_wp), 0.03_wp, rounding)
-    call tests%close('so is one at the bound of many', length_after_step(ten, 0.03_wp, &
-      outcome_type(static_iterations=12), &
-      0.0_wp), 0.03_wp, rounding)
-    call tests%close('an easy one by one twice as long', length_after_step(ten, 0.03_wp, &
-      outcome_type(static_iterations=6), &
-      0.0_wp), 0.06_wp, rounding)
-    call tests%close('but not longer than the first', length_after_step(ten, 0.08_wp, &
-      outcome_type(static_iterations=1), &
-      0.0_wp), 0.1_wp, rounding)
-    call tests%close('a hard one by half', length_after_step(ten, 0.03_wp, outcome_type(static_iterations=13), &
-      0.0_wp), &
+    call tests%close('a step of usual iterations is followed by its like', after(ten, 0.03_wp, &
+      outcome_type(static_iterations=7)), 0.03_wp, rounding)
+    call tests%close('so is one at the bound of many', after(ten, 0.03_wp, &
+      outcome_type(static_iterations=12)), 0.03_wp, rounding)
+    call tests%close('an easy one by one twice as long', after(ten, 0.03_wp, &
+      outcome_type(static_iterations=6)), 0.06_wp, rounding)
+    call tests%close('but not longer than the first', after(ten, 0.08_wp, &
+      outcome_type(static_iterations=1)), 0.1_wp, rounding)
+    call tests%close('a hard one by half', after(ten, 0.03_wp, outcome_type(static_iterations=13)), &
       0.015_wp, rounding)
-    call tests%close('but not less than the smallest', length_after_step(ten, 0.0015_wp, &
-      outcome_type(static_iterations=13), &
-      0.0_wp), 0.001_wp, rounding)
+    call tests%close('but not less than the smallest', after(ten, 0.0015_wp, &
+      outcome_type(static_iterations=13)), 0.001_wp, rounding)
   end subroutine check_growth
 
   !> Steps as long as their error allows.
@@ -129,30 +132,23 @@ contains
     controls%step_error = 0.01_wp
     outcome = outcome_type(static=.true., static_iterations=3)
     outcome%step_error = 0.005_wp
-    call tests%close('an error of half of what is allowed lets a step grow by 1.4', length_after_step(controls, &
-      0.2_wp, outcome, &
-      0.0_wp), 0.28_wp, rounding)
+    call tests%close('an error of half of what is allowed lets a step grow by 1.4', after(controls, &
+      0.2_wp, outcome), 0.28_wp, rounding)
     outcome%step_error = 1.0e-5_wp
-    call tests%close('none lets it grow twice as long, beyond the first length', length_after_step(controls, 0.2_wp, &
-      outcome, &
-      0.0_wp), 0.4_wp, rounding)
-    call tests%close('but not beyond the phase', length_after_step(controls, 0.7_wp, outcome, &
-      0.0_wp), 1.0_wp, rounding)
+    call tests%close('none lets it grow twice as long, beyond the first length', after(controls, 0.2_wp, &
+      outcome), 0.4_wp, rounding)
+    call tests%close('but not beyond the phase', after(controls, 0.7_wp, outcome), 1.0_wp, rounding)
     controls%largest_step = 0.3_wp
-    call tests%close('nor beyond the largest step', length_after_step(controls, 0.2_wp, outcome, &
-      0.0_wp), 0.3_wp, rounding)
+    call tests%close('nor beyond the largest step', after(controls, 0.2_wp, outcome), 0.3_wp, rounding)
     controls%largest_step = 1.0_wp
     outcome%step_error = 0.0_wp
-    call tests%close('no error at all does the same', length_after_step(controls, 0.2_wp, outcome, &
-      0.0_wp), 0.4_wp, rounding)
+    call tests%close('no error at all does the same', after(controls, 0.2_wp, outcome), 0.4_wp, rounding)
     outcome%static_iterations = 13
-    call tests%close('a hard step is followed by half of it all the same', length_after_step(controls, 0.2_wp, &
-      outcome, &
-      0.0_wp), 0.1_wp, rounding)
+    call tests%close('a hard step is followed by half of it all the same', after(controls, 0.2_wp, &
+      outcome), 0.1_wp, rounding)
     outcome%static_iterations = 3
     outcome%static = .false.
-    call tests%close('a damped one is not judged by its error', length_after_step(controls, 0.2_wp, outcome, &
-      0.0_wp), 0.1_wp, &
+    call tests%close('a damped one is not judged by its error', after(controls, 0.2_wp, outcome), 0.1_wp, &
       rounding)
     outcome = outcome_type(too_long=.true.)
     outcome%step_error = 0.02_wp
