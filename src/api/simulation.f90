@@ -167,7 +167,10 @@ contains
     if (.not. allocated(error) .and. .not. duration > 0.0_wp) &
       call fail(error, error_other, 'a stage lasts longer than 0')
     if (allocated(error)) return
-    self%scene%phases(number)%duration = duration
+    associate (phase => self%scene%phases(number))
+      phase%duration = duration
+      phase%controls%first_share = phase%first_time/duration
+    end associate
     call self%take_over(error)
   end subroutine set_time
 

@@ -15,7 +15,7 @@ module qsmpm_contact_results
   implicit none
   private
 
-  public :: penetration_type, deepest_of_all, deepest_point, contact_pressure_at, contact_slip_on
+  public :: penetration_type, deepest_of_all, deepest_point, deepest_in, contact_pressure_at, contact_slip_on
 
   !> Half of the width of the hat of a mean pressure over the length of a patch.
   real(wp), parameter :: hat = 0.7_wp
@@ -40,7 +40,7 @@ contains
     !> 0 where no point is inside of any.
     integer, intent(out) :: body, point
     real(wp), intent(out) :: depth
-    type(distance_type) :: distance
+    real(wp) :: here
     integer :: b, p
 
     body = 0
@@ -48,15 +48,34 @@ contains
     depth = 0.0_wp
     do b = 1, size(bodies)
       if (.not. any(model%contact_pairs%body == b)) cycle
-      do p = 1, model%state%points%count
-        distance = bodies(b)%distance_at(place_of(model%state%points, p))
-        if (-distance%value <= depth) cycle
-        depth = -distance%value
-        body = b
-        point = p
-      end do
+      call deepest_in(model, bodies(b), p, here)
+      if (.not. here > depth) cycle
+      depth = here
+      body = b
+      point = p
     end do
   end subroutine deepest_point
+
+  !> The material point that is deepest inside of a body.
+  pure subroutine deepest_in(model, body, point, depth)
+    type(model_type), intent(in) :: model
+    !> Where it is.
+    type(placed_shape_type), intent(in) :: body
+    !> 0 where none is inside.
+    integer, intent(out) :: point
+    real(wp), intent(out) :: depth
+    type(distance_type) :: distance
+    integer :: p
+
+    point = 0
+    depth = 0.0_wp
+    do p = 1, model%state%points%count
+      distance = body%distance_at(place_of(model%state%points, p))
+      if (-distance%value <= depth) cycle
+      depth = -distance%value
+      point = p
+    end do
+  end subroutine deepest_in
 
   !> The deepest point of all processes of a team.
   subroutine deepest_of_all(team, found)

@@ -225,8 +225,8 @@ contains
         'docs/study.md'), &
       topics_type('PROBABIL,RANDOM,RELIABILITY,MONTE CARLO,SPATIAL,SENSITIVITY,CALIBRAT,BACK ANALYSIS,INVERSE', &
         '`qsmpm-verify reliability DECK FILE` tells how likely an answer is beyond its limit, of numbers and of '// &
-        'strength that scatters from place to place: docs/howto/reliability.md; a law is fitted by *POINT TEST: '// &
-        'docs/point_tests.md')])
+        'strength that scatters from place to place: docs/howto/reliability.md; other runs of many are '// &
+        'written in Python: docs/howto/many_runs.md; a law is fitted by *POINT TEST: docs/point_tests.md')])
   end function tools
 
   !> What nothing here does.

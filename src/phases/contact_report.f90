@@ -3,6 +3,7 @@
 !> a step and stays low; of what it prescribes at nodes the last, where most of the reaction is lost.
 module qsmpm_contact_report
   use qsmpm_kinds, only: wp
+  use qsmpm_contact_results, only: deepest_in
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_own_part, only: own_of
@@ -225,17 +226,12 @@ contains
     character(len=*), intent(in) :: start
     class(observer_type), intent(inout) :: observer
     type(placed_shape_type) :: placed(size(model%rigid_shapes))
-    type(distance_type) :: distance
     real(wp) :: left, depth
-    integer :: p
+    integer :: point
 
     placed = placed_bodies(model)
     left = gap_of(model, body)
-    depth = 0.0_wp
-    do p = 1, model%state%points%count
-      distance = placed(body)%distance_at(place_of(model%state%points, p))
-      depth = max(depth, -distance%value)
-    end do
+    call deepest_in(model, placed(body), point, depth)
     depth = largest(model%part%team, depth)
     if (depth > inside*model%cell_size) then
       call observer%note(start//' into soil, and it carries nothing: soil is '//rounded_text(depth)//' inside of it'// &

@@ -30,7 +30,8 @@ module qsmpm_phase_description
   !> Step control and stopping rules of a phase.
   type :: controls_type
     type(source_line_type) :: where
-    !> Load steps the phase is first cut into, and the share of the phase that the first one is; 0: all are even.
+    !> Load steps the phase is first cut into, and the share of the phase that the first one is where they grow from it
+    !> (FIRST TIME over TIME); 0: all are even.
     integer :: steps = 10
     real(wp) :: first_share = 0.0_wp
     integer :: newton = newton_full

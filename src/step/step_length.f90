@@ -31,8 +31,16 @@ contains
     type(controls_type), intent(in) :: controls
 
     first_length = 1.0_wp/controls%steps
-    if (controls%first_share > 0.0_wp) first_length = controls%first_share
+    if (is_graded(controls)) first_length = controls%first_share
   end function first_length
+
+  !> Whether the steps of a phase grow from a first one.
+  pure logical function is_graded(controls)
+    type(controls_type), intent(in) :: controls
+
+    is_graded = controls%first_share > 0.0_wp .and. controls%steps > 1 .and. &
+      controls%first_share*controls%steps < 1.0_wp
+  end function is_graded
 
   !> r, by which steps grow, s_1 (1 + r + ... + r^(N-1)) = 1: 1 where all are even.
   pure real(wp) function growth_of(controls) result(growth)
@@ -42,7 +50,7 @@ contains
     integer :: i
 
     growth = 1.0_wp
-    if (.not. controls%first_share > 0.0_wp .or. .not. controls%first_share*controls%steps < 1.0_wp) return
+    if (.not. is_graded(controls)) return
     least = 1.0_wp
     ! The last step is no longer than the phase.
     most = controls%first_share**(-1.0_wp/(controls%steps - 1))
@@ -117,8 +125,7 @@ contains
     first = first_length(controls)
     last = min(1.0_wp, fraction + length)
     whole = (aint(fraction/first + same_length) + 1.0_wp)*first
-    if (last > whole - same_length*first .and. length <= first*(1.0_wp + same_length) .and. &
-      .not. controls%first_share > 0.0_wp) last = min(1.0_wp, whole)
+    if (last > whole - same_length*first .and. length <= first*(1.0_wp + same_length)) last = min(1.0_wp, whole)
     if (last > 1.0_wp - same_length*max(first, length)) last = 1.0_wp
   end function end_of_step
 

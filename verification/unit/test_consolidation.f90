@@ -190,6 +190,9 @@ contains
     call make_step('PLANE STRAIN', flow//'*CONTROLS, STEPS=10|', model, step)
     call tests%check('those of 0.3 are not', index(model%notes, 'its steps of') == 0)
     call end_system(step%system)
+    call make_step('PLANE STRAIN', flow//'*CONTROLS, STEPS=10|', model, step, first=', FIRST TIME=0.003')
+    call tests%check('but a first one of 0.003', index(model%notes, 'its steps of 0.003 are shorter') > 0)
+    call end_system(step%system)
   end subroutine check_note
 
   !> No grid of splines stands behind the triangles: pressures of nodes would be lost with them.
@@ -256,23 +259,28 @@ contains
   end subroutine refused
 
   !> A step of a quarter of the phase of 3, prepared.
-  subroutine make_step(kind, card, model, step, top)
+  subroutine make_step(kind, card, model, step, top, first)
     character(len=*), intent(in) :: kind, card
     !> Height of the grid where it is not 1.5.
     character(len=*), intent(in), optional :: top
+    !> Parameters of the phase behind its TIME.
+    character(len=*), intent(in), optional :: first
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, phase
     integer :: at
 
     allocate (analysis)
     lines = grid
     at = index(grid, '1.5')
     if (present(top)) lines = grid(:at - 1)//top//grid(at + 3:)
-    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//lines//clay//rock//bodies//load//card// &
+    phase = load
+    at = index(load, '|') - 1
+    if (present(first)) phase = load(:at)//first//load(at + 1:)
+    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//lines//clay//rock//bodies//phase//card// &
       '*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the consolidation suite is broken'

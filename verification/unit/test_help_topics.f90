@@ -39,7 +39,7 @@ contains
       'LIMIT COMPLIANCE', '*PHASE', 'RUNOUT', '*UNIT WEIGHT', '*CONTRACTION', '*ELASTIC', '*UNDRAINED', &
       '*CONTACT', '*MOHR COULOMB', '*HISTORY', '*PRESCRIBE', '*INITIAL', 'equilibrium', &
       'no law', '*MOHR COULOMB', 'KINEMATICS', '*GRID', '*ELASTIC', '*ELASTIC', 'LIMIT COMPLIANCE', '*SOFTENING', &
-      'POLYGON', '*RIGID BODY', '*CONTACT', 'FIELDS', '*FIELD', '*MESH', 'embedding', 'slices', 'Python', &
+      'POLYGON', '*RIGID BODY', '*CONTACT', 'FIELDS', '*FIELD', '*MESH', 'embedding', 'slices', 'reliability DECK', &
       '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'steady rain', &
       '*CONTRACTION', '*CONTRACTION', 'qsmpm-verify import', '*PROP', '*PROP', '*PROP', '*CONTACT', 'no inertia', 'no inertia', &
       '*CONTRACTION', 'stiff', '*PROP', 'no inertia']

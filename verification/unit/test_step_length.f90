@@ -93,7 +93,31 @@ contains
     call tests%close('an easy one is followed by one twice as long', progress%next_step, 0.2_wp, 1.0e-6_wp)
     call go_on(graded, none, 0.4_wp, 0.2_wp, outcome_type(static_iterations=3), progress)
     call tests%close('but no longer than was planned', progress%next_step, 0.01_wp + 0.5_wp*(r - 1.0_wp), 1.0e-6_wp)
+    graded%first_share = 1.0e-9_wp
+    call tests%check('no hair is left behind steps over nine decades', count_steps(graded) == 10)
+    graded%first_share = 0.2_wp
+    call tests%check('a first step longer than even ones leaves them even', count_steps(graded) == 10)
+    graded%first_share = 0.2_wp
+    graded%steps = 1
+    call tests%check('one step is one', count_steps(graded) == 1)
   end subroutine check_graded
+
+  !> Steps from the start of a phase to its end.
+  integer function count_steps(controls)
+    type(controls_type), intent(in) :: controls
+    type(progress_type) :: progress
+    type(compliance_type) :: none
+    real(wp) :: length, last, start
+
+    count_steps = 0
+    do while (progress%fraction < 1.0_wp .and. count_steps < 100)
+      call plan_step(controls, 1.0_wp, progress, length, last)
+      count_steps = count_steps + 1
+      start = progress%fraction
+      progress%fraction = last
+      call go_on(controls, none, start, length, outcome_type(static_iterations=8), progress)
+    end do
+  end function count_steps
 
   !> Length after a step of even ones, wherever it ends.
   pure real(wp) function after(controls, length, outcome)

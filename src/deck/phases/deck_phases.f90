@@ -2,6 +2,7 @@
 module qsmpm_deck_phases
   use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: fixity_type, prescription_type
+  use qsmpm_phase_description, only: phase_safety
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: string_type, add_word, integer_text
   use qsmpm_cards, only: card_type, row_type, word_at
@@ -75,6 +76,7 @@ contains
       call fields%number('FIRST TIME', phase%first_time, 'how long its first step lasts: those behind it grow '// &
         'evenly, so that STEPS of them fill the phase; all are even when not given', &
         range='(0, inf)', given=first_given)
+      if (fields%reading) phase%controls%first_share = phase%first_time/phase%duration
       call fields%number('START TIME', phase%start_time, 'time at its start; the end of the phase before, 0 for '// &
         'the first one, when not given', given=phase%start_given)
     end associate
@@ -99,8 +101,9 @@ contains
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
         if (.not. phase%first_time > 0.0_wp) cycle
-        phase%controls%first_share = phase%first_time/phase%duration
-        if (.not. phase%duration_given) then
+        if (phase%kind == phase_safety) then
+          call state%error_from(phase%where, 'PHASE', 'FIRST TIME has no effect in a phase of TYPE=SAFETY')
+        else if (.not. phase%duration_given) then
           call state%error_from(phase%where, 'PHASE', 'FIRST TIME wants TIME')
         else if (phase%controls%steps == 1) then
           call state%error_from(phase%where, 'PHASE', 'FIRST TIME wants more than one of STEPS of *CONTROLS')

@@ -23,6 +23,8 @@ from qsmpm_verify.trouble import Trouble
 
 SPACING, MOST = 0.25, 20_000
 """Distance of samples, the same along both axes, in the smaller scale of fluctuation, and the most of them."""
+COARSEST = 0.5
+"""Width of cells in scales of fluctuation, at the most."""
 LEAST = 1.0e-6
 """Cohesion on the card of the law, below which no sample counts, as a share of the mean."""
 
@@ -36,7 +38,7 @@ class Field:
 
     def mark(self) -> str:
         """Comment that stands where the card of the samples will."""
-        return f"** field {self.variable.name}"
+        return f"** field '{self.variable.name}'"
 
     def samples(self, xs: Array, ys: Array, seed: int, run: int) -> Array:
         """Cohesions on a lattice, (ys, xs)."""
@@ -62,16 +64,21 @@ def read_field(table: Mapping[str, Any]) -> Field:
 
 
 def lattice(deck: Deck, field: Field) -> tuple[Array, Array]:
-    """Places of the samples over the *GRID of the deck."""
-    axes, step = [], SPACING * min(field.scales)
-    for axis in "XY":
-        ends = [float(word) for card in deck.cards if card.keyword == "GRID" for row in card.data() if row[0].upper() == axis
-                for word in (row[2:] if row[1].upper() == "LINES" else row[1:3])]
+    """Places of the samples over the *GRID of the deck, whose cells must be fine enough to see the scatter."""
+    axes, step, name = [], SPACING * min(field.scales), field.variable.name
+    for axis, scale in zip("XY", field.scales, strict=True):
+        rows = [row for card in deck.cards if card.keyword == "GRID" for row in card.data() if row[0].upper() == axis]
+        ends = [float(word) for row in rows for word in (row[2:] if row[1].upper() == "LINES" else row[1:3])]
         if not ends:
-            raise Trouble(f"field '{field.variable.name}': the deck has no *GRID whose bounds say where it is")
+            raise Trouble(f"field '{name}': the deck has no *GRID whose bounds say where it is")
+        cells = sum(len(row) - 3 if row[1].upper() == "LINES" else int(row[3]) for row in rows)
+        width = (max(ends) - min(ends)) / max(1, cells)
+        if width > COARSEST * scale:
+            raise Trouble(f"field '{name}': cells of the *GRID are {width:g} wide along {axis.lower()}, and a scale of {scale:g} wants {COARSEST * scale:g} "
+                          "at the most: the runs would not see how it scatters")
         axes.append(np.linspace(min(ends), max(ends), max(2, math.ceil((max(ends) - min(ends)) / step) + 1)))
     if len(axes[0]) * len(axes[1]) > MOST:
-        raise Trouble(f"field '{field.variable.name}': a scale of {min(field.scales):g} wants {len(axes[0])} x {len(axes[1])} samples, and {MOST} are the most")
+        raise Trouble(f"field '{name}': a scale of {min(field.scales):g} wants {len(axes[0])} x {len(axes[1])} samples, and {MOST} are the most")
     return axes[0], axes[1]
 
 
@@ -85,5 +92,5 @@ def written(fields: Sequence[Field], deck: Deck, text: str, root: Path, seed: in
         path = root.resolve() / "fields" / f"{hashlib.sha256(content.encode()).hexdigest()[:16]}.csv"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(content, encoding="utf-8")
-        text = text.replace(field.mark(), f"*STRENGTH PROFILE, TYPE=FIELD, INPUT={path}")
+        text = text.replace(field.mark(), f'*STRENGTH PROFILE, TYPE=FIELD, INPUT="{path}"')
     return text

@@ -14,7 +14,7 @@ import numpy as np
 
 from qsmpm_verify.cases import Case
 from qsmpm_verify.editor.table import Table
-from qsmpm_verify.reliability.fields import LEAST, Field, written
+from qsmpm_verify.reliability.fields import LEAST, Field, lattice, written
 from qsmpm_verify.reliability.variables import Space, Variable
 from qsmpm_verify.results import Array, ResultError, read_curves
 from qsmpm_verify.runner import run_case
@@ -102,6 +102,10 @@ class Runs:
         self.fields, self.seed = fields, seed
         self.places = [place_of(deck, variable, table) for variable in space.variables]
         self.field_places = [place_of(deck, field.variable, table) for field in fields]
+        for field, place in zip(fields, self.field_places, strict=True):
+            lattice(deck, field)
+            if (self.places + self.field_places).count(place) > 1:
+                raise Trouble(f"field '{field.variable.name}': the cohesion of '{field.variable.of}' is a variable or another field, too")
         self.made = self.failed = 0
         self.reasons: list[str] = []
 

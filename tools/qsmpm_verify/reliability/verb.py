@@ -60,6 +60,8 @@ def read_question(path: Path) -> tuple[Space, list[Field], Response]:
 def act(words: argparse.Namespace) -> int:
     """Ask, run, tell; exit code 3 when runs have no answer where they must."""
     space, fields, response = read_question(words.variables)
+    if len({field.variable.name for field in fields}) < len(fields):
+        raise Trouble(f"{words.variables}: two fields have the same name")
     if fields and not words.runs:
         raise Trouble(f"{words.variables}: a field has no design point that a search finds: --runs 200 samples it")
     root = words.out or Path("output") / "reliability" / words.deck.stem

@@ -212,8 +212,15 @@ class Decks(unittest.TestCase):
         margins = [2.0 / 0.98 * field.samples(ends, ends, 1, run)[0, 0] - 60.0 for run in range(12)]
         self.assertAlmostEqual(found["mean margin"], float(np.mean(margins)), delta=0.05)
         self.assertEqual(found["probability"], float(np.mean(np.array(margins) < 0.0)))
-        (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1, 0.01]")}[response]\n{question}')
-        self.assertIn("are the most", self.told(2, "--runs", "2"))
+        fine = PRESSED.replace("X, 0, 1, 2", "X, 0, 1, 200").replace("Y, 0, 1, 2", "Y, 0, 1, 200")
+        two = FIELD.format(scales="[1, 1]") + FIELD.format(scales="[1, 1]")
+        for text, tables, why in ((fine, FIELD.format(scales="[1, 0.01]"), "samples, and 20000 are the most"),
+                                  (PRESSED, FIELD.format(scales="[1, 0.9]"), "cells of the *GRID are 0.5 wide along y, and a scale of 0.9 wants 0.45"),
+                                  (PRESSED, two.replace('name = "s_u"', 'name = "s_u 2"', 1), "is a variable or another field, too"),
+                                  (PRESSED, two, "two fields have the same name")):
+            (self.folder / "column.inp").write_text(text)
+            (self.folder / "question.toml").write_text(f"{tables}[response]\n{question}")
+            self.assertIn(why, self.told(2, "--runs", "2"))
         (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1]")}[response]\n{question}')
         self.assertIn("scales are two lengths", self.told(2, "--runs", "2"))
         (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1, 1]")}[response]\n{question}')
@@ -226,11 +233,13 @@ class Decks(unittest.TestCase):
         drawn = []
         for times in (1.0, 2.0):
             found = written([field], deck, text, self.folder, 3, 5, times)
-            self.assertRegex(found, r"1, 0, 0\n\*STRENGTH PROFILE, TYPE=FIELD, INPUT=\S+\.csv\n\*BODY")
-            drawn.append(np.loadtxt(found.split("INPUT=")[1].split("\n")[0], delimiter=",", skiprows=1))
+            self.assertRegex(found, r'1, 0, 0\n\*STRENGTH PROFILE, TYPE=FIELD, INPUT="\S+\.csv"\n\*BODY')
+            drawn.append(np.loadtxt(found.split('INPUT="')[1].split('"')[0], delimiter=",", skiprows=1))
         self.assertEqual(drawn[0].shape, (25, 3))
         self.assertEqual([drawn[0][:, i].max() for i in (0, 1)], [1.0, 1.0])
         self.assertTrue(np.allclose(drawn[1][:, 2], 2.0 * drawn[0][:, 2]))
+        other = read_field(tomllib.loads(FIELD.format(scales="[2, 1]").replace("s_u", "s_u 2"))["field"][0])
+        self.assertNotIn(field.mark(), other.mark())
         xs, ys = lattice(deck, field)
         self.assertTrue(np.allclose(drawn[0][:, 2].reshape(5, 5), field.samples(xs, ys, 3, 5), rtol=1e-8))
 
