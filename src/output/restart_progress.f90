@@ -4,6 +4,7 @@ module qsmpm_restart_progress
   use qsmpm_hdf5_image, only: image_type, put_group, put_array, put_attribute
   use qsmpm_hdf5_reader, only: reader_type, get_array, get_attribute, note_reason
   use qsmpm_model, only: progress_type, phase_end_type
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
@@ -18,6 +19,7 @@ contains
     character(len=*), intent(in) :: group
     !> Where the analysis stands.
     type(progress_type), intent(in) :: progress
+    integer :: i
 
     call put_group(image, group)
     call put_attribute(image, group, 'phase', progress%phase)
@@ -38,7 +40,9 @@ contains
     call put_attribute(image, group, 'strength_factor', progress%strength_factor)
     call put_attribute(image, group, 'stable_factor', progress%bracket%stable)
     call put_attribute(image, group, 'lost_factor', progress%bracket%lost)
-    call put_attribute(image, group, 'lost_factor_before', progress%bracket%lost_before)
+    do i = 1, size(progress%bracket%lost_above)
+      call put_attribute(image, group, 'lost_factor_above_'//integer_text(i), progress%bracket%lost_above(i))
+    end do
     call put_attribute(image, group, 'factor_increment', progress%bracket%increment)
     call put_array(image, group//'/factors', progress%factors)
     call put_attribute(image, group, 'stopped', merge(1, 0, progress%stopped))
@@ -80,7 +84,7 @@ contains
     character(len=*), intent(in) :: group
     !> Where the analysis stood.
     type(progress_type), intent(inout) :: progress
-    integer :: whole, stopped
+    integer :: whole, stopped, i
 
     whole = 0
     stopped = 0
@@ -103,7 +107,9 @@ contains
     call get_attribute(reader, group, 'strength_factor', progress%strength_factor)
     call get_attribute(reader, group, 'stable_factor', progress%bracket%stable)
     call get_attribute(reader, group, 'lost_factor', progress%bracket%lost)
-    call get_attribute(reader, group, 'lost_factor_before', progress%bracket%lost_before)
+    do i = 1, size(progress%bracket%lost_above)
+      call get_attribute(reader, group, 'lost_factor_above_'//integer_text(i), progress%bracket%lost_above(i))
+    end do
     call get_attribute(reader, group, 'factor_increment', progress%bracket%increment)
     if (allocated(progress%factors)) deallocate (progress%factors)
     call get_array(reader, group//'/factors', progress%factors)

@@ -7,7 +7,7 @@
 !>   between   never beyond the middle of the bracket
 !>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1
 !>
-!> A factor that was lost and is passed all the same leaves the one that was lost before it as the end of the bracket.
+!> A factor that was lost and is passed all the same leaves the next one above it that was lost as the end of the bracket.
 !> That no equilibrium is found does not say that there is none: the lost end counts as known where the body gives way
 !> there, moving on and on against a drag (qsmpm_safety_search).
 !>
@@ -28,6 +28,8 @@ module qsmpm_safety_bracket
   real(wp), parameter, public :: largest_factor = 10.0_wp, smallest_factor = 0.1_wp
   !> Round-off of a factor.
   real(wp), parameter :: rounding = 1.0e-9_wp
+  !> Lost factors that are kept beside the smallest one.
+  integer, parameter :: remembered = 6
 
   !> Where the search stands.
   type :: bracket_type
@@ -39,8 +41,8 @@ module qsmpm_safety_bracket
     logical :: from_stable = .false.
     !> The body was seen to give way at the lost factor.
     logical :: mechanism = .false.
-    !> The lost factor before the smallest one, 0 for none.
-    real(wp) :: lost_before = 0.0_wp
+    !> Lost factors above the smallest one, upwards, 0 for none.
+    real(wp) :: lost_above(remembered) = 0.0_wp
   end type bracket_type
 
 contains
@@ -77,9 +79,10 @@ contains
     bracket%stable = factor
     bracket%from_stable = .false.
     bracket%mechanism = .false.
-    if (bracket%lost > factor) return
-    bracket%lost = merge(bracket%lost_before, 0.0_wp, bracket%lost_before > factor)
-    bracket%lost_before = 0.0_wp
+    do while (bracket%lost > 0.0_wp .and. .not. bracket%lost > factor)
+      bracket%lost = bracket%lost_above(1)
+      bracket%lost_above = eoshift(bracket%lost_above, 1)
+    end do
   end subroutine note_stable
 
   !> There is none.
@@ -88,7 +91,7 @@ contains
     type(bracket_type), intent(inout) :: bracket
 
     if (bracket%stable > 0.0_wp) bracket%increment = 0.5_wp*(factor - bracket%stable)
-    if (bracket%lost > factor) bracket%lost_before = bracket%lost
+    if (bracket%lost > factor) bracket%lost_above = [bracket%lost, bracket%lost_above(:remembered - 1)]
     bracket%lost = factor
     bracket%mechanism = .false.
     bracket%from_stable = bracket%stable > 0.0_wp

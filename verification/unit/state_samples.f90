@@ -119,7 +119,7 @@ contains
     progress%strength_factor = 2.0_wp + abs(progress%strength_factor)
     call alter(progress%bracket%stable)
     call alter(progress%bracket%lost)
-    call alter(progress%bracket%lost_before)
+    call alter(progress%bracket%lost_above)
     call alter(progress%bracket%increment)
     progress%bracket%increment = 1.0_wp + abs(progress%bracket%increment)
     progress%factors = reshape([1.0_wp, 1.25_wp, 1.5_wp, 1.0_wp], [4, 1])
@@ -255,7 +255,7 @@ contains
     call note(names, 'strength_factor', same_reals([a%strength_factor], [b%strength_factor]))
     call note(names, 'bracket%stable', same_reals([a%bracket%stable], [b%bracket%stable]))
     call note(names, 'bracket%lost', &
-      same_reals([a%bracket%lost, a%bracket%lost_before], [b%bracket%lost, b%bracket%lost_before]))
+      same_reals([a%bracket%lost, a%bracket%lost_above], [b%bracket%lost, b%bracket%lost_above]))
     call note(names, 'bracket%increment', same_reals([a%bracket%increment], [b%bracket%increment]))
     call note(names, 'factors', allocated(a%factors) .eqv. allocated(b%factors))
     if (allocated(a%factors) .and. allocated(b%factors)) call note(names, 'factors', &

@@ -152,6 +152,7 @@ contains
   subroutine check_mistaken(tests)
     type(tests_type), intent(inout) :: tests
     type(bracket_type) :: bracket
+    integer :: i
 
     call note_stable(1.25_wp, .false., bracket)
     call note_lost(1.475_wp, bracket)
@@ -165,6 +166,15 @@ contains
     call note_lost(1.6_wp, bracket)
     call note_stable(1.7_wp, .false., bracket)
     call tests%close('and none that was passed before', bracket%lost, 0.0_wp, rounding)
+    do i = 1, 5
+      call note_lost(2.4_wp - 0.1_wp*i, bracket)
+    end do
+    call note_stable(1.95_wp, .false., bracket)
+    call tests%close('one of several that were lost is passed', bracket%lost, 2.0_wp, rounding)
+    call note_stable(2.15_wp, .false., bracket)
+    call tests%close('two at once', bracket%lost, 2.2_wp, rounding)
+    call note_stable(2.25_wp, .false., bracket)
+    call tests%close('and so on', bracket%lost, 2.3_wp, rounding)
   end subroutine check_mistaken
 
   !> Every body is bracketed as narrowly as is asked for.
