@@ -119,7 +119,8 @@ contains
 
     associate (b => progress%bracket)
       search_good = finite([progress%strength_factor, b%stable, b%lost, b%lost_above, b%increment]) .and. &
-        progress%strength_factor > 0.0_wp .and. minval([b%stable, b%lost, b%lost_above]) >= 0.0_wp .and. b%increment > 0.0_wp
+        progress%strength_factor > 0.0_wp .and. minval([b%stable, b%lost, b%lost_above]) >= 0.0_wp .and. &
+        b%increment > 0.0_wp
     end associate
     if (.not. allocated(progress%factors)) return
     search_good = search_good .and. size(progress%factors, 1) == 4

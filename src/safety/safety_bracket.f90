@@ -7,7 +7,8 @@
 !>   between   never beyond the middle of the bracket
 !>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1
 !>
-!> A factor that was lost and is passed all the same leaves the next one above it that was lost as the end of the bracket.
+!> A factor that was lost and is passed all the same leaves the next one above it that was lost as the end of the
+!> bracket.
 !> That no equilibrium is found does not say that there is none: the lost end counts as known where the body gives way
 !> there, moving on and on against a drag (qsmpm_safety_search).
 !>
