@@ -29,9 +29,11 @@ module qsmpm_seepage
   real(wp), parameter :: least = 1.0e-3_wp
   !> Residual in heads over the height of the ground: of the last width, and of those on the way.
   real(wp), parameter :: last_tolerance = 1.0e-10_wp, way_tolerance = 1.0e-4_wp
-  integer, parameter :: most_iterations = 60
-  !> Shortest share of a correction.
-  real(wp), parameter :: shortest = 1.0_wp/64.0_wp
+  integer, parameter :: most_iterations = 150
+  !> Shortest share of a correction; what a damped one may raise the residual to.
+  real(wp), parameter :: shortest = 1.0_wp/8.0_wp, most_rise = 1.2_wp
+  !> Share of the scale on the diagonal: the first, and the least that is not none.
+  real(wp), parameter :: first_damping = 1.0e-2_wp, least_damping = 1.0e-4_wp
   !> What a node is.
   integer, parameter, public :: node_free = 0, node_head = 1, node_face = 2
 
@@ -43,8 +45,8 @@ module qsmpm_seepage
     integer, allocatable :: corner(:, :)
     !> Permeability along the axes (2, cells).
     real(wp), allocatable :: permeability(:, :)
-    !> Width of suction, then the one that was found.
-    real(wp) :: suction = 0.0_wp
+    !> Width of suction, then the one that was found; the one that was asked for.
+    real(wp) :: suction = 0.0_wp, wanted = 0.0_wp
     !> One of `node_*`; height y against gravity; head where it is given, then everywhere (nodes).
     integer, allocatable :: kind(:)
     real(wp), allocatable :: height(:), head(:)
@@ -58,7 +60,8 @@ module qsmpm_seepage
     type(sparse_matrix_type) :: matrix
     !> Equation of each node, 0 for none.
     integer, allocatable :: row(:)
-    !> Sum of inflows by the present heads, and what a head alone makes of them, the unit of residuals (nodes).
+    !> Sum of inflows by the present heads, and what a head alone makes of them in full ground, the unit of residuals
+    !> (nodes).
     real(wp), allocatable :: inflow(:), scale(:), residual(:)
     class(linear_solver_type), allocatable :: solver
   end type newton_type
@@ -77,6 +80,7 @@ contains
     call start(flow, newton, error)
     if (allocated(error)) return
     height = maxval(flow%height, mask=newton%row > 0) - minval(flow%height, mask=newton%row > 0)
+    flow%wanted = flow%suction
     width = max(height, flow%suction)
     flow%iterations = 0
     do
@@ -157,42 +161,80 @@ contains
     allocate (matrix%values(size(matrix%column)), source=0.0_wp)
   end subroutine make_pattern
 
-  !> Newton's method at one width of suction.
+  !> Newton's method at one width of suction. Where no share of a correction serves, the diagonal grows, as steps in
+  !> time would have it: short ones may raise the residual a little, and so leave the corners of k_r.
   subroutine find_heads(flow, newton, width, height, tolerance, error)
     type(seepage_type), intent(inout) :: flow
     type(newton_type), intent(inout) :: newton
     !> Of suction; height of the ground, and the residual over it.
     real(wp), intent(in) :: width, height, tolerance
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: correction(newton%matrix%n), right(newton%matrix%n), before(size(flow%head)), share, norm
-    integer :: i, iteration
+    real(wp) :: correction(newton%matrix%n), norm, damping
+    integer :: iteration
 
+    damping = 0.0_wp
     call assemble(flow, newton, width)
-    do iteration = 1, most_iterations
-      norm = residual_norm(newton)
-      if (norm <= tolerance*height .and. iteration > 1) return
-      do i = 1, size(newton%row)
-        if (newton%row(i) > 0) right(newton%row(i)) = -newton%residual(i)
-      end do
-      call newton%solver%factorise(newton%matrix, error)
-      if (.not. allocated(error)) call newton%solver%solve(right, correction, error)
-      if (allocated(error)) return
-      flow%iterations = flow%iterations + 1
-      before = flow%head
-      share = 1.0_wp
-      do
-        where (newton%row > 0) flow%head = before + share*correction(max(1, newton%row))
-        call assemble(flow, newton, width)
-        if (residual_norm(newton) < (1.0_wp - 1.0e-4_wp*share)*norm .or. share <= shortest) exit
-        share = 0.5_wp*share
-      end do
-    end do
     norm = residual_norm(newton)
+    do iteration = 1, most_iterations
+      if (norm <= tolerance*height .and. iteration > 1) return
+      call solve_damped(newton, damping, correction, error)
+      if (allocated(error)) return
+      call take_share(flow, newton, correction, width, damping, norm)
+    end do
     if (norm <= tolerance*height) return
     call fail(error, error_not_converged, 'the flow of the water is not found: heads are off by '// &
       rounded_text(norm)//' after '//rounded_text(real(most_iterations, wp))//' iterations with suction over a '// &
       'height of '//rounded_text(width))
   end subroutine find_heads
+
+  !> Corrections of the heads by the tangent with a share of the scale on its diagonal.
+  subroutine solve_damped(newton, damping, correction, error)
+    type(newton_type), intent(inout) :: newton
+    real(wp), intent(in) :: damping
+    real(wp), intent(out) :: correction(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: right(size(correction))
+    integer :: i
+
+    do i = 1, size(newton%row)
+      if (newton%row(i) == 0) cycle
+      right(newton%row(i)) = -newton%residual(i)
+      call add_entry(newton%matrix, newton%row(i), newton%row(i), damping*newton%scale(i))
+    end do
+    call newton%solver%factorise(newton%matrix, error)
+    if (.not. allocated(error)) call newton%solver%solve(right, correction, error)
+  end subroutine solve_damped
+
+  !> The longest share of a correction that lowers the residual, or, damped, does not raise it much; without one the
+  !> heads stay and the damping grows.
+  pure subroutine take_share(flow, newton, correction, width, damping, norm)
+    type(seepage_type), intent(inout) :: flow
+    type(newton_type), intent(inout) :: newton
+    real(wp), intent(in) :: correction(:), width
+    real(wp), intent(inout) :: damping, norm
+    real(wp) :: before(size(flow%head)), share, found, most
+
+    flow%iterations = flow%iterations + 1
+    before = flow%head
+    share = 1.0_wp
+    do
+      where (newton%row > 0) flow%head = before + share*correction(max(1, newton%row))
+      call assemble(flow, newton, width)
+      found = residual_norm(newton)
+      most = merge(most_rise, 1.0_wp - 1.0e-4_wp*share, damping > 0.0_wp)*norm
+      if (found < most) exit
+      if (share <= shortest) then
+        flow%head = before
+        call assemble(flow, newton, width)
+        damping = max(first_damping, 4.0_wp*damping)
+        return
+      end if
+      share = 0.5_wp*share
+    end do
+    norm = found
+    if (share < 0.5_wp) return
+    damping = merge(0.5_wp*damping, 0.0_wp, damping >= 2.0_wp*least_damping)
+  end subroutine take_share
 
   !> Root mean square of residuals as heads.
   pure real(wp) function residual_norm(newton)
@@ -221,7 +263,7 @@ contains
         inflow = matmul(conductance, flow%head(node))
         newton%inflow(node) = newton%inflow(node) + factor*inflow
         do a = 1, 3
-          newton%scale(node(a)) = newton%scale(node(a)) + factor*conductance(a, a)
+          newton%scale(node(a)) = newton%scale(node(a)) + conductance(a, a)
           do b = 1, 3
             call add_entry(newton%matrix, newton%row(node(a)), newton%row(node(b)), factor*conductance(a, b) &
               + inflow(a)*by_head(b))

@@ -41,8 +41,11 @@ contains
       ' (negative: out; a unit of time and '// &
       trim(merge('radian    ', 'unit width', analysis%model == axisymmetric))// &
       '); '//integer_text(size(flow%corner, 2))//' triangles, '//integer_text(flow%iterations)//' iterations, '// &
-      'suction over a height of '//rounded_text(flow%suction, 2)//new_line('a')//lift_note(analysis, number, level, &
-      scene, flow)
+      'suction over a height of '//rounded_text(flow%suction, 2)//new_line('a')
+    if (flow%suction > flow%wanted) text = text//"warning: phase '"//analysis%phases(number)%name//"': the flow of "// &
+      'the water is not found with suction over less than '//rounded_text(flow%suction, 2)//' ('// &
+      rounded_text(flow%wanted, 2)//' is meant): too much of it flows above its surface'//new_line('a')
+    text = text//lift_note(analysis, number, level, scene, flow)
   end function flow_notes
 
   !> What flows in at some nodes; 0 where it is the round-off of what flows through others.
