@@ -137,11 +137,11 @@ contains
         'SHEAR STRENGTH,YIELD,WEAK,STRONG', &
         '*MOHR COULOMB: c, phi, psi and a tension cut-off; s_u is c with phi = 0, by depth in *STRENGTH PROFILE'), &
       topics_type('SOIL,CLAY,SAND,GRAVEL,ROCK,CONCRETE,STEEL,GRANULAR,TRESCA,VON MISES,MOHR,COULOMB', &
-        '*MOHR COULOMB (phi = 0 is Tresca), *DRUCKER PRAGER, *CAM CLAY, *HARDENING SOIL, *USER MATERIAL; '// &
-        'concrete and steel are *ELASTIC'), &
+        '*MOHR COULOMB (phi = 0 is Tresca), *DRUCKER PRAGER, *CAM CLAY, *HARDENING SOIL, *HOEK BROWN (rock), '// &
+        '*USER MATERIAL; concrete and steel are *ELASTIC'), &
       topics_type('OCR,POP,OVERCONSOLIDAT,PRECONSOLIDAT', &
         'OCR= and PRECONSOLIDATION= of *CAM CLAY, OCR= of *K0'), &
-      topics_type('HYPOPLASTIC,HOEK,HSS,SMALL STRAIN,NORSAND,JOINTED,LIQUEFACTION,CYCLIC,FATIGUE', &
+      topics_type('HYPOPLASTIC,HSS,SMALL STRAIN,NORSAND,JOINTED,LIQUEFACTION,CYCLIC,FATIGUE', &
         'there is no such law; nearest: a *USER MATERIAL, your UMAT or UDSM of it: docs/user_models.md'), &
       topics_type('DRAIN,UNDRAINED,EXCESS', &
         '*UNDRAINED below a material, *DRAIN STATE in a phase; without them soil is drained; '// &

@@ -4,6 +4,7 @@ module qsmpm_standard_laws
   use qsmpm_cam_clay, only: cam_clay_parameters_type
   use qsmpm_drucker_prager, only: drucker_prager_parameters_type
   use qsmpm_hardening_soil, only: hardening_soil_parameters_type
+  use qsmpm_hoek_brown, only: hoek_brown_parameters_type
   use qsmpm_law_parameters, only: law_parameters_type, law_parameters_slot_type
   implicit none
   private
@@ -21,6 +22,7 @@ contains
     call add(laws, cam_clay_parameters_type())
     call add(laws, hardening_soil_parameters_type())
     call add(laws, drucker_prager_parameters_type())
+    call add(laws, hoek_brown_parameters_type())
   end subroutine standard_laws
 
   !> One more law.

@@ -25,6 +25,7 @@ program run_unit_tests
   use test_cam_clay, only: collect_cam_clay
   use test_drucker_prager, only: collect_drucker_prager
   use test_hardening_soil, only: collect_hardening_soil
+  use test_hoek_brown, only: collect_hoek_brown
   use test_jaumann_law, only: collect_jaumann_law
   use test_soil_model_law, only: collect_soil_model_law
   use test_user_adapters, only: collect_user_adapters
@@ -171,6 +172,7 @@ program run_unit_tests
   call register('cam_clay', collect_cam_clay)
   call register('drucker_prager', collect_drucker_prager)
   call register('hardening_soil', collect_hardening_soil)
+  call register('hoek_brown', collect_hoek_brown)
   call register('jaumann_law', collect_jaumann_law)
   call register('soil_model_law', collect_soil_model_law)
   call register('doors', collect_user_adapters)
