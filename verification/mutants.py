@@ -445,7 +445,8 @@ def planted(text: str, mutants: list[Mutant]) -> tuple[str, list[tuple[int, int,
 def build(sources: dict[pathlib.Path, bytes], mutants: list[Mutant]) -> list[Mutant]:
     """Compile the copy; mutants that do not compile are left out. The others."""
     binary = BUILD / "build"
-    flags = "-O1 -fcheck=bounds -ffree-line-length-none -w"
+    flags = ("-O1 -fcheck=bounds -ffree-line-length-none -w "
+             "-finit-real=nan -finit-integer=-987654321 -finit-logical=false")
     while True:
         where = write_copy(sources, mutants)
         if not (binary / "build.ninja").exists():

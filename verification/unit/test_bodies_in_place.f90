@@ -42,6 +42,10 @@ contains
       "body 'ground': soil of volume 1.538 and weight 30.76 ") > 0)
     call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=0.1|1, 2, 2.5, 3.5', model)
     call check_rest(tests, 'a box at the top', model, 12.0_wp - 0.5_wp + 2.0_wp*(0.01_wp - corners*0.01_wp/4.0_wp))
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=0.1|0, 2, 1, 2', model)
+    call check_rest(tests, 'a box at the side', model, 12.0_wp - 2.0_wp + 4.0_wp*(0.01_wp - corners*0.01_wp/4.0_wp))
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES|1, 2, 1, 2', model)
+    call tests%close('corners of its own radius keep it', model%analysis%rigid_bodies(1)%round, 0.0625_wp, 1.0e-15_wp)
     call build(tests, 'PLANE STRAIN', box, 'SHAPE=PLANE, IN PLACE=YES|4, 0, -1, -1', model)
     call check_rest(tests, 'a slope', model, 12.0_wp - 4.5_wp)
     call build(tests, 'PLANE STRAIN', '*BODY, NAME=ground, MATERIAL=soil, SHAPE=ALL|'// &
@@ -161,6 +165,9 @@ contains
     allocate (model)
     call try('PLANE STRAIN', box, 'SHAPE=CIRCLE|2, 1.6, 0.7', model, text)
     call tests%check('the word is suggested: '//text, index(text, 'or let IN PLACE=YES take it out') > 0)
+    call try('PLANE STRAIN', box, 'SHAPE=CIRCLE, IN PLACE=YES|1, 1.6, 0.3|*RIGID BODY, NAME=other, SHAPE=CIRCLE|'// &
+      '3, 1.6, 0.3|*CONTACT, BODY=other, SURFACE=level', model, text)
+    call tests%check('beside one that is in place, too: '//text, index(text, 'or let IN PLACE=YES take it out') > 0)
     call try('PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES|-1, 5, -1, 4', model, text)
     call tests%check('nothing left: '//text, index(text, "nothing is left of 'ground' where rigid") > 0)
     call try('PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES|-1, 5, 1.5, 1.7', model, text)

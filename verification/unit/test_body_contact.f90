@@ -5,7 +5,7 @@ module test_body_contact
   use qsmpm_phase_description, only: initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
   use qsmpm_contact_gaps, only: widest_gap
-  use qsmpm_contact_results, only: contact_pressure_at
+  use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on
   use qsmpm_contact_scratch, only: keep_contact_points
   use qsmpm_contacts, only: contacts_type
   use qsmpm_penetration, only: put_back
@@ -371,6 +371,12 @@ contains
       mask=points%initial_position(2, :) < 0.66_wp))
     call tests%check('places in contact have slipped, no others', maxval(norm2(points%slip, dim=1)) > 1.0e-3_wp .and. &
       all(points%pressure > 0.0_wp .or. norm2(points%slip, dim=1) <= 0.0_wp))
+    call tests%close('the largest slip', contact_slip_on(model, 1, .false.), maxval(norm2(points%slip, dim=1), &
+      mask=points%pressure > 0.0_wp), 1.0e-14_wp)
+    call tests%close('the mean slip', contact_slip_on(model, 1, .true.), sum(norm2(points%slip, dim=1)*points%area, &
+      mask=points%pressure > 0.0_wp)/sum(points%area, mask=points%pressure > 0.0_wp), 1.0e-14_wp)
+    call tests%check('shear is kept, within its friction', maxval(norm2(points%shear, dim=1)) > 1.0_wp .and. &
+      all(norm2(points%shear, dim=1) <= (1.0_wp + 1.0e-9_wp)*tan(pi/9.0_wp)*points%pressure))
     call check_near(tests, step, model)
     call end_system(step%system)
   end subroutine check_step
@@ -410,6 +416,8 @@ contains
       '|0, -0.01', model, step)
     allocate (bodies, source=placed_bodies(model))
     call present_body_points(model, bodies, points)
+    call tests%close('a body that nothing presses on has no slip', contact_slip_on(model, 2, .false.) &
+      + contact_slip_on(model, 2, .true.), 0.0_wp, 0.0_wp)
     furthest = 0.0_wp
     do i = 1, points%count
       distance = bodies(points%pair(i))%distance_at([points%position(:, i), 0.0_wp])

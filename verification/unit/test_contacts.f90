@@ -78,6 +78,7 @@ contains
     call check_step(tests)
     call check_parting(tests)
     call check_bonds(tests)
+    call check_along(tests)
     call check_slip(tests)
     call check_pressure(tests)
     call check_round_pressure(tests)
@@ -303,6 +304,13 @@ contains
     now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip, 0.0_wp)
     call tests%close('a contact with tension pulls', now%pressure, -10.0_wp, 1.0e-12_wp)
     call tests%close('and has its adhesion then', norm2(now%shear), 2.0_wp, 1.0e-12_wp)
+    pair = contact_pair_type(1, 1, 0.0_wp, 0.0_wp, .false.)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, 0.0_wp*shear, 0.1_wp, 0.0_wp*slip, 0.0_wp)
+    call tests%check('a smooth contact has no stiffness along it', all(abs(now%by_slip) <= 0.0_wp))
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 0.0_wp, 0.0_wp*shear, 5.0e-4_wp, 0.0_wp*slip, 1.0e-3_wp)
+    call tests%check('a gap of rounding is closed', now%closed)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 0.0_wp, 0.0_wp*shear, 1.1e-3_wp, 0.0_wp*slip, 1.0e-3_wp)
+    call tests%check('a little more is not', .not. now%closed)
   end subroutine check_tractions
 
   !> A model with a tool above the block, and its first step.
@@ -682,6 +690,49 @@ contains
     end function force_of_lifting
   end subroutine check_bonds
 
+  !> Where nothing has moved yet soil in contact goes along with the body: it is pulled and sheared by the penalty,
+  !> sheared only where the contact has a strength; at rest it has what it had, within its strength.
+  subroutine check_along(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp) :: force(2)
+
+    allocate (model, step)
+    force = force_along('FRICTION ANGLE=30', '|0, 0.02', 0.0_wp, .true.)
+    call tests%close('pulled: 5 on 2 m less 100 E/h 0.01', force(2), 7990.0_wp, 1.0e-6_wp)
+    force = force_along('FRICTION ANGLE=30', '|0.02, 0', 0.0_wp, .true.)
+    call tests%close('sheared beyond its friction: E/h 0.01 on 2 m', force(1), 80.0_wp, 1.0e-8_wp)
+    force = force_along('FRICTION ANGLE=0', '|0.02, 0', 0.0_wp, .true.)
+    call tests%close('a smooth one is not', force(1), 0.0_wp, 1.0e-12_wp)
+    force = force_along('FRICTION ANGLE=30', '|0, 0.02', 7.0_wp, .false.)
+    call tests%close('at rest it presses as before', force(2), -10.0_wp, 1.0e-12_wp)
+    call tests%close('and is sheared within its friction', abs(force(1)), 10.0_wp*tan(acos(-1.0_wp)/6.0_wp), 1.0e-10_wp)
+
+  contains
+
+    !> Force on the block, pressed by 5 and sheared before.
+    function force_along(contact, move, shear, evaluated) result(force)
+      character(len=*), intent(in) :: contact, move
+      real(wp), intent(in) :: shear
+      logical, intent(in) :: evaluated
+      real(wp) :: force(2)
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: u(:, :)
+
+      call make_step('SHAPE=PLANE|0, 1.1, 0, -1', contact, move, model, step)
+      call end_system(step%system)
+      model%state%surface%contact_pressure = 5.0_wp
+      model%state%surface%contact_shear(1, :) = shear
+      call initialise_step(model, step, error)
+      call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+      allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+      if (evaluated) call evaluate_step(model, step, u, tangent_none)
+      force = sum(force_named(step, 'force of the contacts', u), dim=2)
+      call end_system(step%system)
+    end function force_along
+  end subroutine check_along
+
   !> Slip adds up while soil and body touch, turns with the body, and is none where they part.
   subroutine check_slip(tests)
     type(tests_type), intent(inout) :: tests
@@ -774,6 +825,7 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     type(contacts_type) :: term
+    type(distance_type) :: distance
 
     allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1, 0, 0, -1, 0', 'FRICTION ANGLE=0', '|0, -0.02, 0', model, step, cube)
@@ -781,6 +833,10 @@ contains
     call tests%check('contact in space', term%scratch%dimension == 3 .and. size(term%scratch%place, 2) > 0)
     call tests%check('its points lie along z too', maxval(term%scratch%place(3, :)) > 0.5_wp &
       .and. minval(term%scratch%place(3, :)) < 0.5_wp)
+    call end_system(step%system)
+    call make_step('SHAPE=CYLINDER, ROUND=0.01|0.6, 1, 0.4, 0.2, 0.4', 'FRICTION ANGLE=0', '|0, -0.02, 0', model, step, cube)
+    distance = model%rigid_shapes(1)%distance_at([0.9_wp, 1.2_wp, 0.4_wp])
+    call tests%close('a cylinder stands where it is drawn', distance%value, 0.1_wp, 1.0e-14_wp)
     call end_system(step%system)
   end subroutine check_space
 
@@ -899,6 +955,8 @@ contains
     allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'ADHESION=8', '|0.1, -0.02', model, step)
     allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    call tests%close('before the step is evaluated nothing slips', &
+      norm2(force_named(step, 'force of the contacts', u)), 0.0_wp, 0.0_wp)
     call evaluate_step(model, step, u, tangent_none)
     whole = sum(force_named(step, 'force of the contacts', u), mask=spread([.true., .false.], 2, size(u, 2)))
     call tests%close('a surface of 2 m slips at its adhesion', whole, 16.0_wp, 1.0e-10_wp)
@@ -939,10 +997,14 @@ contains
       0.0_wp, 1.0e-12_wp)
     call make_rest('0, 1.2, 0, -1')
     call tests%check('no touch, no pressure', all(abs(model%state%surface%contact_pressure) <= 0.0_wp))
+    call make_rest('0, 1.1, 0, -1', 0.0_wp)
+    call tests%check('no pressure, no shear', all(abs(model%state%surface%contact_shear) <= 0.0_wp))
   contains
     !> A plane at or above the block, which has one stress.
-    subroutine make_rest(plane)
+    subroutine make_rest(plane, upright)
       character(len=*), intent(in) :: plane
+      !> Stress along y, -30 when not given.
+      real(wp), intent(in), optional :: upright
       class(step_type), allocatable :: step
 
       allocate (step)
@@ -950,6 +1012,7 @@ contains
       call end_system(step%system)
       do p = 1, model%state%points%count
         model%state%points%stress(:, p) = [-10.0_wp, -30.0_wp, -12.0_wp, 7.0_wp]
+        if (present(upright)) model%state%points%stress(2, p) = upright
       end do
       initial%kind = initial_given
       call press_on_bodies(model, initial)

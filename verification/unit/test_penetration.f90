@@ -3,7 +3,7 @@
 module test_penetration
   use qsmpm_analysis, only: analysis_type
   use qsmpm_contact_report, only: contact_check_type, begin_contact_check, check_contact, end_contact_check
-  use qsmpm_contact_results, only: penetration_type, deepest_point
+  use qsmpm_contact_results, only: penetration_type, deepest_in, deepest_point
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
@@ -14,7 +14,7 @@ module test_penetration
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: keep_rigid_body, placed_bodies
-  use qsmpm_rigid_pose, only: rigid_pose_type
+  use qsmpm_rigid_pose, only: placed_shape_type, rigid_pose_type
   use qsmpm_sheared_ground, only: sheared_note, swollen_note
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
@@ -119,6 +119,7 @@ contains
     character(len=*), parameter :: words = "folded at rigid body 'plate'"
     type(penetration_check_type) :: check
     type(penetration_type) :: found
+    character(len=11) :: where_first
 
     model%state%surface%area_vector(:, 3) = -model%state%surface%area_vector(:, 3)
     call tests%close('a surface that is folded where nothing presses', said(model, found, check, words), 0.0_wp, 0.0_wp)
@@ -131,6 +132,10 @@ contains
     check%reported_fold = .false.
     model%state%surface%area_vector(:, 3) = [0.98_wp, -0.17_wp]
     call tests%close('a steep one is not folded', said(model, found, check, words), 0.0_wp, 0.0_wp)
+    model%state%surface%area_vector(:, 3:4) = -model%state%surface%area_vector(:, [5, 5])
+    model%state%surface%contact_pressure(4) = 5.0_wp
+    write (where_first, '(es11.4)') model%state%surface%position(1, 3)
+    call tests%close('of two the first is named', said(model, found, check, where_first), 1.0_wp, 0.0_wp)
   end subroutine check_fold
 
   !> Falls by more than a twentieth that stay are counted and the worst is named, once, where the phase ends; what is no
@@ -208,6 +213,10 @@ contains
     call tests%close('they are told once', ended(model, check, waves), 0.0_wp, 0.0_wp)
     call go(model, check, [100.0_wp, 94.0_wp, 97.0_wp, 98.0_wp, 99.0_wp])
     call tests%close('one wave', ended(model, check, waves), 0.0_wp, 0.0_wp)
+    call go(model, check, [100.0_wp, 94.0_wp, 97.0_wp, 103.0_wp, 109.0_wp, 115.0_wp])
+    call tests%close('one wave, and a force that rises on', ended(model, check, waves), 0.0_wp, 0.0_wp)
+    call go(model, check, [100.0_wp, 94.0_wp, 100.0_wp, 100.0_wp, 100.0_wp])
+    call tests%close('one wave that is back in a step', ended(model, check, waves), 0.0_wp, 0.0_wp)
     call go(model, check, [100.0_wp, 95.1_wp, 100.0_wp, 95.1_wp, 100.0_wp])
     call tests%close('waves by 4.9 %', ended(model, check, waves), 0.0_wp, 0.0_wp)
     call go(model, check, [100.0_wp, 94.0_wp, 96.4_wp, 90.0_wp, 92.4_wp, 91.0_wp])
@@ -313,13 +322,18 @@ contains
     model%analysis%phases(1)%moves(1)%body = 'another'
     call tests%close('not moved', told(model, 0.6_wp, 0.5_wp, 'warning'), 0.0_wp, 0.0_wp)
     model%analysis%phases(1)%moves(1)%body = 'plate'
+    model%state%progress%fraction = 1.0_wp
+    model%analysis%phases(1)%moves(1)%vector = 0.0_wp
+    call tests%close('moved by nothing', told(model, 0.6_wp, 0.5_wp, 'warning'), 0.0_wp, 0.0_wp)
+    model%analysis%phases(1)%moves(1)%vector(2) = -0.01_wp
     call check_outside(tests, model)
   end subroutine check_idle
 
-  !> Where no point is inside of a body none is named.
+  !> Where no point is inside of a body none is named, else the deepest.
   subroutine check_outside(tests, model)
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(inout) :: model
+    type(placed_shape_type), allocatable :: bodies(:)
     real(wp) :: depth
     integer :: body, point
 
@@ -328,6 +342,18 @@ contains
     point = 1
     call deepest_point(model, placed_bodies(model), body, point, depth)
     call tests%check('no body and no point', body == 0 .and. point == 0 .and. depth <= 0.0_wp)
+    point = 1
+    allocate (bodies, source=placed_bodies(model))
+    call deepest_in(model, bodies(1), point, depth)
+    call tests%check('no point in the body', point == 0 .and. depth <= 0.0_wp)
+    associate (y => model%state%points%position(2, :))
+      y(5) = y(5) + 1.0_wp
+      call place(model, 0, [0.0_wp, 0.0_wp, -0.2_wp])
+      call deepest_point(model, placed_bodies(model), body, point, depth)
+      call tests%check('the deepest point of all', body == 1 .and. point == 5)
+      call tests%close('and how deep it is', depth, y(5) - 0.9_wp, 1.0e-14_wp)
+      y(5) = y(5) - 1.0_wp
+    end associate
   end subroutine check_outside
 
   !> A force before the phase or in it is a touch.

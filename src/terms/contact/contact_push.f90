@@ -95,7 +95,6 @@ contains
     end if
     if (present(slip)) slip = slip_here
     gap = gap + self%opening(c)
-    pair = self%pairs(self%patches%pair(c))
     pair%tension = self%bonded(c)
     pair%friction = self%strength(1, c)
     pair%adhesion = self%strength(2, c)
