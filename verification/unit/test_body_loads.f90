@@ -90,6 +90,11 @@ contains
     call begin_terms(step%terms, increment_type(step_info_type(duration=0.5_wp, phase_time=1.0_wp)))
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
     allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    u(2, :) = -5.0_wp
+    call evaluate_step(model, step, u, tangent_none)
+    call tests%check('a loaded body that goes by more than two cells loses the step', step%failure%failed)
+    if (step%failure%failed) call tests%check('by name', index(step%failure%reason, "body 'plate' moves by more") > 0)
+    u = 0.0_wp
     call evaluate_step(model, step, u, tangent_none)
     u(2, :) = down
     call commit_terms(step%terms, u, model)

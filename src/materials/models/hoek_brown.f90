@@ -96,7 +96,7 @@ contains
     call visitor%law_number('E', self%young, "Young's modulus of the rock mass", '(0, inf)')
     call visitor%law_number('nu', self%poisson, "Poisson's ratio", '(-1, 0.5)')
     call visitor%law_number('sigma_ci', self%intact, 'uniaxial strength of the intact rock', '(0, inf)')
-    call visitor%law_number('GSI', self%index, 'geological strength index', '(0, 100]')
+    call visitor%law_number('GSI', self%index, 'geological strength index', '[1, 100]')
     call visitor%law_number('m_i', self%m_intact, 'constant of the intact rock', '(0, inf)')
     call visitor%law_number('D', self%disturbance, 'disturbance by blasting and relief', '[0, 1]')
     call visitor%law_number('psi', self%dilatancy_angle, 'dilatancy angle with FLOW=CONSTANT', '[0, 90)', &
@@ -114,10 +114,10 @@ contains
     elastic = material_parameters_type(self%young, self%poisson)
     call check_parameters(elastic, error)
     if (allocated(error)) return
-    if (.not. (self%intact > 0.0_wp .and. self%index > 0.0_wp .and. self%index <= 100.0_wp .and. &
+    if (.not. (self%intact > 0.0_wp .and. self%index >= 1.0_wp .and. self%index <= 100.0_wp .and. &
                self%m_intact > 0.0_wp .and. self%disturbance >= 0.0_wp .and. self%disturbance <= 1.0_wp .and. &
                self%dilatancy_angle >= 0.0_wp .and. self%dilatancy_angle < 90.0_wp)) then
-      call fail(error, error_deck, 'sigma_ci and m_i must be positive, GSI above 0 and up to 100, D from 0 to 1, '// &
+      call fail(error, error_deck, 'sigma_ci and m_i must be positive, GSI from 1 to 100, D from 0 to 1, '// &
         'psi from 0 to below 90 degrees')
       return
     end if
