@@ -199,6 +199,7 @@ contains
     call keep_body_points(model, points)
     call present_body_points(model, placed_bodies(model), points)
     call tests%check('places that have opened by a cell part', .not. any(points%touched))
+    call tests%close('where nothing touches no pressure', contact_pressure_at(model, [1.0_wp, 0.65_wp]), 0.0_wp, 0.0_wp)
     call touch_body_points(model, placed_bodies(model))
     call present_body_points(model, placed_bodies(model), points)
     call tests%check('a box that reaches a place touches it', any(points%touched) .and. &

@@ -152,6 +152,10 @@ contains
     call tests%close('falls by 5.1, 5.0, 11 and 4.9 %', ended(model, check, falls//'2 of 8 steps, the most in step 6, '// &
       'from 90.2 to 80: '), 1.0_wp, 0.0_wp)
     call tests%close('they are told once', ended(model, check, falls), 0.0_wp, 0.0_wp)
+    call go(model, check, [128.0_wp, 128.0_wp, 0.95_wp*128.0_wp, 0.95_wp*128.0_wp])
+    call tests%close('a fall by 5 % and no more', ended(model, check, falls), 0.0_wp, 0.0_wp)
+    call go(model, check, [128.0_wp, 128.0_wp, 100.0_wp, 0.95_wp*128.0_wp])
+    call tests%close('one that is back but for 5 %', ended(model, check, falls), 0.0_wp, 0.0_wp)
     call go(model, check, [100.0_wp, 110.0_wp, 100.0_wp, 100.0_wp, 94.0_wp, 95.1_wp, 90.5_wp])
     call tests%close('a peak and dips of one step', ended(model, check, falls), 0.0_wp, 0.0_wp)
     call go(model, check, [100.0_wp, 100.0_wp, 90.0_wp, 94.9_wp, 90.0_wp])
