@@ -23,7 +23,7 @@ module test_body_contact
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_rigid_bodies, only: force_on_body, keep_rigid_body, placed_bodies
+  use qsmpm_rigid_bodies, only: force_on_body, keep_rigid_body, placed_bodies, pose_of
   use qsmpm_rigid_outline, only: rigid_outline_type, lay_outline
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
@@ -350,6 +350,12 @@ contains
 
     allocate (model, step)
     call make_step('FRICTION ANGLE=20', '|0, -0.02', model, step)
+    ! Places in the air that pressed before.
+    call present_body_points(model, placed_bodies(model), points)
+    where (points%position(2, :) > 1.2_wp) points%pressure = 5.0_wp
+    points%shear = spread(points%pressure, 1, 3)
+    call keep_body_points(model, points)
+    call initialise_step(model, step, error)
     call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(1.0_wp, 1.0e-9_wp, &
       largest_move=1.0_wp), solution, error)
     call tests%check('the step is taken', solution%converged .and. .not. allocated(error))
@@ -409,6 +415,7 @@ contains
     type(body_points_type) :: points
     type(placed_shape_type), allocatable :: bodies(:)
     type(distance_type) :: distance
+    type(rigid_pose_type) :: pose
     real(wp) :: furthest
     integer :: i
 
@@ -427,7 +434,10 @@ contains
     call tests%check('both bodies have places', any(points%pair == 1) .and. any(points%pair == 2))
     call tests%close('each on its own body', furthest, 0.0_wp, 1.0e-12_wp)
     call keep_values(model%state%kept, 'rigid_bodies', kept_values(model%state%kept, 'rigid_bodies') + 3.0_wp)
-    call keep_rigid_body(model, 2, rigid_pose_type(), [(0.5_wp*i, i=1, 6)])
+    call keep_rigid_body(model, 2, rigid_pose_type([1.0_wp, 2.0_wp, 3.0_wp], [4.0_wp, 5.0_wp, 6.0_wp]), &
+      [(0.5_wp*i, i=1, 6)])
+    pose = pose_of(model, 2)
+    call tests%close('where a body is', norm2([pose%displacement, pose%rotation] - [(1.0_wp*i, i=1, 6)]), 0.0_wp, 0.0_wp)
     call tests%close('what is kept of a body', norm2(force_on_body(model, 2) - [(0.5_wp*i, i=1, 6)]), 0.0_wp, 1.0e-15_wp)
     call tests%close('leaves the other one as it is', norm2(force_on_body(model, 1) - 3.0_wp), 0.0_wp, 1.0e-15_wp)
     call end_system(step%system)

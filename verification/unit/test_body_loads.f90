@@ -281,6 +281,12 @@ contains
     load = load_on_body(model, 1, 0.5_wp)
     call tests%close('half of it half way', moment_of(load, angle), 0.5_wp*(5.0_wp + r(1)*force(2) - r(2)*force(1)), &
       1.0e-12_wp)
+    call make_model(roller//'FRICTION ANGLE=0|*PHASE, NAME=load|'//fix//'*LOAD, BODY=plate, COMPONENT=MZ|5|'// &
+      '*LOAD, BODY=plate, COMPONENT=Y|-40, 1.3, 2.75|*LOAD, BODY=plate, COMPONENT=X|3, 1.3, 2.75|*END PHASE|', model)
+    call start_phase(model)
+    load = load_on_body(model, 1, 1.0_wp)
+    call tests%close('whichever card comes first', moment_of(load, angle), 5.0_wp + r(1)*force(2) - r(2)*force(1), &
+      1.0e-12_wp)
   end subroutine check_moments
 
   !> A plate is pressed, then turns under a force off its middle, is held, and freed again: the soil carries force and

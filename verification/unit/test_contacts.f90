@@ -355,6 +355,7 @@ contains
     call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
     call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
     call tests%check('a patch a cell', patches%count == 8)
+    call tests%check('no places on the body itself', model%body_outlines(1)%count == 0)
     ! The first cell loses all but a sliver of its surface.
     do i = 1, model%state%surface%count
       if (model%state%surface%cell(i) == model%state%surface%cell(1)) &
@@ -757,6 +758,12 @@ contains
     largest = contact_slip_on(model, 1, .false.)
     call tests%close('then the whole', mean, 0.1_wp, 2.0e-4_wp)
     call tests%check('the largest is more, as the sides of the block bulge', largest > 0.101_wp .and. largest < 0.12_wp)
+    mean = contact_slip_on(model, 1, .true.)
+    model%state%surface%contact_slip(1, 1:2) = 9.0_wp
+    model%state%surface%contact_pressure(1:2) = 0.0_wp
+    call tests%check('what does not press does not count', contact_slip_on(model, 1, .false.) < 0.12_wp .and. &
+      abs(contact_slip_on(model, 1, .true.) - mean) < 0.01_wp)
+    model%state%surface%contact_slip(1, 1:2) = -0.1_wp
     call tests%check('soil goes against the body', all(model%state%surface%contact_slip(1, :) < -0.08_wp))
     call end_system(step%system)
   end subroutine check_slip
@@ -778,6 +785,10 @@ contains
     call tests%close('between two patches', pressure, 75.0_wp, 1.0e-10_wp)
     pressure = contact_pressure_at(model, [0.8_wp, 1.1_wp])
     call tests%close('a fifth of a patch on', pressure, 80.0_wp, 2.0_wp)
+    where (model%state%surface%position(1, :) > 0.75_wp) model%state%surface%surface = 2
+    pressure = contact_pressure_at(model, [0.75_wp, 1.1_wp])
+    call tests%close('at the end of a surface', pressure, 62.5_wp, 1.0e-10_wp)
+    model%state%surface%surface = 1
     model%contact_pairs%pointwise = .true.
     pressure = contact_pressure_at(model, [0.8_wp, 1.1_wp])
     call tests%close('of the nearest point', pressure, 87.5_wp, 1.0e-10_wp)

@@ -215,6 +215,9 @@ contains
     call tests%close('two waves by 6 and 9 %', ended(model, check, waves//'2 times, the most from 97 to 88: '), 1.0_wp, &
       0.0_wp)
     call tests%close('they are told once', ended(model, check, waves), 0.0_wp, 0.0_wp)
+    call go(model, check, [100.0_wp, 91.0_wp, 96.0_wp, 90.5_wp, 94.0_wp])
+    call tests%close('two waves by 9 and 5.5 %', ended(model, check, waves//'2 times, the most from 100 to 91: '), 1.0_wp, &
+      0.0_wp)
     call go(model, check, [100.0_wp, 94.0_wp, 97.0_wp, 98.0_wp, 99.0_wp])
     call tests%close('one wave', ended(model, check, waves), 0.0_wp, 0.0_wp)
     call go(model, check, [100.0_wp, 94.0_wp, 97.0_wp, 103.0_wp, 109.0_wp, 115.0_wp])
