@@ -2,13 +2,18 @@
 !> faces, edges and at the apex, an envelope divided by a factor, and the law in both kinematics, plane and space.
 module test_hoek_brown
   use law_trials, only: difference_error
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
   use qsmpm_hoek_brown, only: flow_associated, flow_constant, hoek_brown_parameters_type
   use qsmpm_kinds, only: wp, pi
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_consistent
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, kinematics_logarithmic, rate_midpoint
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
   use qsmpm_principal_model, only: principal_model_type, stress_update_type
   use qsmpm_strength_factor, only: flow_davis_a, strength_factor_type
+  use deck_samples, only: joined
   use soil_trials, only: pressed_batch
   use testing, only: tests_type
   implicit none
@@ -233,5 +238,27 @@ contains
     call p%lower(strength_factor_type(1.2_wp, flow_davis_a), error)
     call tests%check('Davis is refused', allocated(error))
     if (allocated(error)) call tests%check('with what to write', index(error%message, 'FLOW=ASSOCIATED') > 0)
+    call check_deck(tests, 'MATERIAL', '')
+    call check_deck(tests, 'DAVIS B', "material 'rock' cannot be weakened in the safety phase 'factor': *HOEK BROWN is "// &
+      'lowered by FLOW=MATERIAL')
   end subroutine check_refusals
+
+  !> A deck whose factor is searched with a flow rule, and why it is refused.
+  subroutine check_deck(tests, flow, reason)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: flow, reason
+    class(analysis_type), allocatable :: analysis
+    class(model_type), allocatable :: model
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    allocate (analysis, model)
+    call parse_deck('rock.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 2|Y, 0, 2, 2|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=rock|*HOEK BROWN|5e6, 0.3, 30000, 5, 2, 0|*UNIT WEIGHT|25|'// &
+      '*BODY, NAME=rock, MATERIAL=rock, SHAPE=BOX|0, 2, 0, 1|*PHASE, NAME=weight|*FIX|base, ALL|*GRAVITY|0, -1|'// &
+      '*END PHASE|*PHASE, NAME=factor, TYPE=SAFETY|*SAFETY, FLOW='//flow//'|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    call tests%check('refused: '//flow, allocated(error) .eqv. len(reason) > 0)
+    if (allocated(error)) call tests%check('because '//error%message, index(error%message, reason) > 0)
+  end subroutine check_deck
 end module test_hoek_brown

@@ -207,9 +207,10 @@ contains
     type(bracket_type) :: bracket
     logical :: again
 
-    bracket = bracket_type(1.2_wp, 1.3_wp, 0.15_wp)
+    bracket = bracket_type(1.2_wp, 1.3_wp, 0.15_wp, from_stable=.true.)
     call take_again(1.1_wp, 0.4_wp, 0.005_wp, bracket, again)
     call tests%check('it is', again)
+    call tests%check('the lost one was tried from the factor that is given up', .not. bracket%from_stable)
     call tests%close('from the factor before', bracket%stable, 1.1_wp, 0.0_wp)
     call tests%close('up to the share', next_factor(bracket, 0.005_wp), 1.14_wp, rounding)
     call tests%close('a lost one stays', bracket%lost, 1.3_wp, 0.0_wp)
