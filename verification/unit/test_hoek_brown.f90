@@ -42,7 +42,9 @@ contains
       call check_surface(tests, flow)
       call check_derivative(tests, flow, 1.0_wp)
       call check_derivative(tests, flow, 1.4_wp)
-      call check_envelope(tests, flow)
+      call check_derivative(tests, flow, 0.8_wp)
+      call check_envelope(tests, flow, 1.4_wp)
+      call check_envelope(tests, flow, 0.8_wp)
     end do
     call check_flow(tests)
     call check_apex(tests)
@@ -156,17 +158,18 @@ contains
     call tests%check('other flow has not', maxval(abs(by_strain - transpose(by_strain))) > 0.01_wp)
   end subroutine check_derivative
 
-  !> Divided by 1.4, the largest circle that fits below tau(sigma_n)/1.4, by search over sigma_n, is the one that a trial
+  !> Divided by F, the largest circle that fits below tau(sigma_n)/F, by search over sigma_n, is the one that a trial
   !> ends with.
-  subroutine check_envelope(tests, flow)
+  subroutine check_envelope(tests, flow, factor)
     type(tests_type), intent(inout) :: tests
     integer, intent(in) :: flow
+    real(wp), intent(in) :: factor
     type(stress_update_type) :: result
     real(wp) :: t, g, slope, normal, shear, reserve, centre, radius
     integer :: i, k
 
     do i = 1, 3
-      call return_of(rock(flow, 1.4_wp), trials(:, i), result)
+      call return_of(rock(flow, factor), trials(:, i), result)
       centre = 0.5_wp*(maxval(result%stress) + minval(result%stress))
       radius = 0.5_wp*(maxval(result%stress) - minval(result%stress))
       reserve = huge(1.0_wp)
@@ -175,7 +178,7 @@ contains
         g = intact*(s - m_b*t/intact)**a
         slope = a*m_b*(s - m_b*t/intact)**(a - 1.0_wp)
         normal = t - g/(2.0_wp + slope)
-        shear = g*sqrt(1.0_wp + slope)/(2.0_wp + slope)/1.4_wp
+        shear = g*sqrt(1.0_wp + slope)/(2.0_wp + slope)/factor
         reserve = min(reserve, sqrt((normal - centre)**2 + shear**2) - radius)
       end do
       call tests%close('the circle touches the envelope', reserve, 0.0_wp, 2.0e-6_wp)
