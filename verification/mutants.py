@@ -21,6 +21,7 @@ failed are the survivors beyond LARGEST_SHARE in the rooms of ROOMS. docs/guardi
 from __future__ import annotations
 
 import argparse
+import concurrent.futures
 import dataclasses
 import hashlib
 import json
@@ -493,17 +494,18 @@ def baseline() -> tuple[dict[str, float], dict[int, list[str]]]:
     return seconds, reached
 
 
-def try_mutant(mutant: Mutant, suites: list[str], seconds: dict[str, float], known: dict[str, str]) -> str:
-    """Suite that notices the mutant, and how; empty when none does. `known` gains what each suite said."""
+def try_mutant(mutant: Mutant, suites: list[str], seconds: dict[str, float], known: dict[str, str]) -> tuple[str, dict[str, str]]:
+    """Suite that notices the mutant, and how; empty when none does. And what is known of it then."""
     program = BUILD / "build" / "run_unit_tests"
+    known = dict(known)
     for name in suites:
         if name not in known:
             environment = {**os.environ, "QSMPM_MUTANT": str(mutant.number)}
             ended = run_limited([program, name], FACTOR * seconds[name] + MARGIN, env=environment)
             known[name] = "" if ended.code == 0 else ended.how
         if known[name]:
-            return f"{name}: {known[name]}"
-    return ""
+            return f"{name}: {known[name]}", known
+    return "", known
 
 
 def digest(folder: pathlib.Path, pattern: str = "*") -> str:
@@ -610,11 +612,15 @@ def main() -> int:
     print(f"{len(candidates)} drawn, {sum(m.number in reached for m in candidates)} executed by a unit test, "
           f"{len(mutants)} counted; all suites take {sum(seconds.values()):.0f} CPU s", flush=True)
     outcome = {}
-    for i, mutant in enumerate(mutants, 1):
-        suites = [name for name in reached[mutant.number] if name not in asked.without]
-        outcome[mutant.key] = try_mutant(mutant, suites, seconds, results.of(mutant))
-        results.save()
-        print(f"{i:4d} {mutant.key} {mutant.room}: {outcome[mutant.key] or 'SURVIVES'}", flush=True)
+    suites = [[name for name in reached[mutant.number] if name not in asked.without] for mutant in mutants]
+    former = [results.of(mutant) for mutant in mutants]
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        tried = pool.map(lambda m, names, known: try_mutant(m, names, seconds, known), mutants, suites, former)
+        for i, (mutant, (how, known)) in enumerate(zip(mutants, tried), 1):
+            outcome[mutant.key] = how
+            results.all[mutant.key] = known
+            results.save()
+            print(f"{i:4d} {mutant.key} {mutant.room}: {how or 'SURVIVES'}", flush=True)
     beyond = report(mutants, outcome)
     print(f"{len(mutants) - beyond} passed, {beyond} failed")
     return 1 if beyond else 0

@@ -66,7 +66,6 @@ contains
         phase%safety%tolerance), observer, record, outcome, error)
       if (allocated(error) .or. outcome%accepted) return
     end do
-    outcome%accepted = .false.
   end subroutine find_stable_factor
 
   !> Where the body comes to rest at the lost factor of the bracket, there is an equilibrium that was not found: it is
@@ -139,7 +138,7 @@ contains
 
     text = ''
     if (.not. phase%controls%stabilisation_share > largest_share) return
-    text = "phase '"//phase%name//"': STABILISATION SHARE is "//rounded_text(largest_share, 6)//' in the search '// &
+    text = "phase '"//phase%name//"': STABILISATION SHARE is "//rounded_text(largest_share)//' in the search '// &
       'for the factor, which more would raise; '//rounded_text(phase%controls%stabilisation_share, 6)
     if (phase%safety%runout < huge(1.0_wp)) then
       text = text//' in the run-out'
@@ -238,17 +237,26 @@ contains
     model%state%points%initial_position = model%state%points%position
     call reset_strains(model%state%points)
     call give_way(model, step, solver, phase%controls, moved, gives_way, rests, error)
+    ! Where the observer is shown the whole, the parts are put back with the state.
     part = model%part
-    if (moved .and. .not. allocated(error)) then
-      ! Where the observer is shown the whole, the parts are put back with the state.
-      if (any_of(part%team, observer%needs_model(model))) call join_model(model, error)
-      if (.not. allocated(error)) call observer%mechanism(model, error)
-      call agree(part%team, error)
-    end if
+    if (moved .and. .not. allocated(error)) call show_whole(model, observer, error)
     model%part = part
     call restore(before, model)
     model%state%progress%bracket%mechanism = gives_way
   end subroutine show_mechanism
+
+  !> Show the observer what moves, the whole where it asks for that.
+  subroutine show_whole(model, observer, error)
+    type(model_type), intent(inout) :: model
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (team => model%part%team)
+      if (any_of(team, observer%needs_model(model))) call join_model(model, error)
+      if (.not. allocated(error)) call observer%mechanism(model, error)
+      call agree(team, error)
+    end associate
+  end subroutine show_whole
 
   !> Damped sub-steps on places that stay, so that a mechanism goes on for ever. The body gives way where the drag goes
   !> on carrying what it did while the way gets much longer; it is at rest where the drag and the stabilisation, which

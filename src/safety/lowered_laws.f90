@@ -45,13 +45,12 @@ contains
     model%strength = wanted
   end subroutine fit_laws
 
-  !> Factor of the state, and flow rule of its phase.
+  !> Factor of the state, 1 but in a safety phase, and flow rule of its phase.
   pure type(strength_factor_type) function strength_in_force(model) result(strength)
     type(model_type), intent(in) :: model
 
     associate (phases => model%analysis%phases, number => model%state%progress%phase)
       if (number < 1 .or. number > size(phases)) return
-      if (phases(number)%kind /= phase_safety) return
       strength = strength_factor_type(model%state%progress%strength_factor, phases(number)%safety%flow)
     end associate
   end function strength_in_force
@@ -128,8 +127,7 @@ contains
     type(law_description_type) :: traits
 
     traits = traits_of(material)
-    is_lowerable = traits%has_strength .and. .not. (material%user%given .or. material%own_law)
-    is_lowerable = is_lowerable .or. allocated(material%strength_constants)
+    is_lowerable = traits%has_strength .or. allocated(material%strength_constants)
   end function is_lowerable
 
   !> Whether a body of the present phase has a law of which the user says what its strength is: it may harden.
@@ -151,19 +149,16 @@ contains
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: p, m
-    logical :: any_strength, active(size(model%analysis%materials))
+    logical :: concerned(size(model%analysis%materials))
 
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         if (phase%kind /= phase_safety) cycle
-        any_strength = .false.
-        active = materials_active(model%analysis, p)
-        do m = 1, size(model%analysis%materials)
-          if (.not. (active(m) .and. may_yield(model%analysis%materials(m)))) cycle
-          any_strength = .true.
-          call check_material(model, m, phase%name, phase%safety%flow, diagnostics)
+        concerned = materials_active(model%analysis, p) .and. may_yield(model%analysis%materials)
+        do m = 1, size(concerned)
+          if (concerned(m)) call check_material(model, m, phase%name, phase%safety%flow, diagnostics)
         end do
-        if (.not. any_strength) call add_diagnostic(diagnostics, phase%where, '*PHASE', "phase '"//phase%name// &
+        if (.not. any(concerned)) call add_diagnostic(diagnostics, phase%where, '*PHASE', "phase '"//phase%name// &
           "' lowers the strength, but no material has one")
       end associate
     end do

@@ -46,9 +46,10 @@ module scripted_solver
   !> The script; its last answer is given for ever.
   type, extends(step_solver_type) :: script_type
     type(scripted_outcome_type), allocatable :: answers(:)
-    !> What was asked for so far, and the iterations that were allowed.
+    !> What was asked for so far, the iterations that were allowed, and the controls of the last solve.
     type(attempt_type), allocatable :: asked(:)
     integer, allocatable :: allowed(:)
+    type(controls_type) :: controls
   contains
     procedure :: solve
   end type script_type
@@ -87,6 +88,7 @@ contains
     if (.not. allocated(self%allowed)) allocate (self%allowed(0))
     self%asked = [self%asked, attempt]
     self%allowed = [self%allowed, controls%max_iterations]
+    self%controls = controls
     call make_forces(model, step)
     associate (answer => self%answers(min(size(self%asked), size(self%answers))))
       if (answer%fatal) call fail(error, error_other, 'the script ends the run')

@@ -159,6 +159,9 @@ contains
     call note_lost(1.3625_wp, bracket)
     call note_stable(1.3_wp, .false., bracket)
     call tests%close('the smallest lost factor is the end', bracket%lost, 1.3625_wp, rounding)
+    bracket%mechanism = .true.
+    call note_stable(1.31_wp, .false., bracket)
+    call tests%check('a mechanism is shown anew after a factor that is stable', .not. bracket%mechanism)
     call note_stable(1.4_wp, .false., bracket)
     call tests%close('that before it where a larger one is stable', bracket%lost, 1.475_wp, rounding)
     call note_stable(1.5_wp, .false., bracket)
@@ -236,6 +239,8 @@ contains
     call tests%check('in six digits', bracket_text(bracket_type(1.23456789_wp, 1.24000012_wp, mechanism=.true.)) == &
       'factor of safety between 1.23457 (stable) and 1.24 (lost)')
     call tests%check('none lost', bracket_text(bracket_type(10.0_wp, 0.0_wp)) == 'factor of safety above 10')
+    call tests%check('in six digits too', bracket_text(bracket_type(1.23456789_wp, 0.0_wp)) == &
+      'factor of safety above 1.23457')
     call tests%check('none stable', bracket_text(bracket_type(0.0_wp, 0.1_wp)) == &
       'no equilibrium down to a factor of 0.1')
   end subroutine check_text

@@ -15,7 +15,10 @@ module test_safety_search
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_safety_factors, only: is_running_out
-  use qsmpm_safety_search, only: share_note
+  use qsmpm_lowered_laws, only: fit_laws, has_named_strength
+  use qsmpm_safety_search, only: end_search, set_strength, share_note
+  use qsmpm_step_control, only: outcome_type
+  use qsmpm_strength_constants, only: strength_constant_type
   use deck_samples, only: joined
   use scratch_folder, only: make_folder, remove_folder
   use scripted_solver, only: scripted_outcome_type, script_type, test_observer_type
@@ -30,9 +33,12 @@ module test_safety_search
   type, extends(test_observer_type) :: watching_type
     integer :: mechanisms = 0, iterations = 0
     real(wp) :: factor = 0.0_wp, shown_move = 0.0_wp, shown_strain = 0.0_wp
+    !> A stop is asked for where a factor is lost.
+    logical :: stops_at_loss = .false.
   contains
     procedure :: accepted
     procedure :: mechanism
+    procedure :: stop_requested
   end type watching_type
 
   !> A run with all that belongs to it.
@@ -71,6 +77,9 @@ contains
     call check_places(tests)
     call check_cut(tests)
     call check_materials(tests)
+    call check_ways(tests)
+    call check_controls(tests)
+    call check_laws(tests)
   end subroutine collect_safety_search
 
   !> A block that is built in two steps, then weakened; with a script where there are answers.
@@ -160,6 +169,14 @@ contains
     end associate
   end subroutine mechanism
 
+  !> Whether to stop.
+  logical function stop_requested(self)
+    class(watching_type), intent(inout) :: self
+
+    stop_requested = self%test_observer_type%stop_requested()
+    if (self%stops_at_loss .and. allocated(self%text)) stop_requested = index(self%text, 'no equilibrium') > 0
+  end function stop_requested
+
   !> A factor between 1.1 and 1.2.
   subroutine check_search(tests)
     type(tests_type), intent(inout) :: tests
@@ -175,7 +192,7 @@ contains
     associate (progress => run%model%state%progress)
       call tests%check('two steps of load, two stable factors', run%observer%steps == 4 .and. progress%phase_steps == 2)
       call tests%check('the phase has ended', progress%phase == 2 .and. run%observer%phases == 2 .and. &
-        .not. progress%fraction < 1.0_wp)
+        .not. abs(progress%fraction - 1.0_wp) > 0.0_wp)
       call tests%close('at the last stable strength', progress%strength_factor, 1.1_wp, rounding)
       call tests%close('which is that of the laws', run%model%strength%factor, 1.1_wp, rounding)
       call tests%close('the load factor is that of the parent', progress%load_factor, 1.0_wp, 0.0_wp)
@@ -193,6 +210,7 @@ contains
     call tests%check('the mechanism is damped', all(script%asked(7:8)%damping > 0.0_wp))
     call tests%check('on places that stay, the stabilisation fading', all(script%asked(6:8)%in_place) .and. &
       script%asked(8)%stabilisation < 0.2_wp*script%asked(7)%stabilisation)
+    call tests%close('it is a tenth, then a hundredth', script%asked(8)%stabilisation, 0.01_wp, rounding)
     call tests%check('it begins with forces, without an iteration', script%allowed(6) == 0)
     call tests%check('it is shown once, at the lost strength', run%observer%mechanisms == 1 .and. &
       abs(run%observer%factor - 1.2_wp) <= rounding)
@@ -273,6 +291,10 @@ contains
       all(abs(run%model%state%progress%factors(:, 1) - [2.0_wp, 1.2_wp, 1.3_wp, 1.0_wp]) <= rounding))
     call make_run(soil, fixed, run, [good, good, good, good, lost])
     call search(run)
+    call asked(run, script)
+    call tests%check('nothing is shown where nothing moves, and the damping has an end', run%observer%mechanisms == 0 .and. &
+      size(script%asked) < 6 + 25 .and. script%asked(8)%damping > 3.0_wp*script%asked(7)%damping)
+    call tests%check('what comes to no rest is not tried again', script%asked(size(script%asked))%damping > 0.0_wp)
     call tests%check('what nothing is known of is no collapse', all(abs(run%model%state%progress%factors(:, 1) - &
       [2.0_wp, 1.1_wp, 1.2_wp, 0.0_wp]) <= rounding))
     call tests%check('and told so: '//run%observer%text, index(run%observer%text, 'factor of safety at least 1.1 '// &
@@ -283,7 +305,7 @@ contains
     call search(run)
     call tests%close('a drag that falls is no mechanism', run%model%state%progress%factors(4, 1), 0.0_wp, 0.0_wp)
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, scripted_outcome_type( &
-      damping_share=0.46_wp, undamped=0.46_wp, move=1.0_wp), good])
+      damping_share=0.45_wp, undamped=0.45_wp, move=1.0_wp), good])
     call search(run)
     call tests%close('one that hardly falls is', run%model%state%progress%factors(4, 1), 1.0_wp, 0.0_wp)
   end subroutine check_unsure
@@ -306,7 +328,11 @@ contains
     call tests%check('the bracket is that of the search', &
       all(abs(run%model%state%progress%factors(:, 1) - [2.0_wp, 1.1_wp, 1.2_wp, 1.0_wp]) <= rounding))
     call make_run(soil, fixed//', RUNOUT=1.5', run, [good, good, good, good, lost, lost, damped, damped, good])
-    do while (run%model%state%progress%phase < 2 .or. .not. run%model%state%progress%fraction > 0.0_wp)
+    do while (run%model%state%progress%phase < 2)
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    end do
+    call tests%check('what is searched does not run out yet', .not. is_running_out(run%model))
+    do while (.not. run%model%state%progress%fraction > 0.0_wp)
       call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
     call tests%close('half way its strength is half way', run%model%strength%factor, 1.3_wp, rounding)
@@ -494,4 +520,83 @@ contains
     if (allocated(run%error)) call tests%check('in the words: '//run%error%message, index(run%error%message, &
       "phase 'factor' lowers the strength, but no material has one") > 0)
   end subroutine check_materials
+
+  !> A body gives way where the drag stays while the way doubles, from the fourth sub-step on; what it did in the first
+  !> part of the way does not count.
+  subroutine check_ways(tests)
+    type(tests_type), intent(inout) :: tests
+    class(run_type), allocatable :: run
+    type(scripted_outcome_type) :: moves(4)
+
+    moves%iterations = 9
+    moves%damping_share = 0.5_wp
+    moves%undamped = 0.5_wp
+    moves%move = 0.01_wp
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
+    call search(run)
+    call tests%close('small moves with a steady drag make a mechanism', run%model%state%progress%factors(4, 1), 1.0_wp, 0.0_wp)
+    moves%damping_share = [1.0_wp, 0.5_wp, 0.5_wp, 0.5_wp]
+    moves%move = [0.01_wp, 0.025_wp, 0.015_wp, 0.01_wp]
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
+    call search(run)
+    call tests%close('not where the way has not doubled since the drag fell', run%model%state%progress%factors(4, 1), &
+      0.0_wp, 0.0_wp)
+  end subroutine check_ways
+
+  !> The controls of the phase hold in the search, but for what it bounds; sub-steps at a lost factor have an end; a stop
+  !> is asked for between tries; factors have six digits.
+  subroutine check_controls(tests)
+    type(tests_type), intent(inout) :: tests
+    class(run_type), allocatable :: run
+    type(script_type) :: script
+    type(outcome_type) :: untried
+    integer :: i
+
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, damped, good])
+    run%model%analysis%phases(2)%controls%max_iterations = 47
+    run%model%analysis%phases(2)%controls%tolerance = 3.0e-4_wp
+    call search(run)
+    call asked(run, script)
+    call tests%check('iterations are those of the phase', all(script%allowed(3:5) == 47) .and. all(script%allowed(7:8) == 47))
+    call tests%close('so is the tolerance of the mechanism', script%asked(8)%tolerance, 3.0e-4_wp, 0.0_wp)
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, good, good, good, lost, damped])
+    call search(run)
+    call asked(run, script)
+    call tests%check('what does not come to rest is left after twenty sub-steps', count([(script%asked(i)%damping > 0.0_wp, &
+      i=11, size(script%asked))]) == 20)
+    call tests%check('tried with fewer re-equilibrations', script%controls%max_reequilibrations == 8)
+    call make_run(soil, 'TOLERANCE=0.001, GEOMETRY=FIXED', run, [good, good, good, lost])
+    run%observer%stops_at_loss = .true.
+    call search(run)
+    call asked(run, script)
+    call tests%check('a stop is asked for between two tries', allocated(run%error) .and. size(script%asked) == 4)
+    call make_run(soil, 'TOLERANCE=0.001, GEOMETRY=FIXED', run, [good, good, good, lost])
+    call search(run)
+    call tests%check('factors are told in six digits', index(run%observer%text, 'strength/1.00156: ') > 0)
+    call end_search(run%model, run%model%analysis%phases(2), untried, run%observer, run%error)
+    call tests%check('a search that finds its bracket closed has a reason for that', &
+      index(run%observer%text, 'was found (not tried again)') > 0)
+  end subroutine check_controls
+
+  !> Laws follow the factor with their blend; without a phase they are the material's own. A law whose strength the user
+  !> names may harden where a body has it.
+  subroutine check_laws(tests)
+    type(tests_type), intent(inout) :: tests
+    class(run_type), allocatable :: run
+
+    call make_run(soil, fixed, run, [good])
+    call search(run)
+    call run%model%laws(1)%law%blend(0.25_wp)
+    call set_strength(run%model, 1.25_wp)
+    call tests%close('a blend with elasticity stays', run%model%laws(1)%law%elastic_blend, 0.25_wp, 0.0_wp)
+    run%model%state%progress%phase = 0
+    call fit_laws(run%model)
+    call tests%close('before the first phase the strength is the own one', run%model%strength%factor, 1.0_wp, 0.0_wp)
+    run%model%state%progress%phase = 2
+    call tests%check('no strength is named', .not. has_named_strength(run%model))
+    run%model%analysis%materials(1)%strength_constants = [strength_constant_type(1)]
+    call tests%check('one is', has_named_strength(run%model))
+    run%model%analysis%bodies(1)%material = 'other'
+    call tests%check('but not in a body', .not. has_named_strength(run%model))
+  end subroutine check_laws
 end module test_safety_search

@@ -80,7 +80,10 @@ contains
     c = 1.0_wp/3.0_wp
     phi = 31.7_wp
     call lower_strength(strength_factor_type(1.0_wp, flow_material), c, phi, psi)
+    psi = 33.0_wp
+    call lower_strength(strength_factor_type(1.0_wp, flow_material), c, phi, psi)
     call tests%check('F = 1 leaves every bit', .not. (abs(c - 1.0_wp/3.0_wp) > 0.0_wp .or. abs(phi - 31.7_wp) > 0.0_wp))
+    call tests%close('and psi, whatever it is', psi, 33.0_wp, 0.0_wp)
   end subroutine check_material_flow
 
   !> Davis: on a slip line of direction psi the shear stress at failure is b (c + sigma tan phi).
