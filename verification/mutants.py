@@ -251,7 +251,7 @@ def mutations_of(statement: Statement) -> list[tuple[str, str]]:
         found = [("assignment deleted", "")]
         found += [(operator, f"{left} = {new}") for operator, new in mutations_of_expression(right)]
         clean = masked(right)
-        if not re.fullmatch(r"0+\.0*_wp", clean) and re.search(r"[*+/\-]|_wp", clean) and \
+        if not re.fullmatch(r"(spread\()?0+\.0*_wp(, 1, \w+\))?", clean) and re.search(r"[*+/\-]|_wp", clean) and \
                 not re.search(r"'|\.(and|or|not)\.|==|[<>]", clean):
             found.append(("times ten", f"{left} = 10*({right})"))
     elif kind == "call":
@@ -447,7 +447,7 @@ def build(sources: dict[pathlib.Path, bytes], mutants: list[Mutant]) -> list[Mut
     """Compile the copy; mutants that do not compile are left out. The others."""
     binary = BUILD / "build"
     flags = ("-O1 -fcheck=bounds -ffree-line-length-none -w "
-             "-finit-real=nan -finit-integer=-987654321 -finit-logical=false")
+             "-finit-real=nan -finit-integer=-987654321 -finit-logical=true")
     while True:
         where = write_copy(sources, mutants)
         if not (binary / "build.ninja").exists():

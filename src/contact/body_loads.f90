@@ -13,8 +13,7 @@ module qsmpm_body_loads
   use qsmpm_structures, only: rigid_move_type
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type
-  use qsmpm_rigid_bodies, only: force_on_body, pose_of
-  use qsmpm_rigid_pose, only: rigid_pose_type
+  use qsmpm_rigid_bodies, only: force_on_body
   implicit none
   private
 
@@ -75,12 +74,10 @@ contains
     integer, intent(in) :: body
     !> Kept of it.
     real(wp), intent(inout) :: values(rows)
-    type(rigid_pose_type) :: pose
     real(wp) :: push(6)
     integer :: i
 
     push = force_on_body(model, body)
-    pose = pose_of(model, body)
     associate (phase => model%analysis%phases(model%state%progress%phase), &
         name => model%analysis%rigid_bodies(body)%name)
       if (.not. allocated(phase%moves)) return
@@ -90,10 +87,8 @@ contains
       do i = 1, size(phase%moves)
         associate (move => phase%moves(i), c => phase%moves(i)%component)
           if (move%body /= name .or. .not. move%is_load) cycle
-          if (.not. values(c) > 0.0_wp .and. c /= turning) values(start_row + c) = -push(c)
-          ! The forces may make a moment already.
-          if (.not. values(c) > 0.0_wp .and. c == turning) &
-            values(start_row + c) = -push(6) - moment_of(values(start_row + 1:final_row), pose%rotation(3))
+          ! Forces have no arms yet where the moment is held.
+          if (.not. values(c) > 0.0_wp) values(start_row + c) = -push(merge(6, c, c == turning))
           values(c) = 1.0_wp
           call take_load(move, model%rigid_shapes(body)%reference(:2), phase%load_factor, values(final_row + 1:))
         end associate

@@ -184,15 +184,14 @@ contains
     end do
   end subroutine find_shared_cells
 
-  !> Which places are in cells of this process or in so many rows around them; alone all are.
+  !> Which places are in cells of this process of a team or in so many rows around them.
   pure function are_near(model, points, rows) result(near)
     type(model_type), intent(in) :: model
     type(body_points_type), intent(in) :: points
     integer, intent(in) :: rows
     logical :: near(points%count)
 
-    near = .true.
-    if (is_divided(model%part)) near = model%part%owners%near(model%part%team%rank, rows, points%home)
+    near = model%part%owners%near(model%part%team%rank, rows, points%home)
   end function are_near
 
   !> Keep opening, pressure and shear of the places; those that have opened by much part.

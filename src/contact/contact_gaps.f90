@@ -47,7 +47,6 @@ contains
     body = 0
     place = 0.0_wp
     width = 0.0_wp
-    if (model%mesh%dimension /= 2) return
     call present_body_points(model, bodies, on_bodies)
     do k = 1, size(model%contact_pairs)
       if (model%body_outlines(k)%count == 0) cycle

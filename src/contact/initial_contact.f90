@@ -37,13 +37,12 @@ contains
 
     allocate (bodies, source=placed_bodies(model))
     do k = 1, size(model%contact_pairs)
-      if (model%contact_pairs(k)%surface > 0) call press_surface(model, initial, model%contact_pairs(k)%surface, &
-        bodies(model%contact_pairs(k)%body))
+      call press_surface(model, initial, model%contact_pairs(k)%surface, bodies(model%contact_pairs(k)%body))
     end do
     call press_outlines(model, initial, bodies)
   end subroutine press_on_bodies
 
-  !> Surface points that touch a body.
+  !> Points of a surface that touch a body; a contact on the body itself has surface 0, of which there are none.
   subroutine press_surface(model, initial, surface, body)
     type(model_type), intent(inout) :: model
     type(initial_stress_type), intent(in) :: initial

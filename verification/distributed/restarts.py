@@ -70,7 +70,7 @@ def blocks(place: Place) -> None:
     goes_on(place, "block", plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "0.8"), steps=6), 4)
     goes_on(place, "fixity", plane("0, 2, 0, 1.5", steps=2) + FREED, 4)
     goes_on(place, "ground", GROUND.format(method=STANDARD), 2, 4)
-    goes_on(place, "slope", SLOPE.format(method=STANDARD, words="GEOMETRY=FIXED"), 4)
+    goes_on(place, "slope", SLOPE.format(method=STANDARD, words="GEOMETRY=FIXED"), 3)
 
 
 def bodies(place: Place) -> None:
@@ -80,7 +80,8 @@ def bodies(place: Place) -> None:
     goes_on(place, "pit", pit.replace("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, "), 5, 12)
     freed = (TOP / "verification/cases/decks/support_free.inp").read_text()
     goes_on(place, "freed", freed.replace("X, 0, 20, 40\nY, -10, 1, 22", "X, 0, 20, 20\nY, -10, 1, 11"), 2)
-    goes_on(place, "upset", (TOP / "verification/cases/decks/contact_upset.inp").read_text(), 21)
+    upset = (TOP / "verification/cases/decks/contact_upset.inp").read_text()
+    goes_on(place, "upset", upset.replace("TOLERANCE=1e-6", "TOLERANCE=1e-9"), 21)
 
 
 def reseal(path: pathlib.Path) -> None:

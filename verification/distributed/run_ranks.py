@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The program of many processes, qsmpm-mpi, beside the other one; closes with `N passed, N failed`.
 
-    run_ranks.py [BUILD] [--long]
+    run_ranks.py [BUILD] [--long] [--check NAME ...] [--list]
 
 Where BUILD (default build) has no qsmpm-mpi, because MPI or PETSc are not installed, that is said and its checks are skipped.
 Each check is a function of a module of this folder; its first line says what it promises.
@@ -26,7 +26,7 @@ import phase_begins
 import restarts
 import shared_meshes
 import shared_scenes
-from support import TOP, Place
+from support import TOP, Check, Place
 
 MODULES = [one_rank, many_ranks, migration, shared_scenes, more_scenes, shared_meshes, named_scenes, phase_begins, faults, parts,
            restarts, inside_outlines]
@@ -36,13 +36,24 @@ CPU_SECONDS = 60
 """What the short part may take, all processes together; printed beside what it took."""
 
 
+def name_of(check: Check) -> str:
+    """Module and function: two modules may have a check of one name."""
+    return f"{check.__module__}.{check.__name__}"
+
+
 def main() -> int:
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     reader.add_argument("build", nargs="?", type=pathlib.Path, default=TOP / "build")
     reader.add_argument("--long", action="store_true", help="the long checks too")
+    reader.add_argument("--check", action="append", default=[], help="a check of this name alone, short or long; may be repeated")
+    reader.add_argument("--list", action="store_true", help="the names of the checks, and no more")
     words = reader.parse_args()
     build = words.build.resolve()
-    checks = CHECKS + (LONG_CHECKS if words.long else [])
+    checks = CHECKS + (LONG_CHECKS if words.long or words.check else [])
+    if words.list:
+        print("\n".join(name_of(check) for check in checks))
+        return 0
+    checks = [check for check in checks if not words.check or name_of(check) in words.check]
     if not (build / "qsmpm-mpi").is_file():
         print(f"skipped: {build} has no qsmpm-mpi: tools/setup --mpi, then cmake -DQSMPM_MPI=ON")
         print(f"0 passed, 0 failed, {len(checks)} skipped")
@@ -55,12 +66,12 @@ def main() -> int:
             place.work.mkdir()
             try:
                 check(place)
-                print(f"ok     {name}", flush=True)
+                print(f"ok     {name} ({name_of(check)})", flush=True)
             except (AssertionError, OSError) as wrong:
                 failed += 1
-                print(f"FAILED {name}\n       {wrong}", flush=True)
+                print(f"FAILED {name} ({name_of(check)})\n       {wrong}", flush=True)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    print(f"{used.ru_utime + used.ru_stime:.1f} CPU seconds{'' if words.long else f' of {CPU_SECONDS}'}")
+    print(f"{used.ru_utime + used.ru_stime:.1f} CPU seconds{'' if words.long or words.check else f' of {CPU_SECONDS}'}")
     print(f"{len(checks) - failed} passed, {failed} failed")
     return 1 if failed else 0
 

@@ -55,6 +55,9 @@ contains
     call tests%check('nothing is said of a surface beside it', index(model%notes, "surface 'around'") == 0)
     call build(tests, 'AXISYMMETRIC', box, 'SHAPE=CYLINDER, IN PLACE=YES, ROUND=0.001|0, 2, 1, 2', model)
     call check_rest(tests, 'a cylinder on the axis, per radian', model, 24.0_wp - 0.5_wp, 1.0e-5_wp)
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=1E-5|1, 2, 1, 2', model)
+    call check_rest(tests, 'a box with sharp corners', model, 11.0_wp, 1.0e-9_wp)
+    call check_others(tests)
     call check_refusals(tests)
     call check_advice(tests)
   end subroutine collect_bodies_in_place
@@ -155,6 +158,20 @@ contains
       if (.not. allocated(error)) notes = model%notes
     end function notes_of
   end subroutine check_advice
+
+  !> A body that is not in place leaves surfaces alone; one that is small beside the cells keeps straight edges.
+  subroutine check_others(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+
+    allocate (model)
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=CIRCLE, IN PLACE=YES|1, 2.5, 0.2|*SURFACE, NAME=lid, TYPE=SEGMENT|'// &
+      '4, 2.999, 0, 2.999|*RIGID BODY, NAME=other, SHAPE=BOX, ROUND=0.01|1, 2, 2.97, 3.5|*CONTACT, BODY=other, SURFACE=lid', model)
+    call tests%close('a surface inside of a body that is not in place stays', sum(model%state%surface%area, &
+      mask=model%state%surface%surface == 3), 4.0_wp, 1.0e-12_wp)
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX|1, 1.1, 3.1, 3.2', model)
+    call tests%close('a small body has its own roundness', model%rigid_shapes(1)%shape%radius, 0.025_wp, 1.0e-12_wp)
+  end subroutine check_others
 
   !> What cannot be.
   subroutine check_refusals(tests)

@@ -5,6 +5,8 @@ module test_body_contact
   use qsmpm_phase_description, only: initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
   use qsmpm_contact_gaps, only: widest_gap
+  use qsmpm_contact_patches, only: contact_patches_type, find_patches
+  use qsmpm_contact_report, only: contact_check_type, begin_contact_check, end_contact_check
   use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on
   use qsmpm_contact_scratch, only: keep_contact_points
   use qsmpm_contacts, only: contacts_type
@@ -32,9 +34,10 @@ module test_body_contact
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
-  use qsmpm_term_sums, only: begin_terms, set_loads
+  use qsmpm_term_sums, only: begin_terms, commit_terms, set_loads
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
+  use scripted_solver, only: test_observer_type
   use term_samples, only: force_named, matrix_and_difference
   use testing, only: tests_type
   implicit none
@@ -71,6 +74,10 @@ contains
     call check_step(tests)
     call check_rest(tests)
     call check_two(tests)
+    call check_idle(tests)
+    call check_parted(tests)
+    call check_short(tests)
+    call check_places(tests)
   end subroutine collect_body_contact
 
   !> Outlines are where the distance is zero, as long as they are, in equal parts.
@@ -142,6 +149,8 @@ contains
     call present_body_points(model, bodies, points)
     call tests%check('moved to the axis it has a cell and no area, and is not in contact', points%cell(i) > 0 .and. &
       .not. points%area(i) > 0.0_wp .and. .not. points%touched(i))
+    call tests%close('areas are lengths times radii', maxval(abs(points%area - model%body_outlines(1)%length* &
+      max(0.0_wp, points%position(1, :)))), 0.0_wp, 1.0e-15_wp)
     call tests%check('its neighbours are', any(points%touched) .and. all(points%area > 0.0_wp .or. .not. points%touched))
     call end_system(step%system)
   end subroutine check_axis
@@ -238,6 +247,7 @@ contains
     call keep_body_points(model, points)
     call widest_gap(model, placed_bodies(model), body, place, width)
     call tests%check('above it all of the sector is missing', abs(width - 0.3_wp) < 0.05_wp .and. place(2) > 1.2_wp)
+    call check_open(tests, model, points)
     points%pressure = merge(1.0_wp, 0.0_wp, points%patch == 1)
     call keep_body_points(model, points)
     call widest_gap(model, placed_bodies(model), body, place, width)
@@ -245,6 +255,28 @@ contains
       sum(points%position(1, :), mask=points%patch == 1), sum(points%position(2, :), mask=points%patch == 1)] &
       /count(points%patch == 1)) < 0.01_wp)
   end subroutine check_gap
+
+  !> A patch beside one that nothing touches is left out, on either side of it.
+  subroutine check_open(tests, model, points)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    !> All in contact.
+    type(body_points_type), intent(in) :: points
+    type(body_points_type) :: some
+    real(wp) :: width(-1:1), place(2)
+    integer :: body(-1:1), at, side
+
+    at = points%patch(maxloc(points%position(2, :), dim=1))
+    do side = -1, 1
+      some = points
+      some%pressure = merge(1.0_wp, 0.0_wp, points%patch == at)
+      where (points%patch == at + side .and. side /= 0) some%opening = 1.0_wp
+      call keep_body_points(model, some)
+      call widest_gap(model, placed_bodies(model), body(side), place, width(side))
+      call keep_body_points(model, points)
+    end do
+    call tests%check('a patch beside an open one is left out', all(body == [0, 1, 0]) .and. all(abs(width([-1, 1])) <= 0.0_wp))
+  end subroutine check_open
 
   !> Soil that moves and turns as the body does feels nothing of it.
   subroutine check_rigid_motion(tests)
@@ -504,6 +536,7 @@ contains
     call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
     allocate (bodies, source=placed_bodies(model))
     bodies(1)%pose%displacement(2) = -0.06_wp
+    model%state%points%position(:, 1) = [1.0_wp, 0.7_wp]
     allocate (before, source=model%state%points%position)
     call put_back(model, bodies)
     farthest = 0.0_wp
@@ -550,6 +583,129 @@ contains
     ! The base looks down, n = (0, -1): -sigma n = (2, -8).
     call tests%close('shear at the base', norm2(points%shear(:, at_base) - [2.0_wp, 0.0_wp, 0.0_wp]), 0.0_wp, &
       1.0e-12_wp)
+    call tests%check('nothing presses where nothing touches', .not. all(points%touched) .and. &
+      all(points%pressure <= 0.0_wp .or. points%touched))
+    model%state%points%stress(2, :) = 8.0_wp
+    call press_on_bodies(model, initial)
+    call present_body_points(model, placed_bodies(model), points)
+    call tests%check('what pulls has no shear', norm2(points%shear(:, at_base)) <= 0.0_wp .and. &
+      points%pressure(at_base) <= 0.0_wp .and. points%touched(at_base))
     call end_system(step%system)
   end subroutine check_rest
+
+  !> A body with contact on itself that nothing has touched yet: how far the nearest soil is.
+  subroutine check_idle(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(contact_check_type) :: check
+    type(test_observer_type) :: observer
+
+    allocate (model, step)
+    call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
+    model%state%progress%fraction = 1.0_wp
+    call keep_rigid_body(model, 1, rigid_pose_type([0.0_wp, 1.0_wp, 0.0_wp]), spread(0.0_wp, 1, 6))
+    call begin_contact_check(model, check)
+    call keep_rigid_body(model, 1, rigid_pose_type([0.0_wp, 0.9_wp, 0.0_wp]), spread(0.0_wp, 1, 6))
+    observer%text = ''
+    call end_contact_check(model, check, observer)
+    ! The base stands at 1.55, the highest points beside it at 1.05.
+    call tests%check('the nearest soil is told: '//observer%text, index(observer%text, &
+      "moves rigid body 'tool', and nothing touches it: the nearest soil of its *CONTACT is 0.50") > 0)
+    call end_system(step%system)
+  end subroutine check_idle
+
+  !> What is kept of a step in which the body parts: by how much it is open, nothing of the pressure before, though the
+  !> last evaluation was the one in which what it holds goes along.
+  subroutine check_parted(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(body_points_type) :: points
+    real(wp), allocatable :: u(:, :)
+    integer :: at_base
+
+    allocate (model, step)
+    call make_step('FRICTION ANGLE=0', '|0, 0.16', model, step)
+    call present_body_points(model, placed_bodies(model), points)
+    points%pressure = merge(5.0_wp, 0.0_wp, points%touched)
+    call keep_body_points(model, points)
+    call again(model, step)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    call commit_terms(step%terms, u, model)
+    call present_body_points(model, placed_bodies(model), points)
+    at_base = minloc(hypot(points%initial_position(1, :) - 1.0_wp, points%initial_position(2, :) - 0.65_wp), dim=1)
+    call tests%close('it is open by half of the move', points%opening(at_base), 0.08_wp, 1.0e-12_wp)
+    call tests%close('and carries nothing', points%pressure(at_base), 0.0_wp, 0.0_wp)
+    call end_system(step%system)
+  end subroutine check_parted
+
+  !> Places of one patch of which a few touch join the patch beside; points alone stay so.
+  subroutine check_short(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(body_points_type) :: points
+    type(contact_patches_type) :: patches
+    logical :: none(0, 1)
+
+    allocate (model, step)
+    call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
+    call present_body_points(model, placed_bodies(model), points)
+    points%touched = points%patch == 1 .and. points%cell > 0
+    call find_patches(model, none, none, points, patches)
+    call tests%check('a patch of many places', patches%count == 1 .and. size(patches%point) > 4)
+    points%touched = points%touched .or. (points%cell > 0 .and. points%patch == 2 .and. &
+      norm2(points%position - spread(points%position(:, count(points%patch == 1) + 1), 2, points%count), dim=1) < 0.03_wp)
+    call find_patches(model, none, none, points, patches)
+    call tests%check('with a few of the next', patches%count == 1 .and. size(patches%point) > count(points%patch == 1 .and. &
+      points%cell > 0))
+    model%contact_pairs%pointwise = .true.
+    call find_patches(model, none, none, points, patches)
+    call tests%check('every place is a patch where that is asked for', patches%count == count(points%touched))
+    call end_system(step%system)
+  end subroutine check_short
+
+  !> Pressures on a body at a place: the first place has its own, places that nothing touches do not count; the first
+  !> material point touches as the others do; nothing pressed has no place.
+  subroutine check_places(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(body_points_type) :: points
+    real(wp) :: numbers(3)
+    integer :: body(1), i, base
+
+    allocate (model, step)
+    call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
+    call present_body_points(model, placed_bodies(model), points)
+    numbers = 7.0_wp
+    body = 7
+    call widest_gap(model, placed_bodies(model), body(1), numbers(:2), numbers(3))
+    call tests%check('no gap where nothing presses', body(1) == 0 .and. all(abs(numbers) <= 0.0_wp))
+    base = minloc(hypot(points%initial_position(1, :) - 1.0_wp, points%initial_position(2, :) - 0.65_wp), dim=1)
+    points%pressure = merge(5.0_wp, 0.0_wp, points%touched)
+    points%opening(base - 1) = 1.0_wp
+    points%pressure(base - 1) = 0.0_wp
+    call keep_body_points(model, points)
+    call tests%close('a place that nothing touches does not count', contact_pressure_at(model, [1.0_wp, 0.65_wp]), 5.0_wp, &
+      1.0e-12_wp)
+    model%contact_pairs%pointwise = .true.
+    points%touched = .true.
+    points%opening = 0.0_wp
+    points%pressure = [(1.0_wp*i, i=1, points%count)]
+    call keep_body_points(model, points)
+    call tests%close('the first place has its own pressure', contact_pressure_at(model, points%initial_position(:, 1)), &
+      1.0_wp, 1.0e-12_wp)
+    points%opening = 1.0_wp
+    call keep_body_points(model, points)
+    model%state%points%position(:, 2:) = model%state%points%position(:, 2:) + 10.0_wp
+    model%state%points%position(:, 1) = [1.0_wp, 0.63_wp]
+    call touch_body_points(model, placed_bodies(model))
+    call present_body_points(model, placed_bodies(model), points)
+    call tests%check('the first point touches', any(points%touched))
+    call end_system(step%system)
+  end subroutine check_places
 end module test_body_contact

@@ -4,6 +4,7 @@ module test_body_loads
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_loads, only: free_components, body_components, load_rows, load_on_body, moment_of, &
     moment_by_angle
+  use qsmpm_contacts, only: contacts_type
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
@@ -18,6 +19,7 @@ module test_body_loads
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, keep_rigid_body
   use qsmpm_rigid_pose, only: rigid_pose_type
+  use qsmpm_space, only: node_position
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
@@ -67,7 +69,11 @@ contains
       shape=wheel)
     call check_moments(tests)
     call check_turning(tests)
-    call check_nothing_touched(tests)
+    call check_nothing_touched(tests, '1.2')
+    call check_nothing_touched(tests, '1.9')
+    call check_held_somewhere(tests)
+    call check_freedoms(tests)
+    call check_left_over(tests)
     call check_commit(tests)
   end subroutine collect_body_loads
 
@@ -349,9 +355,107 @@ contains
     call end_system(step%system)
   end subroutine check_turning
 
-  !> A body above the ground is not loaded: the step fails and says why.
-  subroutine check_nothing_touched(tests)
+  !> The term of contact of a step.
+  function contacts_of(step) result(contacts)
+    type(step_type), intent(in) :: step
+    type(contacts_type) :: contacts
+    integer :: t
+
+    do t = 1, size(step%terms)
+      select type (term => step%terms(t)%term)
+      class is (contacts_type)
+        contacts = term
+      end select
+    end do
+  end function contacts_of
+
+  !> A body that the block touches at one side alone, whichever it is, is held.
+  subroutine check_held_somewhere(tests)
     type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
+    type(contacts_type) :: term
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :)
+    real(wp) :: x(2)
+    integer :: side, n
+
+    allocate (model, step)
+    call make_model(plate//load, model)
+    model%state%progress%phase = 1
+    call begin_analysis(model, step%terms)
+    call start_phase(model)
+    call initialise_step(model, step, error)
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.5_wp, phase_time=1.0_wp)))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    do side = -1, 1, 2
+      do n = 1, model%space%node_count
+        x = node_position(model%space, model%mesh, n)
+        u(2, n) = 0.02_wp*side*(x(1) - 1.0_wp)
+      end do
+      call evaluate_step(model, step, u, tangent_none)
+      term = contacts_of(step)
+      call term%judge(model, u, step%failure)
+      call tests%check('a body that one of its patches touches is held', .not. step%failure%failed)
+    end do
+    call end_system(step%system)
+  end subroutine check_held_somewhere
+
+  !> The angle of a body is an unknown where a moment is given; a smooth body that turns keeps the matrix symmetric.
+  subroutine check_freedoms(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
+    type(contacts_type) :: term
+    logical, allocatable :: constrained(:, :)
+    real(wp), allocatable :: values(:, :)
+    integer :: column
+
+    allocate (model, step)
+    call make_model(roller//'FRICTION ANGLE=0|'//push//'*PHASE, NAME=turn|*LOAD, BODY=plate, COMPONENT=MZ|0|*END PHASE|', &
+      model)
+    call begin_analysis(model, step%terms)
+    call run_phase(tests, model, step, 1)
+    term = contacts_of(step)
+    allocate (constrained(2, all_nodes(step%unknowns)), source=.false.)
+    allocate (values(2, all_nodes(step%unknowns)), source=0.0_wp)
+    column = size(constrained, 2)
+    call term%prescribe(model, 0.5_wp, constrained, values)
+    call tests%check('a body that is moved does not turn by an unknown', constrained(1, column))
+    call run_phase(tests, model, step, 2)
+    term = contacts_of(step)
+    constrained = .true.
+    call term%prescribe(model, 0.5_wp, constrained, values)
+    call tests%check('one with a moment does', .not. constrained(1, column))
+    call tests%check('without friction and adhesion by symmetric equations', term%symmetric .and. &
+      term%scratch%turning_column(1) > 0)
+    call end_system(step%system)
+  end subroutine check_freedoms
+
+  !> A load whose phase ended half way stays what it was there.
+  subroutine check_left_over(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    real(wp) :: values(load_rows)
+
+    allocate (model)
+    call make_model(plate//'*PHASE, NAME=load|'//fix//'*LOAD, BODY=plate, COMPONENT=Y|-40|*END PHASE|*PHASE, NAME=rest|'// &
+      '*END PHASE|', model)
+    model%state%progress%phase = 1
+    call start_phase(model)
+    model%state%progress%fraction = 0.5_wp
+    model%state%progress%phase = 2
+    call start_phase(model)
+    values = load_on_body(model, 1, 1.0_wp)
+    call tests%close('half of the load is left', values(2), -20.0_wp, 1.0e-12_wp)
+  end subroutine check_left_over
+
+  !> A body above the ground is not loaded: the step fails and says why.
+  subroutine check_nothing_touched(tests, height)
+    type(tests_type), intent(inout) :: tests
+    !> Of the plane.
+    character(len=*), intent(in) :: height
     class(model_type), allocatable :: model
     class(step_type), allocatable, target :: step
     type(load_step_type) :: solver
@@ -359,7 +463,7 @@ contains
     type(error_type), allocatable :: error
 
     allocate (model, step)
-    call make_model('*RIGID BODY, NAME=plate, SHAPE=PLANE|0, 1.2, 0, -1|*CONTACT, BODY=plate, SURFACE=top|'// &
+    call make_model('*RIGID BODY, NAME=plate, SHAPE=PLANE|0, '//height//', 0, -1|*CONTACT, BODY=plate, SURFACE=top|'// &
       '*PHASE, NAME=load|'//fix//'*LOAD, BODY=plate, COMPONENT=Y|-40|*END PHASE|', model)
     call begin_analysis(model, step%terms)
     call start_phase(model)

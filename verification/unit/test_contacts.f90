@@ -16,6 +16,7 @@ module test_contacts
   use qsmpm_initial_contact, only: press_on_bodies
   use qsmpm_interface_strength, only: interface_strength
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
+  use qsmpm_kept_arrays, only: keep_values
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: tangent_none, step_info_type
   use qsmpm_linear_system, only: end_system
@@ -24,7 +25,7 @@ module test_contacts
   use qsmpm_model_builder, only: build_model
   use qsmpm_penetration, only: refuse_penetration
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_rigid_bodies, only: force_on_body, pose_of, placed_bodies
+  use qsmpm_rigid_bodies, only: force_on_body, keep_rigid_body, pose_of, placed_bodies
   use qsmpm_rigid_outline, only: outline_corners
   use qsmpm_rigid_rotation, only: rotation_matrix, followed_by
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
@@ -87,6 +88,8 @@ contains
     call check_strength(tests)
     call check_penetration(tests)
     call check_rest(tests)
+    call check_other_surfaces(tests)
+    call check_turned_body(tests)
   end subroutine collect_contacts
 
   !> What is drawn of a shape is its surface, the body at the left hand.
@@ -355,7 +358,8 @@ contains
     call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
     call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
     call tests%check('a patch a cell', patches%count == 8)
-    call tests%check('no places on the body itself', model%body_outlines(1)%count == 0)
+    call tests%check('no places on the body itself', model%body_outlines(1)%count == 0 .and. &
+      .not. any([(model%state%kept%list(i)%name == 'body_points', i=1, size(model%state%kept%list))]))
     ! The first cell loses all but a sliver of its surface.
     do i = 1, model%state%surface%count
       if (model%state%surface%cell(i) == model%state%surface%cell(1)) &
@@ -371,6 +375,7 @@ contains
       end associate
     end do
     call check_nearest_patch(tests, model)
+    call check_two_short(tests, model)
     call find_patches(model, reshape([(i == 1, i=1, model%state%surface%count)], [model%state%surface%count, 1]), &
       all_points(model, .false.), nobody, patches)
     call tests%check('what is far away is left out', patches%count == 1)
@@ -400,6 +405,14 @@ contains
       touched(:, 1) = x > 0.5_wp .and. x < 0.625_wp
       call find_patches(model, all_points(model, .true.), touched, nobody, patches)
       call tests%check('what has none of its kind beside it stays alone', patches%count == 9)
+      ! As much, and cells that touch three cells away.
+      touched(:, 1) = (x > 0.5_wp .and. x < 0.625_wp) .or. x > 1.5_wp
+      call find_patches(model, all_points(model, .true.), touched, nobody, patches)
+      call tests%check('or has it too far away', patches%count == 9)
+      ! The first point, and all of the cell beside its own.
+      touched(:, 1) = abs(x - x(1)) <= 0.0_wp .or. abs(x - x(1) + 0.25_wp) < 0.15_wp
+      call find_patches(model, all_points(model, .true.), touched, nobody, patches)
+      call tests%check('the first point joins too', patches%count == 8)
     end associate
     call end_system(step%system)
   contains
@@ -457,6 +470,10 @@ contains
     call tests%check('a surface has no points without area', all(model%state%surface%area > 0.0_wp))
     call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
     call tests%check('a patch a cell of a top with a sliver of the axis', patches%count == 8)
+    where (spread(model%state%surface%cell == model%state%surface%cell(1), 1, 2)) &
+      model%state%surface%area_vector = 0.5_wp*model%state%surface%area_vector
+    call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
+    call tests%check('half a cell is short at any radius', patches%count == 7)
     call end_system(step%system)
   end subroutine check_sliver
 
@@ -538,6 +555,35 @@ contains
       deallocate (model, step, u)
     end do
   end subroutine check_far_end
+
+  !> Short patches far apart join their own neighbours.
+  subroutine check_two_short(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    type(contact_patches_type) :: patches
+    type(body_points_type) :: nobody
+    real(wp), allocatable :: before(:, :)
+    integer :: round, c
+    logical :: near
+
+    allocate (before, source=model%state%surface%area_vector)
+    near = .true.
+    do round = 0, 1
+      associate (surface => model%state%surface)
+        surface%area_vector = before
+        where (spread(surface%cell == surface%cell(merge(1, surface%count, round == 0)), 1, 2)) &
+          surface%area_vector = 0.25_wp*before
+        call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
+        do c = 1, patches%count
+          associate (x => surface%position(1, patches%point(patches%first(c):patches%first(c + 1) - 1)))
+            near = near .and. maxval(x) - minval(x) < 0.6_wp
+          end associate
+        end do
+      end associate
+    end do
+    call tests%check('what is joined lies side by side, at either end', near)
+    model%state%surface%area_vector = before
+  end subroutine check_two_short
 
   !> A short patch between two joins the nearer one, whichever comes first.
   subroutine check_nearest_patch(tests, model)
@@ -837,6 +883,7 @@ contains
     class(step_type), allocatable :: step
     type(contacts_type) :: term
     type(distance_type) :: distance
+    type(error_type), allocatable :: error
 
     allocate (model, step)
     call make_step('SHAPE=PLANE|0, 1, 0, 0, -1, 0', 'FRICTION ANGLE=0', '|0, -0.02, 0', model, step, cube)
@@ -844,6 +891,11 @@ contains
     call tests%check('contact in space', term%scratch%dimension == 3 .and. size(term%scratch%place, 2) > 0)
     call tests%check('its points lie along z too', maxval(term%scratch%place(3, :)) > 0.5_wp &
       .and. minval(term%scratch%place(3, :)) < 0.5_wp)
+    call keep_values(model%state%kept, 'body_loads', reshape([0.0_wp, 0.0_wp, 1.0_wp, spread(0.0_wp, 1, 17)], [20, 1]))
+    call initialise_step(model, step, error)
+    term = contacts_of(step)
+    call tests%check('a body that is loaded along z alone is an unknown', .not. allocated(error) .and. &
+      term%scratch%column(1) > 0)
     call end_system(step%system)
     call make_step('SHAPE=CYLINDER, ROUND=0.01|0.6, 1, 0.4, 0.2, 0.4', 'FRICTION ANGLE=0', '|0, -0.02, 0', model, step, cube)
     distance = model%rigid_shapes(1)%distance_at([1.0_wp, 1.2_wp, 0.4_wp])
@@ -1029,6 +1081,74 @@ contains
       call press_on_bodies(model, initial)
     end subroutine make_rest
   end subroutine check_rest
+
+  !> Of two surfaces at one place and two bodies each contact has its own: initial pressures, slip, pressure at a place.
+  subroutine check_other_surfaces(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(initial_stress_type) :: initial
+    integer, allocatable :: top(:), side(:)
+    integer :: i
+
+    allocate (model, step)
+    call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=30|*RIGID BODY, NAME=other, SHAPE=PLANE|0, 1.1, 0, -1|'// &
+      '*CONTACT, BODY=other, SURFACE=side', '|0, -0.02', model, step, block//'*SURFACE, NAME=side, TYPE=SEGMENT|2, 1.1, '// &
+      '0, 1.1|*SURFACE, NAME=free, TYPE=SEGMENT|2, 1.1, 0, 1.1|')
+    call end_system(step%system)
+    model%state%points%stress = spread([-10.0_wp, -30.0_wp, -12.0_wp, 7.0_wp], 2, model%state%points%count)
+    initial%kind = initial_given
+    call press_on_bodies(model, initial)
+    associate (surface => model%state%surface)
+      top = pack([(i, i=1, surface%count)], surface%surface == 1)
+      side = pack([(i, i=1, surface%count)], surface%surface == 2)
+      call tests%check('what is in no contact has no pressure', maxval(surface%surface) == 3 .and. &
+        all(surface%contact_pressure > 29.0_wp .eqv. surface%surface < 3))
+      surface%contact_slip(1, top) = 0.25_wp
+      surface%contact_slip(1, side) = 0.5_wp
+      call tests%close('slip on a body is that of its own surfaces', contact_slip_on(model, 1, .true.), 0.25_wp, 1.0e-12_wp)
+      call tests%close('and that on the other', contact_slip_on(model, 2, .true.), 0.5_wp, 1.0e-12_wp)
+      surface%contact_pressure = [(1.0_wp*i, i=1, surface%count)]
+      model%contact_pairs%pointwise = .true.
+      call tests%close('the first point has its pressure', contact_pressure_at(model, surface%initial_position(:, top(1))), &
+        surface%contact_pressure(top(1)), 1.0e-12_wp)
+      ! What is in contact lies lower.
+      surface%initial_position(2, top) = surface%initial_position(2, top) - 0.1_wp
+      surface%initial_position(2, side) = surface%initial_position(2, side) - 0.2_wp
+      call tests%close('the nearest that is in contact counts', contact_pressure_at(model, &
+        surface%initial_position(:, top(1)) + [0.0_wp, 0.1_wp]), surface%contact_pressure(top(1)), 1.0e-12_wp)
+      model%contact_pairs%surface = 9
+      call tests%close('where nothing is in contact there is none', contact_pressure_at(model, [2.0_wp, 1.1_wp]), 0.0_wp, &
+        0.0_wp)
+    end associate
+  end subroutine check_other_surfaces
+
+  !> A body that has gone far and turned before the step: its motion is that of the step.
+  subroutine check_turned_body(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(error_type), allocatable :: error
+    type(contacts_type) :: term
+    real(wp), allocatable :: u(:, :)
+
+    allocate (model, step)
+    call make_step('SHAPE=CIRCLE|1, 2.1, 0.5', 'FRICTION ANGLE=0', ', ROTATION=20|0, 0', model, step)
+    call keep_rigid_body(model, 1, rigid_pose_type([8.0_wp, 3.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.1_wp]), spread(0.0_wp, 1, 6))
+    call initialise_step(model, step, error)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    call tests%check('it turns about where it is', .not. step%failure%failed)
+    term = contacts_of(step)
+    call tests%check('and has moved, by a force of bodies', term%scratch%goes_along .and. term%of_bodies)
+    model%analysis%phases(1)%moves(1)%rotation = 0.0_wp
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    term = contacts_of(step)
+    call tests%check('one that stays as it has turned has not', .not. term%scratch%goes_along)
+    call end_system(step%system)
+  end subroutine check_turned_body
 
   !> Soil deep inside of a body is refused; a body that moves too far in one step is.
   subroutine check_penetration(tests)

@@ -3,7 +3,7 @@
 module test_penetration
   use qsmpm_analysis, only: analysis_type
   use qsmpm_contact_report, only: contact_check_type, begin_contact_check, check_contact, end_contact_check
-  use qsmpm_contact_results, only: penetration_type, deepest_in, deepest_point
+  use qsmpm_contact_results, only: penetration_type, deepest_in, deepest_of_all, deepest_point
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
@@ -11,11 +11,12 @@ module test_penetration
   use qsmpm_linear_system, only: end_system
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
+  use qsmpm_penetration, only: penetration_check_type, refuse_penetration, warn_of_penetration
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: keep_rigid_body, placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type, rigid_pose_type
   use qsmpm_sheared_ground, only: sheared_note, swollen_note
+  use qsmpm_team, only: team_type
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
   use testing, only: tests_type
@@ -85,7 +86,9 @@ contains
     found%depth = 0.09_wp*cell
     call tests%close('0.09 cells inside', said(model, found, check, "inside rigid body 'plate'"), 0.0_wp, 0.0_wp)
     found%depth = 0.11_wp*cell
-    call tests%close('0.11 cells inside', said(model, found, check, '0.11 cells inside rigid body '// &
+    found%deepest = [0.5_wp, 0.25_wp, 0.0_wp]
+    call tests%close('0.11 cells inside', said(model, found, check, 'soil at 5.0000E-01  2.5000E-01 is 0.11 cells inside '// &
+      'rigid body '// &
       "'plate'; the surface of its *CONTACT must reach there"), 1.0_wp, 0.0_wp)
     found%depth = 0.21_wp*cell
     call tests%close('0.21 cells are not twice as deep', said(model, found, check, 'inside'), 0.0_wp, 0.0_wp)
@@ -341,18 +344,23 @@ contains
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(inout) :: model
     type(placed_shape_type), allocatable :: bodies(:)
-    real(wp) :: depth
-    integer :: body, point
+    type(penetration_type) :: found
+    type(error_type), allocatable :: error
+    ! Elements, so that what is not set shows: a compiler may drop what a whole variable held.
+    real(wp) :: depths(1), depth
+    integer :: numbers(2), body, point
 
     call place(model, 0, [0.0_wp, 0.0_wp, 0.5_wp])
-    body = 1
-    point = 1
-    call deepest_point(model, placed_bodies(model), body, point, depth)
-    call tests%check('no body and no point', body == 0 .and. point == 0 .and. depth <= 0.0_wp)
-    point = 1
     allocate (bodies, source=placed_bodies(model))
-    call deepest_in(model, bodies(1), point, depth)
-    call tests%check('no point in the body', point == 0 .and. depth <= 0.0_wp)
+    numbers = 1
+    depths = 1.0_wp
+    call deepest_point(model, bodies, numbers(1), numbers(2), depths(1))
+    call tests%check('no body and no point', all(numbers == 0) .and. depths(1) <= 0.0_wp)
+    numbers = 1
+    depths = 1.0_wp
+    call deepest_in(model, bodies(1), numbers(2), depths(1))
+    call tests%check('no point in the body', numbers(2) == 0 .and. abs(depths(1)) <= 0.0_wp)
+    deallocate (bodies)
     associate (y => model%state%points%position(2, :))
       y(5) = y(5) + 1.0_wp
       call place(model, 0, [0.0_wp, 0.0_wp, -0.2_wp])
@@ -360,7 +368,16 @@ contains
       call tests%check('the deepest point of all', body == 1 .and. point == 5)
       call tests%close('and how deep it is', depth, y(5) - 0.9_wp, 1.0e-14_wp)
       y(5) = y(5) - 1.0_wp
+      y(1) = y(1) + 1.5_wp
+      allocate (bodies, source=placed_bodies(model))
+      call refuse_penetration(model, bodies, found, error)
+      call tests%check('the first point may be it', found%body == 1 .and. all(abs(found%deepest(:2) - &
+        model%state%points%position(:, 1)) <= 0.0_wp))
+      y(1) = y(1) - 1.5_wp
     end associate
+    found%depth = 0.25_wp
+    call deepest_of_all(team_type(), found)
+    call tests%check('of a process alone it is its own', found%body == 1 .and. abs(found%depth - 0.25_wp) <= 0.0_wp)
   end subroutine check_outside
 
   !> A force before the phase or in it is a touch.

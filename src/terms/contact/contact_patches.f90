@@ -82,9 +82,10 @@ contains
     logical :: whole(size(points)), near(size(points)), in_ring(on_bodies%count)
     integer :: i
 
+    whole = .true.
+    if (.not. is_divided(model%part)) return
     in_ring = are_near(model, on_bodies, model%part%ring - 1)
-    near = .not. is_divided(model%part) .or. (on_bodies%cell(points) > 0 .and. in_ring(points) .and. &
-      model%state%points%count > 0)
+    near = on_bodies%cell(points) > 0 .and. in_ring(points) .and. model%state%points%count > 0
     whole = [(all(near .or. label /= label(i)), i=1, size(points))]
   end function whole_here
 

@@ -4,7 +4,7 @@ module qsmpm_contact_push
   use qsmpm_kinds, only: wp
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_scratch, only: contact_scratch_type
-  use qsmpm_contact_turning, only: turning_node, add_turning, add_turning_stiffness
+  use qsmpm_contact_turning, only: turns, add_turning, add_turning_stiffness
   use qsmpm_model, only: contact_pair_type
   use qsmpm_rigid_pose, only: placed_shape_type, carry_along
   use qsmpm_rigid_shape, only: distance_type, projection
@@ -53,13 +53,12 @@ contains
       end do
     end do
     sliding = along
-    if (turning_node(self, c) > 0) then
+    if (turns(self, c)) then
       do k = lbound(measure, 1), ubound(measure, 1)
         call add_turning(self, k, measure(k)%distance%normal, measure(k)%arm, measure(k)%ridden, across(:, n), &
           along(:, :, n), sliding(:, :, n))
       end do
     end if
-    push = 0.0_wp
     do a = 1, n
       push(:, a) = (tractions%pressure - self%confinement)*across(:, a) + matmul(along(:, :, a), tractions%shear)
     end do
@@ -67,7 +66,7 @@ contains
     allocate (block(self%dimension, n, self%dimension, n), source=0.0_wp)
     if (tractions%closed) call add_traction_stiffness(tractions, self%patch_area(c), across, along, sliding, block)
     call add_curvature(self, c, measure, tractions%pressure - self%confinement, block)
-    if (turning_node(self, c) == 0) return
+    if (.not. turns(self, c)) return
     do k = lbound(measure, 1), ubound(measure, 1)
       call add_turning_stiffness(self, k, measure(k)%distance, measure(k)%arm, tractions%pressure - self%confinement, &
         tractions%shear, block)
@@ -123,7 +122,7 @@ contains
     first = self%connectivity%first(c)
     body = self%nearby(self%pairs(self%patches%pair(c))%body)
     body%pose = self%now(self%pairs(self%patches%pair(c))%body)%pose
-    if (turning_node(self, c) > 0) body%pose%rotation(3) = body%pose%rotation(3) &
+    if (turns(self, c)) body%pose%rotation(3) = body%pose%rotation(3) &
       + displacement(1, self%connectivity%nodes(self%connectivity%first(c + 1) - 1))
     associate (before => self%before(self%pairs(self%patches%pair(c))%body)%pose)
       do k = lbound(measure, 1), ubound(measure, 1)

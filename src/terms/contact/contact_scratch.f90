@@ -104,7 +104,6 @@ contains
     self%dimension = model%mesh%dimension
     self%before = placed_bodies(model)
     self%now = self%before
-    self%final = self%before
     self%column = columns
     self%turning_column = turning_columns
     do i = 1, size(columns)
@@ -295,7 +294,6 @@ contains
     integer :: c, k, a, most, slot
 
     associate (graph => self%connectivity, patches => self%patches)
-      graph = connectivity_type()
       graph%count = patches%count
       graph%first = [1]
       graph%nodes = [integer ::]

@@ -16,21 +16,19 @@ module qsmpm_contact_turning
   implicit none
   private
 
-  public :: turning_node, add_turning, add_turning_stiffness
+  public :: turns, add_turning, add_turning_stiffness
 
   real(wp), parameter :: along_z(3) = [0.0_wp, 0.0_wp, 1.0_wp]
 
 contains
 
-  !> The node of a patch that stands for the turning of its body, the last one; 0 where this does not turn.
-  pure integer function turning_node(self, c) result(node)
+  !> Whether the body of a patch may turn: its last node stands for that.
+  pure logical function turns(self, c)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
 
-    node = 0
-    if (self%turning_column(self%pairs(self%patches%pair(c))%body) > 0) &
-      node = self%connectivity%first(c + 1) - self%connectivity%first(c)
-  end function turning_node
+    turns = self%turning_column(self%pairs(self%patches%pair(c))%body) > 0
+  end function turns
 
   !> Add what a place does at the node: to the pushes by pressure and by shear, and to the slip by the angle.
   pure subroutine add_turning(self, k, normal, arm, ridden, across, along, sliding)
