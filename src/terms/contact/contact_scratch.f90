@@ -104,6 +104,7 @@ contains
     self%dimension = model%mesh%dimension
     self%before = placed_bodies(model)
     self%now = self%before
+    self%final = self%before
     self%column = columns
     self%turning_column = turning_columns
     do i = 1, size(columns)
