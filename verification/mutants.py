@@ -11,6 +11,7 @@ with a limit in CPU seconds, until one fails.
     verification/mutants.py --long              200 mutants, 80 of them in the rooms of ROOMS
     verification/mutants.py --long --guarded    those 80 alone
     verification/mutants.py --room loads --room phases --count 30 --seed 3
+    verification/mutants.py --room "restart in parts" --ranks    asks the checks of several processes too
 
 Results are kept in build/mutants/results.json and used again while the sources and the file of the suite are the
 same; --fresh runs all again. Mutants that
@@ -60,6 +61,10 @@ ROOM_SHARE = 0.4
 LARGEST_SHARE = 0.05
 # Candidates compiled for each mutant that is counted: some are not executed by any test.
 SPARE = 2.5
+# Checks of several processes (verification/distributed) that --ranks asks beside the short ones.
+LONG_CHECKS = ["restarts.moving", "restarts.fixity", "restarts.ground", "restarts.slope", "restarts.pit", "restarts.freed", "restarts.upset",
+               "restarts.misfits", "shared_scenes.more_loaded_bodies"]
+RANKS = "ranks: "
 # CPU seconds that a suite may take with a mutant, beside those it takes without.
 FACTOR, MARGIN = 4.0, 3.0
 
@@ -370,7 +375,7 @@ __attribute__((constructor)) static void begin(void) {
 }
 __attribute__((destructor)) static void end(void) {
   const char *path = getenv("QSMPM_MUTANTS_PASSED");
-  FILE *file = path ? fopen(path, "w") : NULL;
+  FILE *file = path ? fopen(path, "a") : NULL;
   if (!file) return;
   for (int i = 0; i < MOST; i++)
     if (passed[i]) fprintf(file, "%d\\n", i);
@@ -443,8 +448,8 @@ def planted(text: str, mutants: list[Mutant]) -> tuple[str, list[tuple[int, int,
     return "\n".join(out) + "\n", [(first + 1, last + 1, number) for first, last, number in where]
 
 
-def build(sources: dict[pathlib.Path, bytes], mutants: list[Mutant]) -> list[Mutant]:
-    """Compile the copy; mutants that do not compile are left out. The others."""
+def build(sources: dict[pathlib.Path, bytes], mutants: list[Mutant], ranks: bool) -> list[Mutant]:
+    """Compile the copy, for several processes too where these are asked; mutants that do not compile are left out. The others."""
     binary = BUILD / "build"
     flags = ("-O1 -fcheck=bounds -ffree-line-length-none -w "
              "-finit-real=nan -finit-integer=-987654321 -finit-logical=true")
@@ -452,8 +457,10 @@ def build(sources: dict[pathlib.Path, bytes], mutants: list[Mutant]) -> list[Mut
         where = write_copy(sources, mutants)
         if not (binary / "build.ninja").exists():
             run(["cmake", "-S", str(BUILD / "tree"), "-B", str(binary), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None",
-                 f"-DCMAKE_Fortran_FLAGS={flags}", "-DQSMPM_SHARED=OFF", "-DQSMPM_INSTALL=OFF"])
-        done = subprocess.run(["ninja", "-C", str(binary), "-k", "0", "run_unit_tests"], capture_output=True, text=True)
+                 f"-DCMAKE_Fortran_FLAGS={flags}", "-DQSMPM_SHARED=OFF", "-DQSMPM_INSTALL=OFF",
+                 f"-DQSMPM_MPI={'ON' if ranks else 'OFF'}"])
+        targets = ["run_unit_tests", *(["qsmpm", "qsmpm-mpi"] if ranks else [])]
+        done = subprocess.run(["ninja", "-C", str(binary), "-k", "0", *targets], capture_output=True, text=True)
         (BUILD / "build.log").write_text(done.stdout + done.stderr)
         if done.returncode == 0:
             return mutants
@@ -474,20 +481,36 @@ def run(command: list[str]) -> None:
         sys.exit(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
 
 
-def baseline() -> tuple[dict[str, float], dict[int, list[str]]]:
+def command_of(suite: str) -> list[str | pathlib.Path]:
+    """What runs a suite of unit tests, or a check of several processes."""
+    binary = BUILD / "build"
+    if suite.startswith(RANKS):
+        return [sys.executable, TOP / "verification/distributed/run_ranks.py", binary, "--check", suite.removeprefix(RANKS)]
+    return [binary / "run_unit_tests", suite]
+
+
+def environment(mutant: int, **more: str) -> dict[str, str]:
+    """With a mutant switched on; a check of several processes that has come to stand ends soon."""
+    return {**os.environ, "QSMPM_MUTANT": str(mutant), "QSMPM_CHECK_SECONDS": "20", **more}
+
+
+def baseline(ranks: bool) -> tuple[dict[str, float], dict[int, list[str]]]:
     """CPU seconds of every suite, and the suites that execute each mutant, the quickest first."""
-    program = BUILD / "build" / "run_unit_tests"
-    names = subprocess.run([program, "--list"], capture_output=True, text=True, check=True).stdout.split()
+    names = subprocess.run([BUILD / "build" / "run_unit_tests", "--list"], capture_output=True, text=True, check=True).stdout.split()
+    if ranks:
+        listed = subprocess.run([*command_of(RANKS)[:3], "--list"], capture_output=True, text=True, check=True).stdout.split()
+        # The unit tests of several processes link no mutants that they are about.
+        names += [RANKS + name for name in [*listed, *LONG_CHECKS] if not name.startswith("one_rank.")]
     seconds: dict[str, float] = {}
     reached: dict[int, list[str]] = {}
     passed = BUILD / "passed.txt"
     for name in names:
-        environment = {**os.environ, "QSMPM_MUTANT": "0", "QSMPM_MUTANTS_PASSED": str(passed)}
-        ended = run_limited([program, name], 300.0, env=environment)
+        passed.unlink(missing_ok=True)
+        ended = run_limited(command_of(name), 300.0, env=environment(0, QSMPM_MUTANTS_PASSED=str(passed)))
         if ended.code != 0:
             sys.exit(f"suite {name} fails without a mutant:\n{ended.output}")
         seconds[name] = ended.cpu
-        for number in passed.read_text().split():
+        for number in set(passed.read_text().split() if passed.exists() else ()):
             reached.setdefault(int(number), []).append(name)
     for suites in reached.values():
         suites.sort(key=lambda name: seconds[name])
@@ -496,12 +519,10 @@ def baseline() -> tuple[dict[str, float], dict[int, list[str]]]:
 
 def try_mutant(mutant: Mutant, suites: list[str], seconds: dict[str, float], known: dict[str, str]) -> tuple[str, dict[str, str]]:
     """Suite that notices the mutant, and how; empty when none does. And what is known of it then."""
-    program = BUILD / "build" / "run_unit_tests"
     known = dict(known)
     for name in suites:
         if name not in known:
-            environment = {**os.environ, "QSMPM_MUTANT": str(mutant.number)}
-            ended = run_limited([program, name], FACTOR * seconds[name] + MARGIN, env=environment)
+            ended = run_limited(command_of(name), FACTOR * seconds[name] + MARGIN, env=environment(mutant.number))
             known[name] = "" if ended.code == 0 else ended.how
         if known[name]:
             return f"{name}: {known[name]}", known
@@ -595,6 +616,7 @@ def main() -> int:
     parser.add_argument("--guarded", action="store_true", help="of the mutants those in the rooms of ROOMS alone")
     parser.add_argument("--seed", type=int, default=12)
     parser.add_argument("--without", action="append", default=[], help="leave a suite out, to see what it is worth")
+    parser.add_argument("--ranks", action="store_true", help="ask the checks of several processes too; wants MPI and PETSc")
     parser.add_argument("--fresh", action="store_true", help="run all again")
     asked = parser.parse_args()
     wanted = quotas(asked.count or (200 if asked.long else 20), asked.room, asked.guarded)
@@ -602,14 +624,14 @@ def main() -> int:
     results = Results(asked.fresh)
     sources = read_sources()
     more = {room: round(SPARE * number) for room, number in wanted.items()}
-    candidates = build(sources, draw(asked.seed, sources, more))
-    seconds, reached = baseline()
+    candidates = build(sources, draw(asked.seed, sources, more), asked.ranks)
+    seconds, reached = baseline(asked.ranks)
     mutants, taken = [], dict.fromkeys(wanted, 0)
     for mutant in candidates:
         if mutant.number in reached and taken[mutant.room] < wanted[mutant.room]:
             mutants.append(mutant)
             taken[mutant.room] += 1
-    print(f"{len(candidates)} drawn, {sum(m.number in reached for m in candidates)} executed by a unit test, "
+    print(f"{len(candidates)} drawn, {sum(m.number in reached for m in candidates)} executed by a test, "
           f"{len(mutants)} counted; all suites take {sum(seconds.values()):.0f} CPU s", flush=True)
     outcome = {}
     suites = [[name for name in reached[mutant.number] if name not in asked.without] for mutant in mutants]

@@ -64,24 +64,43 @@ def goes_on(place: Place, name: str, deck: str, *steps: int) -> None:
             expect(apart <= SAME, f"{name}, step {step}, {wrote} to {reads} ranks: {apart:.1e} from a run that went through")
 
 
-def blocks(place: Place) -> None:
-    """A block on its way through the boxes, and one whose fixity is freed, ground with initial stresses and phases that branch,
-    strengths that are lowered."""
+def moving(place: Place) -> None:
+    """A block on its way through the boxes goes on from the files of any number of ranks."""
     goes_on(place, "block", plane("0, 1, 0, 1.5", phase=CARRIED.replace("{way}", "0.8"), steps=6), 4)
+
+
+def fixity(place: Place) -> None:
+    """So does one whose fixity is freed."""
     goes_on(place, "fixity", plane("0, 2, 0, 1.5", steps=2) + FREED, 4)
+
+
+def ground(place: Place) -> None:
+    """Ground with initial stresses and phases that branch."""
     goes_on(place, "ground", GROUND.format(method=STANDARD), 2, 4)
+
+
+def slope(place: Place) -> None:
+    """Strengths that are lowered."""
     goes_on(place, "slope", SLOPE.format(method=STANDARD, words="GEOMETRY=FIXED"), 3)
 
 
-def bodies(place: Place) -> None:
-    """A pit while bodies come and go, and when none go any more; walls that are freed; surfaces that stretch."""
-    pit = pit_on_squares()
-    pit = pit.replace(" X, 0, 12, 24\n Y, 0, 8, 16", " X, 0, 12, 12\n Y, 0, 8, 8").replace("4.5", "5").replace("3.5", "4")
-    goes_on(place, "pit", pit.replace("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, "), 5, 12)
-    freed = (TOP / "verification/cases/decks/support_free.inp").read_text()
-    goes_on(place, "freed", freed.replace("X, 0, 20, 40\nY, -10, 1, 22", "X, 0, 20, 20\nY, -10, 1, 11"), 2)
-    upset = (TOP / "verification/cases/decks/contact_upset.inp").read_text()
-    goes_on(place, "upset", upset.replace("TOLERANCE=1e-6", "TOLERANCE=1e-9"), 21)
+def pit(place: Place) -> None:
+    """A pit while bodies come and go, and when none go any more."""
+    deck = pit_on_squares()
+    deck = deck.replace(" X, 0, 12, 24\n Y, 0, 8, 16", " X, 0, 12, 12\n Y, 0, 8, 8").replace("4.5", "5").replace("3.5", "4")
+    goes_on(place, "pit", deck.replace("CONTROLS, ", "CONTROLS, TOLERANCE=1E-9, "), 5, 12)
+
+
+def freed(place: Place) -> None:
+    """Walls that are freed."""
+    deck = (TOP / "verification/cases/decks/support_free.inp").read_text()
+    goes_on(place, "freed", deck.replace("X, 0, 20, 40\nY, -10, 1, 22", "X, 0, 20, 20\nY, -10, 1, 11"), 2)
+
+
+def upset(place: Place) -> None:
+    """Surfaces that stretch."""
+    deck = (TOP / "verification/cases/decks/contact_upset.inp").read_text()
+    goes_on(place, "upset", deck.replace("TOLERANCE=1e-6", "TOLERANCE=1e-9"), 21)
 
 
 def reseal(path: pathlib.Path) -> None:
@@ -112,4 +131,4 @@ def misfits(place: Place) -> None:
 
 
 CHECKS: list[Check] = []
-LONG_CHECKS: list[Check] = [blocks, bodies, misfits]
+LONG_CHECKS: list[Check] = [moving, fixity, ground, slope, pit, freed, upset, misfits]

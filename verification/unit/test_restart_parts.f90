@@ -1,21 +1,23 @@
 !> Tests of restart files in parts without message passing: a model shared by a team of one is written as its only part
 !> and read back, whole and by the team, bit for bit; parts that are missing, damaged or of another state are refused.
 module test_restart_parts
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_cell_numbers, only: whole_cells
+  use qsmpm_cell_numbers, only: whole_cells, whole_of
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_division, only: enter_team, settle_part, share_cells
   use qsmpm_error, only: error_type
   use qsmpm_hdf5_image, only: image_type, create_image, put_array, put_attribute, save_image
-  use qsmpm_hdf5_reader, only: reader_type, open_reader, close_reader
+  use qsmpm_hdf5_reader, only: reader_type, open_reader, close_reader, get_array
   use qsmpm_hdf5_rows, only: get_rows
   use qsmpm_kept_arrays, only: lay_array
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_points, only: points_type
-  use qsmpm_point_selection, only: select_points
+  use qsmpm_model_window, only: lay_window
+  use qsmpm_points, only: points_type, surface_points_type, allocate_watched
+  use qsmpm_point_selection, only: select_points, select_surface_points
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_restart_division, only: read_divided
   use qsmpm_restart_parts, only: check_parts, put_own_state, put_shared_state, save_restart_parts
@@ -76,8 +78,8 @@ contains
       '*PHASE, NAME=two|*DEACTIVATE|pit|*END PHASE|*PHASE, NAME=three|*ACTIVATE|lift|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the deck of the suite is broken'
-    call lay_array(model%state%kept, 'multipliers', reshape([0.25_wp, -3.0_wp], [2, 1]))
     call lay_array(model%state%kept, 'of nodes', spread([0.0_wp, 1.0_wp], 2, model%space%node_count), nodal=.true.)
+    call lay_array(model%state%kept, 'multipliers', reshape([0.25_wp, -3.0_wp], [2, 1]))
     call start_phase(model)
     model%state%progress%fraction = 1.0_wp
     model%state%progress%phase = 2
@@ -86,13 +88,13 @@ contains
 
   !> Write the state of a model shared by a team of one, altered from what it began with, in parts. Alone nothing marks
   !> what is own: all is.
-  subroutine write_parts(path, written, error, grid, wrong)
+  subroutine write_parts(path, written, error, grid, wrong, set)
     character(len=*), intent(in) :: path
     !> The state, of the whole model.
     class(state_type), allocatable, intent(out) :: written
     type(error_type), allocatable, intent(out) :: error
-    !> Of the deck; the cell of a surface point that is none.
-    character(len=*), intent(in), optional :: grid
+    !> Of the deck; the set of which a point has a cell that is none.
+    character(len=*), intent(in), optional :: grid, set
     integer, intent(in), optional :: wrong
     class(model_type), allocatable :: model
     type(image_type) :: index, part
@@ -100,8 +102,14 @@ contains
 
     allocate (model)
     call build(model, grid)
+    call allocate_watched(model%state%watched, 2, 2)
     call alter_validly(model%state)
+    ! Of the first node nothing is known, of the second what a term keeps, of the third what was released.
+    model%state%reactions(:, :3) = 0.0_wp
     model%state%released = -2.0_wp*model%state%reactions
+    model%state%released(:, :2) = 0.0_wp
+    model%state%released(:, 3) = 5.0_wp
+    model%state%kept%list(of_nodes(model%state))%values(:, [1, 3]) = 0.0_wp
     ! A grid is where its deck has it.
     model%state%coordinates = model%mesh%coordinates
     allocate (written, source=model%state)
@@ -115,10 +123,12 @@ contains
       part%unloading_surface = spread(.true., 1, state%inactive%unloading_surface%count)
       part%nodes = spread(.true., 1, model%space%node_count)
     end associate
-    if (present(wrong)) model%state%surface%cell(1) = wrong
+    if (present(set)) call misplace(model, set, wrong)
     ! Parts hold points in any order.
     call turn_round(model%state%points)
     call turn_round(model%state%inactive%unloading)
+    call turn_surface_round(model%state%surface)
+    call turn_surface_round(model%state%inactive%unloading_surface)
     call create_image(index)
     call put_attribute(index, '/', 'layout', layout)
     call put_attribute(index, '/', 'fingerprint_1', mark(1))
@@ -128,6 +138,43 @@ contains
     call put_own_state(part, model)
     call save_restart_parts(team_type(), part, path, index, error)
   end subroutine write_parts
+
+  !> Number of the array that terms keep of nodes.
+  pure integer function of_nodes(state) result(i)
+    type(state_type), intent(in) :: state
+
+    i = findloc([(state%kept%list(i)%name == 'of nodes', i=1, size(state%kept%list))], .true., dim=1)
+  end function of_nodes
+
+  !> Put the first point of a set into a cell.
+  subroutine misplace(model, set, cell)
+    type(model_type), intent(inout) :: model
+    character(len=*), intent(in) :: set
+    integer, intent(in) :: cell
+
+    select case (set)
+    case ('points')
+      model%state%points%cell(1) = cell
+    case ('surface')
+      model%state%surface%cell(1) = cell
+    case ('unloading')
+      model%state%inactive%unloading%cell(1) = cell
+    case ('waiting')
+      model%part%waiting%cell(1) = cell
+    case ('stress')
+      model%state%points%stress(1, 1) = ieee_value(1.0_wp, ieee_quiet_nan)
+    end select
+  end subroutine misplace
+
+  !> Surface points in the reverse order.
+  subroutine turn_surface_round(points)
+    type(surface_points_type), intent(inout) :: points
+    type(surface_points_type) :: turned
+    integer :: p
+
+    call select_surface_points(points, [(p, p=points%count, 1, -1)], turned)
+    points = turned
+  end subroutine turn_surface_round
 
   !> Points in the reverse order.
   subroutine turn_round(points)
@@ -176,12 +223,23 @@ contains
 
     allocate (fresh)
     call build(fresh)
+    call spoil(fresh)
     call write_parts(path, written, error)
     if (.not. allocated(error)) call read_restart(path, fresh, mark, error)
     call tests%check('a file in parts is written and read', .not. allocated(error))
+    call tests%close('its strength is that of the file', fresh%strength%factor, written%progress%strength_factor, 0.0_wp)
     names = state_differences(written, fresh%state)
     call tests%check('a state read from parts is the one written: '//names, len(names) == 0)
   end subroutine check_whole
+
+  !> Nodal values of a model that has gone on: nothing of it is left behind a file that is read.
+  subroutine spoil(model)
+    type(model_type), intent(inout) :: model
+
+    model%state%reactions = 9.0_wp
+    model%state%released = 9.0_wp
+    model%state%kept%list(of_nodes(model%state))%values = 9.0_wp
+  end subroutine spoil
 
   !> A team shares the parts.
   subroutine check_team(tests, path)
@@ -192,12 +250,23 @@ contains
     type(error_type), allocatable :: error, failure
     type(reader_type) :: reader
     character(len=:), allocatable :: names
+    integer, allocatable :: labels(:)
 
     allocate (fresh)
     call build(fresh)
+    call spoil(fresh)
+    ! What the model was is lost, be it of cells that are none.
+    fresh%state%points%cell = -7
+    fresh%state%surface%cell = -7
+    fresh%state%inactive%points%cell = -7
+    fresh%state%inactive%unloading%cell = -7
+    fresh%state%inactive%surface%cell = -7
+    fresh%state%inactive%unloading_surface%cell = -7
     call write_parts(path, written, error)
     call open_reader(reader, path)
     call check_parts(team_type(), reader)
+    call get_array(reader, '/mesh/node_labels', labels)
+    call tests%check('all nodes of which something is known are in the file', size(labels) == size(written%reactions, 2) - 1)
     if (.not. allocated(error)) call read_divided(reader, '', .true., team_type(), written%points%count + &
       written%inactive%points%count + written%inactive%unloading%count, fresh, error)
     call close_reader(reader, failure)
@@ -208,6 +277,7 @@ contains
     fresh%state%inactive%surface = fresh%part%waiting_surface
     names = state_differences(written, fresh%state)
     call tests%check('what it shares is the state written: '//names, len(names) == 0)
+    call tests%close('the strength of its laws too', fresh%strength%factor, written%progress%strength_factor, 0.0_wp)
   end subroutine check_team
 
   !> The file of one process, numbered as in its window, is shared by a team.
@@ -221,6 +291,8 @@ contains
     allocate (model, fresh)
     call build(model, grid)
     call build(fresh, grid)
+    call lay_window(model, whole_of(model))
+    call spoil(fresh)
     model%state%reactions = 0.25_wp
     call write_restart(path, model, mark, error)
     call open_reader(reader, path)
@@ -228,7 +300,13 @@ contains
       model%state%inactive%points%count + model%state%inactive%unloading%count, fresh, error)
     call close_reader(reader, failure)
     call tests%check('a team shares the file of one process', .not. (allocated(error) .or. allocated(failure)))
-    call tests%check('with its reactions', all(fresh%state%reactions > 0.2_wp))
+    call tests%check('with its reactions', all(abs(fresh%state%reactions - 0.25_wp) <= 0.0_wp))
+    associate (values => fresh%state%kept%list(of_nodes(fresh%state))%values)
+      call tests%check('and what terms keep of nodes', all(abs(values(1, :)) <= 0.0_wp) .and. &
+        all(nint(values(2, :)) == 1 .or. nint(values(2, :)) == 0) .and. any(nint(values(2, :)) == 1))
+    end associate
+    call tests%check('and what waits in its cells', all(fresh%part%waiting%cell == whole_cells(model, &
+      model%state%inactive%points%cell)) .and. all(fresh%part%tracer_cell == whole_cells(model, model%state%tracers%cell)))
     if (fresh%state%points%count /= model%state%points%count) return
     call tests%check('with its points in their cells', all(whole_cells(fresh, fresh%state%points%cell) == &
       whole_cells(model, model%state%points%cell)))
@@ -251,6 +329,9 @@ contains
     call write_parts(path, written, error, wide)
     if (.not. allocated(error)) call read_restart(path, fresh, mark, error)
     call tests%check('a part of a wide grid is written and read', .not. allocated(error))
+    call tests%check('with values of its nodes', size(fresh%state%reactions, 2) == fresh%space%node_count .and. &
+      size(fresh%state%released, 2) == fresh%space%node_count .and. any(abs(fresh%state%reactions) > 0.0_wp) .and. &
+      all(fresh%state%coordinates <= maxval(fresh%mesh%coordinates)))
     call tests%check('material points are in their cells', all(whole_cells(fresh, fresh%state%points%cell) == &
       whole_cells(model, written%points%cell)))
     call tests%check('and surface points', all(whole_cells(fresh, fresh%state%surface%cell) == &
@@ -269,18 +350,40 @@ contains
     if (fresh%state%points%count /= written%points%count) return
     call tests%check('with its points in their cells', all(whole_cells(fresh, fresh%state%points%cell) == &
       whole_cells(model, written%points%cell)))
+    call tests%check('what waits too', all(fresh%part%waiting%cell == whole_cells(model, written%inactive%points%cell)))
+    call tests%check('and the places of histories', all(fresh%part%tracer_cell == whole_cells(model, written%tracers%cell)) &
+      .and. all(fresh%part%watched_cell == whole_cells(model, written%watched%cell)))
     call check_windowed(tests, path, wide)
-    call write_parts(path, written, error, wrong=1000)
-    call open_reader(reader, path)
-    deallocate (fresh)
+    call check_misfit(tests, path, 'surface', 1000, 0, 'the surface points')
+    call check_misfit(tests, path, 'points', 1000, 0, 'the material points')
+    call check_misfit(tests, path, 'points', 0, 0, 'the material points')
+    call check_misfit(tests, path, 'unloading', 0, 0, 'the material points')
+    call check_misfit(tests, path, 'waiting', 1000, 0, 'cannot be those')
+    call check_misfit(tests, path, 'stress', 0, 0, 'cannot be those')
+    call check_misfit(tests, path, 'none', 0, -1, 'more material points than the bodies')
+  end subroutine check_cells
+
+  !> What cannot be of the analysis is refused by a team, by name.
+  subroutine check_misfit(tests, path, set, cell, more, words)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: path, set, words
+    !> Of its first point; points of the bodies beside those of the file.
+    integer, intent(in) :: cell, more
+    class(state_type), allocatable :: written
+    class(model_type), allocatable :: fresh
+    type(error_type), allocatable :: error
+    type(reader_type) :: reader
+
     allocate (fresh)
+    call write_parts(path, written, error, wrong=cell, set=set)
+    call open_reader(reader, path)
     call build(fresh)
     call read_divided(reader, '', .true., team_type(), written%points%count + written%inactive%points%count + &
-      written%inactive%unloading%count, fresh, error)
+      written%inactive%unloading%count + more, fresh, error)
     call close_reader(reader, error)
-    call tests%check('a surface point in no cell is refused', allocated(error))
-    if (allocated(error)) call tests%check('by name: '//error%message, index(error%message, 'the surface points') > 0)
-  end subroutine check_cells
+    call tests%check('a misfit is refused: '//set, allocated(error))
+    if (allocated(error)) call tests%check('by name: '//error%message, index(error%message, words) > 0)
+  end subroutine check_misfit
 
   !> A part must be whole, of this file and there.
   subroutine check_refusals(tests, directory)
@@ -295,6 +398,10 @@ contains
     call write_parts(directory//'/restart.h5', written, error)
     call execute_command_line('cd '//directory//' && ls '//all//' >name', exitstat=code)
     call tests%check('there is one part', code == 0)
+    call execute_command_line('cd '//directory//' && cp name name1')
+    call write_parts(directory//'/restart.h5', written, error, set='stress', wrong=0)
+    call execute_command_line('cd '//directory//' && ls '//all//' >name && ! cmp -s name name1', exitstat=code)
+    call tests%check('parts of another state have other names', code == 0)
     call refused(tests, directory, 'printf x >>'//name, 'damaged')
     ! Whole by its own seal.
     allocate (model)
