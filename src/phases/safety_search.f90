@@ -139,7 +139,7 @@ contains
     text = ''
     if (.not. phase%controls%stabilisation_share > largest_share) return
     text = "phase '"//phase%name//"': STABILISATION SHARE is "//rounded_text(largest_share)//' in the search '// &
-      'for the factor, which more would raise; '//rounded_text(phase%controls%stabilisation_share, 6)
+      'for the factor, which more would raise; '//rounded_text(phase%controls%stabilisation_share)
     if (phase%safety%runout < huge(1.0_wp)) then
       text = text//' in the run-out'
     else

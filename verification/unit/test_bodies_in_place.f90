@@ -92,20 +92,23 @@ contains
   end subroutine try
 
   !> The material points hold the volume and weight that is left, and none is inside of the body.
-  subroutine check_rest(tests, what, model, volume, tolerance)
+  subroutine check_rest(tests, what, model, volume, tolerance, weight)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: what
     type(model_type), intent(in) :: model
     real(wp), intent(in) :: volume
-    real(wp), intent(in), optional :: tolerance
+    !> Unit weight, 20 unless given.
+    real(wp), intent(in), optional :: tolerance, weight
     type(distance_type) :: distance
-    real(wp) :: allowed, deepest
+    real(wp) :: allowed, deepest, unit_weight
     integer :: p
 
     allowed = rounding
+    unit_weight = 20.0_wp
+    if (present(weight)) unit_weight = weight
     if (present(tolerance)) allowed = tolerance
     call tests%close('volume without '//what, sum(model%state%points%volume), volume, allowed)
-    call tests%close('weight without '//what, sum(model%state%points%weight), 20.0_wp*volume, 20.0_wp*allowed)
+    call tests%close('weight without '//what, sum(model%state%points%weight), unit_weight*volume, 20.0_wp*allowed)
     deepest = 0.0_wp
     do p = 1, model%state%points%count
       distance = model%rigid_shapes(1)%distance_at([model%state%points%position(:, p), 0.0_wp])
@@ -163,12 +166,23 @@ contains
   subroutine check_others(tests)
     type(tests_type), intent(inout) :: tests
     class(model_type), allocatable :: model
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
 
     allocate (model)
     call build(tests, 'PLANE STRAIN', box, 'SHAPE=CIRCLE, IN PLACE=YES|1, 2.5, 0.2|*SURFACE, NAME=lid, TYPE=SEGMENT|'// &
       '4, 2.999, 0, 2.999|*RIGID BODY, NAME=other, SHAPE=BOX, ROUND=0.01|1, 2, 2.97, 3.5|*CONTACT, BODY=other, SURFACE=lid', model)
     call tests%close('a surface inside of a body that is not in place stays', sum(model%state%surface%area, &
       mask=model%state%surface%surface == 3), 4.0_wp, 1.0e-12_wp)
+    allocate (analysis)
+    call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 1, 3, 8|Y, 2, 4, 8|*NSET, '// &
+      'NSET=base, PLANE=Y|2|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=ALL|'// &
+      '*RIGID BODY, NAME=tool, SHAPE=BOX, IN PLACE=YES, ROUND=1E-5|1.5, 2.5, 2.5, 3.5|*CONTACT, BODY=tool, ON=BODY|'// &
+      '*METHOD, BASIS=GIMP, INTEGRATION=CELL|'//tail), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    call tests%check('a body in all of a grid that begins elsewhere', .not. allocated(error))
+    if (.not. allocated(error)) call check_rest(tests, 'a box there', model, 3.0_wp, 1.0e-9_wp, 0.0_wp)
     call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX|1, 1.1, 3.1, 3.2', model)
     call tests%close('a small body has its own roundness', model%rigid_shapes(1)%shape%radius, 0.025_wp, 1.0e-12_wp)
   end subroutine check_others

@@ -162,6 +162,10 @@ contains
     bracket%mechanism = .true.
     call note_stable(1.31_wp, .false., bracket)
     call tests%check('a mechanism is shown anew after a factor that is stable', .not. bracket%mechanism)
+    bracket%mechanism = .true.
+    call note_lost(1.36_wp, bracket)
+    call tests%check('and after one that is lost', .not. bracket%mechanism)
+    call note_stable(1.36_wp, .false., bracket)
     call note_stable(1.4_wp, .false., bracket)
     call tests%close('that before it where a larger one is stable', bracket%lost, 1.475_wp, rounding)
     call note_stable(1.5_wp, .false., bracket)

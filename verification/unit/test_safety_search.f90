@@ -51,6 +51,7 @@ module test_safety_search
 
   real(wp), parameter :: rounding = 1.0e-12_wp
   integer, parameter :: mark(2) = [5, 6]
+  character(len=*), parameter :: cam_clay = '*CAM CLAY|1.0, 0.2, 0.04, 2.2, 0.3|'
   character(len=*), parameter :: soil = '*MOHR COULOMB|5, 15, 15|*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE|', &
     moving = 'TOLERANCE=0.1, GEOMETRY=MOVING', fixed = 'TOLERANCE=0.1, GEOMETRY=FIXED'
   !> Solves: stable, lost.
@@ -84,7 +85,7 @@ contains
 
   !> A block that is built in two steps, then weakened; with a script where there are answers.
   subroutine make_run(material, controls, run, answers)
-    !> Cards of the material behind *ELASTIC; parameters of *SAFETY. Bars are line ends.
+    !> Cards of the material behind *ELASTIC, which Cam-Clay has none of; parameters of *SAFETY. Bars are line ends.
     character(len=*), intent(in) :: material, controls
     class(run_type), allocatable, intent(out) :: run
     type(scripted_outcome_type), intent(in), optional :: answers(:)
@@ -93,11 +94,14 @@ contains
     type(script_type) :: script
     type(run_profile_type) :: profile
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: elastic
 
     allocate (run, analysis)
+    elastic = '*ELASTIC|1000, 0.3|'
+    if (index(material, '*CAM CLAY') == 1) elastic = ''
     call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL|'// &
       '*GRID, ELEMENT=QUAD4|X, 0, 4, 16|Y, 0, 1, 4|*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=left, PLANE=X|0|'// &
-      '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'//material// &
+      '*MATERIAL, NAME=soil|'//elastic//material// &
       '*UNIT WEIGHT|18|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 0.8|'// &
       '*HISTORY, NAME=u, QUANTITY=DISPLACEMENT, COMPONENT=Y|0, 0.8|'// &
       '*PHASE, NAME=built|*FIX|base, ALL|left, X|*GRAVITY|0, -1|*CONTROLS, STEPS=2|*END PHASE|'// &
@@ -519,6 +523,17 @@ contains
     call tests%check('a body without strength is refused', allocated(run%error))
     if (allocated(run%error)) call tests%check('in the words: '//run%error%message, index(run%error%message, &
       "phase 'factor' lowers the strength, but no material has one") > 0)
+    call make_run(cam_clay, fixed, run)
+    call tests%check('so is a law that says of no strength', allocated(run%error))
+    if (allocated(run%error)) call tests%check('by one error for both ends of the search: '//run%error%message, &
+      index(run%error%message, "material 'soil' cannot be weakened in the safety phase 'factor'") > 0)
+    call make_run(cam_clay//'*STRENGTH CONSTANTS|1, DIVIDE|', fixed, run, [good])
+    call tests%check('where the user names one it is not', .not. allocated(run%error))
+    if (allocated(run%error)) return
+    run%model%state%progress%phase = 2
+    run%model%laws(1)%law%stiffness_scale = -1.0_wp
+    call set_strength(run%model, 1.25_wp)
+    call tests%check('and the law is made anew', run%model%laws(1)%law%stiffness_scale > 0.0_wp)
   end subroutine check_materials
 
   !> A body gives way where the drag stays while the way doubles, from the fourth sub-step on; what it did in the first
@@ -535,6 +550,9 @@ contains
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
     call search(run)
     call tests%close('small moves with a steady drag make a mechanism', run%model%state%progress%factors(4, 1), 1.0_wp, 0.0_wp)
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves(:3), lost])
+    call search(run)
+    call tests%close('three do not', run%model%state%progress%factors(4, 1), 0.0_wp, 0.0_wp)
     moves%damping_share = [1.0_wp, 0.5_wp, 0.5_wp, 0.5_wp]
     moves%move = [0.01_wp, 0.025_wp, 0.015_wp, 0.01_wp]
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])

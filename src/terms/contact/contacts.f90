@@ -454,7 +454,6 @@ contains
       call push_of_patch(self%scratch, c, displacement, tractions, push, block)
       n = soil_nodes(self%scratch, c)
       if (.not. self%scratch%counted(c)) block(:, n + 1:, :, n + 1:) = 0.0_wp
-      if (equations%symmetric) block = 0.5_wp*(block + reshape(block, shape(block), order=[3, 4, 1, 2]))
       call add_block(equations, self%first_stencil + c - 1, block, matrix)
     end do
     ! What the arms of the loads add; the lists of the bodies stand behind those of the patches.
