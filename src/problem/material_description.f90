@@ -3,6 +3,7 @@
 module qsmpm_material_description
   use qsmpm_kinds, only: wp
   use qsmpm_law_parameters, only: law_parameters_type
+  use qsmpm_permeability_law, only: permeability_law_type
   use qsmpm_softening_parameters, only: softening_parameters_type
   use qsmpm_source_line, only: source_line_type
   use qsmpm_strength_constants, only: strength_constant_type
@@ -41,6 +42,7 @@ module qsmpm_material_description
     real(wp) :: saturated_weight = -1.0_wp
     !> Volume of water a unit of area, time and gradient of the head, along x and y; negative: not given.
     real(wp) :: permeability(2) = -1.0_wp
+    type(permeability_law_type) :: permeability_law
     type(at_rest_type) :: at_rest
     logical :: mohr_coulomb = .false.
     real(wp) :: cohesion = 0.0_wp

@@ -18,6 +18,7 @@ module qsmpm_pore_flow
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_permeability_law, only: permeability_ratio
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_loads, only: consolidation_of, has_consolidation
   use qsmpm_pore_water, only: update_pore_pressure
@@ -152,7 +153,8 @@ contains
 
     associate (points => model%state%points, k => model%analysis%materials(model%state%points%material(p))%permeability)
       point%volume = points%volume(p)
-      point%permeability = [k(1), k(2), k(1)]
+      point%permeability = [k(1), k(2), k(1)]*permeability_ratio(model%analysis%materials(points%material(p)) &
+        %permeability_law, points%volume(p)/points%initial_volume(p))
       if (model%analysis%model == axisymmetric) point%hoop = 1.0_wp/points%position(1, p)
       call functions_at(model%space, model%mesh, points%cell(p), points%local(:, p), point%place)
       kind = model%mesh%cell_kind(points%cell(p))

@@ -12,6 +12,7 @@ module test_consolidation
   use qsmpm_linear_system, only: end_system
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
+  use qsmpm_permeability_law, only: permeability_law_type, permeability_ratio, permeability_kozeny, permeability_logarithm
   use qsmpm_phase_start, only: start_phase
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: force_sizes_type, increment_type, term_type
@@ -47,6 +48,7 @@ contains
     call check_drainage(tests)
     call check_note(tests)
     call check_background(tests)
+    call check_void_ratio(tests)
     call check_refusals(tests)
   end subroutine collect_consolidation
 
@@ -176,6 +178,54 @@ contains
     call end_system(step%system)
   end subroutine check_drainage
 
+  !> Permeability follows the void ratio: e = 1.1 of 1.8 where the volume is three quarters.
+  subroutine check_void_ratio(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: table(:, :), force(:, :)
+    real(wp) :: flow_out(2)
+    integer :: a, i, field
+
+    call tests%close('a constant one stays', permeability_ratio(permeability_law_type(), 0.75_wp), 1.0_wp, 0.0_wp)
+    call tests%close('Kozeny', permeability_ratio(permeability_law_type(permeability_kozeny, 1.8_wp), 0.75_wp), &
+      (1.1_wp/1.8_wp)**3*2.8_wp/2.1_wp, 1.0e-14_wp)
+    call tests%close('logarithm', permeability_ratio(permeability_law_type(permeability_logarithm, 1.8_wp, 0.7_wp), 0.75_wp), &
+      0.1_wp, 1.0e-14_wp)
+    call tests%close('soil without voids is tight', permeability_ratio(permeability_law_type(permeability_kozeny, 1.8_wp), &
+      0.3_wp), 0.0_wp, 0.0_wp)
+    allocate (model, step)
+    do i = 1, 2
+      call make_step('PLANE STRAIN', flow, model, step, law=', LAW=LOGARITHM, VOID RATIO=1.8, CK=0.7')
+      if (i == 2) model%state%points%initial_volume = model%state%points%volume/0.75_wp
+      call initialise_again(model, step)
+      field = find_field(step%unknowns, excess_field)
+      if (.not. allocated(table)) allocate (table, source=0.0_wp*waves(step, 0.0_wp))
+      do a = 1, model%space%node_count
+        table(1, joint_node(step%unknowns, a, field)) = 7.0_wp*model%mesh%coordinates(1, a)
+      end do
+      force = force_named(step, 'flow of the pore water', table)
+      flow_out(i) = sum([(model%mesh%coordinates(1, a)*force(1, joint_node(step%unknowns, a, field)), &
+        a=1, model%space%node_count)])
+      call end_system(step%system)
+    end do
+    ! Beside what is stored, S int 7 x^2.
+    flow_out = flow_out - 2.0e-3_wp*7.0_wp*26.0_wp/3.0_wp
+    call tests%close('a tenth flows', flow_out(2), 0.1_wp*flow_out(1), 1.0e-10_wp)
+  end subroutine check_void_ratio
+
+  !> A step of the same length from what the model has become.
+  subroutine initialise_again(model, step)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(error_type), allocatable :: error
+
+    call initialise_step(model, step, error)
+    if (allocated(error)) error stop 'a step of the consolidation suite cannot be made'
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.25_wp, phase_time=3.0_wp)))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+  end subroutine initialise_again
+
   !> Steps that are too short for the cells are named: h^2 gamma_w/(6 k E) is 0.02 where cells are 0.5 wide.
   subroutine check_note(tests)
     type(tests_type), intent(inout) :: tests
@@ -228,6 +278,10 @@ contains
     call refused(tests, grid//clay//'*MATERIAL, NAME=dry|*ELASTIC| 100, 0.2|'//rock//bodies//'*BODY, NAME=lift, '// &
       'MATERIAL=dry, SHAPE=BOX, ACTIVE=NO| 1, 3, 1, 1.5|'//load//flow//'*END PHASE|*PHASE, NAME=next, TIME=1|*ACTIVATE|'// &
       ' lift|*END PHASE|', "body 'lift' consolidates in phase 'load'", absent=.true.)
+    call refused(tests, grid//'*MATERIAL, NAME=clay|*ELASTIC| 100, 0.2|*PERMEABILITY, LAW=KOZENY| 1|'//rock//bodies//load// &
+      flow//'*END PHASE|', 'LAW wants the parameter VOID RATIO')
+    call refused(tests, grid//'*MATERIAL, NAME=clay|*ELASTIC| 100, 0.2|*PERMEABILITY, LAW=LOGARITHM, VOID RATIO=1| 1|'// &
+      rock//bodies//load//flow//'*END PHASE|', 'wants the parameter CK')
     call refused(tests, grid//clay//'*UNDRAINED, TYPE=A|'//rock//bodies//load//flow//'*END PHASE|', &
       'whose short time makes soil undrained by itself')
     call refused(tests, '*GRID, ELEMENT=QUAD4'//grid(6:)//clay//rock//bodies//load//flow//'*END PHASE|', &
@@ -259,18 +313,18 @@ contains
   end subroutine refused
 
   !> A step of a quarter of the phase of 3, prepared.
-  subroutine make_step(kind, card, model, step, top, first)
+  subroutine make_step(kind, card, model, step, top, first, law)
     character(len=*), intent(in) :: kind, card
     !> Height of the grid where it is not 1.5.
     character(len=*), intent(in), optional :: top
-    !> Parameters of the phase behind its TIME.
-    character(len=*), intent(in), optional :: first
+    !> Parameters of the phase behind its TIME, and of *PERMEABILITY of the clay.
+    character(len=*), intent(in), optional :: first, law
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: lines, phase
+    character(len=:), allocatable :: lines, phase, soil
     integer :: at
 
     allocate (analysis)
@@ -280,7 +334,10 @@ contains
     phase = load
     at = index(load, '|') - 1
     if (present(first)) phase = load(:at)//first//load(at + 1:)
-    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//lines//clay//rock//bodies//phase//card// &
+    soil = clay
+    at = index(clay, '*PERMEABILITY') + len('*PERMEABILITY')
+    if (present(law)) soil = clay(:at - 1)//law//clay(at:)
+    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//lines//soil//rock//bodies//phase//card// &
       '*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the consolidation suite is broken'

@@ -13,7 +13,9 @@ module qsmpm_deck_materials
   use qsmpm_deck_strength_constants, only: add_strength_constants_keyword
   use qsmpm_deck_undrained, only: add_undrained_keyword
   use qsmpm_deck_user_material, only: add_user_material_keywords
+  use qsmpm_deck_words, only: bar_list
   use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many
+  use qsmpm_permeability_law, only: permeability_constant, permeability_logarithm, permeability_words
   implicit none
   private
 
@@ -42,7 +44,8 @@ contains
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')
     call table%add('PERMEABILITY', in_material, once, 'How much water soil lets through: its volume a unit of '// &
       'area, time and gradient of the head. For *WATER LEVEL, TYPE=SEEPAGE, and *CONSOLIDATION, whose time it gives.', &
-      permeability_fields, '*PERMEABILITY| 1e-5')
+      permeability_fields, '*PERMEABILITY| 1e-5|*PERMEABILITY, LAW=LOGARITHM, VOID RATIO=1.8, CK=0.9| 1e-4', &
+      check_permeability)
     call add_k0_keyword(table)
     call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points '// &
       'of a cell share one pressure. For flow at constant volume, nearly incompressible elasticity, '// &
@@ -131,15 +134,35 @@ contains
     type(deck_state_type), intent(inout) :: deck
     logical :: given
 
-    associate (k => deck%analysis%materials(deck%material)%permeability)
+    associate (k => deck%analysis%materials(deck%material)%permeability, &
+        law => deck%analysis%materials(deck%material)%permeability_law)
       given = k(1) >= 0.0_wp
       call fields%given(given)
+      call fields%choice('LAW', law%kind, bar_list(permeability_words), 'how it follows the void ratio e under '// &
+        '*CONSOLIDATION. KOZENY: as e^3/(1 + e), LOGARITHM: ten times as small where e has fallen by CK')
+      call fields%number('VOID RATIO', law%void_ratio, 'that of the soil as drawn', range='(0, inf)', &
+        needs='LAW=KOZENY|LOGARITHM')
+      call fields%number('CK', law%index, 'fall of e; about half of VOID RATIO for clays', range='(0, inf)', &
+        needs='LAW=LOGARITHM')
       call fields%data('permeability')
       call fields%number('k', k(1), 'along x; 0 for what is tight', range='[0, inf)')
       if (fields%reading) k(2) = k(1)
       call fields%number('k_y', k(2), 'along y; k when not given', range='[0, inf)', required=.false.)
     end associate
   end subroutine permeability_fields
+
+  !> What a law wants to know.
+  subroutine check_permeability(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+
+    associate (law => state%analysis%materials(state%material)%permeability_law)
+      if (law%kind /= permeability_constant .and. .not. card%has('VOID RATIO')) call state%report_error(card, &
+        'LAW wants the parameter VOID RATIO')
+      if (law%kind == permeability_logarithm .and. .not. card%has('CK')) call state%report_error(card, &
+        'LAW=LOGARITHM wants the parameter CK: half of VOID RATIO for many clays')
+    end associate
+  end subroutine check_permeability
 
   !> *VOLUMETRIC LOCKING.
   subroutine locking_fields(fields, deck)

@@ -1,0 +1,43 @@
+!> How the permeability of soil follows its void ratio e, e_0 the one at which that of the deck is given:
+!>
+!>   Kozeny and Carman   k/k_0 = (e/e_0)^3 (1 + e_0)/(1 + e)
+!>   logarithm           log k/k_0 = (e - e_0)/C_k,  C_k about e_0/2 of clays (Taylor 1948; Tavenas and others 1983)
+!>
+!> e = (1 + e_0) J - 1 with J the volume over that at the start.
+module qsmpm_permeability_law
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: permeability_law_type, permeability_ratio
+
+  !> Laws, and their words.
+  integer, parameter, public :: permeability_constant = 1, permeability_kozeny = 2, permeability_logarithm = 3
+  character(len=9), parameter, public :: permeability_words(3) = [character(len=9) :: 'CONSTANT', 'KOZENY', 'LOGARITHM']
+
+  type :: permeability_law_type
+    integer :: kind = permeability_constant
+    !> e_0 and C_k; 0 where they are not given.
+    real(wp) :: void_ratio = 0.0_wp, index = 0.0_wp
+  end type permeability_law_type
+
+contains
+
+  !> Permeability over that at the start; soil without voids is tight.
+  elemental real(wp) function permeability_ratio(law, stretch) result(ratio)
+    type(permeability_law_type), intent(in) :: law
+    !> J.
+    real(wp), intent(in) :: stretch
+    real(wp) :: e
+
+    e = max(0.0_wp, (1.0_wp + law%void_ratio)*stretch - 1.0_wp)
+    select case (law%kind)
+    case (permeability_kozeny)
+      ratio = (e/law%void_ratio)**3*(1.0_wp + law%void_ratio)/(1.0_wp + e)
+    case (permeability_logarithm)
+      ratio = 10.0_wp**((e - law%void_ratio)/law%index)
+    case default
+      ratio = 1.0_wp
+    end select
+  end function permeability_ratio
+end module qsmpm_permeability_law
