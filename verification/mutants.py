@@ -507,6 +507,9 @@ def baseline(ranks: bool) -> tuple[dict[str, float], dict[int, list[str]]]:
     for name in names:
         passed.unlink(missing_ok=True)
         ended = run_limited(command_of(name), 300.0, env=environment(0, QSMPM_MUTANTS_PASSED=str(passed)))
+        if ended.code != 0 and name.startswith(RANKS):
+            print(f"left out, it fails without a mutant: {name}", flush=True)
+            continue
         if ended.code != 0:
             sys.exit(f"suite {name} fails without a mutant:\n{ended.output}")
         seconds[name] = ended.cpu

@@ -14,7 +14,7 @@ import h5py
 from many_ranks import CARRIED, SECONDS, STANDARD, end_one, plane
 from phase_begins import FREED, GROUND
 from shared_scenes import SAME, SLOPE
-from support import TOP, Check, Place, distance, expect, pit_on_squares
+from support import TOP, Check, Place, distance, expect, pit_on_squares, upset_exactly
 
 SEAL = len(b"qsmpm crc32 00000000\n")
 
@@ -99,8 +99,7 @@ def freed(place: Place) -> None:
 
 def upset(place: Place) -> None:
     """Surfaces that stretch."""
-    deck = (TOP / "verification/cases/decks/contact_upset.inp").read_text()
-    goes_on(place, "upset", deck.replace("TOLERANCE=1e-6", "TOLERANCE=1e-9"), 21)
+    goes_on(place, "upset", upset_exactly(), 21)
 
 
 def reseal(path: pathlib.Path) -> None:

@@ -7,7 +7,7 @@ import signal
 
 from many_ranks import CARRIED, STANDARD, WEIGHT, agrees, end_one, plane
 from parts import expect_same_points
-from support import TOP, Check, Place, Run, distance, expect, expect_same_bytes, pit_on_squares
+from support import TOP, Check, Place, Run, distance, expect, expect_same_bytes, pit_on_squares, upset_exactly
 
 from qsmpm_verify.results import read_mechanism  # noqa: E402  (support.py has set the path)
 
@@ -208,10 +208,11 @@ def loaded_bodies(place: Place) -> None:
 def more_loaded_bodies(place: Place) -> None:
     """A strip that turns, soil that yields around a pipe and flows past a bar; a plate that is lifted off; PETSC gives its rows away."""
     agrees(place, "pipe", pushed_pipe(LOADED_PIPE), (3,), SAME)
-    agrees(place, "upset", (TOP / "verification/cases/decks/contact_upset.inp").read_text(), (3,), SAME)
+    agrees(place, "upset", upset_exactly(), (3,), SAME)
     agrees(place, "strip", on_points("contact_strip_turned"), (2, 3), SAME)
     agrees(place, "yielding", pushed_pipe(strength="10, 0, 0\n"), (2, 4), SAME)
-    bar = (TOP / "verification/cases/decks/contact_tbar.inp").read_text().replace("STEPS=10", "STEPS=4")
+    # The first four of its steps, as long as it has them: longer ones are cut where several ways lead on.
+    bar = (TOP / "verification/cases/decks/contact_tbar.inp").read_text().replace("STEPS=10", "STEPS=4").replace("\n0.004, 0", "\n0.0016, 0")
     agrees(place, "bar", bar.replace("1e-4", "1e-9"), (2, 4), SAME)
     alone = place.run("qsmpm", pushed_pipe(LOADED_PIPE), "alone")
     shared = place.run("qsmpm-mpi", pushed_pipe(LOADED_PIPE).replace("*METHOD", "*SOLVER, TYPE=PETSC\n*METHOD"), "petsc", ranks=3)
