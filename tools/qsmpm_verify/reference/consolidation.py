@@ -15,6 +15,8 @@ TERMS = 400
 """Terms of a series in time."""
 TALBOT = 24
 """Places on Talbot's contour."""
+THICK_CELLS, THICK_STEPS = 100, 600
+"""Differences in place and time of a layer that strains by much."""
 
 
 def layer_settlement(time_factor: float) -> float:
@@ -48,54 +50,55 @@ def layer_pressure(time_factor: float, depth: float = 1.0) -> float:
     return sum(2 / r * math.sin(r * depth) * math.exp(-(r**2) * time_factor) for r in odd)
 
 
-def permeability_ratio(law: str, stretch: float, void_ratio: float = 1.0, index: float = 1.0) -> float:
+def permeability_ratio(stretch: float, void_ratio: float = 0.0, index: float = 0.0, power: float = 0.0) -> float:
     """Permeability of soil whose volume has changed, over that at the start.
 
-    Formula: KOZENY (e/e_0)^3 (1 + e_0)/(1 + e); LOGARITHM 10^((e - e_0)/C_k); SQUARE J^2, with e = (1 + e_0) J - 1
-    Units: law one of these or CONSTANT, stretch J of the volume [-], void_ratio e_0 [-], index C_k [-]; result [-]
-    Range: J > 0, e_0 > 0, C_k > 0
+    Formula: e = (1 + e_0) J - 1; with C_k 10^((e - e_0)/C_k), without (e/e_0)^3 (1 + e_0)/(1 + e); without e_0 J^power
+    Units: stretch J of the volume [-], void_ratio e_0 [-], index C_k [-], power [-]; result [-]
+    Range: J > 0, e_0 and C_k from 0 on
     Assumes: grains that keep their volume
-    Source: Carman 1956; Taylor 1948; Xie and Leo 2004 (SQUARE)
+    Source: Taylor 1948 (index); Carman 1956 (e_0 alone); Xie and Leo 2004 (power 2)
     Check: values by hand
     """
-    positive(stretch=stretch, void_ratio=void_ratio, index=index)
+    positive(stretch=stretch)
+    within("void_ratio", void_ratio, 0.0)
+    within("index", index, 0.0)
     e = max(0.0, (1 + void_ratio) * stretch - 1)
-    return {
-        "CONSTANT": 1.0,
-        "KOZENY": (e / void_ratio) ** 3 * (1 + void_ratio) / (1 + e),
-        "LOGARITHM": 10 ** ((e - void_ratio) / index),
-        "SQUARE": stretch**2,
-    }[law]
+    if index > 0:
+        return float(10 ** ((e - void_ratio) / index))
+    if void_ratio > 0:
+        return (e / void_ratio) ** 3 * (1 + void_ratio) / (1 + e)
+    return float(stretch**power)
 
 
 def thick_layer_settlement(
-    time_factor: float, load: float, law: str = "CONSTANT", void_ratio: float = 1.0, index: float = 1.0,
-    stress: str = "KIRCHHOFF", cells: int = 100, steps: int = 600,
+    time_factor: float, load: float, void_ratio: float = 0.0, index: float = 0.0, power: float = 0.0, cauchy: bool = False,
 ) -> float:  # fmt: skip
     """Settlement over its height of a layer that drains at its top, whose strains are large and whose permeability follows.
 
     Formula: dJ/dt = d/dA(K/(gamma_w J) dp/dA), p = P + M ln(J)/J, p = 0 at the top, no flow at the base
-    Units: time_factor T = c t/H^2 [-], c = K_0 M/gamma_w; load P/M [-]; law, void_ratio, index as permeability_ratio; stress [-]; result [-]
+    Units: time_factor T = c t/H^2 [-], c = K_0 M/gamma_w; load P/M [-]; void_ratio, index, power as permeability_ratio; cauchy; result [-]
     Range: T > 0, P > 0
-    Assumes: one dimension, a load that comes at once, Hencky's law: of Kirchhoff's stress, or, CAUCHY, of Cauchy's: p = P + M ln J
+    Assumes: one dimension, a load that comes at once, Hencky's law: of Kirchhoff's stress, or with cauchy p = P + M ln J
     Source: Gibson, England and Hussey 1967, by differences in place and time (steps that grow as their number)
-    Check: closed form of Xie and Leo 2004 for SQUARE and CAUCHY; layer_settlement for small loads
+    Check: closed form of Xie and Leo 2004 for power 2 and cauchy; layer_settlement for small loads
     """
     positive(time_factor=time_factor, load=load)
+    cells, steps = THICK_CELLS, THICK_STEPS
     h = 1.0 / cells
-    power = {"KIRCHHOFF": 1, "CAUCHY": 0}[stress]
+    measure = 0 if cauchy else 1
 
     def stress_of(x: float) -> float:
-        return x * math.exp(-power * x)
+        return x * math.exp(-measure * x)
 
     def stiffness_of(x: float) -> float:
-        return (1 - power * x) * math.exp(-power * x)
+        return (1 - measure * x) * math.exp(-measure * x)
 
     log_top = 0.0
     for _ in range(60):
         log_top -= (stress_of(log_top) + load) / stiffness_of(log_top)
     top = math.exp(log_top)
-    k_top = permeability_ratio(law, top, void_ratio, index) / top
+    k_top = permeability_ratio(top, void_ratio, index, power) / top
     log_j = [0.0] * cells
     for step in range(1, steps + 1):
         dt = time_factor * 2 * step / (steps * (steps + 1))
@@ -103,8 +106,8 @@ def thick_layer_settlement(
         # Newton's method in the logarithms; the flow between two cells by the mean of their conductances.
         for _ in range(30):
             j = [math.exp(x) for x in log_j]
-            k = [permeability_ratio(law, x, void_ratio, index) / x for x in j]
-            dk = [(permeability_ratio(law, x * 1.000001, void_ratio, index) / (x * 1.000001) - c) / 1e-6 for x, c in zip(j, k, strict=True)]
+            k = [permeability_ratio(x, void_ratio, index, power) / x for x in j]
+            dk = [(permeability_ratio(x * 1.000001, void_ratio, index, power) / (x * 1.000001) - c) / 1e-6 for x, c in zip(j, k, strict=True)]
             p, dp = [stress_of(x) for x in log_j], [stiffness_of(x) for x in log_j]
             lower, main, upper, rest = [0.0] * cells, [0.0] * cells, [0.0] * cells, [0.0] * cells
             for i in range(cells):
