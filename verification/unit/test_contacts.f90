@@ -1060,6 +1060,9 @@ contains
       0.0_wp, 1.0e-12_wp)
     call make_rest('0, 1.2, 0, -1')
     call tests%check('no touch, no pressure', all(abs(model%state%surface%contact_pressure) <= 0.0_wp))
+    ! A hundredth of a cell.
+    call make_rest('0, 1.1025, 0, -1')
+    call tests%check('near is no touch', all(abs(model%state%surface%contact_pressure) <= 0.0_wp))
     call make_rest('0, 1.1, 0, -1', 0.0_wp)
     call tests%check('no pressure, no shear', all(abs(model%state%surface%contact_shear) <= 0.0_wp))
   contains

@@ -486,8 +486,8 @@ contains
     end associate
     call tests%check('the end of the parent is what it was', &
       len(state_differences(parent, run%model%kept_phases(1)%state)) == 0)
-    call tests%check('strains of the mechanism are its own', run%observer%mechanisms == 1 .and. &
-      run%observer%shown_strain > 0.0_wp)
+    call tests%check('strains and displacements of the mechanism are its own', run%observer%mechanisms == 1 .and. &
+      run%observer%shown_strain > 0.0_wp .and. run%observer%shown_move > 0.0_wp)
     call make_run(soil, moving, run)
     call search(run)
     call tests%check('places follow where they are asked to', &
