@@ -90,7 +90,8 @@ contains
     real(wp), allocatable :: rest(:, :)
 
     associate (shape => model%shapes(b), body => model%analysis%bodies(b))
-      if (.not. allocated(shape%outline) .and. model%analysis%mesh%kind == mesh_grid) call fill_mesh(model, shape)
+      if (.not. allocated(shape%outline) .and. .not. allocated(shape%region) .and. &
+        model%analysis%mesh%kind == mesh_grid) call fill_mesh(model, shape)
       if (.not. allocated(shape%outline)) then
         call add_diagnostic(diagnostics, body%where, '*BODY', "rigid bodies IN PLACE are taken out of bodies of "// &
           "type BOX and POLYGON, and of ALL of a *GRID: '"//body%name//"' is none of them")
