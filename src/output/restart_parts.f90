@@ -360,9 +360,6 @@ contains
     type(state_type), intent(inout) :: state
 
     state%window = model%state%window
-    state%coordinates = model%state%coordinates
-    state%reactions = model%state%reactions
-    state%released = model%state%released
     model%state = state
     call look_at_all(model)
     state = model%state

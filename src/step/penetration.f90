@@ -129,6 +129,7 @@ contains
     do i = 1, model%state%surface%count
       if (.not. model%state%surface%contact_pressure(i) > 0.0_wp) cycle
       k = findloc(model%contact_pairs%surface, model%state%surface%surface(i), dim=1)
+      if (k == 0) cycle
       distance = bodies(model%contact_pairs(k)%body)%distance_at(place_of(model%state%surface, i))
       associate (vector => model%state%surface%area_vector(:, i), d => model%mesh%dimension)
         if (dot_product(vector, distance%normal(:d)) < same_way*norm2(vector)) cycle

@@ -15,7 +15,8 @@ module qsmpm_consolidation
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_safety
-  use qsmpm_phase_loads, only: consolidation_of
+  use qsmpm_permeability_law, only: permeability_constant, permeability_words
+  use qsmpm_phase_loads, only: consolidation_of, has_consolidation
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
@@ -127,6 +128,7 @@ contains
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: p
 
+    if (.not. has_consolidation(model%analysis%phases)) call note_idle_laws(model)
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         if (phase%consolidation%given .and. (model%analysis%method%basis /= basis_fem .or. &
@@ -144,6 +146,21 @@ contains
       end associate
     end do
   end subroutine check_consolidation
+
+  !> Permeabilities that are to follow the void ratio, and do not.
+  subroutine note_idle_laws(model)
+    type(model_type), intent(inout) :: model
+    integer :: m
+
+    do m = 1, size(model%analysis%materials)
+      associate (soil => model%analysis%materials(m))
+        if (soil%permeability_law%kind == permeability_constant) cycle
+        model%notes = model%notes//"material '"//soil%name//"': LAW="// &
+          trim(permeability_words(soil%permeability_law%kind))//' of *PERMEABILITY has no effect without '// &
+          '*CONSOLIDATION: a steady flow has that of the soil as drawn'//new_line('a')
+      end associate
+    end do
+  end subroutine note_idle_laws
 
   !> The word on a phase whose steps are too short for its cells: pressures fall over one of them at the least.
   function step_note(analysis, number, size_of_cell) result(text)

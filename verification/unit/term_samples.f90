@@ -1,5 +1,6 @@
 !> Terms of a step by name, forces of one or all of them, and their matrix against differences, for tests.
 module term_samples
+  use qsmpm_contacts, only: contacts_type
   use qsmpm_equations, only: gather
   use qsmpm_initialisation, only: step_type
   use qsmpm_kinds, only: wp
@@ -13,7 +14,7 @@ module term_samples
   implicit none
   private
 
-  public :: term_named, force_named, load_at, damp, share_of, matrix_and_difference
+  public :: term_named, contacts_of, force_named, load_at, damp, share_of, matrix_and_difference
 
 contains
 
@@ -30,6 +31,20 @@ contains
     end do
     if (.not. associated(term)) error stop 'a test asks for a term that is not there'
   end function term_named
+
+  !> The term of contact.
+  function contacts_of(step) result(contacts)
+    type(step_type), intent(in) :: step
+    type(contacts_type) :: contacts
+    integer :: t
+
+    do t = 1, size(step%terms)
+      select type (term => step%terms(t)%term)
+      type is (contacts_type)
+        contacts = term
+      end select
+    end do
+  end function contacts_of
 
   !> Its force at a displacement.
   function force_named(step, name, displacement) result(force)

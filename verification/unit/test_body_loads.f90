@@ -26,7 +26,7 @@ module test_body_loads
   use qsmpm_term_sums, only: begin_terms, commit_terms, set_loads, sum_field_sizes
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
-  use term_samples, only: matrix_and_difference
+  use term_samples, only: contacts_of, matrix_and_difference
   use testing, only: tests_type
   implicit none
   private
@@ -83,18 +83,11 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable, target :: step
     type(rigid_pose_type) :: pose
-    type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :)
     real(wp), parameter :: down = -0.02_wp
 
     allocate (model, step)
-    call make_model(plate//load, model)
-    model%state%progress%phase = 1
-    call begin_analysis(model, step%terms)
-    call start_phase(model)
-    call initialise_step(model, step, error)
-    call begin_terms(step%terms, increment_type(step_info_type(duration=0.5_wp, phase_time=1.0_wp)))
-    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call begin_loaded(model, step)
     allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
     u(2, :) = -5.0_wp
     call evaluate_step(model, step, u, tangent_none)
@@ -108,6 +101,22 @@ contains
     call tests%close('the body is where the step puts it', pose%displacement(2), down, 1.0e-15_wp)
     call end_system(step%system)
   end subroutine check_commit
+
+  !> A plate that is loaded from the start, and its first step.
+  subroutine begin_loaded(model, step)
+    type(model_type), intent(out) :: model
+    type(step_type), intent(out) :: step
+    type(error_type), allocatable :: error
+
+    call make_model(plate//load, model)
+    model%state%progress%phase = 1
+    call begin_analysis(model, step%terms)
+    call start_phase(model)
+    call initialise_step(model, step, error)
+    if (allocated(error)) error stop 'a step of the body loads suite cannot be made'
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.5_wp, phase_time=1.0_wp)))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+  end subroutine begin_loaded
 
   !> A model from cards.
   subroutine make_model(cards, model)
@@ -355,39 +364,18 @@ contains
     call end_system(step%system)
   end subroutine check_turning
 
-  !> The term of contact of a step.
-  function contacts_of(step) result(contacts)
-    type(step_type), intent(in) :: step
-    type(contacts_type) :: contacts
-    integer :: t
-
-    do t = 1, size(step%terms)
-      select type (term => step%terms(t)%term)
-      class is (contacts_type)
-        contacts = term
-      end select
-    end do
-  end function contacts_of
-
   !> A body that the block touches at one side alone, whichever it is, is held.
   subroutine check_held_somewhere(tests)
     type(tests_type), intent(inout) :: tests
     class(model_type), allocatable :: model
     class(step_type), allocatable, target :: step
     type(contacts_type) :: term
-    type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :)
     real(wp) :: x(2)
     integer :: side, n
 
     allocate (model, step)
-    call make_model(plate//load, model)
-    model%state%progress%phase = 1
-    call begin_analysis(model, step%terms)
-    call start_phase(model)
-    call initialise_step(model, step, error)
-    call begin_terms(step%terms, increment_type(step_info_type(duration=0.5_wp, phase_time=1.0_wp)))
-    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call begin_loaded(model, step)
     allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
     do side = -1, 1, 2
       do n = 1, model%space%node_count

@@ -198,7 +198,7 @@ contains
     do i = 1, 2
       call make_step('PLANE STRAIN', flow, model, step, law=', LAW=LOGARITHM, VOID RATIO=1.8, CK=0.7')
       if (i == 2) model%state%points%initial_volume = model%state%points%volume/0.75_wp
-      call initialise_again(model, step)
+      call prepare(model, step)
       field = find_field(step%unknowns, excess_field)
       if (.not. allocated(table)) allocate (table, source=0.0_wp*waves(step, 0.0_wp))
       do a = 1, model%space%node_count
@@ -214,8 +214,8 @@ contains
     call tests%close('a tenth flows', flow_out(2), 0.1_wp*flow_out(1), 1.0e-10_wp)
   end subroutine check_void_ratio
 
-  !> A step of the same length from what the model has become.
-  subroutine initialise_again(model, step)
+  !> A step from what the model is.
+  subroutine prepare(model, step)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     type(error_type), allocatable :: error
@@ -224,7 +224,7 @@ contains
     if (allocated(error)) error stop 'a step of the consolidation suite cannot be made'
     call begin_terms(step%terms, increment_type(step_info_type(duration=0.25_wp, phase_time=3.0_wp)))
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
-  end subroutine initialise_again
+  end subroutine prepare
 
   !> Steps that are too short for the cells are named: h^2 gamma_w/(6 k E) is 0.02 where cells are 0.5 wide.
   subroutine check_note(tests)
@@ -242,6 +242,14 @@ contains
     call end_system(step%system)
     call make_step('PLANE STRAIN', flow//'*CONTROLS, STEPS=10|', model, step, first=', FIRST TIME=0.003')
     call tests%check('but a first one of 0.003', index(model%notes, 'its steps of 0.003 are shorter') > 0)
+    call end_system(step%system)
+    call tests%check('nothing is said of a permeability that stays', index(model%notes, 'has no effect') == 0)
+    call make_step('PLANE STRAIN', flow, model, step, law=', LAW=KOZENY, VOID RATIO=1.8')
+    call tests%check('nor of one that follows', index(model%notes, 'has no effect') == 0)
+    call end_system(step%system)
+    call make_step('PLANE STRAIN', '', model, step, law=', LAW=KOZENY, VOID RATIO=1.8')
+    call tests%check('a law without consolidation has no effect', index(model%notes, "material 'clay': LAW=KOZENY of "// &
+      '*PERMEABILITY has no effect without *CONSOLIDATION') > 0 .and. index(model%notes, 'LAW=CONSTANT') == 0)
     call end_system(step%system)
   end subroutine check_note
 
@@ -343,10 +351,7 @@ contains
     if (allocated(error)) error stop 'a deck of the consolidation suite is broken'
     call begin_analysis(model, step%terms)
     call start_phase(model)
-    call initialise_step(model, step, error)
-    if (allocated(error)) error stop 'a step of the consolidation suite cannot be made'
-    call begin_terms(step%terms, increment_type(step_info_type(duration=0.25_wp, phase_time=3.0_wp)))
-    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call prepare(model, step)
   end subroutine make_step
 
   !> Displacements and pressures without order.

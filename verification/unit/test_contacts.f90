@@ -23,7 +23,7 @@ module test_contacts
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_penetration, only: refuse_penetration
+  use qsmpm_penetration, only: penetration_check_type, refuse_penetration, warn_of_penetration
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: force_on_body, keep_rigid_body, pose_of, placed_bodies
   use qsmpm_rigid_outline, only: outline_corners
@@ -38,7 +38,8 @@ module test_contacts
   use qsmpm_text, only: real_text
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
-  use term_samples, only: force_named, matrix_and_difference
+  use scripted_solver, only: test_observer_type
+  use term_samples, only: contacts_of, force_named, matrix_and_difference
   use testing, only: tests_type
   implicit none
   private
@@ -991,20 +992,6 @@ contains
     call end_system(step%system)
   end subroutine check_patch_strengths
 
-  !> The term of contact.
-  function contacts_of(step) result(contacts)
-    type(step_type), intent(in) :: step
-    type(contacts_type) :: contacts
-    integer :: t
-
-    do t = 1, size(step%terms)
-      select type (term => step%terms(t)%term)
-      type is (contacts_type)
-        contacts = term
-      end select
-    end do
-  end function contacts_of
-
   !> A factor of safety lowers the strength of the interface.
   subroutine check_strength(tests)
     type(tests_type), intent(inout) :: tests
@@ -1091,6 +1078,8 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     type(initial_stress_type) :: initial
+    type(penetration_check_type) :: check
+    type(test_observer_type) :: observer
     integer, allocatable :: top(:), side(:)
     integer :: i
 
@@ -1120,6 +1109,10 @@ contains
       surface%initial_position(2, side) = surface%initial_position(2, side) - 0.2_wp
       call tests%close('the nearest that is in contact counts', contact_pressure_at(model, &
         surface%initial_position(:, top(1)) + [0.0_wp, 0.1_wp]), surface%contact_pressure(top(1)), 1.0e-12_wp)
+      ! Turned round, the points of the third surface alone look away from the bodies.
+      where (spread(surface%surface == 3, 1, 2)) surface%area_vector = -surface%area_vector
+      call warn_of_penetration(model, penetration_type(), check, observer)
+      call tests%check('a surface in no contact folds as it likes', .not. allocated(observer%text))
       model%contact_pairs%surface = 9
       call tests%close('where nothing is in contact there is none', contact_pressure_at(model, [2.0_wp, 1.1_wp]), 0.0_wp, &
         0.0_wp)

@@ -140,8 +140,8 @@ contains
       call fields%given(given)
       call fields%choice('LAW', law%kind, bar_list(permeability_words), 'how it follows the void ratio e under '// &
         '*CONSOLIDATION. KOZENY: as e^3/(1 + e), LOGARITHM: ten times as small where e has fallen by CK')
-      call fields%number('VOID RATIO', law%void_ratio, 'that of the soil as drawn', range='(0, inf)', &
-        needs='LAW=KOZENY|LOGARITHM')
+      call fields%number('VOID RATIO', law%void_ratio, 'that of the soil as drawn, or where *INITIAL sets its '// &
+        'stresses', range='(0, inf)', needs='LAW=KOZENY|LOGARITHM')
       call fields%number('CK', law%index, 'fall of e; about half of VOID RATIO for clays', range='(0, inf)', &
         needs='LAW=LOGARITHM')
       call fields%data('permeability')

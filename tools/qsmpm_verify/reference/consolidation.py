@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Callable
 
 from qsmpm_verify.reference.arguments import poisson_ratio, positive, within
 
@@ -84,54 +85,58 @@ def thick_layer_settlement(
     Check: closed form of Xie and Leo 2004 for power 2 and cauchy; layer_settlement for small loads
     """
     positive(time_factor=time_factor, load=load)
-    cells, steps = THICK_CELLS, THICK_STEPS
-    h = 1.0 / cells
     measure = 0 if cauchy else 1
 
-    def stress_of(x: float) -> float:
-        return x * math.exp(-measure * x)
+    def stress_of(x: float) -> tuple[float, float]:
+        """Stress over M at a logarithm of the stretch, and its derivative."""
+        return x * math.exp(-measure * x), (1 - measure * x) * math.exp(-measure * x)
 
-    def stiffness_of(x: float) -> float:
-        return (1 - measure * x) * math.exp(-measure * x)
+    def conductance_of(x: float) -> float:
+        return permeability_ratio(math.exp(x), void_ratio, index, power) / math.exp(x)
 
-    log_top = 0.0
+    top = 0.0
     for _ in range(60):
-        log_top -= (stress_of(log_top) + load) / stiffness_of(log_top)
-    top = math.exp(log_top)
-    k_top = permeability_ratio(top, void_ratio, index, power) / top
-    log_j = [0.0] * cells
-    for step in range(1, steps + 1):
-        dt = time_factor * 2 * step / (steps * (steps + 1))
-        old = [math.exp(x) for x in log_j]
-        # Newton's method in the logarithms; the flow between two cells by the mean of their conductances.
-        for _ in range(30):
-            j = [math.exp(x) for x in log_j]
-            k = [permeability_ratio(x, void_ratio, index, power) / x for x in j]
-            dk = [(permeability_ratio(x * 1.000001, void_ratio, index, power) / (x * 1.000001) - c) / 1e-6 for x, c in zip(j, k, strict=True)]
-            p, dp = [stress_of(x) for x in log_j], [stiffness_of(x) for x in log_j]
-            lower, main, upper, rest = [0.0] * cells, [0.0] * cells, [0.0] * cells, [0.0] * cells
-            for i in range(cells):
-                rest[i] = (j[i] - old[i]) * h / dt
-                main[i] = j[i] * h / dt
-                if i == 0:
-                    c, drop = k_top, (-load - p[0]) / (h / 2)
-                    rest[0] -= c * drop
-                    main[0] += c * dp[0] * 2 / h
-                else:
-                    c, drop = (k[i - 1] + k[i]) / 2, (p[i - 1] - p[i]) / h
-                    rest[i] -= c * drop
-                    main[i] -= dk[i] / 2 * drop - c * dp[i] / h
-                    lower[i] -= dk[i - 1] / 2 * drop + c * dp[i - 1] / h
-                if i < cells - 1:
-                    c, drop = (k[i] + k[i + 1]) / 2, (p[i] - p[i + 1]) / h
-                    rest[i] += c * drop
-                    main[i] += dk[i] / 2 * drop + c * dp[i] / h
-                    upper[i] += dk[i + 1] / 2 * drop - c * dp[i + 1] / h
-            change = _tridiagonal(lower, main, upper, [-r for r in rest])
-            log_j = [x + d for x, d in zip(log_j, change, strict=True)]
-            if max(map(abs, change)) < 1e-12:
-                break
-    return 1 - sum(math.exp(x) for x in log_j) * h
+        p, dp = stress_of(top)
+        top -= (p + load) / dp
+    log_j = [0.0] * THICK_CELLS
+    for step in range(1, THICK_STEPS + 1):
+        dt = time_factor * 2 * step / (THICK_STEPS * (THICK_STEPS + 1))
+        log_j = _thick_step(log_j, dt, load, conductance_of(top), stress_of, conductance_of)
+    return 1 - sum(math.exp(x) for x in log_j) / THICK_CELLS
+
+
+def _thick_step(
+    log_j: list[float], dt: float, load: float, k_top: float, stress_of: Callable[[float], tuple[float, float]],
+    conductance_of: Callable[[float], float],
+) -> list[float]:  # fmt: skip
+    """Logarithms of the stretch after a step, by Newton's method; between two cells flows the mean of their conductances."""
+    h, small = 1.0 / len(log_j), 1e-6
+    old = [math.exp(x) for x in log_j]
+    for _ in range(30):
+        j = [math.exp(x) for x in log_j]
+        p, dp = zip(*(stress_of(x) for x in log_j), strict=True)
+        k = [conductance_of(x) for x in log_j]
+        dk = [(conductance_of(x + small) - c) / small for x, c in zip(log_j, k, strict=True)]
+        rest = [(new - was) * h / dt for new, was in zip(j, old, strict=True)]
+        main = [new * h / dt for new in j]
+        lower, upper = [0.0] * len(j), [0.0] * len(j)
+        rest[0] += k_top * (load + p[0]) / (h / 2)
+        main[0] += k_top * dp[0] / (h / 2)
+        for i in range(len(j) - 1):
+            # What flows down from a cell into the next one.
+            c, drop = (k[i] + k[i + 1]) / 2, (p[i] - p[i + 1]) / h
+            by_upper, by_lower = dk[i] / 2 * drop + c * dp[i] / h, dk[i + 1] / 2 * drop - c * dp[i + 1] / h
+            rest[i] += c * drop
+            rest[i + 1] -= c * drop
+            main[i] += by_upper
+            upper[i] += by_lower
+            lower[i + 1] -= by_upper
+            main[i + 1] -= by_lower
+        change = _tridiagonal(lower, main, upper, [-r for r in rest])
+        log_j = [x + d for x, d in zip(log_j, change, strict=True)]
+        if max(map(abs, change)) < 1e-12:
+            break
+    return log_j
 
 
 def _tridiagonal(lower: list[float], main: list[float], upper: list[float], right: list[float]) -> list[float]:
