@@ -10,7 +10,7 @@ module qsmpm_interface_strength
   use qsmpm_carried_basis, only: nearest_point
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
-  use qsmpm_strength_profile, only: strength_at
+  use qsmpm_strength_profile, only: follows_stress, strength_at
   implicit none
   private
 
@@ -68,6 +68,6 @@ contains
     type(material_type), intent(in) :: material
 
     has_strength = material%mohr_coulomb .and. .not. (material%user%given .or. material%own_law .or. &
-      allocated(material%soil_law))
+      allocated(material%soil_law) .or. follows_stress(material%strength_profile))
   end function has_strength
 end module qsmpm_interface_strength

@@ -55,7 +55,7 @@ contains
         text = 'unknown keyword *'//keyword//meant//newline
       end if
       do k = 1, size(names)
-        if (len(keyword) > 2 .and. index(names(k)%text, keyword) > 0) &
+        if (len(keyword) > 2 .and. index(' '//names(k)%text, ' '//keyword) > 0) &
           text = text//'*'//names(k)%text//' is one'//newline
       end do
     end if

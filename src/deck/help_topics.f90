@@ -99,8 +99,8 @@ contains
         '*WATER LEVEL gives the pore pressure at rest below a line, *PRESSURE with LEVEL= presses free '// &
         'water on a surface; docs/methods/water.md'), &
       topics_type('WATER', &
-        '*WATER LEVEL for pore water, *PRESSURE with LEVEL= for free water; water that flows is not '// &
-        'there: docs/methods/water.md, docs/cannot.md'), &
+        '*WATER LEVEL for pore water, TYPE=SEEPAGE where it flows, *PRESSURE with LEVEL= for free water: '// &
+        'docs/methods/water.md, docs/methods/seepage.md'), &
       topics_type('FOOTING,FOUNDATION,RAFT,SPUDCAN,PENETRAT,INDENT,PRESS IN,BEARING CAPACITY', &
         'a *RIGID BODY pressed in by *MOVE, with *CONTACT that slips and lets go: docs/methods/contact.md; or '// &
         '*PRESCRIBE moves a node set and *MOVING MESH carries the grid with it: docs/methods/pushed_sets.md'), &
@@ -119,9 +119,11 @@ contains
         '*HISTORY, QUANTITY=DISPLACEMENT at a place; *RESET DISPLACEMENTS lets it count from a phase on'), &
       topics_type('RUN-OUT,RUN OUT,RUNOUT,LANDSLIDE,DEBRIS,SLIDE,SLIP SURFACE,AVALANCHE,MUDFLOW', &
         'a *PHASE that goes on past the limit load, or *SAFETY, RUNOUT=; *HISTORY, QUANTITY=RUNOUT tells how far'), &
-      topics_type('LIMIT EQUILIBRIUM,LEM,BISHOP,PARTIAL FACTOR,EUROCODE,DESIGN APPROACH', &
-        'there are no slices and no partial factors: *PHASE, TYPE=SAFETY finds the slip surface by itself; divide '// &
-        'strengths and multiply loads in the deck for a design approach'), &
+      topics_type('LIMIT EQUILIBRIUM,LEM,BISHOP,SPENCER,JANBU,SLICES', &
+        'there are no slices: *PHASE, TYPE=SAFETY finds the slip surface by itself'), &
+      topics_type('PARTIAL FACTOR,EUROCODE,DESIGN APPROACH,LRFD', &
+        '`qsmpm-verify partial DECK DA1-2` writes the deck with the partial factors of a code: '// &
+        'docs/howto/reliability.md'), &
       topics_type('BEARING LOAD,LIMIT LOAD,FAILURE LOAD,COLLAPSE,FAIL', &
         '*CONTROLS, LIMIT COMPLIANCE= ends a phase at its limit load; docs/methods/limit_loads.md')])
   end function workflow
@@ -141,6 +143,9 @@ contains
         '*USER MATERIAL; concrete and steel are *ELASTIC'), &
       topics_type('OCR,POP,OVERCONSOLIDAT,PRECONSOLIDAT', &
         'OCR= and PRECONSOLIDATION= of *CAM CLAY, OCR= of *K0'), &
+      topics_type('SHANSEP,STRENGTH GAIN,GAIN OF STRENGTH', &
+        '*STRENGTH PROFILE, TYPE=SHANSEP is s_u by the vertical effective stress, *UPDATE STRENGTH what it has '// &
+        'gained: docs/methods/undrained.md'), &
       topics_type('HYPOPLASTIC,HSS,SMALL STRAIN,NORSAND,JOINTED,LIQUEFACTION,CYCLIC,FATIGUE', &
         'there is no such law; nearest: a *USER MATERIAL, your UMAT or UDSM of it: docs/user_models.md'), &
       topics_type('DRAIN,UNDRAINED,EXCESS', &
@@ -220,6 +225,8 @@ contains
         '*SOLVER chooses the solver of linear equations'), &
       topics_type('THREADS,SPEED,COST,MEMORY,PARALLEL,CORES', &
         '`qsmpm plan DECK` tells the cost before a run, --threads N takes more cores: docs/performance.md'), &
+      topics_type('MPI,CLUSTER,PROCESSES,RANKS,SUPERCOMPUTER', &
+        'qsmpm-mpi divides the ground among processes, of many machines too: docs/distributed.md'), &
       topics_type('ACCURA,ERROR', &
         'the log tells the error of the stresses; `qsmpm-verify study DECK --history NAME` that of a result: '// &
         'docs/study.md'), &
@@ -264,7 +271,7 @@ contains
         'every step is an equilibrium; TIME= of *PHASE is for a *USER MATERIAL that depends on it'), &
       topics_type('HEAT,THERMAL,TEMPERATURE,FREEZ,UNSATURAT,SUCTION,SWELL,SHRINK,EXPANSIVE,GAS', &
         'temperature, suction and gas are not there: docs/cannot.md'), &
-      topics_type('MPI,GPU,CLUSTER', &
-        'threads of one machine: --threads N; more machines are not there: docs/performance.md')])
+      topics_type('GPU,CUDA', &
+        'GPUs are not used: --threads N takes more cores, qsmpm-mpi many processes: docs/distributed.md')])
   end function missing
 end module qsmpm_help_topics

@@ -118,6 +118,8 @@ module qsmpm_law
     procedure(start_interface), deferred :: start
     !> The same at a place, for laws whose state differs from place to place.
     procedure :: start_at => start_anywhere
+    !> Take the strength anew from the stress of a point, where it follows that.
+    procedure :: strengthen => keep_strength
     !> One step.
     procedure(update_interface), deferred :: update
     !> Number of fields by which a cell's points are averaged.
@@ -250,6 +252,17 @@ contains
     end associate
     call self%start(stress, state)
   end subroutine start_anywhere
+
+  !> The strength is no matter of the stress.
+  pure subroutine keep_strength(self, stress, state)
+    class(law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6), and state (state_count).
+    real(wp), intent(in) :: stress(:)
+    real(wp), intent(inout) :: state(:)
+
+    associate (unused => self, neither => stress, nor => state)
+    end associate
+  end subroutine keep_strength
 
   !> Take the share of the elastic tangent.
   subroutine set_blend(self, share)

@@ -13,7 +13,8 @@ module qsmpm_profile_law
   use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
   use qsmpm_principal_law, only: new_principal_law
   use qsmpm_profile_model, only: profile_model_type, set_profile_model
-  use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_stiffness, reference_strength
+  use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_stiffness, &
+    reference_strength, follows_stress, shansep_strength, first_preconsolidation
   use qsmpm_tensor, only: stress_size
   implicit none
   private
@@ -29,11 +30,12 @@ module qsmpm_profile_law
     logical :: varies_stiffness = .false.
     !> Mean modulus of the body over that of the law inside.
     real(wp) :: scale = 1.0_wp
-    !> Number of the state variable that is the strength; Young's modulus is the next.
+    !> Number of the state variable that is the strength; Young's modulus or the preconsolidation stress is the next.
     integer :: at = 1
   contains
     procedure :: start
     procedure :: start_at
+    procedure :: strengthen
     procedure :: update
     procedure :: fit_count
     procedure :: to_fields
@@ -79,7 +81,7 @@ contains
     made%varies_stiffness = varies_stiffness(profile)
     made%scale = 1.0_wp
     if (profile%mean_young > 0.0_wp) made%scale = profile%mean_young/made%young
-    made%at = made%law%state_count - merge(1, 0, made%varies_stiffness)
+    made%at = made%law%state_count - (model%state_count - model%at)
     call take_description(made)
     call move_alloc(made, law)
   end subroutine new_profile_law
@@ -129,9 +131,35 @@ contains
     ratio = 1.0_wp
     if (self%varies_stiffness) ratio = young_at(self%profile, place)/self%young
     call self%law%start_at(stress/ratio, place, state)
+    if (follows_stress(self%profile)) then
+      state(self%at + 1) = first_preconsolidation(self%profile, vertical_of(self, stress))
+      call self%strengthen(stress, state)
+      return
+    end if
     state(self%at) = max(self%profile%least, strength_at(self%profile, place))
     if (self%varies_stiffness) state(self%at + 1) = ratio*self%young
   end subroutine start_at
+
+  !> Strength by the present vertical stress and the largest one so far.
+  pure subroutine strengthen(self, stress, state)
+    class(profile_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:)
+    real(wp), intent(inout) :: state(:)
+
+    if (.not. follows_stress(self%profile)) return
+    associate (vertical => vertical_of(self, stress), preconsolidation => state(self%at + 1))
+      preconsolidation = max(preconsolidation, vertical)
+      state(self%at) = max(self%profile%least, shansep_strength(self%profile, vertical, preconsolidation))
+    end associate
+  end subroutine strengthen
+
+  !> Vertical stress, compression positive, 0 in tension.
+  pure real(wp) function vertical_of(self, stress) result(vertical)
+    class(profile_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:)
+
+    vertical = max(0.0_wp, -stress(self%profile%along))
+  end function vertical_of
 
   !> e of a state.
   pure real(wp) function stiffness_of(self, state) result(ratio)

@@ -39,6 +39,7 @@ module qsmpm_undrained_law
   contains
     procedure :: start
     procedure :: start_at
+    procedure :: strengthen
     procedure :: update
     procedure :: fit_count
     procedure :: to_fields
@@ -128,6 +129,16 @@ contains
     call self%law%start_at(stress, place, state(:self%law%state_count))
     state(self%state_count) = 0.0_wp
   end subroutine start_at
+
+  !> The strength follows the effective stress.
+  pure subroutine strengthen(self, stress, state)
+    class(undrained_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:)
+    real(wp), intent(inout) :: state(:)
+
+    call self%law%strengthen(stress + [spread(state(self%state_count), 1, 3), spread(0.0_wp, 1, size(stress) - 3)], &
+      state(:self%law%state_count))
+  end subroutine strengthen
 
   !> Update a batch: the law inside works on it with effective stresses, which become total again.
   subroutine update(self, batch, tangent)

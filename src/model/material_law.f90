@@ -50,6 +50,8 @@ contains
         profile = material%strength_profile
         profile%least = material%cohesion/profile%factor
         profile%young = material%young
+        profile%overconsolidation = material%at_rest%overconsolidation
+        profile%pre_overburden = material%at_rest%pre_overburden
         call new_profile_law(parameters_of(material), profile, dimension, method%kinematics, rate, law, error)
       else
         call new_law(parameters_of(material), dimension, method%kinematics, rate, law, error)

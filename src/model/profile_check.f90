@@ -10,7 +10,7 @@ module qsmpm_profile_check
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
   use qsmpm_points, only: place_of
-  use qsmpm_strength_profile, only: strength_at, varies_stiffness, young_at
+  use qsmpm_strength_profile, only: follows_stress, strength_at, varies_stiffness, young_at
   use qsmpm_team, only: team_type, smallest, largest, total
   use qsmpm_rounded_text, only: rounded_text
   implicit none
@@ -28,7 +28,9 @@ contains
     integer :: m
 
     do m = 1, size(model%analysis%materials)
-      if (model%analysis%materials(m)%strength_profile%given) call check_material(model, m, diagnostics)
+      associate (profile => model%analysis%materials(m)%strength_profile)
+        if (profile%given .and. .not. follows_stress(profile)) call check_material(model, m, diagnostics)
+      end associate
     end do
   end subroutine check_strength_profiles
 

@@ -190,6 +190,10 @@ contains
       if (progress%bracket%lost > 0.0_wp) call observer%tell_result( &
         'the factor is that of this grid, and coarser ones '// &
         'give higher factors: `qsmpm-verify study DECK --history F` tells it with its grid error')
+      if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%lost > 1.0_wp) call observer%note("warning: "// &
+        "phase '"//phase%name//"': a factor below 1, and the phase before carried its loads with the whole "// &
+        'strength: either the ground gave way there and came to rest in another shape, or equilibrium is found in '// &
+        'small steps only and the factor is too low; `qsmpm-verify bounds DECK --phase PARENT --factor` tells which')
       if (phase%safety%runout <= progress%bracket%stable) call observer%note("warning: phase '"//phase%name// &
         "': RUNOUT="//rounded_text(phase%safety%runout, 6)//' is no more than the stable factor: nothing runs out')
       if (.not. phase%safety%runout < huge(1.0_wp)) progress%fraction = 1.0_wp

@@ -157,6 +157,9 @@ module qsmpm_phase_description
     real(wp) :: stop_tolerance = 1.0e-2_wp
     !> Displacements count from its start; softened material has its first strength again.
     logical :: reset_displacements = .false., reset_strains = .false.
+    !> Strength that follows the stress is taken anew at its start.
+    logical :: updates_strength = .false.
+    type(source_line_type) :: strength_where
     type(drain_state_type) :: drain_state
   end type phase_type
 end module qsmpm_phase_description

@@ -34,6 +34,7 @@ module qsmpm_phase_start
   use qsmpm_rigid_bodies, only: force_on_body
   use qsmpm_phase_tree, only: lineage
   use qsmpm_safety_bracket, only: bracket_type
+  use qsmpm_strength_update, only: update_strengths, strength_note
   implicit none
   private
 
@@ -99,6 +100,9 @@ contains
         call press_on_bodies(model, phase%initial)
       end if
       if (phase%reset_strains) call reset_softening(model)
+      if (phase%updates_strength) call update_strengths(model)
+      if (present(notes) .and. (phase%updates_strength .or. phase%initial%kind /= initial_keep .or. &
+        size(phase%materials) > 0)) notes = notes//strength_note(model)
     end associate
     call update_pore_pressure(model)
   end subroutine start_phase

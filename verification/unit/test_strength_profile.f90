@@ -9,7 +9,7 @@ module test_strength_profile
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_profile_law, only: new_profile_law
   use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_stiffness, profile_table, &
-    profile_field
+    profile_field, profile_shansep
   use qsmpm_undrained_law, only: make_undrained
   use qsmpm_undrained_parameters, only: undrained_type, water_stiffness
   use testing, only: tests_type
@@ -40,7 +40,57 @@ contains
     end do
     call check_elastic(tests)
     call check_water(tests)
+    call check_stress(tests)
   end subroutine collect_strength_profile
+
+  !> SHANSEP: 0.25 sigma_v OCR^0.8 of the effective stress at the start and when it is asked for, along the axis that is
+  !> named; the largest stress so far is kept, and in tension the least strength is left.
+  subroutine check_stress(tests)
+    type(tests_type), intent(inout) :: tests
+    class(law_type), allocatable :: law
+    type(strength_profile_type) :: profile
+    type(material_parameters_type) :: clay
+    type(error_type), allocatable :: error
+    real(wp) :: stress(4)
+    real(wp), allocatable :: state(:)
+    integer :: n
+
+    profile = strength_profile_type(given=.true., kind=profile_shansep, ratio=0.25_wp, exponent=0.8_wp, &
+      overconsolidation=2.0_wp, pre_overburden=10.0_wp, least=1.0_wp, young=200.0_wp, along=1)
+    clay = strong(0.0_wp, -1.0_wp)
+    clay%friction_angle = 0.0_wp
+    call new_profile_law(clay, profile, 2, kinematics_logarithmic, rate_midpoint, law, error)
+    call make_undrained(undrained_type(given=.true.), law, error)
+    allocate (state(law%state_count))
+    n = law%state_count
+    stress = [-40.0_wp, -20.0_wp, -20.0_wp, 0.0_wp]
+    call law%start_at(stress, here, state)
+    call tests%check('names of strength and past', law%state_names(n - 2)%text == 'undrained_strength' .and. &
+      law%state_names(n - 1)%text == 'preconsolidation_stress')
+    call tests%close('preconsolidation of the start', state(n - 1), 90.0_wp, rounding)
+    call tests%close('strength of the start', state(n - 2), 0.25_wp*40.0_wp*2.25_wp**0.8_wp, rounding)
+    ! 30 of 90 are carried by the water.
+    state(n) = 30.0_wp
+    stress(1) = -90.0_wp
+    call law%strengthen(stress, state)
+    call tests%close('strength after loading below the past', state(n - 2), 15.0_wp*1.5_wp**0.8_wp, rounding)
+    state(n) = 0.0_wp
+    stress(1) = -120.0_wp
+    call law%strengthen(stress, state)
+    call tests%close('strength on the virgin line', state(n - 2), 30.0_wp, rounding)
+    stress(1) = -60.0_wp
+    call law%strengthen(stress, state)
+    call tests%close('the past is kept', state(n - 1), 120.0_wp, rounding)
+    call tests%close('strength after unloading', state(n - 2), 15.0_wp*2.0_wp**0.8_wp, rounding)
+    stress(1) = 5.0_wp
+    call law%strengthen(stress, state)
+    call tests%close('the least one in tension', state(n - 2), 1.0_wp, rounding)
+    call tests%close('and in tension too the past is kept', state(n - 1), 120.0_wp, rounding)
+    call make_law(strong(5.0_wp, -1.0_wp), 2, kinematics_logarithmic, rate_midpoint, law)
+    state = 7.0_wp
+    call law%strengthen(stress, state(:law%state_count))
+    call tests%check('other laws keep what they have', all(abs(state - 7.0_wp) <= 0.0_wp))
+  end subroutine check_stress
 
   !> s = 2 + 1.5 (1 - y), E = 100 s where asked.
   pure function line(stiff) result(profile)

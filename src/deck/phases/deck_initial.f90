@@ -1,4 +1,4 @@
-!> *INITIAL and *RESET DISPLACEMENTS: what a phase starts from.
+!> *INITIAL, *RESET DISPLACEMENTS and *UPDATE STRENGTH: what a phase starts from.
 module qsmpm_deck_initial
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: initial_stress_type, initial_keep, initial_isotropic, initial_given
@@ -17,7 +17,7 @@ module qsmpm_deck_initial
 
 contains
 
-  !> *INITIAL, *RESET DISPLACEMENTS.
+  !> All three.
   subroutine add_initial_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -26,6 +26,9 @@ contains
       '*INITIAL, TYPE=K0| 10, 0.5|*INITIAL, TYPE=ISOTROPIC| 0, 100', check_initial)
     call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements and the strains that results show count '// &
       'from the start of this phase.', reset_fields, '*RESET DISPLACEMENTS')
+    call table%add('UPDATE STRENGTH', in_phase, once, 'Strengths of *STRENGTH PROFILE, TYPE=SHANSEP are those of '// &
+      'the vertical effective stresses that the phase begins with: what consolidation before it has gained. '// &
+      'Without it they stay.', update_fields, '*UPDATE STRENGTH')
   end subroutine add_initial_keywords
 
   !> *INITIAL.
@@ -161,4 +164,15 @@ contains
         'state variables stay')
     end associate
   end subroutine reset_fields
+
+  !> *UPDATE STRENGTH.
+  subroutine update_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (phase => deck%analysis%phases(deck%phase))
+      call fields%given(phase%updates_strength)
+      call fields%line(phase%strength_where)
+    end associate
+  end subroutine update_fields
 end module qsmpm_deck_initial

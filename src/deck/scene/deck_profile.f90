@@ -8,8 +8,10 @@ module qsmpm_deck_profile
   use qsmpm_deck_words, only: bar_list, axis_words
   use qsmpm_keyword_table, only: table_type, in_material, once
   use qsmpm_kinds, only: wp
+  use qsmpm_phase_description, only: initial_keep
   use qsmpm_strength_profile, only: strength_profile_type, profile_linear, profile_table, profile_field, &
-    varies_stiffness, reference_strength
+    varies_stiffness, reference_strength, follows_stress
+  use qsmpm_undrained_parameters, only: undrained_c
   use qsmpm_text, only: string_type, split, stripped, squeezed, upper, read_real, integer_text, number_good
   implicit none
   private
@@ -25,8 +27,8 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('STRENGTH PROFILE', in_material, once, 'Cohesion of *MOHR COULOMB (s_u where phi = 0) that '// &
-      'differs from place to place, by the place where a point is at its start; c of *MOHR COULOMB is its least '// &
-      'value then. On request the stiffness follows: docs/methods/undrained.md.', profile_fields, &
+      'differs from place to place, by the place where a point is at its start or by its stress there; c of *MOHR '// &
+      'COULOMB is its least value then. On request the stiffness follows: docs/methods/undrained.md.', profile_fields, &
       '*ELASTIC| 3000, 0.3|*MOHR COULOMB| 5, 0, 0|*STRENGTH PROFILE, STIFFNESS RATIO=300| 0, 10, 1.5', finish_profile)
   end subroutine add_profile_keyword
 
@@ -38,18 +40,25 @@ contains
     associate (profile => deck%analysis%materials(deck%material)%strength_profile)
       call fields%given(profile%given)
       call fields%line(deck%analysis%materials(deck%material)%profile_where)
-      call fields%choice('TYPE', profile%kind, 'LINEAR|TABLE|FIELD', 'LINEAR: strength + gain (level - Y); TABLE: '// &
-        'linear between levels, constant beyond; FIELD: by samples of a file')
-      call fields%choice('ALONG', profile%along, bar_list(axis_words), 'axis of Y', needs='TYPE=LINEAR|TABLE')
+      call fields%choice('TYPE', profile%kind, 'LINEAR|TABLE|FIELD|SHANSEP', 'LINEAR: strength + gain (level - Y); '// &
+        'TABLE: linear between levels, constant beyond; FIELD: by samples of a file; SHANSEP: S sigma_v '// &
+        '(sigma_p/sigma_v)^m of the vertical effective stress at the start, or at a *UPDATE STRENGTH, and the '// &
+        'largest one so far, at the start by OCR or POP of *K0')
+      call fields%choice('ALONG', profile%along, bar_list(axis_words), 'axis of Y, the vertical', &
+        needs='TYPE=LINEAR|TABLE|SHANSEP')
       call fields%file('INPUT', profile%file, 'CSV file of samples, relative to the deck: first line `x,y,s_u` or '// &
         '`x,y,z,s_u`, with a column `E` where the stiffness is given too; linear fields come back exactly', &
         needs='TYPE=FIELD')
       call fields%number('STIFFNESS RATIO', profile%stiffness_ratio, "Young's modulus over strength; E of *ELASTIC "// &
-        'then has no effect', range='(0, inf)')
+        'then has no effect', range='(0, inf)', needs='TYPE=LINEAR|TABLE|FIELD')
       call fields%data('linear profile', when='TYPE=LINEAR')
       call fields%number('level', profile%level, 'coordinate')
       call fields%number('strength', profile%strength, 'cohesion at that level')
       call fields%number('gain', profile%gain, 'gain of cohesion with depth below it')
+      call fields%data('strength by stress', when='TYPE=SHANSEP')
+      call fields%number('S', profile%ratio, 's_u/sigma_v of normally consolidated clay', range='(0, inf)')
+      call fields%number('m', profile%exponent, 'exponent of the overconsolidation ratio', range='[0, 1]', &
+        required=.false.)
       call table_rows(fields, profile)
       call fields%data('nothing: the file has them', 0, 0, when='TYPE=FIELD')
     end associate
@@ -209,15 +218,35 @@ contains
     character(len=:), allocatable :: sentence
     integer :: i
 
+    call check_updates(state)
     do i = 1, size(state%analysis%materials)
       associate (material => state%analysis%materials(i))
         if (.not. material%strength_profile%given) cycle
         sentence = wrong_material(material)
+        if (len(sentence) == 0 .and. follows_stress(material%strength_profile)) sentence = wrong_start(state, material)
         if (len(sentence) > 0) call state%error_from(material%profile_where, 'STRENGTH PROFILE', &
           "material '"//material%name//"': "//sentence)
       end associate
     end do
   end subroutine check_profiles
+
+  !> A phase that asks for strengths by the stress has a material of such a strength, of effective stress.
+  subroutine check_updates(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p, m
+
+    do m = 1, size(state%analysis%materials)
+      associate (material => state%analysis%materials(m))
+        if (follows_stress(material%strength_profile) .and. &
+          .not. (material%undrained%given .and. material%undrained%kind == undrained_c)) return
+      end associate
+    end do
+    do p = 1, size(state%analysis%phases)
+      if (state%analysis%phases(p)%updates_strength) call state%error_from(state%analysis%phases(p)%strength_where, &
+        'UPDATE STRENGTH', 'no material has a *STRENGTH PROFILE, TYPE=SHANSEP and effective stresses that it could '// &
+        'follow (not *UNDRAINED, TYPE=C)')
+    end do
+  end subroutine check_updates
 
   !> What is wrong with the profile of a material, empty for nothing.
   function wrong_material(material) result(sentence)
@@ -239,6 +268,35 @@ contains
       sentence = 'there is no *MOHR COULOMB whose cohesion it could be, and no STIFFNESS RATIO or column of moduli'
     else if (.not. (file_is_wrong .or. reference_strength(material%strength_profile) > 0.0_wp)) then
       sentence = 'all of its strengths are zero'
+    else if (follows_stress(material%strength_profile) .and. (.not. material%mohr_coulomb .or. &
+      material%friction_angle > 0.0_wp)) then
+      sentence = 'TYPE=SHANSEP is a strength s_u: it wants *MOHR COULOMB with phi = 0'
     end if
   end function wrong_material
+
+  !> What is wrong with the start of soil whose strength follows its stress, empty for nothing: it needs one.
+  function wrong_start(state, material) result(sentence)
+    type(deck_state_type), intent(in) :: state
+    type(material_type), intent(in) :: material
+    character(len=:), allocatable :: sentence
+    integer :: b, p, i
+
+    sentence = ''
+    associate (analysis => state%analysis)
+      do b = 1, size(analysis%bodies)
+        if (analysis%bodies(b)%material /= material%name) cycle
+        do p = 1, size(analysis%phases)
+          if (p == 1 .and. analysis%phases(p)%initial%kind == initial_keep) sentence = 'begins'
+          do i = 1, size(analysis%phases(p)%activations)
+            if (analysis%phases(p)%activations(i)%body == analysis%bodies(b)%name) sentence = 'is put in'
+          end do
+        end do
+        if (len(sentence) == 0) cycle
+        sentence = "body '"//analysis%bodies(b)%name//"' "//sentence//' without stress, and TYPE=SHANSEP takes the '// &
+          'strength from that: *INITIAL in the first phase, or another material until *CHANGE MATERIAL gives it '// &
+          'this one under load'
+        return
+      end do
+    end associate
+  end function wrong_start
 end module qsmpm_deck_profile

@@ -4,11 +4,12 @@
 !> trial t is f s(t/f) and its derivative that of s at t/f. f is the strength of the point over that of the model
 !> inside; where the stiffness of the point is e times the model's, stresses have been divided by e (qsmpm_profile_law)
 !> and f too. State variables: those of the model inside, strength and, where it varies, Young's modulus of the
-!> point, both at its start and without any reduction: the share that counts is a parameter.
+!> point, or the preconsolidation stress that its strength follows, all without any reduction: the share that counts
+!> is a parameter.
 module qsmpm_profile_model
   use qsmpm_kinds, only: wp
   use qsmpm_principal_model, only: principal_model_type, stress_update_type
-  use qsmpm_strength_profile, only: strength_profile_type, varies_stiffness
+  use qsmpm_strength_profile, only: strength_profile_type, follows_stress, varies_stiffness
   implicit none
   private
 
@@ -25,7 +26,7 @@ module qsmpm_profile_model
     !> Young's modulus of a point with the stiffness of the model inside.
     real(wp) :: reference = 1.0_wp
     logical :: varies_stiffness = .false.
-    !> Number of the state variable that is the strength; Young's modulus is the next.
+    !> Number of the state variable that is the strength; Young's modulus or the preconsolidation stress is the next.
     integer :: at = 1
   contains
     procedure :: initial_state
@@ -63,10 +64,11 @@ contains
     model%reference = profile%young
     model%varies_stiffness = varies_stiffness(profile)
     model%at = inside%state_count + 1
-    model%state_count = model%at + merge(1, 0, model%varies_stiffness)
+    model%state_count = model%at + merge(1, 0, model%varies_stiffness .or. follows_stress(profile))
     allocate (model%state_names(model%state_count))
     if (inside%state_count > 0) model%state_names(:inside%state_count) = inside%state_names
     model%state_names(model%at)%text = name
+    if (follows_stress(profile)) model%state_names(model%at + 1)%text = 'preconsolidation_stress'
     if (model%varies_stiffness) model%state_names(model%at + 1)%text = 'young_modulus'
   end subroutine set_profile_model
 
@@ -78,7 +80,7 @@ contains
 
     call self%model%initial_state(stress, state(:self%at - 1))
     state(self%at) = self%strength
-    if (self%varies_stiffness) state(self%at + 1) = self%reference
+    state(self%at + 1:) = self%reference
   end subroutine initial_state
 
   !> G of the model inside.

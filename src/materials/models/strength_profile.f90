@@ -5,16 +5,19 @@
 !>   table    linear between levels, constant beyond
 !>   field    from samples: the plane (in space: linear function) nearest to the few samples around, weighted by the
 !>            inverse square of their distances, not beyond their values; linear fields exactly, samples as given
+!>   shansep  s = S sigma_v (sigma_p/sigma_v)^m, of the vertical effective stress sigma_v that a point starts with or
+!>            has when a phase asks for it anew, and the largest one so far sigma_p (Ladd and Foott 1974)
 !> Y is the coordinate along one axis of the place where a point is at its start. E = (E/s) s, or a column of its own.
 module qsmpm_strength_profile
   use qsmpm_kinds, only: wp
   implicit none
   private
 
-  public :: strength_profile_type, strength_at, young_at, varies_stiffness, reference_strength
+  public :: strength_profile_type, strength_at, young_at, varies_stiffness, reference_strength, &
+    follows_stress, shansep_strength, first_preconsolidation
 
   !> Kinds, numbered as the words of the deck.
-  integer, parameter, public :: profile_linear = 1, profile_table = 2, profile_field = 3
+  integer, parameter, public :: profile_linear = 1, profile_table = 2, profile_field = 3, profile_shansep = 4
   !> Samples of a field that a value is made of, and the share of their distance by which a fit is held to their mean.
   integer, parameter :: most_samples = 8
   real(wp), parameter :: ridge = 1.0e-10_wp
@@ -27,6 +30,8 @@ module qsmpm_strength_profile
     integer :: along = 2
     !> Linear: level, strength there, gain of strength with depth.
     real(wp) :: level = 0.0_wp, strength = 0.0_wp, gain = 0.0_wp
+    !> SHANSEP: S and m; sigma_p of the start by overconsolidation ratio and pre-overburden pressure.
+    real(wp) :: ratio = 0.0_wp, exponent = 0.8_wp, overconsolidation = 1.0_wp, pre_overburden = 0.0_wp
     !> Table and field: strengths and, where the stiffness is a column, Young's moduli (rows).
     real(wp), allocatable :: strengths(:), moduli(:)
     !> Table: levels, rising. Field: places (rows), (dimension, rows).
@@ -80,11 +85,37 @@ contains
     varies = profile%given .and. (allocated(profile%moduli) .or. profile%stiffness_ratio > 0.0_wp)
   end function varies_stiffness
 
-  !> A positive strength of the size of the profile's.
+  !> Whether the strength follows the stress of a point in place of its place.
+  pure logical function follows_stress(profile) result(follows)
+    type(strength_profile_type), intent(in) :: profile
+
+    follows = profile%given .and. profile%kind == profile_shansep
+  end function follows_stress
+
+  !> Strength by SHANSEP.
+  pure real(wp) function shansep_strength(profile, vertical, preconsolidation) result(strength)
+    type(strength_profile_type), intent(in) :: profile
+    !> sigma_v and sigma_p, compression positive.
+    real(wp), intent(in) :: vertical, preconsolidation
+
+    strength = 0.0_wp
+    if (vertical > 0.0_wp) strength = profile%ratio*vertical*(preconsolidation/vertical)**profile%exponent
+  end function shansep_strength
+
+  !> sigma_p of the start.
+  pure real(wp) function first_preconsolidation(profile, vertical) result(preconsolidation)
+    type(strength_profile_type), intent(in) :: profile
+    !> sigma_v, compression positive.
+    real(wp), intent(in) :: vertical
+
+    preconsolidation = profile%overconsolidation*vertical + profile%pre_overburden
+  end function first_preconsolidation
+
+  !> A positive strength of the size of the profile's; S where that follows the stress.
   pure real(wp) function reference_strength(profile) result(strength)
     type(strength_profile_type), intent(in) :: profile
 
-    strength = max(abs(profile%strength), abs(profile%gain))
+    strength = max(abs(profile%strength), abs(profile%gain), profile%ratio)
     if (allocated(profile%strengths)) strength = maxval(abs(profile%strengths))
   end function reference_strength
 
