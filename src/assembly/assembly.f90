@@ -50,6 +50,8 @@ module qsmpm_assembly
     integer :: bad_status = status_ok
     real(wp) :: bad_share = 0.0_wp
     character(len=:), allocatable :: bad_message
+    !> What a shared pressure is told apart by at the integration points, for their weight; 0 where unallocated (n).
+    real(wp), allocatable :: pressure_offset(:)
     !> When the step takes place, for the laws.
     type(step_info_type) :: step_info
     !> Groups of a chunk.
@@ -196,7 +198,8 @@ contains
     do g = start, last
       k = before + g - start + 1
       call evaluate_group(integration, points, laws, displacement, tangent, g, evaluation%work(me), &
-        evaluation%results, evaluation%group_force(:, k), evaluation%block(:, k), evaluation%group_bad(k))
+        evaluation%results, evaluation%group_force(:, k), evaluation%block(:, k), evaluation%group_bad(k), &
+        evaluation%pressure_offset)
     end do
   end subroutine evaluate_chunk
 
@@ -220,7 +223,8 @@ contains
       batch%share = 0.0_wp
       if (allocated(batch%message)) deallocate (batch%message)
       call evaluate_group(integration, points, laws, displacement, tangent, group, evaluation%work(1), &
-        evaluation%results, evaluation%group_force(:, 1), evaluation%block(:, 1), bad)
+        evaluation%results, evaluation%group_force(:, 1), evaluation%block(:, 1), bad, &
+        evaluation%pressure_offset)
       evaluation%bad_status = maxval(batch%status(:batch%count))
       if (allocated(batch%message)) call move_alloc(batch%message, evaluation%bad_message)
     end associate

@@ -81,7 +81,8 @@ contains
   end subroutine allocate_work
 
   !> One group: runs of points of equal material go to their law together.
-  subroutine evaluate_group(integration, points, laws, displacement, tangent, group, work, results, force, block, bad)
+  subroutine evaluate_group(integration, points, laws, displacement, tangent, group, work, results, force, block, bad, &
+      offset)
     type(integration_type), intent(in) :: integration
     !> The material points, with the start state of those that are integrated at.
     type(points_type), intent(in) :: points
@@ -102,6 +103,8 @@ contains
     real(wp), intent(inout) :: block(:)
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
+    !> What a shared pressure is told apart by (points).
+    real(wp), intent(in), optional :: offset(:)
     integer :: n, d, a, from, to, last
 
     d = size(displacement, 1)
@@ -117,13 +120,14 @@ contains
     do while (from <= last .and. bad == 0)
       to = end_of_run(integration%material(from:last)) + from - 1
       call evaluate_run(integration, points, laws(integration%material(from)), d, tangent, group, from, to, work, &
-        results, force, block, bad)
+        results, force, block, bad, offset)
       from = to + 1
     end do
   end subroutine evaluate_group
 
   !> A run of points of one material.
-  subroutine evaluate_run(integration, points, slot, d, tangent, group, from, to, work, results, force, block, bad)
+  subroutine evaluate_run(integration, points, slot, d, tangent, group, from, to, work, results, force, block, bad, &
+      offset)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
     !> Law of the points.
@@ -137,6 +141,7 @@ contains
     real(wp), intent(inout) :: force(:), block(:)
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
+    real(wp), intent(in), optional :: offset(:)
     integer :: n, m, b, count
     logical :: treated, wide, symmetric
 
@@ -160,6 +165,8 @@ contains
       if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
       if (slot%law%asks_where) call load_places(integration, points, group, from, batch)
       if (treated) then
+        work%pressure%offset(:count) = 0.0_wp
+        if (present(offset)) work%pressure%offset(:count) = offset(from:to)
         call find_pressure(slot, weight, tangent, batch, work%pressure)
       else
         call slot%update(batch, tangent)

@@ -36,8 +36,10 @@ module qsmpm_pressure_balance
     real(wp), allocatable :: omega(:), correction(:)
     !> Where omega is known to lie (n).
     real(wp), allocatable :: low(:), high(:)
-    !> pi + c omega and k (n).
+    !> pi + c omega - g and k (n).
     real(wp), allocatable :: pressure(:), stiffness(:)
+    !> g, what the pressures of the points differ by (n).
+    real(wp), allocatable :: offset(:)
     !> r and l, packed (5 or 9, n).
     real(wp), allocatable :: right(:, :), left(:, :)
     !> CR and CL of the group's nodes (dimension*nodes).
@@ -65,6 +67,7 @@ contains
       pressure%left(components, points), pressure%resistance_by(components, points))
     allocate (pressure%omega(points), pressure%correction(points), pressure%pressure(points), &
       pressure%stiffness(points), pressure%low(points), pressure%high(points))
+    allocate (pressure%offset(points), source=0.0_wp)
     allocate (pressure%right_vector(unknowns), pressure%left_vector(unknowns))
   end subroutine allocate_pressure
 
@@ -306,7 +309,8 @@ contains
     m = pressure%direction(gradient_row(:n, merge(2, 3, n == 5)))
     do p = 1, batch%count
       h = m*batch%gradient(:, p)
-      pressure%pressure(p) = dot_product(batch%piola(:, p), h) + pressure%resistance*pressure%omega(p)
+      pressure%pressure(p) = dot_product(batch%piola(:, p), h) + pressure%resistance*pressure%omega(p) &
+        - pressure%offset(p)
       pressure%stiffness(p) = pressure%resistance + dot_product(m*batch%piola(:, p), h)
       do j = 1, n
         pressure%stiffness(p) = pressure%stiffness(p) + dot_product(h, batch%tangent(:, j, p))*h(j)

@@ -65,7 +65,7 @@ contains
     call count_points(mesh, space, pieces, whole, integration%first, own)
     if (present(bodies)) integration%received = size(bodies%received%material)
     call allocate_integration(mesh%dimension, size(points%stress, 1), size(points%state, 1), &
-      integration%received + own, .false., integration)
+      integration%received + own, .false., integration, any(laws%pressure_factor > 0.0_wp))
     if (integration%received > 0) call take_received(bodies%received, integration)
     inaccurate = 0
     own = integration%received

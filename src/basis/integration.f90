@@ -48,6 +48,8 @@ module qsmpm_integration
     !> Material point behind the integration point, which holds its start state; for a Gauss point the
     !> negative of its place in the start states below (n).
     integer, allocatable :: source(:)
+    !> Where the integration points are; no columns where that is not wanted (dimension, n or 0).
+    real(wp), allocatable :: place(:, :)
     !> Of the Gauss points: start stress (4 or 6, m), law state (states, m), volume ratio (m).
     real(wp), allocatable :: stress(:, :), state(:, :), volume_ratio(:)
     !> The first of these are no Gauss points', but material points' that are on other processes of a team.
@@ -62,7 +64,8 @@ module qsmpm_integration
 contains
 
   !> Allocate the arrays of the points; the groups' nodes and points must be set.
-  pure subroutine allocate_integration(dimension, stress_components, state_count, own, with_shape, integration)
+  pure subroutine allocate_integration(dimension, stress_components, state_count, own, with_shape, integration, &
+      with_place)
     !> 2 or 3.
     integer, intent(in) :: dimension
     !> 4 or 6, and the most state variables of a law.
@@ -73,7 +76,9 @@ contains
     !> The functions themselves are wanted, not their gradients alone.
     logical, intent(in) :: with_shape
     type(integration_type), intent(inout) :: integration
-    integer :: g, n
+    !> Places are wanted.
+    logical, intent(in), optional :: with_place
+    integer :: g, n, placed
 
     integration%directions = merge(3, dimension, integration%axisymmetric)
     integration%point_count = integration%first(integration%group_count + 1) - 1
@@ -88,6 +93,9 @@ contains
       integration%weight(integration%point_count), integration%stress(stress_components, own), &
       integration%state(state_count, own), integration%volume_ratio(own), source=0.0_wp)
     allocate (integration%material(integration%point_count), integration%source(integration%point_count), source=0)
+    placed = 0
+    if (present(with_place)) placed = merge(integration%point_count, 0, with_place)
+    allocate (integration%place(dimension, placed), source=0.0_wp)
   end subroutine allocate_integration
 
   !> Place before the values of a point's functions.
@@ -204,6 +212,8 @@ contains
     end do
     radius = 1.0_wp
     if (integration%axisymmetric) call set_hoop(mesh, space, group, point, place%shape(:n), integration, radius)
+    if (size(integration%place, 2) > 0) integration%place(:, point) = position_of(mesh, space, group, &
+      place%shape(:n), integration)
     if (present(determinant)) determinant = place%determinant*radius
   end subroutine set_basis
 
@@ -236,6 +246,7 @@ contains
       value(:, a) = eoshift(value(:, a), first(a) - from)
       slope(:, a) = eoshift(slope(:, a), first(a) - from)
     end do
+    if (size(integration%place, 2) > 0) integration%place(:, point) = 0.5_wp*(low + high)
     b = place_of(integration, group, point)
     m = product(count)
     n = 0
@@ -267,15 +278,29 @@ contains
     type(integration_type), intent(inout) :: integration
     real(wp), intent(out) :: radius
     real(wp) :: x(mesh%dimension)
-    integer :: a, n, b
+    integer :: n, b
 
     n = size(shape)
-    radius = 0.0_wp
-    do a = 1, n
-      x = node_position(space, mesh, integration%nodes(integration%node_first(group) + a - 1))
-      radius = radius + shape(a)*x(1)
-    end do
+    x = position_of(mesh, space, group, shape, integration)
+    radius = x(1)
     b = 3*place_of(integration, group, point) + 2*n
     integration%gradient(b + 1:b + n) = shape/radius
   end subroutine set_hoop
+
+  !> Place at which the functions of a group have values.
+  pure function position_of(mesh, space, group, shape, integration) result(x)
+    type(mesh_type), intent(in) :: mesh
+    type(space_type), intent(in) :: space
+    integer, intent(in) :: group
+    !> Functions of the group's nodes there (n).
+    real(wp), intent(in) :: shape(:)
+    type(integration_type), intent(in) :: integration
+    real(wp) :: x(mesh%dimension)
+    integer :: a
+
+    x = 0.0_wp
+    do a = 1, size(shape)
+      x = x + shape(a)*node_position(space, mesh, integration%nodes(integration%node_first(group) + a - 1))
+    end do
+  end function position_of
 end module qsmpm_integration

@@ -26,7 +26,8 @@ contains
     call merge_nodes(integration, patch, merged, place)
     call sort_points(integration, patch, merged, taken)
     call allocate_integration(integration%directions, size(integration%stress, 1), size(integration%state, 1), &
-      size(integration%volume_ratio), .false., merged)
+      size(integration%volume_ratio), .false., merged, size(integration%place, 2) > 0)
+    if (size(integration%place, 2) > 0) merged%place = integration%place(:, taken)
     merged%stress = integration%stress
     merged%state = integration%state
     merged%volume_ratio = integration%volume_ratio

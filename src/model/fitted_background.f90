@@ -1,5 +1,6 @@
 !> The background of *GRID, FIT=YES: triangles whose edges lie on the outlines of bodies and on rigid bodies as they are
-!> drawn, those of later phases included. Where a set of nodes or a surface ends on an outline there is a node.
+!> drawn, those of later phases included, and on sets of nodes along a line in the ground. Where a set of nodes or a
+!> surface ends on an outline there is a node.
 module qsmpm_fitted_background
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
@@ -76,6 +77,7 @@ contains
       spacing = min(minval(x(2:) - x(:size(x) - 1)), minval(y(2:) - y(:size(y) - 1)))
       call add_ends(analysis, spacing, outlines)
       allocate (corners, source=singular_corners(analysis, outlines, spacing))
+      call add_set_lines(analysis, a_place*spacing, outlines)
       call add_levels(analysis, outlines)
       allocate (boxes(5, size(corners, 2)), source=corners([1, 1, 2, 2, 3], :))
       if (allocated(analysis%mesh%refined)) boxes = reshape([boxes, analysis%mesh%refined], &
@@ -164,6 +166,58 @@ contains
         call cut_outlines(analysis%surfaces(i)%name, analysis%surfaces(i)%box, a_place*spacing, drawn, outlines)
     end do
   end subroutine add_ends
+
+  !> Sets of nodes along a line that leaves the outlines drawn: a wall that reaches below the floor of a pit.
+  pure subroutine add_set_lines(analysis, shortest, outlines)
+    type(analysis_type), intent(in) :: analysis
+    !> Length of a line that is more than a place.
+    real(wp), intent(in) :: shortest
+    type(outline_type), allocatable, intent(inout) :: outlines(:)
+    type(outline_type) :: line
+    integer :: i, drawn
+
+    drawn = size(outlines)
+    line%is_closed = .false.
+    do i = 1, size(analysis%node_sets)
+      associate (set => analysis%node_sets(i), x => analysis%mesh%axes(1)%lines, y => analysis%mesh%axes(2)%lines)
+        if (set%selection /= select_box) cycle
+        line%name = set%name
+        line%corner = reshape([max(set%box(1, 1), x(1)), max(set%box(2, 1), y(1)), min(set%box(1, 2), x(size(x))), &
+          min(set%box(2, 2), y(size(y)))], [2, 2])
+        associate (along => line%corner(:, 2) - line%corner(:, 1), inside => [line%corner(1, 1) > x(1) .and. &
+            line%corner(1, 2) < x(size(x)), line%corner(2, 1) > y(1) .and. line%corner(2, 2) < y(size(y))])
+          if (minval(abs(along)) > touching*maxval(abs(along)) .or. maxval(along) < shortest) cycle
+          if (.not. inside(minloc(abs(along), dim=1))) cycle
+        end associate
+        if (.not. is_drawn(line%corner, outlines(:drawn))) outlines = [outlines, line]
+      end associate
+    end do
+  end subroutine add_set_lines
+
+  !> Whether a line lies on outlines all along.
+  pure logical function is_drawn(line, outlines)
+    !> Ends (2, 2).
+    real(wp), intent(in) :: line(:, :)
+    type(outline_type), intent(in) :: outlines(:)
+    integer, parameter :: samples = 64
+    real(wp) :: place(2, 2), along(2), share(2)
+    logical :: met
+    integer :: o, i, k
+
+    is_drawn = .true.
+    do k = 1, samples
+      place = spread(line(:, 1) + (k - 0.5_wp)/samples*(line(:, 2) - line(:, 1)), 2, 2)
+      met = .false.
+      do o = 1, size(outlines)
+        do i = 1, size(outlines(o)%corner, 2)
+          along = outlines(o)%corner(:, modulo(i, size(outlines(o)%corner, 2)) + 1) - outlines(o)%corner(:, i)
+          share = shares_inside(outlines(o)%corner(:, i), along, place)
+          met = met .or. share(1) <= share(2)
+        end do
+      end do
+      is_drawn = is_drawn .and. met
+    end do
+  end function is_drawn
 
   !> Places where a box cuts the edges of the outlines drawn.
   pure subroutine cut_outlines(name, box, shortest, drawn, outlines)

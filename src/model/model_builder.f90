@@ -288,8 +288,8 @@ contains
             'where its pressures show that it locks'//new_line('a')
         end if
         if (material%locking_treatment == locking_none) cycle
-        if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, &
-          lowest .and. (.not. smooth .or. model%analysis%method%basis == basis_gimp), lowest .and. .not. smooth)
+        if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, linear, &
+          lowest .and. .not. smooth)
         model%laws(m)%flows = may_yield(material)
         model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
@@ -330,10 +330,11 @@ contains
   end function smallest
 
   !> Resistance to volume changes inside a cell over the shear modulus. Clay needs little where cells are not bilinear;
-  !> other soil that flows carries less than it should with half of it, where displacements are not linear in a cell.
+  !> other soil that flows carries less than it should with half of it on splines.
   pure real(wp) function resistance_of(material, linear, bilinear) result(factor)
     type(material_type), intent(in) :: material
-    !> Displacements are linear in a cell: with a domain of the point or without.
+    !> Displacements are linear in a cell, with a domain of the point or without, or cells fit the ground; of elements
+    !> alone.
     logical, intent(in) :: linear, bilinear
     type(law_description_type) :: traits
 

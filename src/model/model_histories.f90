@@ -18,7 +18,10 @@ module qsmpm_model_histories
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_points, only: allocate_carried
+  use qsmpm_mesh_measure, only: cell_width
   use qsmpm_mesh_search, only: inverse_map
+  use qsmpm_prop_stages, only: prop_stage, prop_stage_type
+  use qsmpm_structures, only: prop_type
   use qsmpm_element, only: inside_distance, face_count
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_seed_table, only: seed_table_type
@@ -100,10 +103,45 @@ contains
           n = n + 1
           model%prop_tracer(e, b) = n
           call place_tracer(model, prop%places(:, e), '*PROP', prop%name, prop%where, occupied, n, diagnostics)
+          call check_seat(model, prop, e, diagnostics)
         end do
       end associate
     end do
   end subroutine place_props
+
+  !> The end of a prop bears on ground that is there in every phase that has the prop.
+  subroutine check_seat(model, prop, number, diagnostics)
+    type(model_type), intent(in) :: model
+    type(prop_type), intent(in) :: prop
+    !> Number of the end.
+    integer, intent(in) :: number
+    type(diagnostics_type), intent(inout) :: diagnostics
+    !> Widths of a cell between a place at the edge of the ground and the nearest material point.
+    real(wp), parameter :: near = 1.0_wp
+    type(prop_stage_type) :: stage
+    logical :: active(size(model%analysis%bodies))
+    real(wp) :: distance
+    integer :: p, i
+
+    do p = 1, size(model%analysis%phases)
+      stage = prop_stage(model%analysis%phases, p, prop%name)
+      if (.not. stage%there) cycle
+      active = bodies_active(model%analysis, p)
+      distance = huge(1.0_wp)
+      associate (points => model%state%points, x => prop%places(:model%mesh%dimension, number))
+        do i = 1, points%count
+          if (active(points%body(i))) distance = min(distance, norm2(points%position(:, i) - x) &
+            /cell_width(model%mesh, points%cell(i)))
+        end do
+        distance = smallest(model%part%team, distance)
+        if (.not. distance > near) cycle
+        call add_diagnostic(diagnostics, prop%where, '*PROP', "'"//prop%name//"' bears on nothing in phase '"// &
+          model%analysis%phases(p)%name//"': the nearest ground is "//rounded_text(distance, 2)//' cells from its '// &
+          'end at ('//rounded_text(x(1))//', '//rounded_text(x(2))//')')
+        return
+      end associate
+    end do
+  end subroutine check_seat
 
   !> Find the state variable of a history among those of the law of its point.
   subroutine find_state(model, number, material, diagnostics)

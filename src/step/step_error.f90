@@ -68,6 +68,10 @@ contains
     call halve(model%laws, halved)
     whole%step_info = soil%evaluation%step_info
     walk%step_info = soil%evaluation%step_info
+    if (allocated(soil%evaluation%pressure_offset)) then
+      whole%pressure_offset = soil%evaluation%pressure_offset
+      walk%pressure_offset = soil%evaluation%pressure_offset
+    end if
     associate (u => displacement(:model%mesh%dimension, :model%space%node_count))
       call walk_along(integration, model, model%laws, u, whole)
       call walk_along(integration, model, halved, u, walk)

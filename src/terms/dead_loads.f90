@@ -11,7 +11,8 @@ module qsmpm_dead_loads
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
-  use qsmpm_pore_water, only: water_forces, update_pore_pressure
+  use qsmpm_point_forces, only: point_forces
+  use qsmpm_pore_water, only: update_pore_pressure
   use qsmpm_sorting, only: place_in_order
   use qsmpm_space, only: shape_values_type
   use qsmpm_term, only: term_type, role_external
@@ -59,13 +60,9 @@ contains
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     real(wp), intent(in) :: fraction
-    real(wp) :: gravity(3)
-    real(wp), allocatable :: by_water(:, :)
 
     self%force = 0.0_wp
-    gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
-    call water_forces(model, fraction, by_water)
-    call add_weight(model, configuration%at_points, gravity(:model%mesh%dimension), fraction, by_water, self%force)
+    call add_weight(configuration%at_points, point_forces(model, fraction), self%force)
     self%force = self%force + still_held(model, fraction)*model%state%released
     if (size(model%loading%carrier) == 0) return
     call add_surface_tractions(model, configuration%activation, fraction, self%force)
@@ -103,38 +100,22 @@ contains
     share = max(1.0_wp - fraction, model%state%progress%release_left)
   end function still_held
 
-  !> Weight of the material points (eq. 29 with the mass kept), force of the water in them and those of an embedding
-  !> program.
-  subroutine add_weight(model, at_points, gravity, fraction, by_water, force)
-    type(model_type), intent(in) :: model
-    !> The same integrated at the material points.
+  !> Forces of the material points at the nodes.
+  subroutine add_weight(at_points, of_points, force)
     type(integration_type), intent(in) :: at_points
-    !> Gravity vector (dimension).
-    real(wp), intent(in) :: gravity(:)
-    !> Load fraction, 0 to 1: weights run over the phase where bodies come or change.
-    real(wp), intent(in) :: fraction
-    !> (dimension, points); unallocated without water.
-    real(wp), allocatable, intent(in) :: by_water(:, :)
+    !> (dimension, points)
+    real(wp), intent(in) :: of_points(:, :)
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    real(wp) :: vector(size(gravity))
-    integer :: g, q, p, a, first, place
+    integer :: g, q, a, first, place
 
     do g = 1, at_points%group_count
       first = at_points%node_first(g) - 1
       do q = at_points%first(g), at_points%first(g + 1) - 1
-        p = at_points%source(q)
-        associate (start => model%state%points%start_weight(p), final => model%state%points%weight(p))
-          vector = between(start, final, fraction)*gravity
-          ! The water comes into a body that comes as its weight does.
-          if (allocated(by_water)) vector = vector + by_water(:, p)*merge(fraction, 1.0_wp, start <= 0.0_wp .and. &
-            final > 0.0_wp)
-        end associate
-        if (allocated(model%loading%point_force)) vector = vector + model%loading%point_force(:, p)
         place = place_of(at_points, g, q)
         do a = 1, at_points%node_first(g + 1) - 1 - first
           force(:, at_points%nodes(first + a)) = force(:, at_points%nodes(first + a)) &
-            + at_points%shape(place + a)*vector
+            + at_points%shape(place + a)*of_points(:, at_points%source(q))
         end do
       end do
     end do

@@ -23,6 +23,7 @@ module qsmpm_soil_points
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_part, only: is_divided
   use qsmpm_point_strain, only: add_strains
+  use qsmpm_point_forces, only: pressure_offsets
   use qsmpm_points, only: points_type, carries_strains
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches
   use qsmpm_recovered_gradient, only: recover_gradients
@@ -47,11 +48,14 @@ module qsmpm_soil_points
     integer, allocatable :: patch(:)
     !> Points of full cells that differ much from the mean of their cell.
     integer :: inaccurate_points = 0
+    !> Load fraction that the step ends at.
+    real(wp) :: fraction = 0.0_wp
     type(evaluation_type) :: evaluation
   contains
     procedure :: prepare
     procedure :: couple
     procedure :: begin
+    procedure :: set_load
     procedure :: evaluate => evaluate_soil
     procedure :: add_force
     procedure :: add_sizes
@@ -209,6 +213,21 @@ contains
     self%evaluation%step_info = increment%step_info
   end subroutine begin
 
+  !> Weights differ with the load, and with them the pressures of points that share one.
+  subroutine set_load(self, model, configuration, fraction)
+    class(soil_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    real(wp), intent(in) :: fraction
+
+    self%fraction = fraction
+    if (allocated(self%integration)) then
+      self%evaluation%pressure_offset = pressure_offsets(model, self%integration, fraction)
+    else
+      self%evaluation%pressure_offset = pressure_offsets(model, configuration%at_points, fraction)
+    end if
+  end subroutine set_load
+
   !> Stresses, internal force and, with a tangent, the blocks of the groups.
   subroutine evaluate_soil(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
     class(soil_type), intent(inout) :: self
@@ -333,6 +352,7 @@ contains
       source = at_points%source
       call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .true., .false., &
         self%evaluation, carries_strains(model%state%points))
+      self%evaluation%pressure_offset = pressure_offsets(model, at_points, self%fraction)
       call evaluate(at_points, model%state%points, model%laws, displacement, tangent_none, self%evaluation)
       if (.not. self%evaluation%ok) call fail(error, error_not_converged, 'material point '// &
         integer_text(model%state%points%number(at_points%source(self%evaluation%bad_point)))// &

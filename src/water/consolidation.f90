@@ -12,6 +12,8 @@ module qsmpm_consolidation
     shape_functions
   use qsmpm_kept_arrays, only: is_kept, kept_values
   use qsmpm_load_description, only: consolidation_type
+  use qsmpm_material_description, only: material_type
+  use qsmpm_mesh_measure, only: cell_width
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_safety
@@ -141,7 +143,7 @@ contains
             "' is of TYPE=SAFETY: time stands still in it")
         else if (consolidation_of(model%analysis%phases, p) > 0) then
           call check_soil(model%analysis, p, diagnostics)
-          if (phase%consolidation%given) model%notes = model%notes//step_note(model%analysis, p, model%cell_size)
+          if (phase%consolidation%given) model%notes = model%notes//step_note(model, p)
         end if
       end associate
     end do
@@ -163,30 +165,43 @@ contains
   end subroutine note_idle_laws
 
   !> The word on a phase whose steps are too short for its cells: pressures fall over one of them at the least.
-  function step_note(analysis, number, size_of_cell) result(text)
-    type(analysis_type), intent(in) :: analysis
+  function step_note(model, number) result(text)
+    type(model_type), intent(in) :: model
     integer, intent(in) :: number
-    real(wp), intent(in) :: size_of_cell
     character(len=:), allocatable :: text
-    real(wp) :: step, least
-    integer :: m
+    !> Share of the shortest step from which early settlements are twice too large and more.
+    real(wp), parameter :: far_too_short = 0.25_wp
+    real(wp) :: step, least, width
+    integer :: m, p
 
     text = ''
-    associate (phase => analysis%phases(number))
+    associate (phase => model%analysis%phases(number), points => model%state%points)
       step = phase%duration/phase%controls%steps
       if (phase%first_time > 0.0_wp) step = phase%first_time
-      do m = 1, size(analysis%materials)
-        associate (soil => analysis%materials(m))
+      do m = 1, size(model%analysis%materials)
+        associate (soil => model%analysis%materials(m))
           if (.not. (soil%permeability(2) > 0.0_wp .and. soil%young > 0.0_wp)) cycle
-          least = size_of_cell**2*phase%consolidation%unit_weight/(6.0_wp*soil%permeability(2)*soil%young)
+          width = maxval([0.0_wp, (cell_width(model%mesh, points%cell(p)), p=1, points%count)], &
+            mask=[.false., points%material(:points%count) == m])
+          if (.not. width > 0.0_wp) cycle
+          least = width**2*phase%consolidation%unit_weight/(6.0_wp*soil%permeability(2)*constrained_modulus(soil))
           if (.not. step < least) cycle
+          if (step < far_too_short*least) text = text//'warning: '
           text = text//"phase '"//phase%name//"': its steps of "//rounded_text(step, 2)// &
             ' are shorter than h^2/(6 c) = '//rounded_text(least, 2)//" of '"//soil%name//"': beside faces where "// &
-            'water leaves its pressure falls over one cell, which drains as a whole'//new_line('a')
+            'water leaves its pressure falls over one cell, of '//rounded_text(width, 2)//', which drains as a '// &
+            'whole: settlements are too large until then'//new_line('a')
         end associate
       end do
     end associate
   end function step_note
+
+  !> Stress over strain where nothing moves sideways.
+  pure real(wp) function constrained_modulus(soil) result(modulus)
+    type(material_type), intent(in) :: soil
+
+    modulus = soil%young*(1.0_wp - soil%poisson)/((1.0_wp + soil%poisson)*(1.0_wp - 2.0_wp*soil%poisson))
+  end function constrained_modulus
 
   !> Every body has a permeability, and water has one way to take pressure.
   subroutine check_soil(analysis, number, diagnostics)

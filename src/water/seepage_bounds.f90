@@ -2,15 +2,17 @@
 !>
 !> Levels are given on parts of the bounds (*WATER LEVEL, TYPE=SEEPAGE). Nodes there below the level have it as their
 !> head, and so those of a set within the ground, a well or a drain; those above it and all that lie in air elsewhere
-!> are a face at which water may leave; the sides and the base of the grid and rigid bodies are tight.
+!> are a face at which water may leave; the sides and the base of the grid, rigid bodies and what a *SUPPORT holds are
+!> tight.
 module qsmpm_seepage_bounds
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, axisymmetric
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_fitted_mesh, only: fitted_mesh_type
-  use qsmpm_load_description, only: head_type, water_level_type
+  use qsmpm_load_description, only: head_type, support_none, water_level_type
   use qsmpm_mesh_description, only: select_box
   use qsmpm_outline_graph, only: outline_type
+  use qsmpm_phase_tree, only: lineage
   use qsmpm_polygon, only: polygon_contains
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type
   use qsmpm_seepage_places, only: is_on
@@ -39,14 +41,16 @@ module qsmpm_seepage_bounds
 contains
 
   !> Kinds and heads of the nodes on the bounds.
-  subroutine place_bounds(analysis, level, scene, flow, diagnostics)
+  subroutine place_bounds(analysis, number, level, scene, flow, diagnostics)
     type(analysis_type), intent(in) :: analysis
+    !> Of the phase.
+    integer, intent(in) :: number
     type(water_level_type), intent(in) :: level
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: c, k, i, ends(2)
-    logical :: found(size(level%heads))
+    logical :: found(size(level%heads)), open
     integer :: axis
     real(wp) :: up
 
@@ -58,7 +62,9 @@ contains
       do k = 1, 3
         if (.not. is_bound(scene, c, k)) cycle
         ends = scene%mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c)
-        if (is_in_air(scene, axis, up, c, k)) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
+        open = is_in_air(scene, axis, up, c, k) .and. .not. is_held(analysis, number, scene%mesh%region(c), &
+          scene%mesh%position(:, ends), hair*scene%size)
+        if (open) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
         do i = 1, size(level%heads)
           if (.not. is_on(analysis, level%heads(i)%set, scene%mesh%region(c), scene%mesh%position(:, ends), &
             hair*scene%size)) cycle
@@ -78,6 +84,28 @@ contains
       call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
       'every level lies below its part of the bounds: no water comes in')
   end subroutine place_bounds
+
+  !> Whether an edge lies on a surface that a support holds: what holds it is tight.
+  pure logical function is_held(analysis, number, body, ends, near) result(held)
+    type(analysis_type), intent(in) :: analysis
+    !> Of the phase, and of the body.
+    integer, intent(in) :: number, body
+    !> (2, 2)
+    real(wp), intent(in) :: ends(:, :)
+    real(wp), intent(in) :: near
+    integer, allocatable :: line(:)
+    integer :: i, k
+
+    held = .false.
+    allocate (line, source=lineage(analysis%phases, number))
+    do i = 1, size(line)
+      associate (supports => analysis%phases(line(i))%supports)
+        do k = 1, size(supports)
+          if (is_on(analysis, supports(k)%surface, body, ends, near)) held = supports(k)%kind /= support_none
+        end do
+      end associate
+    end do
+  end function is_held
 
   !> Rain on an edge, half of it for each end; what falls on free water is not counted.
   subroutine let_rain(analysis, head, ends, flow)

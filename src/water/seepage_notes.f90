@@ -84,6 +84,8 @@ contains
         if (.not. any(flow%inflow(node) < 0.0_wp .and. flow%kind(node) /= node_free)) cycle
       end associate
       associate (soil => analysis%materials(material(scene%mesh%region(c))))
+        ! A wall has no grains that water could lift.
+        if (.not. soil%permeability(1) > 0.0_wp) cycle
         critical = merge(soil%saturated_weight, soil%unit_weight, soil%saturated_weight >= 0.0_wp)/level%unit_weight &
           - 1.0_wp
         gradient = upwards(analysis)*flow%velocity(axis, cell)/flow%permeability(axis, cell)

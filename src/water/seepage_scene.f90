@@ -87,7 +87,7 @@ contains
       call fit_scene(model%analysis, scene%mesh, scene%outlines, error)
       if (.not. allocated(error)) then
         call place_cells(model%analysis, number, scene, flow)
-        call place_bounds(model%analysis, level, scene, flow, diagnostics)
+        call place_bounds(model%analysis, number, level, scene, flow, diagnostics)
         if (diagnostics%count > before) return
         call leave_dry(scene, flow)
         call solve_seepage(flow, error)

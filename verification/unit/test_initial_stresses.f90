@@ -48,6 +48,7 @@ contains
     call check_reduction(tests)
     call check_start_move(tests)
     call check_one_pressure(tests)
+    call check_weight_in_cells(tests)
   end subroutine collect_initial_stresses
 
   !> Horizontal stress of a value, of Jaky, of OCR and of POP; the passive ratio of friction alone.
@@ -339,11 +340,37 @@ contains
           spread_of_cell = max(spread_of_cell, maxval(mean, mask=points%cell == c) - minval(mean, mask=points%cell == c))
         end associate
       end do
-      call tests%close('one pressure a cell', spread_of_cell, 0.0_wp, 1.0e-6_wp)
+      ! Points lie half a metre apart in their cell: 20 kN/m3 of that.
+      call tests%close('one pressure a cell, but for the weight between its points', spread_of_cell, 10.0_wp, 1.0e-6_wp)
       call tests%close('none in the water', maxval(abs(points%state(model%laws(1)%law%state_count, :))), 0.0_wp, 0.0_wp)
     end associate
     call tests%check('told as of the grid, not as a load forgotten', correction%before < 1.0e-2_wp)
   end subroutine check_one_pressure
+
+  !> Pressures of cells that share one differ by the weight and the water between their points: ground at rest with
+  !> K0 = 1 asks nothing of a strength of next to nothing, on triangles, in and above water.
+  subroutine check_weight_in_cells(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(balance_type) :: balance
+    type(error_type), allocatable :: error
+    real(wp) :: before(4)
+
+    allocate (model, step)
+    call make(joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=TRI6| X, 0, 3, 3| Y, 0, 4, 4|*MATERIAL, NAME=clay|'// &
+      '*ELASTIC| 100, 0.3|*MOHR COULOMB| 0.01, 0, 0|*UNIT WEIGHT| 18, 20|'// &
+      '*BODY, NAME=all, MATERIAL=clay, SHAPE=ALL|*METHOD, BASIS=FEM|'// &
+      '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=right, PLANE=X| 3|'// &
+      '*PHASE, NAME=start|*INITIAL, TYPE=K0| 4, 1|*FIX| base, ALL| left, X| right, X|*GRAVITY| 0, -1|'// &
+      '*WATER LEVEL, UNIT WEIGHT=10| 0, 2| 3, 2|*END PHASE|'), model)
+    before = model%state%points%stress(:, 1)
+    call initialise_step(model, step, error)
+    call measure_balance(model, step, balance, .true.)
+    call tests%close('ground at rest stays', balance%move, 0.0_wp, 1.0e-12_wp)
+    call tests%check('and does not yield', all(model%state%points%plastic == 0))
+    call tests%check('it has a stress', any(abs(before) > 1.0_wp))
+  end subroutine check_weight_in_cells
 
   !> A block of two phases, the second with *RESET DISPLACEMENTS.
   function block(initial) result(deck)

@@ -84,7 +84,8 @@ contains
     n = 0
     if (allocated(level%heads)) n = size(level%heads)
     call fields%data('levels of the free water at parts of the bounds; above them water may leave, and on all '// &
-      'other bounds in air; the sides of the grid are tight', 1, huge(1), when='TYPE=SEEPAGE', rows=n)
+      'other bounds in air; the sides of the grid and what a *SUPPORT holds are tight', 1, huge(1), &
+        when='TYPE=SEEPAGE', rows=n)
     if (.not. fields%writing) then
       if (allocated(level%heads)) deallocate (level%heads)
       allocate (level%heads(n))

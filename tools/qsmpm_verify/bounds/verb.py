@@ -90,24 +90,25 @@ def scale_of(deck: Deck, scene: Scene, history: str) -> float:
     return 0.0
 
 
-def note_of(deck: Deck, safety: bool, value: float | None, history: str = "") -> str:
-    """A sentence for those who have computed the figure, a factor or the force of a history, in another way, and where theirs lies."""
+def note_of(deck: Deck, safety: bool, value: float | None, history: str = "") -> tuple[str, tuple[float, float] | None]:
+    """A sentence for those who have computed the figure, a factor or the force of a history, in another way, and where theirs lies; the
+    bounds themselves where they hold for the deck's own strength."""
     try:
         scene = read_scene(deck, None, False)
         scale = scale_of(deck, scene, history) if scene.pushes else 1.0
         if scene.safety is not safety or scale == 0.0 or not (safety or scene.pushes or history in ("", "load_factor")):
-            return ""
+            return "", None
         found = Search(scene).run()
     except Trouble as trouble:
-        return f"no bounds of limit analysis: {trouble}"
+        return f"no bounds of limit analysis: {trouble}", None
     if not (found.upper.solved and found.lower.solved):
-        return "no bounds of limit analysis: its programs were not solved"
+        return "no bounds of limit analysis: its programs were not solved", None
     low, high = sorted((scale * found.lower.value, scale * found.upper.value))
     text = f"limit analysis: between {low:.5g} and {high:.5g}" + (", strength reduced after Davis" if found.reduced else "")
     if value is not None and not found.reduced and not low <= value <= high:
         beyond = value / high - 1.0 if value > high else value / low - 1.0
         text += f"; the answer is {abs(beyond):.2%} {'above' if beyond > 0 else 'below'} what it may be"
-    return text
+    return text, None if found.reduced else (low, high)
 
 
 def act(words: argparse.Namespace) -> int:

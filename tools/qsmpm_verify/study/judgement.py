@@ -97,6 +97,14 @@ def answer_of(trials: Sequence[Trial]) -> Answer | None:
     return Answer(band.value + shift, band.half + half, band.half, change, tuple(trusted), tuple(notes))
 
 
+def within_bounds(answer: Answer | None, bounds: tuple[float, float] | None) -> Answer | None:
+    """The answer, whose band holds all that limit analysis leaves open where it does not lie within it."""
+    if answer is None or bounds is None or bounds[0] <= answer.value <= bounds[1]:
+        return answer
+    half = max(answer.half, *(abs(bound - answer.value) for bound in bounds))
+    return replace(answer, half=half, notes=(*answer.notes, "the band was stretched to the bounds of limit analysis"))
+
+
 def choice_of(trials: Sequence[Trial], answer: Answer | None, target: float) -> Trial | None:
     """The cheapest run that is within the target even at the far end of the band, and whose finer runs are as well."""
     if answer is None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from qsmpm_verify.bounds.verb import note_of
 from qsmpm_verify.places import PROGRAM
 from qsmpm_verify.study.cards import read_deck
-from qsmpm_verify.study.judgement import answer_of, choice_of, seconds_of_choice, warnings_of
+from qsmpm_verify.study.judgement import answer_of, choice_of, seconds_of_choice, warnings_of, within_bounds
 from qsmpm_verify.study.search import FACTOR, Search, Trial, Wish
 from qsmpm_verify.study.telling import grid_text, tell_study
 from qsmpm_verify.trouble import RunFailed, Trouble
@@ -68,8 +68,9 @@ def act(words: argparse.Namespace) -> int:
         first = search.trials[0].reason if search.trials else search.ending
         raise RunFailed(f"{words.deck}: no run of it gave a figure; the first says: {first}")
     answer = answer_of(search.trials)
+    note, bounds = note_of(deck, wish.history == FACTOR, answer.value if answer else None, wish.history)
+    answer = within_bounds(answer, bounds)
     choice = choice_of(search.trials, answer, wish.target)
-    notes = warnings_of(deck)
-    notes = [*notes, *filter(None, [note_of(deck, wish.history == FACTOR, answer.value if answer else None, wish.history)])]
+    notes = [*warnings_of(deck), *filter(None, [note])]
     tell_study(search, answer, choice, notes)
     return 0 if choice else 1

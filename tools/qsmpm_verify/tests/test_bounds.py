@@ -176,8 +176,8 @@ class Bounds(unittest.TestCase):
 
     def test_a_study_is_told_where_a_contact_force_lies(self) -> None:
         deck = read_deck(TOP / "verification/week/decks/wall_passive.inp")
-        self.assertRegex(note_of(deck, False, 119.6, "force"), r"^limit analysis: between 117\.8\d* and 117\.8\d*; the answer is 1\.\d+% above what it may be$")
-        self.assertEqual(note_of(deck, False, 119.6, "p1"), "")
+        self.assertRegex(note_of(deck, False, 119.6, "force")[0], r"^limit analysis: between 117\.8\d* and 117\.8\d*; the answer is 1\.\d+% above what it may be$")
+        self.assertEqual(note_of(deck, False, 119.6, "p1"), ("", None))
 
     def test_a_mechanism_is_drawn(self) -> None:
         picture = self.folder / "mechanism.png"
@@ -202,12 +202,14 @@ class Bounds(unittest.TestCase):
     def test_a_study_is_told_where_its_answer_lies(self) -> None:
         deck = self.folder / "scene.inp"
         deck.write_text(CUT)
-        text = note_of(read_deck(deck), False, 4.2)
+        text, bounds = note_of(read_deck(deck), False, 4.2)
+        assert bounds is not None
+        self.assertTrue(bounds[0] < 3.7776 < bounds[1])
         self.assertRegex(text, r"^limit analysis: between 3\.7\d+ and 3\.8\d+; the answer is \d+\.\d+% above what it may be$")
-        self.assertNotIn("the answer", note_of(read_deck(deck), False, 3.7776))
-        self.assertEqual(note_of(read_deck(deck), True, 4.2), "")
+        self.assertNotIn("the answer", note_of(read_deck(deck), False, 3.7776)[0])
+        self.assertEqual(note_of(read_deck(deck), True, 4.2), ("", None))
         deck.write_text(CUT.replace("*GRAVITY", "*ROTATE\n*GRAVITY"))
-        self.assertIn("ROTATE", note_of(read_deck(deck), False, None))
+        self.assertIn("ROTATE", note_of(read_deck(deck), False, None)[0])
 
     def test_what_bounds_cannot_take_is_refused_by_name(self) -> None:
         for before, after, word in (

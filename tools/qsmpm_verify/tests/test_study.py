@@ -23,7 +23,7 @@ from qsmpm_verify.places import PROGRAM, TOP
 from qsmpm_verify.results import ResultError
 from qsmpm_verify.study.band import SAFETY, Band, agreed, of_grids, of_steps, of_three, of_two
 from qsmpm_verify.study.cards import Card, Deck, items, plain, read_deck
-from qsmpm_verify.study.judgement import answer_of, choice_of, figures_by_method, seconds_of_choice, warnings_of
+from qsmpm_verify.study.judgement import Answer, answer_of, choice_of, figures_by_method, seconds_of_choice, warnings_of, within_bounds
 from qsmpm_verify.study.refined import REFINED, boxes_of, can_refine, sheared_cells
 from qsmpm_verify.study.search import NOISE, Search, Trial, Wish, figure_of, run_trial, waves
 from qsmpm_verify.study.strength import GAVE_WAY, gave_way, stronger
@@ -248,6 +248,27 @@ class TestBand(unittest.TestCase):
         shift, half = of_steps(0.1)
         for rest in (0.2, 0.1 * 4 / 3, 0.1, 0.0):
             self.assertLessEqual(abs(rest - shift), half + 1e-15)
+
+
+class TestBounds(unittest.TestCase):
+    """The band of an answer beside the bounds of limit analysis."""
+
+    answer = Answer(1.47, 0.01, 0.01, 0.0, ("deck",), ())
+
+    def test_an_answer_beyond_the_bounds_has_them_in_its_band(self) -> None:
+        found = within_bounds(self.answer, (1.55, 1.57))
+        assert found is not None
+        self.assertAlmostEqual(found.half, 0.10)
+        self.assertEqual(found.value, 1.47)
+        self.assertIn("the band was stretched to the bounds of limit analysis", found.notes)
+        above = within_bounds(self.answer, (1.40, 1.45))
+        assert above is not None
+        self.assertAlmostEqual(above.half, 0.07)
+
+    def test_an_answer_within_them_or_without_them_stays(self) -> None:
+        self.assertIs(within_bounds(self.answer, (1.46, 1.48)), self.answer)
+        self.assertIs(within_bounds(self.answer, None), self.answer)
+        self.assertIsNone(within_bounds(None, (1.0, 2.0)))
 
 
 class TestFigure(unittest.TestCase):
