@@ -4,7 +4,8 @@
 !> (docs/methods/fitted.md). Where nodes are pushed they are two to four times as wide as the way that these go: soil
 !> that follows an edge turns smaller cells inside out, and the run cannot go on with splines then. Beside an edge in
 !> soil of friction that hardly carries the weight of a cell there is a surface without strength: there are none. And
-!> nowhere are they smaller than what ground of that stiffness settles under its own weight.
+!> nowhere are they smaller than what ground of that stiffness settles under its own weight, or four times as much under
+!> what presses on it.
 module qsmpm_singular_corners
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_analysis, only: analysis_type
@@ -50,7 +51,7 @@ contains
     width = ways_of_cell*way_of_nodes(analysis)
     if (.not. any(may_yield(analysis%materials)) .or. width >= spacing) return
     if (width > 0.0_wp .and. .not. all(stands(analysis%materials, spacing))) return
-    width = max(width, maxval(own_settlement(analysis%materials, depth_of(outlines))))
+    width = max(width, maxval(own_settlement(analysis%materials, depth_of(outlines), largest_load(analysis))))
     do o = 1, size(outlines)
       do i = 1, size(outlines(o)%corner, 2)
         associate (corner => outlines(o)%corner(:, i))
@@ -119,14 +120,15 @@ contains
       traits%cohesion >= weights_of_cell*material%unit_weight*spacing
   end function stands
 
-  !> What a layer of a soil that can yield settles under its own weight, g D^2/(2 E); 0 where its law has no E.
-  elemental real(wp) function own_settlement(material, depth) result(settlement)
+  !> What a layer of a soil that can yield settles under its own weight, g D^2/(2 E), or four times q D/E under a load;
+  !> 0 where its law has no E.
+  elemental real(wp) function own_settlement(material, depth, load) result(settlement)
     type(material_type), intent(in) :: material
-    real(wp), intent(in) :: depth
+    real(wp), intent(in) :: depth, load
 
     settlement = 0.0_wp
     if (may_yield(material) .and. material%young > 0.0_wp) &
-      settlement = 0.5_wp*material%unit_weight*depth**2/material%young
+      settlement = max(0.5_wp*material%unit_weight*depth, ways_of_cell*load)*depth/material%young
   end function own_settlement
 
   !> The smaller extent of what the bodies fill: ground is wider than deep, whatever way is down.
@@ -144,6 +146,22 @@ contains
     end do
     depth = max(0.0_wp, minval(high - low))
   end function depth_of
+
+  !> The largest load on a face.
+  pure real(wp) function largest_load(analysis) result(load)
+    type(analysis_type), intent(in) :: analysis
+    integer :: p, i
+
+    load = 0.0_wp
+    do p = 1, size(analysis%phases)
+      associate (phase => analysis%phases(p))
+        do i = 1, size(phase%tractions)
+          load = max(load, abs(phase%load_factor)*max(norm2(phase%tractions(i)%vector), &
+            abs(phase%tractions(i)%pressure)))
+        end do
+      end associate
+    end do
+  end function largest_load
 
   !> How far phases push nodes in all.
   pure real(wp) function way_of_nodes(analysis) result(way)

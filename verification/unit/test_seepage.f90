@@ -198,6 +198,11 @@ contains
     field = model%analysis%phases(1)%water_levels(1)%field
     call tests%check('tight soil holds water under pressure', head_of_flow(field, [4.25_wp, 1.0_wp]) > 1.02_wp)
     call tests%check('in air it leaves', head_of_flow(field, [5.0_wp, 1.0_wp]) < 1.0_wp + solved)
+    call build(sides//soil//'*BODY, NAME=raised, MATERIAL=soil, SHAPE=BOX| 0, 6, 0.5, 2|*SURFACE, NAME=sole, '// &
+      'TYPE=OUTLINE, BODY=raised, BOX| 0, 6, 0.5, 0.5|'//phase//'*SUPPORT, SURFACE=sole|'// &
+      '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.8| right, 1.2|*END PHASE|', model)
+    field = model%analysis%phases(1)%water_levels(1)%field
+    call tests%check('what a support holds is tight', head_of_flow(field, [3.0_wp, 0.5_wp]) > 1.2_wp)
     call build(head//soil//'*BODY, NAME=bin, MATERIAL=soil, SHAPE=BOX| 4.5, 5.5, 1.5, 2.5|'//ground//phase// &
       '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.5| right, 1|*END PHASE|', model)
     field = model%analysis%phases(1)%water_levels(1)%field

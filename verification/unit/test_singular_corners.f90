@@ -42,6 +42,8 @@ contains
       < 0.1_wp)
     call tests%check('not a body within', smallest(head//soil//ground//lens//weight, [2.2_wp, 1.3_wp]) > 0.15_wp)
     call tests%check('the end of a load', smallest(head//soil//ground//face//weight//pushed, [1.3_wp, 2.1_wp]) < 0.1_wp)
+    call tests%check('no smaller than soft ground settles there', smallest(head//soil//ground//face//weight// &
+      '*PHASE, NAME=pushed|*PRESSURE, SURFACE=top| 100|*END PHASE|', [1.3_wp, 2.1_wp]) > 0.15_wp)
     call tests%check('not that of a face alone', smallest(head//soil//ground//face//weight, [1.3_wp, 2.1_wp]) > 0.15_wp)
     call tests%check('nor where nodes are pushed', smallest(head//soil//bank//'*NSET, NSET=top, BOX| 0, 0.5, 2.5, 2.5|'// &
       weight//'*PHASE, NAME=pushed|*PRESCRIBE| top, Y, -0.13|*END PHASE|', [2.0_wp, 1.0_wp]) > 0.15_wp)
