@@ -91,6 +91,9 @@ contains
       1.2125_wp]))
     call tests%close('the last stable factor', bracket%stable, 1.2_wp, rounding)
     call tests%close('the first lost one', bracket%lost, 1.2125_wp, rounding)
+    bracket = bracket_type()
+    call note_lost(1.0_wp, bracket)
+    call tests%check('lost from nothing is not lost from a stable one', .not. bracket%from_stable)
     call search(1.26_wp, 0.03_wp, .false., bracket, tried)
     call tests%check('never beyond the middle of the bracket', same(tried, [1.0_wp, 1.1_wp, 1.2_wp, 1.3_wp, 1.25_wp, &
       1.275_wp]))
@@ -242,6 +245,10 @@ contains
       'factor of safety at least 1.2 (stable); at 1.25 no equilibrium was found')
     call tests%check('in six digits', bracket_text(bracket_type(1.23456789_wp, 1.24000012_wp, mechanism=.true.)) == &
       'factor of safety between 1.23457 (stable) and 1.24 (lost)')
+    call tests%check('both of them', bracket_text(bracket_type(1.2345678_wp, 1.2456789_wp, mechanism=.true.)) == &
+      'factor of safety between 1.23457 (stable) and 1.24568 (lost)')
+    call tests%check('and where the end is not known', bracket_text(bracket_type(1.2345678_wp, 1.2456789_wp)) == &
+      'factor of safety at least 1.23457 (stable); at 1.24568 no equilibrium was found')
     call tests%check('none lost', bracket_text(bracket_type(10.0_wp, 0.0_wp)) == 'factor of safety above 10')
     call tests%check('in six digits too', bracket_text(bracket_type(1.23456789_wp, 0.0_wp)) == &
       'factor of safety above 1.23457')

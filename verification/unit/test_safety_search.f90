@@ -594,6 +594,17 @@ contains
     call end_search(run%model, run%model%analysis%phases(2), untried, run%observer, run%error)
     call tests%check('a search that finds its bracket closed has a reason for that', &
       index(run%observer%text, 'was found (not tried again)') > 0)
+    call tests%check('nothing is said of ground that stands', index(run%observer%text, 'a factor below 1') == 0)
+    associate (bracket => run%model%state%progress%bracket, runout => run%model%analysis%phases(2)%safety%runout)
+      runout = bracket%stable
+      call end_search(run%model, run%model%analysis%phases(2), untried, run%observer, run%error)
+      call tests%check('a run-out at the stable factor is none', index(run%observer%text, 'nothing runs out') > 0)
+      bracket%stable = 0.95_wp
+      bracket%lost = 1.0_wp
+      call end_search(run%model, run%model%analysis%phases(2), untried, run%observer, run%error)
+      call tests%check('a factor below that of the phase before is told', index(run%observer%text, &
+        'a factor below 1, and the phase before carried its loads') > 0)
+    end associate
   end subroutine check_controls
 
   !> Laws follow the factor with their blend; without a phase they are the material's own. A law whose strength the user
