@@ -50,7 +50,8 @@ module qsmpm_assembly
     integer :: bad_status = status_ok
     real(wp) :: bad_share = 0.0_wp
     character(len=:), allocatable :: bad_message
-    !> What a shared pressure is told apart by at the integration points, for their weight; 0 where unallocated (n).
+    !> Pressure of each integration point less the common one of its group, by weight and water [stress]; 0 where
+    !> unallocated (n).
     real(wp), allocatable :: pressure_offset(:)
     !> When the step takes place, for the laws.
     type(step_info_type) :: step_info

@@ -103,7 +103,7 @@ contains
     real(wp), intent(inout) :: block(:)
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
-    !> What a shared pressure is told apart by (points).
+    !> Pressure of the points less the common one of their group [stress] (points).
     real(wp), intent(in), optional :: offset(:)
     integer :: n, d, a, from, to, last
 

@@ -38,7 +38,7 @@ module qsmpm_pressure_balance
     real(wp), allocatable :: low(:), high(:)
     !> pi + c omega - g and k (n).
     real(wp), allocatable :: pressure(:), stiffness(:)
-    !> g, what the pressures of the points differ by (n).
+    !> g, pressure of the points less the common one, by weight and water [stress] (n).
     real(wp), allocatable :: offset(:)
     !> r and l, packed (5 or 9, n).
     real(wp), allocatable :: right(:, :), left(:, :)

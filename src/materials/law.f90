@@ -118,7 +118,7 @@ module qsmpm_law
     procedure(start_interface), deferred :: start
     !> The same at a place, for laws whose state differs from place to place.
     procedure :: start_at => start_anywhere
-    !> Take the strength anew from the stress of a point, where it follows that.
+    !> Update the strength from the effective stress of a point, where it follows that.
     procedure :: strengthen => keep_strength
     !> One step.
     procedure(update_interface), deferred :: update

@@ -157,7 +157,7 @@ module qsmpm_phase_description
     real(wp) :: stop_tolerance = 1.0e-2_wp
     !> Displacements count from its start; softened material has its first strength again.
     logical :: reset_displacements = .false., reset_strains = .false.
-    !> Strength that follows the stress is taken anew at its start.
+    !> Strength that follows the stress is updated at its start.
     logical :: updates_strength = .false.
     type(source_line_type) :: strength_where
     type(drain_state_type) :: drain_state

@@ -1,5 +1,5 @@
-!> Strengths that follow the effective stress of their points (SHANSEP), taken anew where a phase asks for it, and what
-!> the log says of them.
+!> Strengths that follow the effective stress of their points (SHANSEP, Ladd and Foott 1974): updated where a phase asks
+!> for it, and what the log says of them.
 module qsmpm_strength_update
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type

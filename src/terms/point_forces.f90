@@ -17,7 +17,7 @@ module qsmpm_point_forces
 
 contains
 
-  !> Forces of the material points (dimension, points).
+  !> Forces of the material points [force] (dimension, points).
   pure function point_forces(model, fraction) result(force)
     type(model_type), intent(in) :: model
     !> Load fraction, 0 to 1: weights run over the phase where bodies come or change.
@@ -39,7 +39,7 @@ contains
     if (allocated(model%loading%point_force)) force = force + model%loading%point_force(:, :model%state%points%count)
   end function point_forces
 
-  !> g of the points of each group and material, 0 where no pressure is shared (n).
+  !> g of the points of each group and material [stress], 0 where no pressure is shared (n).
   pure function pressure_offsets(model, integration, fraction) result(offset)
     type(model_type), intent(in) :: model
     type(integration_type), intent(in) :: integration

@@ -236,6 +236,8 @@ contains
     call make_step('PLANE STRAIN', flow//'*CONTROLS, STEPS=1000|', model, step)
     call tests%check('steps of 0.003 are short', index(model%notes, "phase 'load': its steps of 0.003 are shorter than "// &
       'h^2/(6 c) = ') > 0 .and. index(model%notes, " of 'clay': beside faces") > 0)
+    call tests%check('so short that it is a warning, with the width of the cells', index(model%notes, &
+      "warning: phase 'load': its steps of 0.003") > 0 .and. index(model%notes, 'over one cell, of 0.43, which') > 0)
     call end_system(step%system)
     call make_step('PLANE STRAIN', flow//'*CONTROLS, STEPS=10|', model, step)
     call tests%check('those of 0.3 are not', index(model%notes, 'its steps of') == 0)

@@ -24,6 +24,7 @@ module test_initial_stresses
   use deck_samples, only: joined
   use scene_samples, only: changed, layers_deck, outcome
   use scratch_folder, only: make_folder, remove_folder
+  use qsmpm_step_error, only: measure_step_error, step_error_type
   use testing, only: tests_type
   implicit none
   private
@@ -354,6 +355,7 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     type(balance_type) :: balance
+    type(step_error_type) :: errors
     type(error_type), allocatable :: error
     real(wp) :: before(4)
 
@@ -369,6 +371,8 @@ contains
     call measure_balance(model, step, balance, .true.)
     call tests%close('ground at rest stays', balance%move, 0.0_wp, 1.0e-12_wp)
     call tests%check('and does not yield', all(model%state%points%plastic == 0))
+    call measure_step_error(model, step, spread(0.0_wp*model%mesh%coordinates(1, :), 1, 2), .true., errors, error)
+    call tests%close('the walk in halves of a step knows its weight as the step does', errors%path, 0.0_wp, 1.0e-12_wp)
     call tests%check('it has a stress', any(abs(before) > 1.0_wp))
   end subroutine check_weight_in_cells
 

@@ -242,6 +242,7 @@ contains
     call tests%check('the phase is named', index(model%notes, "phase 'flow': water flows in by 'left'") > 0)
     call tests%close('k H dh/L between two sides', told(model, "'left'"), 2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
     call tests%close('which goes out again', told(model, "'right'"), -2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
+    call tests%check('no soil is lifted inside what is tight', index(model%notes, 'lifts the soil') == 0)
     call tests%check('by unit of width', index(model%notes, 'a unit of time and unit width)') > 0)
     call build(sides//soil//box//phase//level//'base, 4| top, 3|*END PHASE|', model)
     call tests%close('k L dh/H up from the base', told(model, "'base'"), 2.0_wp*6.0_wp/2.0_wp, 1.0e-3_wp)

@@ -58,6 +58,9 @@ contains
     call tests%check('and no smaller than two ways', smallest(head//soil//ground//edge// &
       '*PHASE, NAME=pushed|*PRESCRIBE| plate, Y, -0.1|*END PHASE|', [1.2_wp, 2.1_wp]) > 0.1_wp)
     call tests%close('a set ends at a node', gap_to(head//soil//ground//edge//weight, [1.2_wp, 2.1_wp]), 0.0_wp, 1.0e-6_wp)
+    call tests%close('one along a line in the ground has nodes to its lower end', gap_to(head//soil//ground// &
+      '*NSET, NSET=wall, BOX| 1.3, 1.3, 0.7, 2.1|'//weight, [1.3_wp, 0.7_wp]), 0.0_wp, 1.0e-6_wp)
+    call tests%check('which is not so without it', gap_to(head//soil//ground//weight, [1.3_wp, 0.7_wp]) > 1.0e-3_wp)
     call tests%close('and a face', gap_to(head//soil//ground//face//weight, [1.3_wp, 2.1_wp]), 0.0_wp, 1.0e-6_wp)
     call tests%check('a box around a corner picks its node alone', gap_to(head//soil//ground//'*NSET, NSET=corner, '// &
       'BOX| 3.95, 4.05, 2.05, 2.15|'//weight, [3.95_wp, 2.1_wp]) > 0.04_wp)

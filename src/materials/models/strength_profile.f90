@@ -6,7 +6,7 @@
 !>   field    from samples: the plane (in space: linear function) nearest to the few samples around, weighted by the
 !>            inverse square of their distances, not beyond their values; linear fields exactly, samples as given
 !>   shansep  s = S sigma_v (sigma_p/sigma_v)^m, of the vertical effective stress sigma_v that a point starts with or
-!>            has when a phase asks for it anew, and the largest one so far sigma_p (Ladd and Foott 1974)
+!>            has when a phase updates it, and the largest one so far sigma_p (Ladd and Foott 1974)
 !> Y is the coordinate along one axis of the place where a point is at its start. E = (E/s) s, or a column of its own.
 module qsmpm_strength_profile
   use qsmpm_kinds, only: wp
