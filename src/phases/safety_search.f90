@@ -188,8 +188,7 @@ contains
         phase%name//"': at strength/"//rounded_text(progress%bracket%lost, 6)//' neither equilibrium nor '// &
         'a mechanism was found ('//lost_for(outcome)//'): whether the soil is stable there is not known')
       if (progress%bracket%lost > 0.0_wp) call observer%tell_result( &
-        'the factor is that of this grid, and coarser ones '// &
-        'give higher factors: `qsmpm-verify study DECK --history F` tells it with its grid error')
+        'the factor is that of this grid: `qsmpm-verify study DECK --history F` tells it with its grid error')
       if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%lost > 1.0_wp) call observer%note("warning: "// &
         "phase '"//phase%name//"': a factor below 1, and the phase before carried its loads with the whole "// &
         'strength: either the ground gave way there and came to rest in another shape, or equilibrium is found in '// &
