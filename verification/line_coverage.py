@@ -54,14 +54,17 @@ class LineCoverage:
         missed = self.missed.get(code.co_filename)
         if missed is None:
             return None
-        here = self._open.setdefault(code, _lines(code))
-        if not here & missed:
+        here = self._open.get(code)
+        if here is None:
+            here = self._open[code] = _lines(code) & missed
+        if not here:
             return None
 
         def ran(frame: types.FrameType, event: str, argument: object) -> Callable[..., object] | None:
-            if event == "line" and frame.f_lineno in missed:
-                missed.remove(frame.f_lineno)
-                self._left -= 1
+            if event == "line" and frame.f_lineno in here:
+                here.remove(frame.f_lineno)
+                self._left -= frame.f_lineno in missed  # a lambda shares its line with the routine around it
+                missed.discard(frame.f_lineno)
                 if self._left == 0:
                     self.stop()
             return ran
