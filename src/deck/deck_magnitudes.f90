@@ -117,6 +117,7 @@ contains
     end do
     do i = 1, size(state%analysis%materials)
       call check_weight(state, state%analysis%materials(i), unit, density)
+      call check_saturated(state, state%analysis%materials(i), water_weight)
       if (water_weight > 0.0_wp) call check_buoyancy(state, state%analysis%materials(i), water_weight)
     end do
   end subroutine check_weights
@@ -183,6 +184,18 @@ contains
       rounded_text(material%unit_weight)//by_gravity(density)//' in '//names(state%analysis)//', which is '// &
       rounded_text(weight)//' kN/m3; 10 to 25 is usual')
   end subroutine check_weight
+
+  !> Water in the pores adds weight; soil that floats is told of by itself.
+  subroutine check_saturated(state, material, water_weight)
+    type(deck_state_type), intent(inout) :: state
+    type(material_type), intent(in) :: material
+    real(wp), intent(in) :: water_weight
+
+    if (material%saturated_weight < water_weight .or. material%saturated_weight >= material%unit_weight) return
+    call state%warn(material%where, 'MATERIAL', "material '"//material%name//"' weighs "// &
+      rounded_text(material%saturated_weight)//' below the water level and '//rounded_text(material%unit_weight)// &
+      ' above: gamma_sat is the weight with the water in the pores; buoyancy is not to be taken off')
+  end subroutine check_saturated
 
   !> Soil below water is heavier than it.
   subroutine check_buoyancy(state, material, water_weight)

@@ -20,10 +20,11 @@ module qsmpm_initial_strength
 
 contains
 
-  !> Own material points whose stress changes though they do not move.
-  integer function count_beyond_strength(model) result(beyond)
+  !> Own material points of each material whose stress changes though they do not move.
+  function count_beyond_strength(model) result(beyond)
     !> The model at the start of a phase.
     type(model_type), intent(in) :: model
+    integer :: beyond(size(model%laws))
     type(batch_type) :: batch
     logical :: own(model%state%points%count)
     integer :: p, m
@@ -43,7 +44,7 @@ contains
           call law%update(batch, tangent_none)
           if (batch%status(1) /= status_ok) cycle
           if (norm2(batch%stress(:, 1) - points%stress(:, p)) > round_off*norm2(points%stress(:, p))) &
-            beyond = beyond + 1
+            beyond(m) = beyond(m) + 1
         end do
       end associate
     end do

@@ -135,10 +135,10 @@ contains
     end if
     course%before = [course%before(2), force]
     course%most = max(course%most, force)
-    call follow_wave(course, force)
+    call follow_wave(course, max(force, 0.0_wp))
   end subroutine follow_force
 
-  !> A wave is counted where the force rises again.
+  !> A wave is counted where the force rises again; ground that pushes along resists nothing.
   pure subroutine follow_wave(course, force)
     type(course_type), intent(inout) :: course
     real(wp), intent(in) :: force

@@ -15,7 +15,7 @@
 !> (qsmpm_phase_report).
 module qsmpm_initial_balance
   use qsmpm_kinds, only: wp
-  use qsmpm_agreement, only: joint_norm, lowest_rank
+  use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
   use qsmpm_equations, only: gather
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_exchange, only: spread_from
@@ -23,6 +23,7 @@ module qsmpm_initial_balance
   use qsmpm_initial_stress, only: reaches_above, measure_slope
   use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, find_largest_move, &
     largest_move
+  use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: tangent_elastic
   use qsmpm_model, only: model_type
@@ -96,7 +97,7 @@ contains
     end if
     write (text, '(a,3(1x,es11.4))') ', most at', balance%position
     call fail(error, error_not_converged, "phase '"//phase%name//"': the "//stresses_of(phase)// &
-      ' are not in equilibrium, '//balance_text(balance)//trim(text)//': '//cause_of(correction))
+      ' are not in equilibrium, '//balance_text(balance)//trim(text)//': '//cause_of(correction, is_beyond_strength(model)))
   end subroutine check_initial_balance
 
   !> Whether nothing but gravity acts in a phase, so that what moves in it tells of its initial stresses.
@@ -161,11 +162,15 @@ contains
 
   !> Why stresses may be out of balance by much, and what to do. Where elastic ground would hardly move, it is the soil
   !> that is soft where its stress is low.
-  pure function cause_of(correction) result(words)
+  pure function cause_of(correction, beyond_strength) result(words)
     type(correction_type), intent(in) :: correction
+    logical, intent(in) :: beyond_strength
     character(len=:), allocatable :: words
 
-    if (correction%before > 0.0_wp .and. correction%before <= refused) then
+    if (beyond_strength) then
+      words = 'they lie beyond the strength of the soil, as was warned of: clay carries no K0 that is farther from 1 '// &
+        'than 2 c over the vertical stress, friction none below its active ratio or above its passive one'
+    else if (correction%before > 0.0_wp .and. correction%before <= refused) then
       words = 'the stiffness of a soil falls with its stress to next to nothing at the surface, and the cells '// &
         'there are too coarse for that. Take smaller cells, *METHOD, BASIS=GIMP, INTEGRATION=CELL, or let the grid '// &
         'end where the ground does'
@@ -174,6 +179,13 @@ contains
         'in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). '//advice
     end if
   end function cause_of
+
+  !> Whether the laws of any process bring the stresses of points back before anything moves.
+  logical function is_beyond_strength(model)
+    type(model_type), intent(in) :: model
+
+    is_beyond_strength = any_of(model%part%team, any(count_beyond_strength(model) > 0))
+  end function is_beyond_strength
 
   !> Warn of material above the level of the ground.
   subroutine warn_of_material_above(model, phase, observer)

@@ -255,15 +255,22 @@ contains
   subroutine warn_of_initial_strength(model, observer)
     type(model_type), intent(in) :: model
     class(observer_type), intent(inout) :: observer
-    integer(long) :: beyond, points
+    integer(long) :: beyond(size(model%laws)), points
+    character(len=:), allocatable :: names
+    integer :: m
 
     associate (team => model%part%team, count_of => model%state%points%count)
-      beyond = total(team, int(count_beyond_strength(model), long))
+      beyond = int(count_beyond_strength(model), long)
+      names = ''
+      do m = 1, size(beyond)
+        beyond(m) = total(team, beyond(m))
+        if (beyond(m) > 0) names = names//", '"//model%analysis%materials(m)%name//"'"
+      end do
       points = total(team, count(own_of(model%part%points, count_of), kind=long))
     end associate
-    if (beyond > 0) call observer%note('warning: the initial stress of '//integer_text(beyond)//' of '// &
-      integer_text(points)//' material points lies beyond their strength; the first step '// &
-      'brings it back and moves them: change k0 of *INITIAL')
+    if (any(beyond > 0)) call observer%note('warning: the initial stress of '//integer_text(sum(beyond))//' of '// &
+      integer_text(points)//' material points lies beyond their strength (material '//names(3:)//'); the first step '// &
+      'brings it back and moves them: change k0, of the *K0 of the material or of *INITIAL')
   end subroutine warn_of_initial_strength
 
   !> Why a phase ends without its load: pieces without support where there are any, else the residual of the last solve.

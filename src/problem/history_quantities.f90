@@ -21,7 +21,7 @@ module qsmpm_history_quantities
     character(len=16) :: word
     integer :: place
     integer :: components
-    !> L length, F force, M moment, V volume, S stress; blank for a number.
+    !> L length, F force, M moment, V volume, S stress, A angle; blank for a number.
     character(len=1) :: unit
     !> Every process of a team knows the whole of it: then the first one tells it. Of others each tells its part.
     logical :: known_to_all = .false.
@@ -44,7 +44,7 @@ module qsmpm_history_quantities
     history_quantity_type('CONTACT MOMENT', at_rigid_body, component_none, 'M', .true., .true.), &
     history_quantity_type('BODY MOVE', at_rigid_body, component_vector, 'L', .true., .true.), &
     history_quantity_type('CONTACT PRESSURE', at_contact, component_none, 'S', .false., .true.), &
-    history_quantity_type('BODY ROTATION', at_rigid_body, component_none, ' ', .true., .true.), &
+    history_quantity_type('BODY ROTATION', at_rigid_body, component_none, 'A', .true., .true.), &
     history_quantity_type('CONTACT SLIP', at_rigid_body, component_none, 'L', .false., .true.), &
     history_quantity_type('PROP FORCE', at_prop, component_none, 'F', .true., .true.), &
     history_quantity_type('TIME', at_run, component_none, ' ', .true., .true.), &
@@ -108,6 +108,9 @@ contains
     character(len=:), allocatable :: unit
 
     unit = '-'
+    if (quantity >= 1) then
+      if (history_quantities(quantity)%unit == 'A') unit = 'degree'
+    end if
     if (.not. (allocated(analysis%length_unit) .and. allocated(analysis%force_unit))) return
     if (analysis%force_unit == '-' .or. quantity < 1) return
     select case (history_quantities(quantity)%unit)

@@ -270,6 +270,7 @@ contains
 
     call told('', '', '', '')
     call told(' 18, 20|', ' 18, 9.3|', '', "material 'soil' weighs 9.3 below the water level and water 9.81: it floats")
+    call told(' 18, 20|', ' 18, 17|', '', "material 'soil' weighs 17 below the water level and 18 above: gamma_sat is")
     call told('=9.81', '=9790', '', "material 'soil' weighs 20 below the water level and water 9790: it floats", &
       'UNIT WEIGHT=9790 in kN and m is 9790 kN/m3; water weighs 9.81')
     call told('=9.81', '=1', '', 'UNIT WEIGHT=1 in kN and m is 1 kN/m3; water weighs 9.81')

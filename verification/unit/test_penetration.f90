@@ -231,6 +231,8 @@ contains
     call tests%close('waves by 4.9 %', ended(model, check, waves), 0.0_wp, 0.0_wp)
     call go(model, check, [100.0_wp, 94.0_wp, 96.4_wp, 90.0_wp, 92.4_wp, 91.0_wp])
     call tests%close('falls of which less than half comes back', ended(model, check, waves), 0.0_wp, 0.0_wp)
+    call go(model, check, -[20.0_wp, 33.0_wp, 20.0_wp, 33.0_wp, 20.0_wp])
+    call tests%close('soil that follows a wall resists nothing', ended(model, check, waves), 0.0_wp, 0.0_wp)
   end subroutine check_waves
 
   !> Steps with so large a mean reaction at two nodes of which one goes three times as far.
