@@ -9,12 +9,13 @@ module qsmpm_histories
     quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
     quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation, &
     quantity_contact_pressure, quantity_contact_slip, quantity_prop_force, quantity_time, &
-    quantity_excess_pressure
+    quantity_excess_pressure, quantity_discharge
   use qsmpm_history_quantities, only: history_quantities, is_taken_at, at_point
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: items_of
   use qsmpm_consolidation, only: excess_pressure
   use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on
+  use qsmpm_pore_water, only: discharge_in
   use qsmpm_props, only: prop_force
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, rigid_body_number
   use qsmpm_rigid_pose, only: rigid_pose_type
@@ -86,6 +87,8 @@ contains
         end associate
       case (quantity_excess_pressure)
         value = max(0.0_wp, maxval(abs(excess_pressure(model))))
+      case (quantity_discharge)
+        value = discharge_in(model%analysis, model%state%progress%phase, history%set//history%surface)
       case (quantity_prop_force)
         value = prop_force(model, history%prop)
       case (quantity_contact_slip)

@@ -3,7 +3,7 @@
 module qsmpm_model_histories
   use qsmpm_kinds, only: wp, long
   use qsmpm_history_description, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, &
-    quantity_excess_pressure, quantity_stress, quantity_runout, history_type
+    quantity_excess_pressure, quantity_discharge, quantity_stress, quantity_runout, history_type
   use qsmpm_source_line, only: source_line_type
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_active_bodies, only: bodies_active
@@ -16,7 +16,7 @@ module qsmpm_model_histories
   use qsmpm_own_part, only: is_divided
   use qsmpm_phase_loads, only: has_consolidation
   use qsmpm_phase_tree, only: parent_of
-  use qsmpm_pore_water, only: has_pore_pressure
+  use qsmpm_pore_water, only: has_inflow, has_pore_pressure
   use qsmpm_points, only: allocate_carried
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_mesh_search, only: inverse_map
@@ -72,6 +72,9 @@ contains
         if (histories(i)%quantity == quantity_excess_pressure .and. .not. has_consolidation(model%analysis%phases)) &
           call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'no pore water flows: no phase has a '// &
           '*CONSOLIDATION')
+        if (histories(i)%quantity == quantity_discharge .and. .not. has_inflow(model%analysis, histories(i)%set// &
+          histories(i)%surface)) call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'no *WATER '// &
+          "LEVEL, TYPE=SEEPAGE has a level at '"//histories(i)%set//histories(i)%surface//"'")
         if (histories(i)%quantity == quantity_state) call find_state(model, i, material, diagnostics)
         if (histories(i)%quantity == quantity_runout) call check_front(model, histories(i))
         if (.not. traced(i)) cycle

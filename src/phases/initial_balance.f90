@@ -97,7 +97,8 @@ contains
     end if
     write (text, '(a,3(1x,es11.4))') ', most at', balance%position
     call fail(error, error_not_converged, "phase '"//phase%name//"': the "//stresses_of(phase)// &
-      ' are not in equilibrium, '//balance_text(balance)//trim(text)//': '//cause_of(correction, is_beyond_strength(model)))
+      ' are not in equilibrium, '//balance_text(balance)//trim(text)//': '// &
+      cause_of(correction, is_beyond_strength(model)))
   end subroutine check_initial_balance
 
   !> Whether nothing but gravity acts in a phase, so that what moves in it tells of its initial stresses.
@@ -167,9 +168,9 @@ contains
     logical, intent(in) :: beyond_strength
     character(len=:), allocatable :: words
 
-    if (beyond_strength) then
-      words = 'they lie beyond the strength of the soil, as was warned of: clay carries no K0 that is farther from 1 '// &
-        'than 2 c over the vertical stress, friction none below its active ratio or above its passive one'
+    if (beyond_strength .and. correction%before <= refused) then
+      words = 'they lie beyond the strength of the soil, as was warned of: clay carries no K0 that is farther from '// &
+        '1 than 2 c over the vertical stress, friction none below its active ratio or above its passive one'
     else if (correction%before > 0.0_wp .and. correction%before <= refused) then
       words = 'the stiffness of a soil falls with its stress to next to nothing at the surface, and the cells '// &
         'there are too coarse for that. Take smaller cells, *METHOD, BASIS=GIMP, INTEGRATION=CELL, or let the grid '// &

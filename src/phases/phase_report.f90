@@ -269,8 +269,8 @@ contains
       points = total(team, count(own_of(model%part%points, count_of), kind=long))
     end associate
     if (any(beyond > 0)) call observer%note('warning: the initial stress of '//integer_text(sum(beyond))//' of '// &
-      integer_text(points)//' material points lies beyond their strength (material '//names(3:)//'); the first step '// &
-      'brings it back and moves them: change k0, of the *K0 of the material or of *INITIAL')
+      integer_text(points)//' material points lies beyond their strength (material '//names(3:)// &
+      '); the first step brings it back and moves them: change k0, of the *K0 of the material or of *INITIAL')
   end subroutine warn_of_initial_strength
 
   !> Why a phase ends without its load: pieces without support where there are any, else the residual of the last solve.

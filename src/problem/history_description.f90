@@ -12,7 +12,8 @@ module qsmpm_history_description
     quantity_reaction = 4, quantity_state = 5, quantity_strain = 6, quantity_volume = 7, quantity_runout = 8, &
     quantity_pore_pressure = 9, quantity_contact_force = 10, quantity_contact_moment = 11, quantity_body_move = 12, &
     quantity_contact_pressure = 13, quantity_body_rotation = 14, quantity_contact_slip = 15, &
-    quantity_prop_force = 16, quantity_time = 17, quantity_excess_pressure = 18
+    quantity_prop_force = 16, quantity_time = 17, quantity_excess_pressure = 18, &
+    quantity_discharge = 19
 
   !> A column of curves.csv.
   type :: history_type
@@ -23,7 +24,7 @@ module qsmpm_history_description
     integer :: component = 1
     !> Start position of the massless tracer, or where the nearest material point is sought.
     real(wp) :: at(3) = 0.0_wp
-    !> quantity_reaction: the node set, or the supported surface.
+    !> quantity_reaction: the node set, or the supported surface; quantity_discharge: that of a row of *WATER LEVEL.
     character(len=:), allocatable :: set, surface
     !> Quantities of a body: its name, empty for all bodies.
     character(len=:), allocatable :: body

@@ -21,7 +21,7 @@ module qsmpm_history_quantities
     character(len=16) :: word
     integer :: place
     integer :: components
-    !> L length, F force, M moment, V volume, S stress, A angle; blank for a number.
+    !> L length, F force, M moment, V volume, S stress, A angle, Q volume a time; blank for a number.
     character(len=1) :: unit
     !> Every process of a team knows the whole of it: then the first one tells it. Of others each tells its part.
     logical :: known_to_all = .false.
@@ -30,7 +30,7 @@ module qsmpm_history_quantities
     logical :: carried = .false.
   end type history_quantity_type
 
-  type(history_quantity_type), parameter, public :: history_quantities(18) = [ &
+  type(history_quantity_type), parameter, public :: history_quantities(19) = [ &
     history_quantity_type('DISPLACEMENT', at_tracer, component_vector, 'L', .true., .true.), &
     history_quantity_type('POSITION', at_tracer, component_vector, 'L', .true., .true.), &
     history_quantity_type('STRESS', at_point, component_tensor, 'S', .false., .true.), &
@@ -48,7 +48,8 @@ module qsmpm_history_quantities
     history_quantity_type('CONTACT SLIP', at_rigid_body, component_none, 'L', .false., .true.), &
     history_quantity_type('PROP FORCE', at_prop, component_none, 'F', .true., .true.), &
     history_quantity_type('TIME', at_run, component_none, ' ', .true., .true.), &
-    history_quantity_type('EXCESS PRESSURE', at_run, component_none, 'S', .true., .true.)]
+    history_quantity_type('EXCESS PRESSURE', at_run, component_none, 'S', .true., .true.), &
+    history_quantity_type('DISCHARGE', at_run, component_none, 'Q', .true., .true.)]
 
 contains
 
@@ -126,10 +127,11 @@ contains
       unit = analysis%force_unit//' '//analysis%length_unit
       if (analysis%model == axisymmetric) unit = unit//'/rad'
       if (analysis%model == plane_strain) unit = unit//'/'//analysis%length_unit
-    case ('V')
+    case ('V', 'Q')
       unit = analysis%length_unit//'3'
       if (analysis%model == axisymmetric) unit = unit//'/rad'
       if (analysis%model == plane_strain) unit = analysis%length_unit//'2'
+      if (history_quantities(quantity)%unit == 'Q') unit = unit//'/time'
     end select
   end function default_unit
 end module qsmpm_history_quantities

@@ -68,6 +68,8 @@ module qsmpm_load_description
     character(len=:), allocatable :: set
     !> Height as a coordinate, and rain above it: a volume a unit of level area and time.
     real(wp) :: level = 0.0_wp, rain = 0.0_wp
+    !> What flows in there a unit of time, of a slice of unit width or a radian; found with the field of the level.
+    real(wp) :: inflow = 0.0_wp
     type(source_line_type) :: where
   end type head_type
 

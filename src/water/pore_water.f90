@@ -16,11 +16,12 @@ module qsmpm_pore_water
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
   use qsmpm_consolidation, only: excess_pressure
-  use qsmpm_load_description, only: water_level_type
+  use qsmpm_load_description, only: head_type, water_level_type
   use qsmpm_phase_description, only: phase_type
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_phase_loads, only: has_consolidation
+  use qsmpm_phase_tree, only: lineage
   use qsmpm_points, only: carries_water
   use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_vertical, only: upwards, vertical_of
@@ -29,7 +30,7 @@ module qsmpm_pore_water
   private
 
   public :: has_water, has_pore_pressure, dry_tables, take_levels, water_forces, &
-    steady_pressure, update_pore_pressure
+    steady_pressure, update_pore_pressure, discharge_in, has_inflow
 
 contains
 
@@ -54,6 +55,52 @@ contains
       has_pore_pressure = has_pore_pressure .or. excess_place(model, m) > 0
     end do
   end function has_pore_pressure
+
+  !> What flows in at a part of the bounds in a phase, by the flow that is in force; 0 where none is.
+  pure real(wp) function discharge_in(analysis, number, name) result(discharge)
+    type(analysis_type), intent(in) :: analysis
+    !> Of the phase.
+    integer, intent(in) :: number
+    !> The node set or surface of a row of *WATER LEVEL, TYPE=SEEPAGE.
+    character(len=*), intent(in) :: name
+    integer, allocatable :: line(:)
+    integer :: i, k
+
+    discharge = 0.0_wp
+    allocate (line, source=lineage(analysis%phases, number))
+    do i = 1, size(line)
+      associate (levels => analysis%phases(line(i))%water_levels)
+        do k = 1, size(levels)
+          if (len(levels(k)%body) == 0) discharge = 0.0_wp
+          if (levels(k)%flows) discharge = discharge + sum(levels(k)%heads%inflow, mask=is_named(levels(k)%heads, name))
+        end do
+      end associate
+    end do
+  end function discharge_in
+
+  !> Whether a part of the bounds has this name.
+  elemental logical function is_named(head, name)
+    type(head_type), intent(in) :: head
+    character(len=*), intent(in) :: name
+
+    is_named = head%set == name
+  end function is_named
+
+  !> Whether any flow has a level at a part of the bounds.
+  pure logical function has_inflow(analysis, name)
+    type(analysis_type), intent(in) :: analysis
+    character(len=*), intent(in) :: name
+    integer :: p, k
+
+    has_inflow = .false.
+    do p = 1, size(analysis%phases)
+      do k = 1, size(analysis%phases(p)%water_levels)
+        associate (level => analysis%phases(p)%water_levels(k))
+          if (level%flows) has_inflow = has_inflow .or. any(is_named(level%heads, name))
+        end associate
+      end do
+    end do
+  end function has_inflow
 
   !> No water in any body.
   pure subroutine dry_tables(analysis, tables)

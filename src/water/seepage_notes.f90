@@ -15,7 +15,7 @@ module qsmpm_seepage_notes
   implicit none
   private
 
-  public :: flow_notes, moved_note
+  public :: discharge, flow_notes, moved_note
 
   !> Share of all flows that is their round-off.
   real(wp), parameter :: round_off = 1.0e-9_wp
@@ -34,10 +34,10 @@ contains
 
     text = "phase '"//analysis%phases(number)%name//"': water flows in by"
     do i = 1, size(level%heads)
-      text = text//" '"//level%heads(i)%set//"' "//discharge_text(flow, scene%row == i)//','
+      text = text//" '"//level%heads(i)%set//"' "//rounded_text(level%heads(i)%inflow, 4)//','
     end do
     text = text//' elsewhere '// &
-      discharge_text(flow, scene%row == 0 .and. flow%kind == node_face)// &
+      rounded_text(discharge(flow, scene%row == 0 .and. flow%kind == node_face), 4)// &
       ' (negative: out; a unit of time and '// &
       trim(merge('radian    ', 'unit width', analysis%model == axisymmetric))// &
       '); '//integer_text(size(flow%corner, 2))//' triangles, '//integer_text(flow%iterations)//' iterations, '// &
@@ -49,16 +49,13 @@ contains
   end function flow_notes
 
   !> What flows in at some nodes; 0 where it is the round-off of what flows through others.
-  pure function discharge_text(flow, nodes) result(text)
+  pure real(wp) function discharge(flow, nodes)
     type(seepage_type), intent(in) :: flow
     logical, intent(in) :: nodes(:)
-    character(len=:), allocatable :: text
-    real(wp) :: discharge
 
     discharge = sum(flow%inflow, mask=nodes)
     if (abs(discharge) <= round_off*sum(abs(flow%inflow))) discharge = 0.0_wp
-    text = rounded_text(discharge, 4)
-  end function discharge_text
+  end function discharge
 
   !> The warning of water that leaves the ground upwards by a gradient that lifts it; empty where there is none.
   function lift_note(analysis, number, level, scene, flow) result(text)

@@ -17,7 +17,7 @@ module qsmpm_seepage_scene
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
   use qsmpm_seepage_bounds, only: place_bounds, seepage_scene_type
   use qsmpm_seepage_field, only: index_triangles, seepage_field_type
-  use qsmpm_seepage_notes, only: flow_notes
+  use qsmpm_seepage_notes, only: discharge, flow_notes
   implicit none
   private
 
@@ -78,7 +78,7 @@ contains
     type(seepage_scene_type) :: scene
     type(seepage_type) :: flow
     type(error_type), allocatable :: error
-    integer :: before
+    integer :: before, i
 
     associate (level => model%analysis%phases(number)%water_levels(item))
       before = diagnostics%count
@@ -98,6 +98,9 @@ contains
       end if
       allocate (level%field)
       call make_field(scene, flow, upwards(model%analysis), level%field)
+      do i = 1, size(level%heads)
+        level%heads(i)%inflow = discharge(flow, scene%row == i)
+      end do
       model%notes = model%notes//flow_notes(model%analysis, number, level, scene, flow)
     end associate
   end subroutine find_flow

@@ -7,6 +7,7 @@ module test_seepage
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
+  use qsmpm_pore_water, only: discharge_in
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
   use qsmpm_seepage_notes, only: moved_note
   use qsmpm_seepage_field, only: cell_of_place, gradient_of_flow, head_of_flow, index_triangles, seepage_field_type
@@ -242,8 +243,16 @@ contains
     call tests%check('the phase is named', index(model%notes, "phase 'flow': water flows in by 'left'") > 0)
     call tests%close('k H dh/L between two sides', told(model, "'left'"), 2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
     call tests%close('which goes out again', told(model, "'right'"), -2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
+    call tests%close('a history has it', discharge_in(model%analysis, 1, 'left'), 2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
+    call tests%close('and nothing of what has no level', discharge_in(model%analysis, 1, 'base'), 0.0_wp, 0.0_wp)
     call tests%check('no soil is lifted inside what is tight', index(model%notes, 'lifts the soil') == 0)
     call tests%check('by unit of width', index(model%notes, 'a unit of time and unit width)') > 0)
+    call build(sides//soil//box//phase//level//'left, 4| right, 3|*END PHASE|*PHASE, NAME=rest|*END PHASE|'// &
+      '*PHASE, NAME=dry|*WATER LEVEL, TYPE=NONE|*END PHASE|', model)
+    call tests%close('it holds in the phase behind', discharge_in(model%analysis, 2, 'left'), &
+      discharge_in(model%analysis, 1, 'left'), 0.0_wp)
+    call tests%check('until there is no water', discharge_in(model%analysis, 2, 'left') > 0.0_wp .and. &
+      abs(discharge_in(model%analysis, 3, 'left')) <= 0.0_wp)
     call build(sides//soil//box//phase//level//'base, 4| top, 3|*END PHASE|', model)
     call tests%close('k L dh/H up from the base', told(model, "'base'"), 2.0_wp*6.0_wp/2.0_wp, 1.0e-3_wp)
     call tests%close('all cells let through what they do', maxval([(abs(norm2(velocity_at(model%analysis%phases(1)% &

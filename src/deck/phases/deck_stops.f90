@@ -1,6 +1,7 @@
 !> *STOP: a phase ends where a history reaches a value. What histories and stops refer to is checked here.
 module qsmpm_deck_stops
   use qsmpm_kinds, only: wp
+  use qsmpm_history_description, only: quantity_discharge
   use qsmpm_phase_description, only: stop_type, phase_safety
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, check_name
@@ -92,6 +93,7 @@ contains
         call check_name(state, history%prop, props, history%where, 'HISTORY', 'prop')
         if (len(history%surface) == 0) cycle
         call check_name(state, history%surface, surfaces, history%where, 'HISTORY', 'surface')
+        if (history%quantity == quantity_discharge) cycle
         if (.not. is_supported(state, history%surface)) call state%error_from(history%where, 'HISTORY', &
           "no *SUPPORT or *CONTRACTION holds the surface '"//history%surface//"': it has no reaction")
       end associate

@@ -2,7 +2,8 @@
 module qsmpm_deck_histories
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_history_description, only: history_type, quantity_reaction, quantity_state, quantity_prop_force
+  use qsmpm_history_description, only: history_type, quantity_reaction, quantity_state, quantity_prop_force, &
+    quantity_discharge
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_histories
@@ -31,7 +32,8 @@ contains
       'and turned about z (degrees); CONTACT SLIP how far soil has slid along it since they touched; CONTACT '// &
       'PRESSURE is that on the soil around a place as drawn, a mean over the length of a patch; PROP FORCE '// &
       'that of a prop, tension positive; TIME that of the phases; EXCESS PRESSURE the largest there is of '// &
-      '*CONSOLIDATION, by its size. *STOP ends a phase by one.', &
+      '*CONSOLIDATION, by its size; DISCHARGE what flows in (negative: out) by a row of *WATER LEVEL, '// &
+      'TYPE=SEEPAGE in a unit of time. *STOP ends a phase by one.', &
       history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
       '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate|'// &
       '*HISTORY, NAME=toe, QUANTITY=RUNOUT, COMPONENT=X, BODY=slope', check_history, list=list_histories, &
@@ -55,9 +57,9 @@ contains
       call component_field(fields, history)
       call fields%name('UNIT', history%unit, 'unit in the header; made of *UNITS when not given')
       call fields%number('SCALE', history%scale, 'factor of the values')
-      call fields%name('NSET', history%set, 'node set', needs='QUANTITY=REACTION')
-      call fields%name('SURFACE', history%surface, 'surface held by *SUPPORT or *CONTRACTION, in place of NSET', &
-        needs='QUANTITY=REACTION')
+      call fields%name('NSET', history%set, 'node set', needs='QUANTITY=REACTION|DISCHARGE')
+      call fields%name('SURFACE', history%surface, 'surface, in place of NSET: held by *SUPPORT or '// &
+        '*CONTRACTION, or with a level', needs='QUANTITY=REACTION|DISCHARGE')
       call fields%name('BODY', history%body, 'body; all when not given, but of CONTACT FORCE, CONTACT MOMENT, '// &
         'CONTACT SLIP, BODY MOVE and BODY ROTATION, whose rigid body must be named', &
         needs='QUANTITY=VOLUME|RUNOUT|CONTACT FORCE|CONTACT MOMENT|CONTACT SLIP|BODY MOVE|BODY ROTATION')
@@ -113,8 +115,9 @@ contains
         'QUANTITY='//card%word('QUANTITY')//' wants the parameter BODY, a rigid body')
       if (history%quantity == quantity_prop_force .and. .not. card%has('PROP')) &
         call state%report_error(card, 'QUANTITY=PROP FORCE wants the parameter PROP')
-      if (history%quantity == quantity_reaction .and. (card%has('NSET') .eqv. card%has('SURFACE'))) &
-        call state%report_error(card, 'QUANTITY=REACTION wants one of the parameters NSET and SURFACE')
+      if (any(history%quantity == [quantity_reaction, quantity_discharge]) .and. &
+        (card%has('NSET') .eqv. card%has('SURFACE'))) call state%report_error(card, 'QUANTITY='// &
+        card%word('QUANTITY')//' wants one of the parameters NSET and SURFACE')
     end associate
   end subroutine check_history
 
