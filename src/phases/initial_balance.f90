@@ -168,7 +168,7 @@ contains
     logical, intent(in) :: beyond_strength
     character(len=:), allocatable :: words
 
-    if (beyond_strength .and. correction%before <= refused) then
+    if (beyond_strength) then
       words = 'they lie beyond the strength of the soil, as was warned of: clay carries no K0 that is farther from '// &
         '1 than 2 c over the vertical stress, friction none below its active ratio or above its passive one'
     else if (correction%before > 0.0_wp .and. correction%before <= refused) then
