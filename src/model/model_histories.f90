@@ -18,11 +18,13 @@ module qsmpm_model_histories
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_pore_water, only: has_inflow, has_pore_pressure
   use qsmpm_points, only: allocate_carried
-  use qsmpm_mesh_measure, only: cell_width
+  use qsmpm_mesh_measure, only: cell_width, interpolate
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_prop_stages, only: prop_stage, prop_stage_type
   use qsmpm_structures, only: prop_type
-  use qsmpm_element, only: inside_distance, face_count
+  use qsmpm_element, only: face_count, inside_distance, local_centre, max_faces, max_nodes, node_count, &
+    shape_functions
+  use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_seed_table, only: seed_table_type
   use qsmpm_team, only: smallest
@@ -35,6 +37,8 @@ module qsmpm_model_histories
 
   !> A body reaches the side of the mesh from this share of its length on.
   real(wp), parameter :: on_side = 1.0e-3_wp
+  !> A place is outside of the ground by rounding, and taken for one on its face, up to these shares of a cell.
+  real(wp), parameter :: on_face = 1.0e-6_wp, near = 0.05_wp
 
 contains
 
@@ -186,7 +190,8 @@ contains
     is_named = upper(name) == wanted .or. (index(head, 'SDV') == 1 .and. (head == wanted .or. head == 'SDV'//wanted))
   end function is_named
 
-  !> Put a tracer into an occupied cell that holds its place, preferring the nearest point's cell.
+  !> Put a tracer into an occupied cell that holds its place, preferring the nearest point's cell. A place that is
+  !> outside of all by a little, as rounded coordinates of an outline are, is moved onto the nearest one.
   subroutine place_tracer(model, at, keyword, name, where, occupied, tracer, diagnostics)
     type(model_type), intent(inout) :: model
     !> The place, and the card that wants it.
@@ -202,7 +207,7 @@ contains
     integer :: c, n, cell
 
     x = at(:model%mesh%dimension)
-    best = -1.0e-6_wp
+    best = -near
     cell = 0
     do c = 1, model%mesh%cell_count
       if (.not. occupied(c)) cycle
@@ -221,11 +226,32 @@ contains
       return
     end if
     call inverse_map(model%mesh, cell, x, local, ok)
+    if (best < -on_face) call move_onto_cell(model%mesh, cell, local, x)
     model%state%tracers%cell(tracer) = cell
     model%state%tracers%local(:, tracer) = local
     model%state%tracers%position(:, tracer) = x
     model%state%tracers%initial_position(:, tracer) = x
   end subroutine place_tracer
+
+  !> Move a place outside of a cell towards its middle, onto its face.
+  pure subroutine move_onto_cell(mesh, cell, local, x)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell
+    !> Local coordinates, and the place (dimension).
+    real(wp), intent(inout) :: local(:), x(:)
+    real(wp) :: middle(size(local)), within(max_faces), outside(max_faces), functions(max_nodes)
+    integer :: n, kind
+
+    kind = mesh%cell_kind(cell)
+    n = face_count(kind)
+    middle = local_centre(kind)
+    call inside_distance(kind, middle, within(:n))
+    call inside_distance(kind, local, outside(:n))
+    local = middle + minval(within(:n)/(within(:n) - outside(:n)), mask=outside(:n) < 0.0_wp)*(local - middle)
+    n = node_count(kind)
+    call shape_functions(kind, local, functions(:n))
+    x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
+  end subroutine move_onto_cell
 
   !> The material point nearest to the place of a history; tell which one was picked.
   subroutine pick_point(model, history, number, material)

@@ -33,7 +33,47 @@ contains
     call check_reach(tests, model)
     call check_smooth(tests)
     call check_followed(tests)
+    call check_rounded(tests)
   end subroutine collect_histories
+
+  !> A place on the face of a slope in rounded coordinates is moved onto it; one that is off by more is refused.
+  subroutine check_rounded(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    character(len=:), allocatable :: said
+
+    call build_slope('13.333, 6.667', model, said)
+    call tests%check('a place on the face with three digits is found; told: '//said, len(said) == 0)
+    associate (x => model%state%tracers%position(:, 1))
+      call tests%close('where the face is, y = x/2', x(2), x(1)/2.0_wp, 1.0e-12_wp)
+      call tests%close('near the place', norm2(x - [13.333_wp, 6.667_wp]), 0.0_wp, 2.0e-3_wp)
+    end associate
+    call build_slope('13.333, 6.666', model, said)
+    associate (x => model%state%tracers%position(:, 1))
+      call tests%close('one inside stays where it is', norm2(x - [13.333_wp, 6.666_wp]), 0.0_wp, 0.0_wp)
+    end associate
+    call build_slope('13.3, 6.9', model, said)
+    call tests%check('one in the air is refused', index(said, "'face' lies in no element that holds material") > 0)
+  end subroutine check_rounded
+
+  !> A slope of 1 in 2 on fitted triangles with a history at a place; what the builder tells.
+  subroutine build_slope(place, model, said)
+    character(len=*), intent(in) :: place
+    type(model_type), intent(out) :: model
+    character(len=:), allocatable, intent(out) :: said
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    allocate (analysis)
+    said = ''
+    call parse_deck('slope.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID| X, 0, 30, 30| Y, 0, 10, 10|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*UNIT WEIGHT|18|*BODY, NAME=ground, '// &
+      'MATERIAL=soil, SHAPE=POLYGON|0, 0|30, 0|30, 10|20, 10|10, 5|0, 5|*HISTORY, NAME=face, QUANTITY=POSITION, '// &
+      'COMPONENT=Y|'//place//'|*PHASE, NAME=load|*FIX|base, ALL|*GRAVITY|0, -1|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) said = error%message
+  end subroutine build_slope
 
   !> Two blocks side by side, each held by a surface; two cells wide, one point in the middle of each quarter of a cell.
   subroutine make_model(model)
