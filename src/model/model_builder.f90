@@ -329,8 +329,9 @@ contains
     smallest = minval(lines(2:) - lines(:size(lines) - 1))
   end function smallest
 
-  !> Resistance to volume changes inside a cell over the shear modulus. Clay needs little where cells are not bilinear;
-  !> other soil that flows carries less than it should with half of it on splines.
+  !> Resistance to volume changes inside a cell over the shear modulus. Clay needs little where cells are not bilinear,
+  !> but for clay that cracks: what opens keeps no volume, and cells of next to one pressure fall apart there. Other soil
+  !> that flows carries less than it should with half of it on splines.
   pure real(wp) function resistance_of(material, linear, bilinear) result(factor)
     type(material_type), intent(in) :: material
     !> Displacements are linear in a cell, with a domain of the point or without, or cells fit the ground; of elements
@@ -340,7 +341,7 @@ contains
 
     traits = traits_of(material)
     factor = usual_resistance
-    if (traits%failure_keeps_volume) then
+    if (traits%failure_keeps_volume .and. .not. material%tensile_strength < huge(1.0_wp)) then
       if (.not. bilinear) factor = clay_resistance
     else if (may_yield(material) .and. .not. linear) then
       factor = flow_resistance

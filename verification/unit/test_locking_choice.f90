@@ -29,6 +29,9 @@ contains
     call check(tests, 'TRI6', 'STANDARD', '0.3', '1, 20, 0', 0.0_wp)
     call check(tests, 'TRI6', 'STANDARD', '0.3', '1, 0, 0', 0.1_wp)
     call check(tests, 'QUAD4', 'SPLINE2G', '0.3', '1, 0, 0', 0.1_wp)
+    ! Clay that cracks is as other soil.
+    call check(tests, 'QUAD4', 'SPLINE2G', '0.3', '1, 0, 0, 0', 1.0_wp)
+    call check(tests, 'TRI6', 'STANDARD', '0.3', '1, 0, 0, 0', 1.0_wp)
     ! Elasticity: what nearly keeps its volume, on every element.
     call check(tests, 'QUAD4', 'STANDARD', '0.45', '', 0.0_wp)
     call check(tests, 'QUAD4', 'STANDARD', '0.46', '', 0.5_wp)
