@@ -80,22 +80,26 @@ class Field:
 
 def _node(soil: Soil, a: Array, b: Array) -> Array:
     """Nodes where the slip lines from a (t + e) and from b (t - e) meet."""
-    slope, angle, mean = math.tan(soil.friction), (a[ANGLE] + b[ANGLE]) / 2, a[MEAN]
-    x, z = a[X], a[Z]
+    cosine, sine, slope, spread = math.cos(soil.friction), math.sin(soil.friction), math.tan(soil.friction), soil.spread
+    angle, mean, z = (a[ANGLE] + b[ANGLE]) / 2, (a[MEAN] + b[MEAN]) / 2, (a[Z] + b[Z]) / 2
+    # Mohr's radius at the mean of two ends, twice over cos phi: what the ends of the known nodes give of it
+    weight_x, weight_z = soil.weight * slope + soil.gain, soil.weight
+    known_a, known_b = (2 * soil.radius(end[MEAN] / 2, end[Z] / 2) / cosine for end in (a, b))
+    start_a, start_b = (end[MEAN] - weight_z * end[Z] + sign * weight_x * end[X] for end, sign in ((a, 1), (b, -1)))
     for _ in range(ROUNDS):
-        first, second = (angle + a[ANGLE]) / 2 + soil.spread, (angle + b[ANGLE]) / 2 - soil.spread
-        along_a, along_b = a[X] * np.cos(first) - a[Z] * np.sin(first), b[X] * np.cos(second) - b[Z] * np.sin(second)
-        across = np.sin(first - second)
-        x = (along_b * np.sin(first) - along_a * np.sin(second)) / across
-        z = (along_b * np.cos(first) - along_a * np.cos(second)) / across
-        factor_a = 2 * soil.radius((mean + a[MEAN]) / 2, (z + a[Z]) / 2) / math.cos(soil.friction)
-        factor_b = 2 * soil.radius((mean + b[MEAN]) / 2, (z + b[Z]) / 2) / math.cos(soil.friction)
-        right_a = a[MEAN] + factor_a * a[ANGLE] + soil.weight * (z - a[Z] - slope * (x - a[X])) - soil.gain * (x - a[X])
-        right_b = b[MEAN] - factor_b * b[ANGLE] + soil.weight * (z - b[Z] + slope * (x - b[X])) + soil.gain * (x - b[X])
+        first, second = (angle + a[ANGLE]) / 2 + spread, (angle + b[ANGLE]) / 2 - spread
+        sine_a, cosine_a, sine_b, cosine_b = np.sin(first), np.cos(first), np.sin(second), np.cos(second)
+        along_a, along_b = a[X] * cosine_a - a[Z] * sine_a, b[X] * cosine_b - b[Z] * sine_b
+        across = sine_a * cosine_b - cosine_a * sine_b
+        x, z = (along_b * sine_a - along_a * sine_b) / across, (along_b * cosine_a - along_a * cosine_b) / across
+        own = soil.gain * z + mean * (sine / cosine)
+        factor_a, factor_b, height = known_a + own, known_b + own, weight_z * z
+        right_a = start_a + factor_a * a[ANGLE] + height - weight_x * x
+        right_b = start_b - factor_b * b[ANGLE] + height + weight_x * x
         new = (right_a - right_b) / (factor_a + factor_b)
-        change = float(np.max(np.abs(new - angle)))
+        change = float(np.abs(new - angle).max())
         angle, mean = new, right_a - factor_a * new
-        if change < 1e-13:
+        if change < 1e-12:
             break
     return np.array([x, z, mean, angle])
 
