@@ -39,7 +39,7 @@ module qsmpm_phases
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, is_load_known, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
-  use qsmpm_stepping, only: is_reported, take_step
+  use qsmpm_stepping, only: error_stopped, is_reported, is_stopped, take_step
   use qsmpm_stopwatch, only: switch_timer, part_control, part_output
   use qsmpm_surface_refinement, only: needs_refining
   use qsmpm_team, only: team_type, total
@@ -53,8 +53,6 @@ module qsmpm_phases
   public :: step_loop_type, begin_step_loop, advance_step_loop, leave_lost_phase, end_phase, end_step_loop, &
     is_finished, error_stopped
 
-  !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
-  integer, parameter :: error_stopped = 128
   !> Growth of the largest part over the mean from which a model is divided anew.
   real(wp), parameter :: most_growth = 1.25_wp
 
@@ -527,16 +525,6 @@ contains
       call end_search(model, phase, outcome, observer, error)
     end if
   end subroutine reach_factor
-
-  !> Whether the run is to stop.
-  logical function is_stopped(team, observer, error)
-    type(team_type), intent(in) :: team
-    class(observer_type), intent(inout) :: observer
-    type(error_type), allocatable, intent(out) :: error
-
-    is_stopped = any_of(team, observer%stop_requested())
-    if (is_stopped) call fail(error, error_stopped, 'stopped on request')
-  end function is_stopped
 
   !> Points, equations and histories at the end of an accepted step.
   subroutine complete_record(model, step, record)

@@ -4,7 +4,8 @@ module qsmpm_stepping
   use qsmpm_kinds, only: wp, long
   use qsmpm_phase_description, only: phase_type, controls_type
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_error, only: error_type
+  use qsmpm_agreement, only: any_of
+  use qsmpm_error, only: error_type, fail
   use qsmpm_exchange, only: spread_from
   use qsmpm_initialisation, only: step_type, norm_of_forces, norm_of_volumes
   use qsmpm_limit_load, only: add_compliance
@@ -21,11 +22,15 @@ module qsmpm_stepping
     judge_stabilisation, lacks_support, largest_move, may_be_damped, must_equilibrate, reject, reject_solve, &
     static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
+  use qsmpm_team, only: team_type
   use qsmpm_term_share, only: add_solves, share_named, stabilisation_share
   implicit none
   private
 
-  public :: take_step, is_reported
+  public :: take_step, is_reported, is_stopped, error_stopped
+
+  !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
+  integer, parameter :: error_stopped = 128
 
 contains
 
@@ -79,7 +84,7 @@ contains
       if (.not. may_be_damped(model, controls, fraction, outcome)) return
       if (.not. is_reported(step, outcome%reason)) &
         call observer%note('static step rejected ('//outcome%reason//'); damped sub-steps')
-      call take_substeps(model, step, solver, controls, fraction, record, outcome, error)
+      call take_substeps(model, step, solver, controls, fraction, observer, record, outcome, error)
       if (allocated(error) .or. .not. outcome%accepted) return
     end if
     call equilibrate_again(model, step, solver, controls, observer, record, outcome, error)
@@ -150,12 +155,13 @@ contains
   end subroutine take_static_step
 
   !> Damped sub-steps at a load until it is carried without damping.
-  subroutine take_substeps(model, step, solver, controls, fraction, record, outcome, error)
+  subroutine take_substeps(model, step, solver, controls, fraction, observer, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: fraction
+    class(observer_type), intent(inout) :: observer
     type(step_record_type), intent(inout) :: record
     type(outcome_type), intent(inout) :: outcome
     type(error_type), allocatable, intent(out) :: error
@@ -168,6 +174,7 @@ contains
     damping = first_damping(controls, model%state%progress%damping, norm_of_forces(step), norm_of_volumes(step), move)
     if (is_beyond_help(damping)) return
     do substep = 1, controls%max_substeps
+      if (is_stopped(model%part%team, observer, error)) return
       call solve(model, step, solver, controls, substep_attempt(controls, damping, fraction, record%start, move), &
         record, outcome, solution, error)
       if (allocated(error)) return
@@ -206,6 +213,7 @@ contains
     held = merge(record%largest_move, huge(held), model%state%progress%strength_factor > 1.0_wp)
     fadings = 0
     do while (must_equilibrate(controls, record%shares, record%reequilibrations))
+      if (is_stopped(model%part%team, observer, error)) return
       record%reequilibrations = record%reequilibrations + 1
       share = share_named(record%shares, stabilisation_share)
       call solve(model, step, solver, reequilibration_controls(controls), &
@@ -217,7 +225,7 @@ contains
       if (solution%converged) cycle
       if (outcome%unrecoverable) return
       if (.not. is_dampable(model, controls)) exit
-      call take_substeps(model, step, solver, controls, load, record, outcome, error)
+      call take_substeps(model, step, solver, controls, load, observer, record, outcome, error)
       if (allocated(error) .or. outcome%at_limit) return
       if (outcome%accepted) cycle
       call observer%note('re-equilibration rejected ('//outcome%reason//')')
@@ -228,4 +236,14 @@ contains
     ! Who tries factors at places that stay tells it with the factor.
     if (.not. (outcome%accepted .or. controls%in_place)) call observer%note(outcome%reason)
   end subroutine equilibrate_again
+
+  !> Whether the run is to stop.
+  logical function is_stopped(team, observer, error)
+    type(team_type), intent(in) :: team
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+
+    is_stopped = any_of(team, observer%stop_requested())
+    if (is_stopped) call fail(error, error_stopped, 'stopped on request')
+  end function is_stopped
 end module qsmpm_stepping

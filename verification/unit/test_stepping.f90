@@ -17,7 +17,7 @@ module test_stepping
   use qsmpm_observer, only: step_record_type
   use qsmpm_phase_start, only: start_phase, measure_start
   use qsmpm_step_control, only: outcome_type
-  use qsmpm_stepping, only: take_step
+  use qsmpm_stepping, only: error_stopped, take_step
   use scripted_solver, only: scripted_outcome_type, script_type, test_observer_type
   use state_samples, only: state_differences
   use testing, only: tests_type
@@ -274,6 +274,16 @@ contains
     call it%go([lost(), damped(0.5_wp)])
     call tests%close('a looser tolerance of the deck is that of sub-steps too', it%script%asked(2)%tolerance, 1.0e-2_wp, &
       0.0_wp)
+    call start(it)
+    it%observer%stop_after = 0
+    call it%go([lost(), damped(0.5_wp), damped(5.0e-4_wp), scripted_outcome_type()])
+    call tests%check('a run that is to stop takes no more sub-steps', size(it%script%asked) == 1 .and. allocated(it%error))
+    if (allocated(it%error)) call tests%check('says so, and is where it was', it%error%code == error_stopped .and. &
+      it%is_restored())
+    call start(it)
+    it%observer%stop_after = 0
+    call it%go([scripted_outcome_type(stabilisation_share=0.5_wp), scripted_outcome_type()])
+    call tests%check('nor re-equilibrations', size(it%script%asked) == 1 .and. allocated(it%error) .and. it%is_restored())
   end subroutine check_substeps
 
   !> How the damping changes.
