@@ -82,7 +82,8 @@ contains
     call check_commit(tests)
     call check_cards(tests)
     call check_rounding(tests)
-    call check_shares(tests)
+    call check_shares(tests, '*LOAD, BODY=plate, COMPONENT=MZ|5|', 2)
+    call check_shares(tests, '', 1)
     call check_other_body(tests)
   end subroutine collect_body_loads
 
@@ -148,8 +149,11 @@ contains
 
   !> Processes that share the patches and the load of a body: what each adds at the body, to force, matrix, size and what is
   !> kept, adds up to the whole, and each acts on all nodes of the soil.
-  subroutine check_shares(tests)
+  subroutine check_shares(tests, more, nodes_of_body)
     type(tests_type), intent(inout) :: tests
+    !> Another load beside that along y; how many nodes the body has by both.
+    character(len=*), intent(in) :: more
+    integer, intent(in) :: nodes_of_body
     class(model_type), allocatable :: model
     class(step_type), allocatable, target :: step
     class(term_type), pointer :: term
@@ -159,7 +163,7 @@ contains
     integer :: a, who
 
     allocate (model, step)
-    call begin_loaded(model, step, roller//'FRICTION ANGLE=30|', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
+    call begin_loaded(model, step, roller//'FRICTION ANGLE=30|', more)
     associate (nodes => all_nodes(step%unknowns))
       allocate (u(2, nodes), of_body(2, nodes), force(2, nodes, 0:2), sizes(2, nodes, 0:2), source=0.0_wp)
       of_body(:, nodes - 1:) = 1.0_wp
@@ -182,7 +186,7 @@ contains
       call term%commit(u, model)
       reaction(:, who) = force_on_body(model, 1)
     end do
-    call tests%check('two unknowns of the body and both processes at work', count(body) == 2 .and. &
+    call tests%check('unknowns of the body and both processes at work', count(body) == nodes_of_body .and. &
       all([(maxval(abs(reaction(:, who))) > 1.0_wp, who=1, 2)]) .and. all(abs(product(:, 1:)) < huge(1.0_wp)))
     associate (n => size(u, 2) - 1, most => maxval(abs(force)))
       call tests%close('forces on the body add up', maxval(abs(force(:, n:, 0) - force(:, n:, 1) - force(:, n:, 2))), 0.0_wp, &

@@ -554,12 +554,12 @@ contains
       call find_patches(model, all_points(model, .true.), touched, nobody, patches)
       call tests%check('or has it too far away', patches%count == 9)
       ! The first point, and all of the cell beside its own.
-      touched(:, 1) = abs(x - x(1)) <= 0.0_wp .or. abs(x - x(1) + 0.25_wp) < 0.15_wp
+      touched(:, 1) = abs(x - x(1)) <= 0.0_wp .or. (x > 0.25_wp .and. x < 0.5_wp)
       call find_patches(model, all_points(model, .true.), touched, nobody, patches)
       call tests%check('the first point joins too', patches%count == 8)
       ! The first point, which is no short patch by its area as the others are not, and one that is.
       model%state%surface%area_vector = 3.0_wp*model%state%surface%area_vector
-      i = minloc(abs(x - x(1) + 0.25_wp), dim=1)
+      i = minloc(abs(x - x(1) - 0.25_wp), dim=1)
       model%state%surface%area_vector(:, i) = model%state%surface%area_vector(:, i)/3.0_wp
       touched(:, 1) = [(any(p == [1, i]), p=1, size(x))]
       call find_patches(model, all_points(model, .true.), touched, nobody, patches)
