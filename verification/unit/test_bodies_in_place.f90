@@ -50,6 +50,8 @@ contains
     call tests%close('corners of its own radius keep it', model%analysis%rigid_bodies(1)%round, 0.0625_wp, 1.0e-15_wp)
     call build(tests, 'PLANE STRAIN', box, 'SHAPE=PLANE, IN PLACE=YES|4, 0, -1, -1', model)
     call check_rest(tests, 'a slope', model, 12.0_wp - 4.5_wp)
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=PLANE, IN PLACE=YES|0, 0, 1, -1', model)
+    call check_rest(tests, 'a slope from a corner of the mesh', model, 12.0_wp - 4.5_wp)
     call build(tests, 'PLANE STRAIN', '*BODY, NAME=ground, MATERIAL=soil, SHAPE=ALL|'// &
       '*SURFACE, NAME=around, TYPE=SEGMENT|4, 3, 0, 3|', &
       'SHAPE=CIRCLE, IN PLACE=YES|2, 1.6, 0.7', model)

@@ -68,6 +68,8 @@ contains
     call check_round_gap(tests)
     call check_rigid_motion(tests)
     call check_tangent(tests, 'FRICTION ANGLE=30', '')
+    ! 10 E/h 0.03 tan(0.3 degrees) is less than E/h 0.01: it slips.
+    call check_tangent(tests, 'FRICTION ANGLE=0.3', '')
     call check_tangent(tests, 'TENSION=YES, ADHESION=1', '')
     call check_tangent(tests, 'FRICTION ANGLE=30|*CONFINING PRESSURE|40', '|*INITIAL, TYPE=ISOTROPIC|0, 40')
     call check_confined(tests)
@@ -293,6 +295,8 @@ contains
     type(placed_shape_type), allocatable :: bodies(:)
     type(body_points_type) :: points
     logical, allocatable :: before(:)
+    real(wp) :: place(2), width
+    integer :: body
 
     allocate (model, step)
     call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
@@ -308,6 +312,16 @@ contains
       call tests%close('a cell is as large as those of the grid', maxval(abs(points%cell_size - merge(0.2_wp, 0.0_wp, &
         before .and. inside))), 0.0_wp, 1.0e-14_wp)
     end associate
+    ! What is beyond the mesh opens no patch beside it, as what nothing touches in the mesh does.
+    points%pressure = 0.0_wp
+    where (points%patch == points%patch(minloc(hypot(points%position(1, :) - 1.9_wp, points%position(2, :) - 0.65_wp), &
+      dim=1))) points%pressure = 1.0_wp
+    points%touched = before
+    call keep_body_points(model, points)
+    allocate (model%part%points(model%state%points%count), source=.false.)
+    call widest_gap(model, bodies, body, place, width)
+    call tests%check('a patch that ends at the end of the mesh is looked at', body == 1)
+    call tests%check('its middle is that of what is in the mesh', place(1) < 2.0_wp .and. abs(place(2) - 0.65_wp) < 0.01_wp)
     call end_system(step%system)
   end subroutine check_beyond
 
@@ -346,6 +360,12 @@ contains
       allocate (model%part%points(model%state%points%count), source=.false.)
       call widest_gap(model, placed_bodies(model), body, place, width)
       call tests%close('without soil of its own all is missing', width, 0.3_wp, 1.0e-12_wp)
+      ! A tenth of a sector of 0.3 by 0.3, be it the first point.
+      model%part%points(1) = .true.
+      model%state%points%position(:, 1) = [1.2_wp, 0.6_wp]
+      model%state%points%volume(1) = 0.009_wp*merge(1.2_wp, 1.0_wp, kind == 'AXISYMMETRIC')
+      call widest_gap(model, placed_bodies(model), body, place, width)
+      call tests%close('all but a tenth', width, 0.27_wp, 0.01_wp)
       call end_system(step%system)
     end function gap_in
   end subroutine check_round_gap

@@ -64,6 +64,7 @@ contains
       '*RIGID BODY, NAME=plate, SHAPE=POLYGON|0.3, 1.09|1.7, 1.09|1.7, 2|0.3, 2|*CONTACT, BODY=plate, ON=BODY, ')
     call check_tangent(tests, 'force along both axes, friction', 'FRICTION ANGLE=30', '')
     call check_tangent(tests, 'a moment, friction', 'FRICTION ANGLE=30', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
+    call check_tangent(tests, 'a moment, slipping', 'FRICTION ANGLE=0.1', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
     call check_tangent(tests, 'a moment, adhesion', 'ADHESION=4', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
     call check_tangent(tests, 'a moment, smooth', 'FRICTION ANGLE=0', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
     call check_tangent(tests, 'a moment, turned before', 'FRICTION ANGLE=30', '*LOAD, BODY=plate, COMPONENT=MZ|5|', 0.7_wp)

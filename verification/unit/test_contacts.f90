@@ -6,6 +6,7 @@ module test_contacts
   use qsmpm_analysis, only: analysis_type, plane_strain, axisymmetric, three_dimensional
   use qsmpm_phase_description, only: initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type
+  use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
   use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on, penetration_type
@@ -84,6 +85,9 @@ contains
     call check_tangent(tests, 'FRICTION ANGLE=40', 0.0_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10', 0.03_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10, ADHESION=5', 0.03_wp)
+    ! 100 E/h 0.03 tan(0.3 degrees) is half of E/h 0.03: it slips.
+    call check_tangent(tests, 'FRICTION ANGLE=0.3', 0.03_wp)
+    call check_tangent(tests, 'FRICTION ANGLE=0.2, ADHESION=5', 0.03_wp)
     call check_tangent(tests, 'TENSION=YES', 0.0_wp)
     call check_step(tests)
     call check_parting(tests)
@@ -94,11 +98,13 @@ contains
     call check_round_pressure(tests)
     call check_space(tests)
     call check_space_tangent(tests, 'FRICTION ANGLE=10')
+    call check_space_tangent(tests, 'FRICTION ANGLE=0.3')
     call check_space_tangent(tests, 'FRICTION ANGLE=60, ADHESION=3')
     call check_interface(tests)
     call check_strength(tests)
     call check_penetration(tests)
     call check_rest(tests)
+    call check_wall(tests)
     call check_other_surfaces(tests)
     call check_turned_body(tests)
   end subroutine collect_contacts
@@ -319,6 +325,12 @@ contains
     body%shape = rigid_polygon
     body%polygon = reshape([0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 4.0_wp, 0.0_wp, 4.0_wp], [2, 4])
     call expect('a polygon with an edge on the axis has its image', [0.0_wp, 2.5_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], 1.0_wp)
+    ! A millionth of a cell is 2e-7.
+    body%polygon(1, [1, 4]) = 1.0e-7_wp
+    call expect('or nearly on it', [0.0_wp, 2.5_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], 1.0_wp)
+    body%polygon(1, [1, 4]) = 1.0e-6_wp
+    call expect('one beside the axis has not', [0.5_wp*(1.0_wp + 1.0e-6_wp), 2.5_wp, 0.0_wp], [0.5_wp, 0.0_wp, 0.0_wp], 1.0_wp)
+    body%polygon(1, [1, 4]) = 0.0_wp
     k = 1
     call expect('in the plane it has not', [0.5_wp, 2.5_wp, 0.0_wp], [-0.5_wp, 2.0_wp, 0.0_wp], 0.5_wp)
     k = 3
@@ -1404,6 +1416,12 @@ contains
     term = contacts_of(step)
     call tests%check('it does not with one that stays', .not. term%scratch%goes_along)
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    u(1, 1) = 1.0e-9_wp
+    call evaluate_step(model, step, u, tangent_none)
+    term = contacts_of(step)
+    call tests%check('nor where anything has moved yet', .not. term%scratch%goes_along)
+    u(1, 1) = 0.0_wp
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
     call evaluate_step(model, step, u, tangent_none)
     model%state%progress%strength_factor = 2.0_wp
     call end_system(step%system)
@@ -1458,6 +1476,26 @@ contains
     end subroutine make_rest
   end subroutine check_rest
 
+  !> A wall beside ground at rest carries K0 times the weight above each point, however far the next material point is.
+  subroutine check_wall(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: ground = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|2, 0, 2, 1|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'// &
+      '*UNIT WEIGHT|20|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1|*METHOD, BASIS=GIMP, INTEGRATION=POINTS|'
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+
+    allocate (model, step)
+    call make_step('SHAPE=PLANE|2, 0, -1, 0', 'FRICTION ANGLE=30', '|0, 0|*INITIAL, TYPE=K0|1, 0.5|*GRAVITY|0, -1', model, step, &
+      ground)
+    associate (surface => model%state%surface)
+      call tests%close('pressure at rest by depth', maxval(abs(surface%contact_pressure - 0.5_wp*20.0_wp*(1.0_wp &
+        - surface%position(2, :)))), 0.0_wp, 1.0e-11_wp)
+      call tests%close('no shear', maxval(abs(surface%contact_shear)), 0.0_wp, 1.0e-12_wp)
+    end associate
+    call end_system(step%system)
+  end subroutine check_wall
+
   !> Of two surfaces at one place and two bodies each contact has its own: initial pressures, slip, pressure at a place.
   subroutine check_other_surfaces(tests)
     type(tests_type), intent(inout) :: tests
@@ -1511,6 +1549,8 @@ contains
       model%contact_pairs%surface = 9
       call tests%close('where nothing is in contact there is none', contact_pressure_at(model, [2.0_wp, 1.1_wp]), 0.0_wp, &
         0.0_wp)
+      model%contact_pairs = model%contact_pairs(:0)
+      call tests%close('nor in a model without a contact', contact_pressure_at(model, [2.0_wp, 1.1_wp]), 0.0_wp, 0.0_wp)
     end associate
   end subroutine check_other_surfaces
 
@@ -1557,6 +1597,8 @@ contains
     bodies = placed_bodies(model)
     call refuse_penetration(model, bodies, found, error)
     call tests%check('soil outside is right', .not. allocated(error))
+    call widest_gap(model, bodies, found%pressed, found%place, found%gap)
+    call tests%check('where contact is on the soil no gap is measured', found%pressed == 0 .and. found%gap <= 0.0_wp)
     bodies(1)%pose%displacement(2) = -0.10_wp
     call refuse_penetration(model, bodies, found, error)
     call tests%check('soil a little inside is not refused', .not. allocated(error))

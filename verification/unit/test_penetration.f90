@@ -435,6 +435,10 @@ contains
       call deepest_point(model, placed_bodies(model), body, point, depth)
       call tests%check('the deepest point of all', body == 1 .and. point == 5)
       call tests%close('and how deep it is', depth, y(5) - 0.9_wp, 1.0e-14_wp)
+      model%contact_pairs(1)%body = 2
+      call deepest_point(model, placed_bodies(model), body, point, depth)
+      model%contact_pairs(1)%body = 1
+      call tests%check('a body that nothing may touch is not looked at', body == 0 .and. point == 0)
       y(5) = y(5) - 1.0_wp
       y(1) = y(1) + 1.5_wp
       allocate (bodies, source=placed_bodies(model))
