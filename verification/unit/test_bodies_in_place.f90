@@ -59,6 +59,13 @@ contains
     call tests%check('nothing is said of a surface beside it', index(model%notes, "surface 'around'") == 0)
     call build(tests, 'AXISYMMETRIC', box, 'SHAPE=CYLINDER, IN PLACE=YES, ROUND=0.001|0, 2, 1, 2', model)
     call check_rest(tests, 'a cylinder on the axis, per radian', model, 24.0_wp - 0.5_wp, 1.0e-5_wp)
+    ! A twelfth of a cell below the top of the body, and a two-hundredth.
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=0.001|1, 2, 1, 1.62', model)
+    call tests%close('a surface just inside ends at the body', sum(model%state%surface%area, &
+      mask=model%state%surface%surface == 1), 3.0_wp, 0.1_wp)
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=0.001|1, 2, 1, 1.60125', model)
+    call tests%close('one on it does not', sum(model%state%surface%area, mask=model%state%surface%surface == 1), 4.0_wp, &
+      1.0e-12_wp)
     call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=1E-5|1, 2, 1, 2', model)
     call check_rest(tests, 'a box with sharp corners', model, 11.0_wp, 1.0e-9_wp)
     call check_others(tests)
