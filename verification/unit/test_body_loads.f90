@@ -85,6 +85,7 @@ contains
     call check_rounding(tests)
     call check_shares(tests, '*LOAD, BODY=plate, COMPONENT=MZ|5|', 2)
     call check_shares(tests, '', 1)
+    call check_sizes(tests)
     call check_other_body(tests)
   end subroutine collect_body_loads
 
@@ -219,6 +220,45 @@ contains
       end select
     end subroutine share
   end subroutine check_shares
+
+  !> What the equations of two bodies refer to: loads, pushes and moments by their size, of each body those of its patches.
+  subroutine check_sizes(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: sizes(:, :)
+    integer :: n
+
+    allocate (model, step)
+    call begin_loaded(model, step, '*SURFACE, NAME=beside, TYPE=SEGMENT|2, 1.1, 0, 1.1|'//plate//'*RIGID BODY, NAME=other, '// &
+      'SHAPE=PLANE|0, 1.1, 0, -1|*CONTACT, BODY=other, SURFACE=beside|', '*LOAD, BODY=plate, COMPONENT=MZ|-5|'// &
+      '*LOAD, BODY=other, COMPONENT=X|-3|')
+    call end_system(step%system)
+    associate (surface => model%state%surface)
+      surface%contact_pressure = merge(5.0_wp, 7.0_wp, surface%surface == model%contact_pairs(1)%surface)
+      surface%contact_shear(1, :) = merge(-1.0_wp, 2.0_wp, surface%surface == model%contact_pairs(1)%surface)
+    end associate
+    call initialise_step(model, step, error)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    n = all_nodes(step%unknowns)
+    allocate (sizes(2, n), source=0.0_wp)
+    call sum_field_sizes(step%terms, sizes)
+    ! On 2 m; half of the loads are in force.
+    call tests%close('pressure 5, shear 1, load 20', norm2(sizes(:, n - 3) - [2.0_wp, 30.0_wp]), 0.0_wp, 1.0e-12_wp)
+    call tests%close('pressure 7, shear 2, load 1.5 along the surface', norm2(sizes(:, n - 2) - [5.5_wp, 14.0_wp]), 0.0_wp, &
+      1.0e-12_wp)
+    call tests%close('a moment of 2.5 and a pressure of 5 about its end', sizes(1, n - 1), 12.5_wp, 1.0e-12_wp)
+    call tests%close('no moment on what does not turn', sizes(1, n), 0.0_wp, 0.0_wp)
+    call keep_rigid_body(model, 1, rigid_pose_type([0.5_wp, 0.25_wp, 0.0_wp]), spread(0.0_wp, 1, 6))
+    call end_system(step%system)
+    call initialise_step(model, step, error)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call sum_field_sizes(step%terms, sizes)
+    ! Points to either side of 0.5: the sum of arms is 1/8 + 9/8; the shear acts 0.25 below.
+    call tests%close('about where it is', sizes(1, n - 1), 2.5_wp + 5.0_wp*1.25_wp + 2.0_wp*0.25_wp, 1.0e-2_wp)
+    call end_system(step%system)
+  end subroutine check_sizes
 
   !> What one body touches does not hold another: a loaded one beside it, near the soil or far from it, is named.
   subroutine check_other_body(tests)

@@ -984,16 +984,27 @@ contains
     call tests%close('within a thousandth of a cell it touches', force, 8000.0_wp*1.02_wp, 1.0e-6_wp)
     force = force_of_lifting('SHAPE=PLANE|0, 1.1003, 0, -1')
     call tests%close('beyond it does not', force, 0.0_wp, 1.0e-12_wp)
+    force = force_of_lifting('SHAPE=PLANE|0, 1.11, 0, -1', -2.0_wp)
+    call tests%close('what was drawn before is drawn on, from there', force, 16004.0_wp, 1.0e-6_wp)
   contains
     !> Vertical force on the block of a body with tension that goes up by 0.01.
-    real(wp) function force_of_lifting(tool)
+    real(wp) function force_of_lifting(tool, pressure)
       character(len=*), intent(in) :: tool
+      !> Before the step; none when absent.
+      real(wp), intent(in), optional :: pressure
+      type(error_type), allocatable :: error
       class(model_type), allocatable :: model
       class(step_type), allocatable :: step
       real(wp), allocatable :: u(:, :), push(:, :)
 
       allocate (model, step)
       call make_step(tool, 'TENSION=YES', '|0, 0.02', model, step)
+      if (present(pressure)) then
+        call end_system(step%system)
+        model%state%surface%contact_pressure = pressure
+        call initialise_step(model, step, error)
+        call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+      end if
       allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
       call evaluate_step(model, step, u, tangent_none)
       allocate (push, source=force_named(step, 'force of the contacts', u))
@@ -1572,7 +1583,8 @@ contains
     call evaluate_step(model, step, u, tangent_none)
     call tests%check('it turns about where it is', .not. step%failure%failed)
     term = contacts_of(step)
-    call tests%check('and has moved, by a force of bodies', term%scratch%goes_along .and. term%of_bodies)
+    call tests%check('and has moved, by a force of bodies that hold soil', term%scratch%goes_along .and. term%of_bodies &
+      .and. term%anchors)
     model%analysis%phases(1)%moves(1)%rotation = 0.0_wp
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
     call evaluate_step(model, step, u, tangent_none)
