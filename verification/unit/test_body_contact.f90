@@ -98,7 +98,7 @@ contains
     allocate (model, step)
     call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
     call part_all(0.65_wp - 0.03_wp)
-    expected = abs(points%position(1, :) - 1.0_wp) <= 1.5_wp*0.06_wp .and. points%position(2, :) < 0.651_wp
+    allocate (expected, source=abs(points%position(1, :) - 1.0_wp) <= 1.5_wp*0.06_wp .and. points%position(2, :) < 0.651_wp)
     call tests%check('it touches three times its half width', count(expected) > 1 .and. all(points%touched .eqv. expected))
     call tests%check('closed, as if it had never opened', all(abs(points%opening - merge(0.0_wp, 1.0_wp, expected)) <= 0.0_wp))
     call part_all(0.65_wp - 0.031_wp)
@@ -300,9 +300,9 @@ contains
 
     allocate (model, step)
     call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
-    bodies = placed_bodies(model)
+    allocate (bodies, source=placed_bodies(model))
     call present_body_points(model, bodies, points)
-    before = points%touched
+    allocate (before, source=points%touched)
     bodies(1)%pose%displacement(1) = 1.0_wp
     call present_body_points(model, bodies, points)
     associate (inside => points%position(1, :) < 2.0_wp)
@@ -426,7 +426,7 @@ contains
     call tests%check('places that have opened by a cell part', .not. any(points%touched))
     call tests%close('where nothing touches no pressure', contact_pressure_at(model, [1.0_wp, 0.65_wp]), 0.0_wp, 0.0_wp)
     ! Half a box above the soil.
-    bodies = placed_bodies(model)
+    allocate (bodies, source=placed_bodies(model))
     bodies(1)%pose%displacement(2) = 0.5_wp*model%state%points%half_size(2, 1)
     call touch_body_points(model, bodies)
     call present_body_points(model, bodies, points)

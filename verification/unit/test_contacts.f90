@@ -679,7 +679,7 @@ contains
     end associate
     call end_system(step%system)
     call initialise_step(model, step, error)
-    bodies = bodies_at_end(step%terms)
+    allocate (bodies, source=bodies_at_end(step%terms))
     call tests%check('before loads are set the bodies are where they were', size(bodies) == 2 .and. &
       abs(bodies(1)%pose%rotation(3)) <= 0.0_wp)
     call end_system(step%system)
