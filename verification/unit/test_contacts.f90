@@ -1357,6 +1357,11 @@ contains
     model%analysis%materials(2)%strength_profile%kind = profile_shansep
     call tests%check('a strength that follows the stress', refused() == 1)
     model%analysis%materials(2)%strength_profile%kind = profile_linear
+    model%analysis%materials(2)%undrained%given = .true.
+    call tests%check('undrained clay has its s_u', refused() == 0)
+    model%analysis%materials(1)%undrained%given = .true.
+    call tests%check('undrained sand has none', refused() == 1)
+    model%analysis%materials%undrained%given = .false.
     model%analysis%contacts(1)%interface = -1.0_wp
     model%analysis%materials%mohr_coulomb = .false.
     call tests%check('without a share all is right', refused() == 0)
