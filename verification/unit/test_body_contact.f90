@@ -65,6 +65,7 @@ contains
     call check_touch(tests)
     call check_axis(tests)
     call check_beyond(tests)
+    call check_at_end(tests)
     call check_round_gap(tests)
     call check_rigid_motion(tests)
     call check_tangent(tests, 'FRICTION ANGLE=30', '')
@@ -324,6 +325,41 @@ contains
     call tests%check('its middle is that of what is in the mesh', place(1) < 2.0_wp .and. abs(place(2) - 0.65_wp) < 0.01_wp)
     call end_system(step%system)
   end subroutine check_beyond
+
+  !> A side of the body that lies on the end of the mesh, as on a plane of symmetry, opens no patch beside it.
+  subroutine check_at_end(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(placed_shape_type), allocatable :: bodies(:)
+    type(body_points_type) :: points
+    real(wp) :: end_of_mesh, place(2), width
+    integer :: body, side, i
+
+    allocate (model, step)
+    call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
+    allocate (bodies, source=placed_bodies(model))
+    allocate (model%part%points(model%state%points%count), source=.false.)
+    do side = 0, 1
+      end_of_mesh = 2.0_wp*side
+      do i = 1, 3
+        call present_body_points(model, bodies, points)
+        bodies(1)%pose%displacement(1) = bodies(1)%pose%displacement(1) + end_of_mesh &
+          - merge(maxval(points%position(1, :)), minval(points%position(1, :)), side == 1)
+      end do
+      call present_body_points(model, bodies, points)
+      points%touched = abs(points%position(1, :) - end_of_mesh) > 1.0e-9_wp
+      points%pressure = 0.0_wp
+      where (points%patch == points%patch(minloc(hypot(points%position(1, :) - abs(end_of_mesh - 0.1_wp), &
+        points%position(2, :) - 0.65_wp), dim=1))) points%pressure = 1.0_wp
+      points%opening = merge(0.0_wp, 1.0_wp, points%touched)
+      call tests%check('a side is on the end of the mesh', any(abs(points%position(1, :) - end_of_mesh) <= 0.0_wp))
+      call keep_body_points(model, points)
+      call widest_gap(model, bodies, body, place, width)
+      call tests%check('and opens no patch', body == 1)
+    end do
+    call end_system(step%system)
+  end subroutine check_at_end
 
   !> Half of the soil before a patch is missing: a gap of half the depth that is looked at, around an axis as in the plane.
   subroutine check_round_gap(tests)
