@@ -33,8 +33,7 @@ contains
   pure logical function has_bodies_in_place(analysis) result(any_there)
     type(analysis_type), intent(in) :: analysis
 
-    any_there = .false.
-    if (allocated(analysis%rigid_bodies)) any_there = any(analysis%rigid_bodies%in_place)
+    any_there = any(analysis%rigid_bodies%in_place)
   end function has_bodies_in_place
 
   !> Take the rigid bodies out of the shapes of the bodies of soil.

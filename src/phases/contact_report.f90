@@ -107,8 +107,6 @@ contains
     type(model_type), intent(in) :: model
     real(wp) :: work, way
 
-    force = 0.0_wp
-    if (.not. allocated(model%loading%prescribed)) return
     associate (prescribed => model%loading%prescribed)
       associate (own => spread(own_of(model%part%nodes, size(prescribed, 2)), 1, size(prescribed, 1)))
         work = total(model%part%team, sum(model%state%reactions*prescribed, mask=own))

@@ -7,6 +7,8 @@ module test_bodies_in_place
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_rigid_shape, only: distance_type
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_text, only: real_text
   use deck_samples, only: joined
   use testing, only: tests_type
   implicit none
@@ -48,6 +50,8 @@ contains
     call tests%close('corners of its own radius keep it', model%analysis%rigid_bodies(1)%round, 0.0625_wp, 1.0e-15_wp)
     call build(tests, 'PLANE STRAIN', box, 'SHAPE=PLANE, IN PLACE=YES|4, 0, -1, -1', model)
     call check_rest(tests, 'a slope', model, 12.0_wp - 4.5_wp)
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=PLANE, IN PLACE=YES|0, 0, 1, -1', model)
+    call check_rest(tests, 'a slope from a corner of the mesh', model, 12.0_wp - 4.5_wp)
     call build(tests, 'PLANE STRAIN', '*BODY, NAME=ground, MATERIAL=soil, SHAPE=ALL|'// &
       '*SURFACE, NAME=around, TYPE=SEGMENT|4, 3, 0, 3|', &
       'SHAPE=CIRCLE, IN PLACE=YES|2, 1.6, 0.7', model)
@@ -55,6 +59,13 @@ contains
     call tests%check('nothing is said of a surface beside it', index(model%notes, "surface 'around'") == 0)
     call build(tests, 'AXISYMMETRIC', box, 'SHAPE=CYLINDER, IN PLACE=YES, ROUND=0.001|0, 2, 1, 2', model)
     call check_rest(tests, 'a cylinder on the axis, per radian', model, 24.0_wp - 0.5_wp, 1.0e-5_wp)
+    ! A twelfth of a cell below the top of the body, and a two-hundredth.
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=0.001|1, 2, 1, 1.62', model)
+    call tests%close('a surface just inside ends at the body', sum(model%state%surface%area, &
+      mask=model%state%surface%surface == 1), 3.0_wp, 0.1_wp)
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=0.001|1, 2, 1, 1.60125', model)
+    call tests%close('one on it does not', sum(model%state%surface%area, mask=model%state%surface%surface == 1), 4.0_wp, &
+      1.0e-12_wp)
     call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=1E-5|1, 2, 1, 2', model)
     call check_rest(tests, 'a box with sharp corners', model, 11.0_wp, 1.0e-9_wp)
     call check_others(tests)
@@ -203,5 +214,39 @@ contains
     call tests%check('nothing left: '//text, index(text, "nothing is left of 'ground' where rigid") > 0)
     call try('PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES|-1, 5, 1.5, 1.7', model, text)
     call tests%check('a surface inside: '//text, index(text, "all of 'level' lies inside of rigid bodies") > 0)
+    call try('PLANE STRAIN', box, 'SHAPE=BOX, ROUND=0.496|1, 2, 3.1, 4.1', model, text)
+    call tests%check('corners that are too round: '//text, index(text, "the corners of 'tool' cannot be as round as "// &
+      'ROUND=0.496') > 0 .and. index(text, 'its edges allow 0.495') > 0)
+    call try('PLANE STRAIN', box, 'SHAPE=BOX, ROUND=0.494|1, 2, 3.1, 4.1', model, text)
+    call tests%check('and a little less: '//text, len(text) == 0)
+    call try('PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=0.6|1, 2, 1, 2|*RIGID BODY, NAME=other, SHAPE=BOX, '// &
+      'IN PLACE=YES, ROUND=0.7|2, 3, 1, 2|*CONTACT, BODY=other, SURFACE=level', model, text)
+    call tests%check('in place the first of them is told, once: '//text, index(text, 'cannot be as round as ROUND=0.6') > 0 &
+      .and. index(text, 'cannot be as round', back=.true.) == index(text, 'cannot be as round'))
+    call try('PLANE STRAIN', '*ELSET, ELSET=part, BOX|0, 4, 0, 2|*BODY, NAME=ground, MATERIAL=soil, SHAPE=REGION, '// &
+      'REGION=part|*SURFACE, NAME=around, TYPE=SEGMENT|4, 2, 0, 2|', 'SHAPE=CIRCLE, IN PLACE=YES|2, 1, 0.3', model, text)
+    call tests%check('an element set: '//text, index(text, "and of ALL of a *GRID: 'ground' is none of them") > 0)
+    call check_single_points(tests)
   end subroutine check_refusals
+
+  !> Soil of one point inside of a body is refused, be it the first or the last one, and its volume is told.
+  subroutine check_single_points(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model, other
+    character(len=:), allocatable :: text
+    integer :: i, p
+
+    allocate (model, other)
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=CIRCLE|1, 3.5, 0.4', model)
+    do i = 1, 2
+      p = merge(1, model%state%points%count, i == 1)
+      call try('PLANE STRAIN', box, 'SHAPE=CIRCLE|'//real_text(model%state%points%position(1, p))//', '// &
+        real_text(model%state%points%position(2, p))//', 0.01', other, text)
+      call tests%check('one point is inside: '//text, index(text, 'soil of volume '// &
+        rounded_text(model%state%points%volume(p))//" lies inside of 'tool': draw the bodies") > 0)
+    end do
+    call try('PLANE STRAIN', box, 'SHAPE=CIRCLE|'//real_text(model%state%points%position(1, 1))//', '// &
+      real_text(model%state%points%position(2, 1))//', 0.002', other, text)
+    call tests%check('a hundredth of a cell is allowed: '//text, len(text) == 0)
+  end subroutine check_single_points
 end module test_bodies_in_place

@@ -64,8 +64,13 @@ contains
     call check_outlines(tests)
     call check_touch(tests)
     call check_axis(tests)
+    call check_beyond(tests)
+    call check_at_end(tests)
+    call check_round_gap(tests)
     call check_rigid_motion(tests)
     call check_tangent(tests, 'FRICTION ANGLE=30', '')
+    ! 10 E/h 0.03 tan(0.3 degrees) is less than E/h 0.01: it slips.
+    call check_tangent(tests, 'FRICTION ANGLE=0.3', '')
     call check_tangent(tests, 'TENSION=YES, ADHESION=1', '')
     call check_tangent(tests, 'FRICTION ANGLE=30|*CONFINING PRESSURE|40', '|*INITIAL, TYPE=ISOTROPIC|0, 40')
     call check_confined(tests)
@@ -78,7 +83,135 @@ contains
     call check_parted(tests)
     call check_short(tests)
     call check_places(tests)
+    call check_one_point(tests)
+    call check_kept(tests)
+    call check_circle_gap(tests)
   end subroutine collect_body_contact
+
+  !> One material point beside the flat base: it touches what its box reaches, by half its width more to either side.
+  subroutine check_one_point(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(body_points_type) :: points
+    logical, allocatable :: expected(:)
+
+    allocate (model, step)
+    call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
+    call part_all(0.65_wp - 0.03_wp)
+    allocate (expected, source=abs(points%position(1, :) - 1.0_wp) <= 1.5_wp*0.06_wp .and. points%position(2, :) < 0.651_wp)
+    call tests%check('it touches three times its half width', count(expected) > 1 .and. all(points%touched .eqv. expected))
+    call tests%check('closed, as if it had never opened', all(abs(points%opening - merge(0.0_wp, 1.0_wp, expected)) <= 0.0_wp))
+    call part_all(0.65_wp - 0.031_wp)
+    call tests%check('a box that ends before the body touches nothing', .not. any(points%touched))
+    ! Inside of the body, nearest to the same base.
+    call part_all(0.65_wp + 0.1_wp)
+    call tests%check('from within it touches as far as it is large', all(points%touched .eqv. (expected .and. &
+      hypot(points%position(1, :) - 1.0_wp, points%position(2, :) - 0.75_wp) <= 3.0_wp*0.06_wp)))
+    call end_system(step%system)
+  contains
+    !> Open all places and bring them what the first point touches, of 0.06 by 0.03, below the middle of the base.
+    subroutine part_all(height)
+      real(wp), intent(in) :: height
+
+      call present_body_points(model, placed_bodies(model), points)
+      points%opening = 1.0_wp
+      call keep_body_points(model, points)
+      model%state%points%position = -9.0_wp
+      model%state%points%position(:, 1) = [1.0_wp, height]
+      model%state%points%half_size(:, 1) = [0.06_wp, 0.03_wp]
+      call touch_body_points(model, placed_bodies(model))
+      call present_body_points(model, placed_bodies(model), points)
+    end subroutine part_all
+  end subroutine check_one_point
+
+  !> What places keep, pressure and shear in means of patches, is what the body does before anything moves; as much comes
+  !> to its force and its moment.
+  subroutine check_kept(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(body_points_type) :: points
+    type(distance_type) :: distance
+    real(wp), allocatable :: u(:, :), push(:, :)
+    real(wp) :: expected(6), traction(2), arm(2), kept(6)
+    integer :: i
+
+    allocate (model, step)
+    call make_step('FRICTION ANGLE=45', '|0, -0.01', model, step)
+    call present_body_points(model, placed_bodies(model), points)
+    expected = 0.0_wp
+    where (points%touched) points%pressure = 5.0_wp
+    do i = 1, points%count
+      if (.not. points%touched(i)) cycle
+      ! On patches of the flat base more, and shear.
+      associate (mine => points%patch == points%patch(i))
+        if (any(mine .and. (points%position(2, :) > 0.651_wp .or. abs(points%position(1, :) - 1.0_wp) > 0.4_wp))) cycle
+      end associate
+      points%pressure(i) = 5.0_wp + points%patch(i)
+      points%shear(1, i) = 2.0_wp
+    end do
+    do i = 1, points%count
+      if (.not. points%touched(i)) cycle
+      associate (mine => points%touched .and. points%patch == points%patch(i))
+        distance = model%rigid_shapes(1)%distance_at([points%position(:, i), 0.0_wp])
+        traction = [sum(points%shear(1, :)*points%area, mask=mine)/sum(points%area, mask=mine), 0.0_wp]
+        traction = points%pressure(i)*distance%normal(:2) + traction &
+          - dot_product(traction, distance%normal(:2))*distance%normal(:2)
+        arm = points%position(:, i) - model%rigid_shapes(1)%reference(:2)
+        expected([1, 2]) = expected([1, 2]) - points%area(i)*traction
+        expected(6) = expected(6) - points%area(i)*(arm(1)*traction(2) - arm(2)*traction(1))
+      end associate
+    end do
+    call keep_body_points(model, points)
+    call again(model, step)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    allocate (push, source=force_named(step, 'force of the contacts', u))
+    call tests%close('before anything moves the body pushes as it did', norm2(sum(push, dim=2) + expected(:2)), 0.0_wp, &
+      1.0e-12_wp*norm2(expected))
+    call commit_terms(step%terms, u, model)
+    kept = force_on_body(model, 1)
+    call tests%close('so much comes to it, with its moment', norm2(kept - expected), 0.0_wp, 1.0e-12_wp*norm2(expected))
+    call end_system(step%system)
+  end subroutine check_kept
+
+  !> Before a round body the ground that is looked at widens: as much soil as is there leaves no gap, half of it half of the
+  !> depth.
+  subroutine check_circle_gap(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    type(body_points_type) :: points
+    real(wp) :: place(2), width
+    integer :: body
+
+    allocate (model, analysis)
+    call parse_deck('circle.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 20|Y, 0, 2, 20|*NSET, '// &
+      'NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|'// &
+      '0, 2, 0, 2|*METHOD, BASIS=GIMP, INTEGRATION=POINTS|*RIGID BODY, NAME=tool, SHAPE=CIRCLE, IN PLACE=YES|'// &
+      '1, 1, 0.3|*CONTACT, BODY=tool, ON=BODY|'//press//'|0, -0.01|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'a deck of the body contact suite is broken'
+    call present_body_points(model, placed_bodies(model), points)
+    points%touched = .true.
+    points%pressure = 1.0_wp
+    call keep_body_points(model, points)
+    call widest_gap(model, placed_bodies(model), body, place, width)
+    call tests%close('no gap', width, 0.0_wp, 0.02_wp)
+    model%state%points%volume = 0.5_wp*model%state%points%volume
+    call widest_gap(model, placed_bodies(model), body, place, width)
+    call tests%close('half of the depth of a cell and a half', width, 0.075_wp, 0.01_wp)
+    call tests%check('at the body', body == 1 .and. abs(norm2(place - 1.0_wp) - 0.3_wp) < 0.02_wp)
+    ! Cells that are wider by a fifth and more are not looked at.
+    model%cell_size = model%cell_size/1.19_wp
+    call widest_gap(model, placed_bodies(model), body, place, width)
+    call tests%check('in cells a little wider', body == 1)
+    model%cell_size = model%cell_size*1.19_wp/1.21_wp
+    call widest_gap(model, placed_bodies(model), body, place, width)
+    call tests%check('in wide cells nothing is said', body == 0)
+  end subroutine check_circle_gap
 
   !> Outlines are where the distance is zero, as long as they are, in equal parts.
   subroutine check_outlines(tests)
@@ -155,6 +288,124 @@ contains
     call end_system(step%system)
   end subroutine check_axis
 
+  !> What the body carries beyond the end of the mesh is in no cell and in no contact; the rest is.
+  subroutine check_beyond(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(placed_shape_type), allocatable :: bodies(:)
+    type(body_points_type) :: points
+    logical, allocatable :: before(:)
+    real(wp) :: place(2), width
+    integer :: body
+
+    allocate (model, step)
+    call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
+    allocate (bodies, source=placed_bodies(model))
+    call present_body_points(model, bodies, points)
+    allocate (before, source=points%touched)
+    bodies(1)%pose%displacement(1) = 1.0_wp
+    call present_body_points(model, bodies, points)
+    associate (inside => points%position(1, :) < 2.0_wp)
+      call tests%check('places of both kinds', any(before .and. inside) .and. any(before .and. .not. inside))
+      call tests%check('beyond the mesh nothing touches', all(points%touched .eqv. (before .and. inside)))
+      call tests%check('there is no cell', all(points%cell > 0 .eqv. (before .and. inside)))
+      call tests%close('a cell is as large as those of the grid', maxval(abs(points%cell_size - merge(0.2_wp, 0.0_wp, &
+        before .and. inside))), 0.0_wp, 1.0e-14_wp)
+    end associate
+    ! What is beyond the mesh opens no patch beside it, as what nothing touches in the mesh does.
+    points%pressure = 0.0_wp
+    where (points%patch == points%patch(minloc(hypot(points%position(1, :) - 1.9_wp, points%position(2, :) - 0.65_wp), &
+      dim=1))) points%pressure = 1.0_wp
+    points%touched = before
+    call keep_body_points(model, points)
+    allocate (model%part%points(model%state%points%count), source=.false.)
+    call widest_gap(model, bodies, body, place, width)
+    call tests%check('a patch that ends at the end of the mesh is looked at', body == 1)
+    call tests%check('its middle is that of what is in the mesh', place(1) < 2.0_wp .and. abs(place(2) - 0.65_wp) < 0.01_wp)
+    call end_system(step%system)
+  end subroutine check_beyond
+
+  !> A side of the body that lies on the end of the mesh, as on a plane of symmetry, opens no patch beside it.
+  subroutine check_at_end(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(placed_shape_type), allocatable :: bodies(:)
+    type(body_points_type) :: points
+    real(wp) :: end_of_mesh, place(2), width
+    integer :: body, side, i
+
+    allocate (model, step)
+    call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
+    allocate (bodies, source=placed_bodies(model))
+    allocate (model%part%points(model%state%points%count), source=.false.)
+    do side = 0, 1
+      end_of_mesh = 2.0_wp*side
+      do i = 1, 3
+        call present_body_points(model, bodies, points)
+        bodies(1)%pose%displacement(1) = bodies(1)%pose%displacement(1) + end_of_mesh &
+          - merge(maxval(points%position(1, :)), minval(points%position(1, :)), side == 1)
+      end do
+      call present_body_points(model, bodies, points)
+      points%touched = abs(points%position(1, :) - end_of_mesh) > 1.0e-9_wp
+      points%pressure = 0.0_wp
+      where (points%patch == points%patch(minloc(hypot(points%position(1, :) - abs(end_of_mesh - 0.1_wp), &
+        points%position(2, :) - 0.65_wp), dim=1))) points%pressure = 1.0_wp
+      points%opening = merge(0.0_wp, 1.0_wp, points%touched)
+      call tests%check('a side is on the end of the mesh', any(abs(points%position(1, :) - end_of_mesh) <= 0.0_wp))
+      call keep_body_points(model, points)
+      call widest_gap(model, bodies, body, place, width)
+      call tests%check('and opens no patch', body == 1)
+    end do
+    call end_system(step%system)
+  end subroutine check_at_end
+
+  !> Half of the soil before a patch is missing: a gap of half the depth that is looked at, around an axis as in the plane.
+  subroutine check_round_gap(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp) :: plane(3), round(3)
+
+    plane = gap_in('PLANE STRAIN')
+    round = gap_in('AXISYMMETRIC')
+    ! Points fill the depth but for a tenth.
+    call tests%close('a gap in the plane', plane(3), 0.5_wp*1.5_wp*0.2_wp, 0.03_wp)
+    call tests%close('around an axis it is as wide', norm2(round - plane), 0.0_wp, 0.03_wp)
+
+  contains
+
+    !> Place and width.
+    function gap_in(kind) result(found)
+      character(len=*), intent(in) :: kind
+      real(wp) :: found(3)
+      class(model_type), allocatable :: model
+      class(step_type), allocatable :: step
+      type(body_points_type) :: points
+      real(wp) :: place(2), width
+      integer :: body, base
+
+      allocate (model, step)
+      call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step, revolved=kind)
+      call present_body_points(model, placed_bodies(model), points)
+      base = minloc(hypot(points%position(1, :) - 1.2_wp, points%position(2, :) - 0.65_wp), dim=1)
+      points%pressure = merge(1.0_wp, 0.0_wp, points%patch == points%patch(base))
+      call keep_body_points(model, points)
+      model%state%points%volume = 0.5_wp*model%state%points%volume
+      call widest_gap(model, placed_bodies(model), body, found(:2), found(3))
+      call tests%check('before the body', body == 1)
+      allocate (model%part%points(model%state%points%count), source=.false.)
+      call widest_gap(model, placed_bodies(model), body, place, width)
+      call tests%close('without soil of its own all is missing', width, 0.3_wp, 1.0e-12_wp)
+      ! A tenth of a sector of 0.3 by 0.3, be it the first point.
+      model%part%points(1) = .true.
+      model%state%points%position(:, 1) = [1.2_wp, 0.6_wp]
+      model%state%points%volume(1) = 0.009_wp*merge(1.2_wp, 1.0_wp, kind == 'AXISYMMETRIC')
+      call widest_gap(model, placed_bodies(model), body, place, width)
+      call tests%close('all but a tenth', width, 0.27_wp, 0.01_wp)
+      call end_system(step%system)
+    end function gap_in
+  end subroutine check_round_gap
+
   !> A model with the box in its notch, and its first step.
   subroutine make_step(contact, move, model, step, revolved)
     !> Rest of *CONTACT, with cards behind it; rest of *MOVE and its data line, with cards of the phase behind it.
@@ -189,6 +440,7 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     type(body_points_type) :: points
+    type(placed_shape_type), allocatable :: bodies(:)
     real(wp) :: expected
 
     allocate (model, step)
@@ -209,6 +461,19 @@ contains
     call present_body_points(model, placed_bodies(model), points)
     call tests%check('places that have opened by a cell part', .not. any(points%touched))
     call tests%close('where nothing touches no pressure', contact_pressure_at(model, [1.0_wp, 0.65_wp]), 0.0_wp, 0.0_wp)
+    ! Half a box above the soil.
+    allocate (bodies, source=placed_bodies(model))
+    bodies(1)%pose%displacement(2) = 0.5_wp*model%state%points%half_size(2, 1)
+    call touch_body_points(model, bodies)
+    call present_body_points(model, bodies, points)
+    call tests%check('boxes that do not reach a place do not touch it', .not. any(points%touched .and. &
+      points%initial_position(2, :) < 0.651_wp .and. abs(points%initial_position(1, :) - 1.0_wp) < 0.3_wp))
+    call touch_body_points(model, bodies, 2.0_wp)
+    call present_body_points(model, bodies, points)
+    call tests%check('twice the boxes do', all(points%touched .or. points%initial_position(2, :) > 0.651_wp .or. &
+      abs(points%initial_position(1, :) - 1.0_wp) > 0.3_wp))
+    points%opening = 1.0_wp
+    call keep_body_points(model, points)
     call touch_body_points(model, placed_bodies(model))
     call present_body_points(model, placed_bodies(model), points)
     call tests%check('a box that reaches a place touches it', any(points%touched) .and. &
@@ -276,6 +541,13 @@ contains
       call keep_body_points(model, points)
     end do
     call tests%check('a patch beside an open one is left out', all(body == [0, 1, 0]) .and. all(abs(width([-1, 1])) <= 0.0_wp))
+    some = points
+    some%pressure = merge(1.0_wp, 0.0_wp, points%patch == at)
+    some%opening(maxloc(points%position(2, :), dim=1)) = 1.0_wp
+    call keep_body_points(model, some)
+    call widest_gap(model, placed_bodies(model), body(0), place, width(0))
+    call keep_body_points(model, points)
+    call tests%check('and so is one with an open place of its own', body(0) == 0)
   end subroutine check_open
 
   !> Soil that moves and turns as the body does feels nothing of it.
@@ -335,12 +607,14 @@ contains
   subroutine check_opening(tests)
     type(tests_type), intent(inout) :: tests
     class(model_type), allocatable :: model
-    real(wp) :: whole, half
+    real(wp) :: whole, half, most
 
     allocate (model)
-    whole = force_after(0.0_wp)
     half = force_after(0.005_wp)
-    call tests%check('a body that goes down by 0.01 presses', whole > 1.0_wp)
+    whole = force_after(0.0_wp)
+    call tests%close('a body that goes down by 0.01 presses on a flat patch by 10 E/h 0.01', most, 500.0_wp, 1.0e-8_wp)
+    ! The corners of the base, 0.9 wide, take less.
+    call tests%check('and on the base by less than on its width', whole > 0.8_wp*450.0_wp .and. whole < 450.0_wp)
     call tests%close('half as much on what was open by half of it', half, 0.5_wp*whole, 0.05_wp*whole)
     call tests%close('and not at all on what was open by more', force_after(0.011_wp), 0.0_wp, 1.0e-12_wp)
   contains
@@ -365,6 +639,9 @@ contains
       call evaluate_step(model, step, u, tangent_none)
       allocate (push, source=force_named(step, 'force of the contacts', u))
       force_after = -sum(push(2, :))
+      call commit_terms(step%terms, u, model)
+      call present_body_points(model, placed_bodies(model), points)
+      most = maxval(points%pressure)
       call end_system(step%system)
     end function force_after
   end subroutine check_opening
@@ -612,6 +889,13 @@ contains
     ! The base stands at 1.55, the highest points beside it at 1.05.
     call tests%check('the nearest soil is told: '//observer%text, index(observer%text, &
       "moves rigid body 'tool', and nothing touches it: the nearest soil of its *CONTACT is 0.50") > 0)
+    model%state%points%position(:, 1) = [1.0_wp, 1.3_wp]
+    call keep_rigid_body(model, 1, rigid_pose_type([0.0_wp, 1.0_wp, 0.0_wp]), spread(0.0_wp, 1, 6))
+    call begin_contact_check(model, check)
+    call keep_rigid_body(model, 1, rigid_pose_type([0.0_wp, 0.9_wp, 0.0_wp]), spread(0.0_wp, 1, 6))
+    observer%text = ''
+    call end_contact_check(model, check, observer)
+    call tests%check('the first point may be it: '//observer%text, index(observer%text, 'its *CONTACT is 0.25 away') > 0)
     call end_system(step%system)
   end subroutine check_idle
 
@@ -703,6 +987,11 @@ contains
     call keep_body_points(model, points)
     model%state%points%position(:, 2:) = model%state%points%position(:, 2:) + 10.0_wp
     model%state%points%position(:, 1) = [1.0_wp, 0.63_wp]
+    model%part%points = [(i /= 1, i=1, model%state%points%count)]
+    call touch_body_points(model, placed_bodies(model))
+    call present_body_points(model, placed_bodies(model), points)
+    call tests%check('points of another process are its own matter', .not. any(points%touched))
+    deallocate (model%part%points)
     call touch_body_points(model, placed_bodies(model))
     call present_body_points(model, placed_bodies(model), points)
     call tests%check('the first point touches', any(points%touched))

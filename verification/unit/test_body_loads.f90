@@ -6,27 +6,29 @@ module test_body_loads
     moment_by_angle
   use qsmpm_contacts, only: contacts_type
   use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_equations, only: gather
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kept_arrays, only: keep_values
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: step_info_type, tangent_none
+  use qsmpm_law, only: step_info_type, tangent_none, tangent_consistent
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_rigid_bodies, only: force_on_body, pose_of, keep_rigid_body
+  use qsmpm_rigid_bodies, only: force_on_body, pose_of, keep_rigid_body, motion_in_phase
   use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_space, only: node_position
+  use qsmpm_sparse_matrix, only: multiply
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
-  use qsmpm_term, only: increment_type
-  use qsmpm_term_sums, only: begin_terms, commit_terms, set_loads, sum_field_sizes
+  use qsmpm_term, only: increment_type, term_type
+  use qsmpm_term_sums, only: add_all_blocks, begin_terms, commit_terms, set_loads, sum_field_sizes
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
-  use term_samples, only: contacts_of, matrix_and_difference
+  use term_samples, only: contacts_of, force_named, term_named, matrix_and_difference
   use testing, only: tests_type
   implicit none
   private
@@ -62,9 +64,13 @@ contains
       '*RIGID BODY, NAME=plate, SHAPE=POLYGON|0.3, 1.09|1.7, 1.09|1.7, 2|0.3, 2|*CONTACT, BODY=plate, ON=BODY, ')
     call check_tangent(tests, 'force along both axes, friction', 'FRICTION ANGLE=30', '')
     call check_tangent(tests, 'a moment, friction', 'FRICTION ANGLE=30', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
+    call check_tangent(tests, 'a moment, slipping', 'FRICTION ANGLE=0.1', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
     call check_tangent(tests, 'a moment, adhesion', 'ADHESION=4', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
     call check_tangent(tests, 'a moment, smooth', 'FRICTION ANGLE=0', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
     call check_tangent(tests, 'a moment, turned before', 'FRICTION ANGLE=30', '*LOAD, BODY=plate, COMPONENT=MZ|5|', 0.7_wp)
+    call check_tangent(tests, 'a moment, moved and turned before', 'FRICTION ANGLE=30', &
+      '*LOAD, BODY=plate, COMPONENT=MZ|5|', 0.05_wp, shape='*RIGID BODY, NAME=plate, SHAPE=POLYGON|-0.7, 1.6|0.7, 1.6|'// &
+      '0.7, 2.5|-0.7, 2.5|*CONTACT, BODY=plate, SURFACE=top, ', moved=[1.0_wp, -0.48_wp])
     call check_tangent(tests, 'a moment on a round body', 'FRICTION ANGLE=30', '*LOAD, BODY=plate, COMPONENT=MZ|5|', &
       shape=wheel)
     call check_moments(tests)
@@ -75,7 +81,210 @@ contains
     call check_freedoms(tests)
     call check_left_over(tests)
     call check_commit(tests)
+    call check_cards(tests)
+    call check_rounding(tests)
+    call check_shares(tests, '*LOAD, BODY=plate, COMPONENT=MZ|5|', 2)
+    call check_shares(tests, '', 1)
+    call check_sizes(tests)
+    call check_other_body(tests)
   end subroutine collect_body_loads
+
+  !> A body that is moved and loaded moves as its *MOVE says, by the load factor, whichever card comes last; where there
+  !> is no body nothing is kept.
+  subroutine check_cards(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    type(rigid_pose_type) :: motion
+    real(wp) :: values(load_rows)
+    logical :: free(body_components)
+    integer :: i, kept
+
+    allocate (model)
+    call make_model(plate//'*PHASE, NAME=both, LOAD FACTOR=2|'//fix//'*MOVE, BODY=plate, ROTATION=9|0.01, 0|'// &
+      '*LOAD, BODY=plate, COMPONENT=Y|-40|*END PHASE|', model)
+    call start_phase(model)
+    motion = motion_in_phase(model, 1)
+    call tests%close('twice the motion', norm2(motion%displacement - [0.02_wp, 0.0_wp, 0.0_wp]), 0.0_wp, 1.0e-15_wp)
+    call tests%close('twice the rotation', norm2(motion%rotation - [0.0_wp, 0.0_wp, acos(-1.0_wp)/10.0_wp]), 0.0_wp, &
+      1.0e-15_wp)
+    free = free_components(model, 1)
+    call tests%check('free along y alone', all(free .eqv. [.false., .true., .false., .false.]))
+    values = load_on_body(model, 1, 1.0_wp)
+    call tests%close('twice the load, which has no arm', norm2(values - [0.0_wp, -80.0_wp, spread(0.0_wp, 1, 6)]), 0.0_wp, &
+      1.0e-15_wp)
+    call make_model('*PHASE, NAME=none|'//fix//'*END PHASE|', model)
+    kept = 0
+    if (allocated(model%state%kept%list)) kept = count([(index(model%state%kept%list(i)%name, 'bod') > 0, &
+      i=1, size(model%state%kept%list))])
+    call tests%check('no body, nothing kept of one', kept == 0)
+  end subroutine check_cards
+
+  !> A gap of rounding, a thousand millionth of a cell, is none: what is loaded is held by it, and by no larger one.
+  subroutine check_rounding(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
+    type(contacts_type) :: term
+    real(wp), allocatable :: u(:, :)
+
+    allocate (model, step)
+    call tests%check('a gap of 4e-10 cells', .not. parts('1.1000000001'))
+    call tests%check('one of 4e-9 cells', parts('1.100000001'))
+
+  contains
+
+    !> Whether a plate so high loses the step.
+    logical function parts(height)
+      character(len=*), intent(in) :: height
+
+      call begin_loaded(model, step, '*RIGID BODY, NAME=plate, SHAPE=PLANE|0, '//height//', 0, -1|*CONTACT, BODY=plate, '// &
+        'SURFACE=top|')
+      if (allocated(u)) deallocate (u)
+      allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+      call evaluate_step(model, step, u, tangent_none)
+      term = contacts_of(step)
+      call term%judge(model, u, step%failure)
+      parts = step%failure%failed
+      call end_system(step%system)
+    end function parts
+  end subroutine check_rounding
+
+  !> Processes that share the patches and the load of a body: what each adds at the body, to force, matrix, size and what is
+  !> kept, adds up to the whole, and each acts on all nodes of the soil.
+  subroutine check_shares(tests, more, nodes_of_body)
+    type(tests_type), intent(inout) :: tests
+    !> Another load beside that along y; how many nodes the body has by both.
+    character(len=*), intent(in) :: more
+    integer, intent(in) :: nodes_of_body
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
+    class(term_type), pointer :: term
+    real(wp), allocatable :: u(:, :), of_body(:, :), force(:, :, :), sizes(:, :, :), x(:), product(:, :)
+    real(wp) :: reaction(6, 0:2)
+    logical, allocatable :: body(:)
+    integer :: a, who
+
+    allocate (model, step)
+    call begin_loaded(model, step, roller//'FRICTION ANGLE=30|', more)
+    associate (nodes => all_nodes(step%unknowns))
+      allocate (u(2, nodes), of_body(2, nodes), force(2, nodes, 0:2), sizes(2, nodes, 0:2), source=0.0_wp)
+      of_body(:, nodes - 1:) = 1.0_wp
+    end associate
+    do a = 1, size(u, 2)
+      u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a)] + [0.0_wp, 0.02_wp]
+    end do
+    u(:, size(u, 2) - 1:) = reshape([0.004_wp, -0.03_wp, 0.02_wp, 0.0_wp], [2, 2])
+    allocate (x(step%equations%count), product(step%equations%count, 0:2))
+    call gather(step%equations, of_body, x)
+    allocate (body, source=x > 0.0_wp)
+    term => term_named(step, 'force of the contacts')
+    do who = 0, 2
+      call share(who)
+      call evaluate_step(model, step, u, tangent_consistent)
+      call add_all_blocks(step%terms, u, step%equations, step%matrix)
+      call multiply(step%matrix, x, product(:, who))
+      force(:, :, who) = force_named(step, 'force of the contacts', u)
+      call sum_field_sizes(step%terms, sizes(:, :, who))
+      call term%commit(u, model)
+      reaction(:, who) = force_on_body(model, 1)
+    end do
+    call tests%check('unknowns of the body and both processes at work', count(body) == nodes_of_body .and. &
+      all([(maxval(abs(reaction(:, who))) > 1.0_wp, who=1, 2)]) .and. all(abs(product(:, 1:)) < huge(1.0_wp)))
+    associate (n => size(u, 2) - 1, most => maxval(abs(force)))
+      call tests%close('forces on the body add up', maxval(abs(force(:, n:, 0) - force(:, n:, 1) - force(:, n:, 2))), 0.0_wp, &
+        1.0e-12_wp*most)
+      call tests%close('those on the soil are the same', maxval(abs(force(:, :n - 1, 1:) - spread(force(:, :n - 1, 0), 3, 2))), &
+        0.0_wp, 1.0e-12_wp*most)
+      call tests%close('sizes add up', maxval(abs(sizes(:, n:, 0) - sizes(:, n:, 1) - sizes(:, n:, 2))), 0.0_wp, &
+        1.0e-12_wp*maxval(sizes))
+    end associate
+    call tests%close('and so does the matrix at the body', maxval(abs(product(:, 0) - product(:, 1) - product(:, 2)), mask=body), &
+      0.0_wp, 1.0e-12_wp*maxval(abs(product)))
+    call tests%close('that between body and soil is the same', maxval(abs(product(:, 1:) - spread(product(:, 0), 2, 2)), &
+      mask=spread(.not. body, 2, 2)), 0.0_wp, 1.0e-12_wp*maxval(abs(product)))
+    call tests%close('what the body keeps adds up', maxval(abs(reaction(:, 0) - reaction(:, 1) - reaction(:, 2))), 0.0_wp, &
+      1.0e-12_wp*maxval(abs(reaction)))
+    call end_system(step%system)
+
+  contains
+
+    !> Count all, or every other patch, the load with the first of them.
+    subroutine share(who)
+      integer, intent(in) :: who
+      integer :: c
+
+      select type (term)
+      class is (contacts_type)
+        term%scratch%counted = [(who == 0 .or. modulo(c, 2) == modulo(who, 2), c=1, size(term%scratch%counted))]
+        term%scratch%counts_loads = who < 2
+      end select
+    end subroutine share
+  end subroutine check_shares
+
+  !> What the equations of two bodies refer to: loads, pushes and moments by their size, of each body those of its patches.
+  subroutine check_sizes(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: sizes(:, :)
+    integer :: n
+
+    allocate (model, step)
+    call begin_loaded(model, step, '*SURFACE, NAME=beside, TYPE=SEGMENT|2, 1.1, 0, 1.1|'//plate//'*RIGID BODY, NAME=other, '// &
+      'SHAPE=PLANE|0, 1.1, 0, -1|*CONTACT, BODY=other, SURFACE=beside|', '*LOAD, BODY=plate, COMPONENT=MZ|-5|'// &
+      '*LOAD, BODY=other, COMPONENT=X|-3|')
+    call end_system(step%system)
+    associate (surface => model%state%surface)
+      surface%contact_pressure = merge(5.0_wp, 7.0_wp, surface%surface == model%contact_pairs(1)%surface)
+      surface%contact_shear(1, :) = merge(-1.0_wp, 2.0_wp, surface%surface == model%contact_pairs(1)%surface)
+    end associate
+    call initialise_step(model, step, error)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    n = all_nodes(step%unknowns)
+    allocate (sizes(2, n), source=0.0_wp)
+    call sum_field_sizes(step%terms, sizes)
+    ! On 2 m; half of the loads are in force.
+    call tests%close('pressure 5, shear 1, load 20', norm2(sizes(:, n - 3) - [2.0_wp, 30.0_wp]), 0.0_wp, 1.0e-12_wp)
+    call tests%close('pressure 7, shear 2, load 1.5 along the surface', norm2(sizes(:, n - 2) - [5.5_wp, 14.0_wp]), 0.0_wp, &
+      1.0e-12_wp)
+    call tests%close('a moment of 2.5 and a pressure of 5 about its end', sizes(1, n - 1), 12.5_wp, 1.0e-12_wp)
+    call tests%close('no moment on what does not turn', sizes(1, n), 0.0_wp, 0.0_wp)
+    call keep_rigid_body(model, 1, rigid_pose_type([0.5_wp, 0.25_wp, 0.0_wp]), spread(0.0_wp, 1, 6))
+    call end_system(step%system)
+    call initialise_step(model, step, error)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call sum_field_sizes(step%terms, sizes)
+    ! Points to either side of 0.5: the sum of arms is 1/8 + 9/8; the shear acts 0.25 below.
+    call tests%close('about where it is', sizes(1, n - 1), 2.5_wp + 5.0_wp*1.25_wp + 2.0_wp*0.25_wp, 1.0e-2_wp)
+    call end_system(step%system)
+  end subroutine check_sizes
+
+  !> What one body touches does not hold another: a loaded one beside it, near the soil or far from it, is named.
+  subroutine check_other_body(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: height(3) = ['1.1', '1.2', '3.1']
+    class(model_type), allocatable :: model
+    class(step_type), allocatable, target :: step
+    type(contacts_type) :: term
+    real(wp), allocatable :: u(:, :)
+    integer :: i
+
+    do i = 1, size(height)
+      allocate (model, step)
+      call begin_loaded(model, step, '*SURFACE, NAME=beside, TYPE=SEGMENT|2, 1.1, 0, 1.1|'//plate//'*RIGID BODY, '// &
+        'NAME=other, SHAPE=PLANE|0, '//height(i)//', 0, -1|*CONTACT, BODY=other, SURFACE=beside|', &
+        '*LOAD, BODY=other, COMPONENT=Y|-1|')
+      allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+      call evaluate_step(model, step, u, tangent_none)
+      term = contacts_of(step)
+      call term%judge(model, u, step%failure)
+      call tests%check('a loaded body at '//height(i), step%failure%failed .eqv. i > 1)
+      if (step%failure%failed) call tests%check('is named', index(step%failure%reason, "'other' is loaded and touches") > 0)
+      call end_system(step%system)
+      deallocate (model, step, u)
+    end do
+  end subroutine check_other_body
 
   !> A body is kept where the displacement of the step puts it, whichever was evaluated last.
   subroutine check_commit(tests)
@@ -103,12 +312,19 @@ contains
   end subroutine check_commit
 
   !> A plate that is loaded from the start, and its first step.
-  subroutine begin_loaded(model, step)
+  subroutine begin_loaded(model, step, cards, more)
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
+    !> Cards of the bodies, the plate when absent; more cards of the phase.
+    character(len=*), intent(in), optional :: cards, more
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: bodies, phase
 
-    call make_model(plate//load, model)
+    bodies = plate
+    phase = load
+    if (present(cards)) bodies = cards
+    if (present(more)) phase = load(:index(load, '*END') - 1)//more//'*END PHASE|'
+    call make_model(bodies//phase, model)
     model%state%progress%phase = 1
     call begin_analysis(model, step%terms)
     call start_phase(model)
@@ -231,7 +447,7 @@ contains
 
   !> The matrix times a direction, the body moving and turning too, is the change of the residual along it; forces act
   !> off the reference point.
-  subroutine check_tangent(tests, what, contact, moment, turned, shape)
+  subroutine check_tangent(tests, what, contact, moment, turned, shape, moved)
     type(tests_type), intent(inout) :: tests
     !> What is loaded and the law, the law and the load that frees the turning.
     character(len=*), intent(in) :: what, contact, moment
@@ -239,11 +455,14 @@ contains
     real(wp), intent(in), optional :: turned
     !> Body and the start of the card of its contact; the block when absent.
     character(len=*), intent(in), optional :: shape
+    !> How far it has gone before; not at all when absent.
+    real(wp), intent(in), optional :: moved(2)
     class(model_type), allocatable :: model
     class(step_type), allocatable, target :: step
     type(error_type), allocatable :: error
     real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
     character(len=:), allocatable :: place, body
+    real(wp) :: way(3)
     integer :: a
 
     allocate (model, step)
@@ -254,7 +473,9 @@ contains
     call make_model(body//contact//'|*PHASE, NAME=load|'//fix//moment//'*LOAD, BODY=plate, COMPONENT=Y|-40'// &
       place//'|*LOAD, BODY=plate, COMPONENT=X|3'//place//'|*END PHASE|', model)
     call begin_analysis(model, step%terms)
-    if (present(turned)) call keep_rigid_body(model, 1, rigid_pose_type(rotation=[0.0_wp, 0.0_wp, turned]), &
+    way = 0.0_wp
+    if (present(moved)) way(:2) = moved
+    if (present(turned)) call keep_rigid_body(model, 1, rigid_pose_type(way, [0.0_wp, 0.0_wp, turned]), &
       spread(0.0_wp, 1, 6))
     call start_phase(model)
     call initialise_step(model, step, error)
@@ -411,8 +632,16 @@ contains
     column = size(constrained, 2)
     call term%prescribe(model, 0.5_wp, constrained, values)
     call tests%check('a body that is moved does not turn by an unknown', constrained(1, column))
+    call keep_values(model%state%kept, 'body_turning', reshape([0.125_wp], [1, 1]))
+    call keep_values(model%state%kept, 'body_motion', reshape([0.25_wp, 0.5_wp], [2, 1]))
+    call term%prescribe(model, 0.5_wp, constrained, values)
+    call tests%close('what is held stays as it was solved for', norm2([values(:, column - 1), values(1, column)] &
+      - [0.25_wp, 0.5_wp, 0.125_wp]), 0.0_wp, 0.0_wp)
+    call keep_values(model%state%kept, 'body_turning', reshape([0.0_wp], [1, 1]))
+    call keep_values(model%state%kept, 'body_motion', reshape([0.0_wp, 0.0_wp], [2, 1]))
     call run_phase(tests, model, step, 2)
     term = contacts_of(step)
+    call tests%check('held along all axes it moves by no unknown', term%scratch%column(1) == 0)
     constrained = .true.
     call term%prescribe(model, 0.5_wp, constrained, values)
     call tests%check('one with a moment does', .not. constrained(1, column))

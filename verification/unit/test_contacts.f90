@@ -3,18 +3,21 @@
 !> of a body.
 module test_contacts
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_invalid
-  use qsmpm_analysis, only: analysis_type
+  use qsmpm_analysis, only: analysis_type, plane_strain, axisymmetric, three_dimensional
   use qsmpm_phase_description, only: initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type
+  use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
   use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on, penetration_type
   use qsmpm_contacts, only: contacts_type, bodies_at_end
   use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_diagnostics, only: diagnostics_type
+  use qsmpm_drucker_prager, only: drucker_prager_parameters_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
-  use qsmpm_interface_strength, only: interface_strength
+  use qsmpm_interface_strength, only: interface_strength, check_interfaces
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kept_arrays, only: keep_values
   use qsmpm_kinds, only: wp
@@ -25,7 +28,7 @@ module test_contacts
   use qsmpm_model_builder, only: build_model
   use qsmpm_penetration, only: penetration_check_type, refuse_penetration, warn_of_penetration
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_rigid_bodies, only: force_on_body, keep_rigid_body, pose_of, placed_bodies
+  use qsmpm_rigid_bodies, only: make_shape, force_on_body, keep_rigid_body, pose_of, placed_bodies
   use qsmpm_rigid_outline, only: outline_corners
   use qsmpm_rigid_rotation, only: rotation_matrix, followed_by
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
@@ -33,8 +36,10 @@ module test_contacts
     cone_polygon, turned_polygon, rounded_block, kind_turned, completed_by_image, largest_round
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
+  use qsmpm_strength_profile, only: profile_linear, profile_shansep
+  use qsmpm_structures, only: rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_cone, rigid_cylinder, rigid_polygon
   use qsmpm_term, only: increment_type
-  use qsmpm_term_sums, only: begin_terms, set_loads
+  use qsmpm_term_sums, only: begin_terms, commit_terms, set_loads
   use qsmpm_text, only: real_text
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
@@ -65,10 +70,14 @@ contains
     call check_outlines(tests)
     call check_rotations(tests)
     call check_blocks(tests)
+    call check_shapes(tests)
     call check_pose(tests)
     call check_tractions(tests)
     call check_patches(tests)
     call check_kinds(tests)
+    call check_left(tests)
+    call check_far_away(tests)
+    call check_two_bodies(tests)
     call check_wide_cell(tests)
     call check_sliver(tests)
     call check_numbers(tests)
@@ -76,6 +85,9 @@ contains
     call check_tangent(tests, 'FRICTION ANGLE=40', 0.0_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10', 0.03_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10, ADHESION=5', 0.03_wp)
+    ! 100 E/h 0.03 tan(0.3 degrees) is half of E/h 0.03: it slips.
+    call check_tangent(tests, 'FRICTION ANGLE=0.3', 0.03_wp)
+    call check_tangent(tests, 'FRICTION ANGLE=0.2, ADHESION=5', 0.03_wp)
     call check_tangent(tests, 'TENSION=YES', 0.0_wp)
     call check_step(tests)
     call check_parting(tests)
@@ -85,10 +97,14 @@ contains
     call check_pressure(tests)
     call check_round_pressure(tests)
     call check_space(tests)
+    call check_space_tangent(tests, 'FRICTION ANGLE=10')
+    call check_space_tangent(tests, 'FRICTION ANGLE=0.3')
+    call check_space_tangent(tests, 'FRICTION ANGLE=60, ADHESION=3')
     call check_interface(tests)
     call check_strength(tests)
     call check_penetration(tests)
     call check_rest(tests)
+    call check_wall(tests)
     call check_other_surfaces(tests)
     call check_turned_body(tests)
   end subroutine collect_contacts
@@ -263,6 +279,114 @@ contains
     call tests%close('back again', maxval(abs(r)), 0.0_wp, 1.0e-15_wp)
   end subroutine check_rotations
 
+  !> What a card says of a body in the plane, around an axis and in space: its reference point, how far places are from
+  !> it, how round its corners are and may be.
+  subroutine check_shapes(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: cell = 0.2_wp, usual = 0.05_wp
+    integer, parameter :: all_kinds(3) = [plane_strain, axisymmetric, three_dimensional]
+    type(rigid_body_type) :: body
+    type(placed_shape_type) :: placed
+    type(diagnostics_type) :: diagnostics
+    integer :: k
+
+    body%name = 'tool'
+    do k = 1, 3
+      body%place = [0.0_wp, 3.0_wp, merge(4.0_wp, 0.0_wp, k == 3)]
+      body%shape = rigid_plane
+      body%direction = [0.0_wp, -2.0_wp, 0.0_wp]
+      call expect('a plane', body%place, [7.0_wp, 1.0_wp, 0.0_wp], 2.0_wp)
+      body%shape = rigid_circle
+      body%radius = 0.5_wp
+      call expect('a circle', body%place, body%place + [0.0_wp, -1.5_wp, 0.0_wp], 1.0_wp)
+      body%shape = rigid_cone
+      body%apex_angle = 2.0_wp*atan(0.5_wp)*180.0_wp/acos(-1.0_wp)
+      body%shaft = 2.0_wp
+      ! Of slope 2: the shoulder stands 1 above the tip, and the top 2 above it.
+      call expect('beside the shaft of a cone', body%place, body%place + [1.25_wp, 2.0_wp, 0.0_wp], 0.75_wp)
+      call expect('beside its flank', body%place, body%place + [0.25_wp, 0.5_wp, 0.0_wp] + [2.0_wp, -1.0_wp, 0.0_wp]/sqrt(5.0_wp), &
+        1.0_wp)
+      call expect('above it', body%place, body%place + [0.0_wp, 3.5_wp, 0.0_wp], 0.5_wp)
+      call expect('at the other side', body%place, body%place + [-1.25_wp, 2.0_wp, 0.0_wp], 0.75_wp)
+    end do
+    k = 3
+    call expect('in space the shaft is round', body%place, body%place + [0.6_wp, 2.0_wp, 0.8_wp], 0.5_wp)
+    body%place(:2) = [1.0_wp, 3.0_wp]
+    call expect('where it is drawn', body%place, body%place + [0.6_wp, 2.0_wp, 0.8_wp], 0.5_wp)
+    body%shape = rigid_cylinder
+    body%shaft = 0.75_wp
+    call expect('beside a cylinder', body%place, body%place + [0.6_wp, 0.3_wp, -0.8_wp], 0.5_wp)
+    call expect('below its base', body%place, body%place + [0.1_wp, -0.3_wp, 0.1_wp], 0.3_wp)
+    call expect('above it', body%place, body%place + [0.1_wp, 1.0_wp, 0.1_wp], 0.25_wp)
+    k = 2
+    body%place = [0.0_wp, 3.0_wp, 0.0_wp]
+    call expect('beside a cylinder on the axis', body%place, [1.0_wp, 3.3_wp, 0.0_wp], 0.5_wp)
+    call expect('above it', body%place, [0.1_wp, 4.0_wp, 0.0_wp], 0.25_wp)
+    body%shape = rigid_polygon
+    body%polygon = reshape([0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 4.0_wp, 0.0_wp, 4.0_wp], [2, 4])
+    call expect('a polygon with an edge on the axis has its image', [0.0_wp, 2.5_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], 1.0_wp)
+    ! A millionth of a cell is 2e-7.
+    body%polygon(1, [1, 4]) = 1.0e-7_wp
+    call expect('or nearly on it', [0.0_wp, 2.5_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], 1.0_wp)
+    body%polygon(1, [1, 4]) = 1.0e-6_wp
+    call expect('one beside the axis has not', [0.5_wp*(1.0_wp + 1.0e-6_wp), 2.5_wp, 0.0_wp], [0.5_wp, 0.0_wp, 0.0_wp], 1.0_wp)
+    body%polygon(1, [1, 4]) = 0.0_wp
+    k = 1
+    call expect('in the plane it has not', [0.5_wp, 2.5_wp, 0.0_wp], [-0.5_wp, 2.0_wp, 0.0_wp], 0.5_wp)
+    k = 3
+    call expect('in space it runs along z', [0.5_wp, 2.5_wp, 0.0_wp], [-0.5_wp, 2.0_wp, 9.0_wp], 0.5_wp)
+    body%shape = rigid_box
+    body%box = reshape([1.0_wp, 2.0_wp, 3.0_wp, 2.0_wp, 4.0_wp, 6.0_wp], [3, 2])
+    call expect('a box in space', [1.5_wp, 3.0_wp, 4.5_wp], [1.5_wp, 3.2_wp, 7.0_wp], 1.0_wp)
+    body%rotation = [90.0_wp, 0.0_wp, 0.0_wp]
+    call expect('turned from y to z', [1.5_wp, 3.0_wp, 4.5_wp], [1.5_wp, 3.2_wp, 6.0_wp], 0.5_wp)
+    call check_round('in space', 0.5_wp)
+    k = 1
+    call expect('a box in the plane', [1.5_wp, 3.0_wp, 0.0_wp], [1.6_wp, 4.5_wp, 0.0_wp], 0.5_wp)
+    call check_round('in the plane', 0.5_wp)
+  contains
+    !> Reference point and distance of a place, with the corners of the usual roundness.
+    subroutine expect(what, reference, x, distance)
+      character(len=*), intent(in) :: what
+      real(wp), intent(in) :: reference(3), x(3), distance
+      type(distance_type) :: found
+
+      call make_shape(body, all_kinds(k), cell, placed%shape, placed%reference, diagnostics)
+      found = placed%distance_at(x)
+      call tests%close('distance of '//what, found%value, distance, 1.0e-13_wp)
+      call tests%close('its reference point', norm2(placed%reference - reference), 0.0_wp, 1.0e-13_wp)
+      call tests%check('nothing is said', diagnostics%count == 0)
+    end subroutine expect
+
+    !> Corners of a box.
+    subroutine check_round(where, largest)
+      character(len=*), intent(in) :: where
+      !> Half of the shortest edge.
+      real(wp), intent(in) :: largest
+      integer :: i
+
+      call tests%close('a quarter of a cell '//where, radius_of(-1.0_wp, cell), usual, 1.0e-15_wp)
+      call tests%close('at most half of what the edges allow '//where, radius_of(-1.0_wp, 10.0_wp), 0.5_wp*largest, 1.0e-15_wp)
+      call tests%close('as it is asked for '//where, radius_of(0.3_wp, cell), 0.3_wp, 1.0e-15_wp)
+      call tests%close('to the end '//where, radius_of(0.98_wp*largest, cell), 0.98_wp*largest, 1.0e-15_wp)
+      i = diagnostics%count
+      call tests%check('nothing is said '//where, i == 0)
+      call tests%check('beyond it is refused '//where, radius_of(0.9975_wp*largest, cell) <= huge(1.0_wp) .and. &
+        diagnostics%count == 1)
+      diagnostics%count = 0
+    end subroutine check_round
+
+    !> Roundness of what is made of it.
+    real(wp) function radius_of(asked, size_of_cell)
+      real(wp), intent(in) :: asked, size_of_cell
+
+      body%round = asked
+      call make_shape(body, all_kinds(k), size_of_cell, placed%shape, placed%reference, diagnostics)
+      radius_of = placed%shape%radius
+      body%round = -1.0_wp
+    end function radius_of
+  end subroutine check_shapes
+
   !> A place that rides on a body keeps its distance.
   subroutine check_pose(tests)
     type(tests_type), intent(inout) :: tests
@@ -304,6 +428,10 @@ contains
     more = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip + [difference, 0.0_wp, 0.0_wp], &
       0.0_wp)
     call tests%close('dt/ds', norm2(now%by_slip(:, 1) - (more%shear - now%shear)/difference), 0.0_wp, 1.0e-1_wp)
+    call check_slopes('slipping in space', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], 1.0e-3_wp)
+    call check_slopes('sticking', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [100.0_wp, 10.0_wp], 0.1_wp)
+    call check_slopes('pulled, with its adhesion', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .true.), [1.0e4_wp, 1.0e3_wp], 4.0e-3_wp)
+    call check_slopes('open', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], 4.0e-3_wp)
     pair%tension = .true.
     now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip, 0.0_wp)
     call tests%close('a contact with tension pulls', now%pressure, -10.0_wp, 1.0e-12_wp)
@@ -315,6 +443,33 @@ contains
     call tests%check('a gap of rounding is closed', now%closed)
     now = contact_tractions(pair, [100.0_wp, 10.0_wp], 0.0_wp, 0.0_wp*shear, 1.1e-3_wp, 0.0_wp*slip, 1.0e-3_wp)
     call tests%check('a little more is not', .not. now%closed)
+  contains
+    !> All derivatives by central differences, at a multiplier of 20 and a slip in space.
+    subroutine check_slopes(what, law, penalty, gap)
+      character(len=*), intent(in) :: what
+      type(contact_pair_type), intent(in) :: law
+      real(wp), intent(in) :: penalty(2), gap
+      real(wp), parameter :: before(3) = [3.0_wp, 1.0_wp, -2.0_wp], slid(3) = [0.02_wp, -0.01_wp, 0.03_wp]
+      type(tractions_type) :: here, ahead, back
+      real(wp) :: by(3), most, move(3)
+      integer :: j
+
+      here = contact_tractions(law, penalty, 20.0_wp, before, gap, slid, 0.0_wp)
+      ahead = contact_tractions(law, penalty, 20.0_wp, before, gap + difference, slid, 0.0_wp)
+      back = contact_tractions(law, penalty, 20.0_wp, before, gap - difference, slid, 0.0_wp)
+      call tests%close('dp/dg '//what, here%by_gap, (ahead%pressure - back%pressure)/(2.0_wp*difference), 1.0e-3_wp)
+      by = (ahead%shear - back%shear)/(2.0_wp*difference)
+      call tests%close('dt/dp '//what, norm2(here%by_gap*here%by_pressure - by), 0.0_wp, 1.0e-3_wp)
+      most = 0.0_wp
+      do j = 1, 3
+        move = 0.0_wp
+        move(j) = difference
+        ahead = contact_tractions(law, penalty, 20.0_wp, before, gap, slid + move, 0.0_wp)
+        back = contact_tractions(law, penalty, 20.0_wp, before, gap, slid - move, 0.0_wp)
+        most = max(most, norm2(here%by_slip(:, j) - (ahead%shear - back%shear)/(2.0_wp*difference)))
+      end do
+      call tests%close('dt/ds '//what, most, 0.0_wp, 1.0e-4_wp)
+    end subroutine check_slopes
   end subroutine check_tractions
 
   !> A model with a tool above the block, and its first step.
@@ -391,7 +546,7 @@ contains
     type(contact_patches_type) :: patches
     type(body_points_type) :: nobody
     logical, allocatable :: touched(:, :)
-    integer :: i
+    integer :: i, p
 
     allocate (model, step)
     call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
@@ -411,9 +566,17 @@ contains
       call find_patches(model, all_points(model, .true.), touched, nobody, patches)
       call tests%check('or has it too far away', patches%count == 9)
       ! The first point, and all of the cell beside its own.
-      touched(:, 1) = abs(x - x(1)) <= 0.0_wp .or. abs(x - x(1) + 0.25_wp) < 0.15_wp
+      touched(:, 1) = abs(x - x(1)) <= 0.0_wp .or. (x > 0.25_wp .and. x < 0.5_wp)
       call find_patches(model, all_points(model, .true.), touched, nobody, patches)
       call tests%check('the first point joins too', patches%count == 8)
+      ! The first point, which is no short patch by its area as the others are not, and one that is.
+      model%state%surface%area_vector = 3.0_wp*model%state%surface%area_vector
+      i = minloc(abs(x - x(1) - 0.25_wp), dim=1)
+      model%state%surface%area_vector(:, i) = model%state%surface%area_vector(:, i)/3.0_wp
+      touched(:, 1) = [(any(p == [1, i]), p=1, size(x))]
+      call find_patches(model, all_points(model, .true.), touched, nobody, patches)
+      call tests%check('and is joined', patches%count == 9 .and. any([(patches%first(p + 1) - patches%first(p), &
+        p=1, patches%count)] == 2))
     end associate
     call end_system(step%system)
   contains
@@ -425,6 +588,102 @@ contains
       end associate
     end function is_mixed
   end subroutine check_kinds
+
+  !> A point that was pressed has left the body from a tenth of a cell on, one that was not from a thousandth on.
+  subroutine check_left(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%check('what was pressed stays with the body, what was not does not', .not. mixes('1.1125'))
+    call tests%check('both touch it', mixes('1.1'))
+    call tests%check('both have left it', mixes('1.13'))
+  contains
+    !> Whether points that were pressed, in five cells and a half, share a patch with others under a plane so high.
+    logical function mixes(height)
+      character(len=*), intent(in) :: height
+      class(model_type), allocatable :: model
+      class(step_type), allocatable :: step
+      type(contacts_type) :: term
+      type(error_type), allocatable :: error
+      integer :: c
+
+      allocate (model, step)
+      call make_step('SHAPE=PLANE|0, '//height//', 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
+      where (model%state%surface%position(1, :) < 1.375_wp) model%state%surface%contact_pressure = 5.0_wp
+      call end_system(step%system)
+      call initialise_step(model, step, error)
+      term = contacts_of(step)
+      mixes = .false.
+      associate (patches => term%scratch%patches)
+        do c = 1, patches%count
+          associate (pressed => model%state%surface%contact_pressure(patches%point(patches%first(c): &
+              patches%first(c + 1) - 1)) > 0.0_wp)
+            mixes = mixes .or. (any(pressed) .and. .not. all(pressed))
+          end associate
+        end do
+      end associate
+      call end_system(step%system)
+    end function mixes
+  end subroutine check_left
+
+  !> Far from the origin of the model a pressure is what it is at the origin: gaps are not rounded with the places.
+  subroutine check_far_away(tests)
+    type(tests_type), intent(inout) :: tests
+    !> Two to the power of 20: multiples of an eighth are exact there, and places are rounded to 2.3e-10.
+    character(len=*), parameter :: far = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 1048576, 1048578, '// &
+      '8|*NSET, NSET=base, PLANE=Y|1048576|*SURFACE, NAME=top, TYPE=SEGMENT|2, 1048577.125, 0, 1048577.125|'// &
+      '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 1048576, 1048577.125|'// &
+      '*METHOD, BASIS=GIMP, INTEGRATION=POINTS|'
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: u(:, :)
+    real(wp), parameter :: up = 0.001_wp/3.0_wp
+
+    allocate (model, step)
+    call make_step('SHAPE=PLANE|0, 1048577.125, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step, far)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    u(2, :) = up
+    call evaluate_step(model, step, u, tangent_none)
+    ! p = 100 E/h times the gap of -0.01 - up on 2 m: 3e-13 of a gap are 1e-7 of a pressure.
+    call tests%close('pressure far from the origin', -sum(force_named(step, 'force of the contacts', u)), &
+      8.0e5_wp*(0.01_wp + up), 1.0e-6_wp)
+    call end_system(step%system)
+  end subroutine check_far_away
+
+  !> Two bodies on surfaces of their own: how far a body goes is asked of its own places alone, and each has its force.
+  subroutine check_two_bodies(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: head = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|1, 1.1, 0, 1.1|*SURFACE, NAME=right, TYPE=SEGMENT|'// &
+      '2, 1.1, 1.5, 1.1|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|'// &
+      '0, 2, 0, 1.1|*METHOD, BASIS=SPLINE2, INTEGRATION=POINTS|'
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(placed_shape_type), allocatable :: bodies(:)
+    type(contacts_type) :: term
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :)
+    integer :: c
+
+    allocate (model, step)
+    ! Half of 78 degrees are in force: arms of 0.71 at most go 0.47, those of the other surface more than two cells.
+    call make_step('SHAPE=CIRCLE|0.5, 1.6, 0.5', 'FRICTION ANGLE=0|*RIGID BODY, NAME=other, SHAPE=PLANE|0, 1.1, 0, -1|'// &
+      '*CONTACT, BODY=other, SURFACE=right', ', ROTATION=78|0, 0', model, step, head)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    call tests%check('a body goes no farther than its own places', .not. step%failure%failed)
+    term = contacts_of(step)
+    associate (patches => term%scratch%patches)
+      call tests%check('both have patches', any(patches%pair(:patches%count) == 1) .and. any(patches%pair == 2))
+      call tests%check('points of their own surfaces', all([(all(model%state%surface%surface(patches%point( &
+        patches%first(c):patches%first(c + 1) - 1)) == patches%pair(c)), c=1, patches%count)]))
+    end associate
+    call end_system(step%system)
+    call initialise_step(model, step, error)
+    allocate (bodies, source=bodies_at_end(step%terms))
+    call tests%check('before loads are set the bodies are where they were', size(bodies) == 2 .and. &
+      abs(bodies(1)%pose%rotation(3)) <= 0.0_wp)
+    call end_system(step%system)
+  end subroutine check_two_bodies
 
   !> The same for all surface points and the one contact.
   pure function all_points(model, value) result(values)
@@ -720,16 +979,32 @@ contains
     call tests%close('a box on two of eight cells pulls these alone', force, 2000.0_wp, 1.0e-6_wp)
     force = force_of_lifting('SHAPE=PLANE|0, 1.11, 0, -1')
     call tests%close('one above the ground pulls nothing', force, 0.0_wp, 1.0e-12_wp)
+    ! A thousandth of a cell is 2.5e-4.
+    force = force_of_lifting('SHAPE=PLANE|0, 1.1002, 0, -1')
+    call tests%close('within a thousandth of a cell it touches', force, 8000.0_wp*1.02_wp, 1.0e-6_wp)
+    force = force_of_lifting('SHAPE=PLANE|0, 1.1003, 0, -1')
+    call tests%close('beyond it does not', force, 0.0_wp, 1.0e-12_wp)
+    force = force_of_lifting('SHAPE=PLANE|0, 1.11, 0, -1', -2.0_wp)
+    call tests%close('what was drawn before is drawn on, from there', force, 16004.0_wp, 1.0e-6_wp)
   contains
     !> Vertical force on the block of a body with tension that goes up by 0.01.
-    real(wp) function force_of_lifting(tool)
+    real(wp) function force_of_lifting(tool, pressure)
       character(len=*), intent(in) :: tool
+      !> Before the step; none when absent.
+      real(wp), intent(in), optional :: pressure
+      type(error_type), allocatable :: error
       class(model_type), allocatable :: model
       class(step_type), allocatable :: step
       real(wp), allocatable :: u(:, :), push(:, :)
 
       allocate (model, step)
       call make_step(tool, 'TENSION=YES', '|0, 0.02', model, step)
+      if (present(pressure)) then
+        call end_system(step%system)
+        model%state%surface%contact_pressure = pressure
+        call initialise_step(model, step, error)
+        call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+      end if
       allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
       call evaluate_step(model, step, u, tangent_none)
       allocate (push, source=force_named(step, 'force of the contacts', u))
@@ -756,14 +1031,19 @@ contains
     force = force_along('FRICTION ANGLE=30', '|0, 0.02', 7.0_wp, .false.)
     call tests%close('at rest it presses as before', force(2), -10.0_wp, 1.0e-12_wp)
     call tests%close('and is sheared within its friction', abs(force(1)), 10.0_wp*tan(acos(-1.0_wp)/6.0_wp), 1.0e-10_wp)
+    force = force_along('FRICTION ANGLE=30', '|0, 0.02', 7.0_wp, .true., again=.true.)
+    call tests%close('at rest again, within its friction again', abs(force(1)), 10.0_wp*tan(acos(-1.0_wp)/6.0_wp), &
+      1.0e-10_wp)
 
   contains
 
     !> Force on the block, pressed by 5 and sheared before.
-    function force_along(contact, move, shear, evaluated) result(force)
+    function force_along(contact, move, shear, evaluated, again) result(force)
       character(len=*), intent(in) :: contact, move
       real(wp), intent(in) :: shear
       logical, intent(in) :: evaluated
+      !> Whether loads are set once more after that; not when absent.
+      logical, intent(in), optional :: again
       real(wp) :: force(2)
       type(error_type), allocatable :: error
       real(wp), allocatable :: u(:, :)
@@ -776,6 +1056,7 @@ contains
       call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
       allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
       if (evaluated) call evaluate_step(model, step, u, tangent_none)
+      if (present(again)) call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
       force = sum(force_named(step, 'force of the contacts', u), dim=2)
       call end_system(step%system)
     end function force_along
@@ -892,6 +1173,9 @@ contains
     call tests%check('contact in space', term%scratch%dimension == 3 .and. size(term%scratch%place, 2) > 0)
     call tests%check('its points lie along z too', maxval(term%scratch%place(3, :)) > 0.5_wp &
       .and. minval(term%scratch%place(3, :)) < 0.5_wp)
+    call check_space_forces(tests, model, step)
+    call check_space_patches(tests, model)
+    call initialise_step(model, step, error)
     call keep_values(model%state%kept, 'body_loads', reshape([0.0_wp, 0.0_wp, 1.0_wp, spread(0.0_wp, 1, 17)], [20, 1]))
     call initialise_step(model, step, error)
     term = contacts_of(step)
@@ -902,7 +1186,97 @@ contains
     distance = model%rigid_shapes(1)%distance_at([1.0_wp, 1.2_wp, 0.4_wp])
     call tests%close('a cylinder stands where it is drawn', distance%value, 0.2_wp, 1.0e-14_wp)
     call end_system(step%system)
+    call make_step('SHAPE=POLYGON, ROUND=0.01|0.2, 1|0.8, 1|0.8, 1.4|0.2, 1.4', 'FRICTION ANGLE=0', '|0, -0.02, 0', model, &
+      step, cube)
+    distance = model%rigid_shapes(1)%distance_at([1.0_wp, 1.2_wp, 7.0_wp])
+    call tests%close('a polygon runs on along z', distance%value, 0.2_wp, 1.0e-14_wp)
+    call end_system(step%system)
   end subroutine check_space
+
+  !> The plane goes down by 0.01 on a top of 1 by 1 and a strip of 0.01 along its sides, in the middle half as deep:
+  !> 100 E/h 0.01 (1 + 0.04/2 + ...), and the moment about a corner of it.
+  subroutine check_space_forces(tests, model, step)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    real(wp), allocatable :: u(:, :)
+    real(wp), parameter :: push = 2.0e5_wp*(0.01_wp*1.04_wp - 0.04_wp*0.005_wp)
+
+    allocate (u(3, all_nodes(step%unknowns)), source=0.0_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    call commit_terms(step%terms, u, model)
+    call tests%close('force and moment on a body in space', norm2(force_on_body(model, 1) - push*[0.0_wp, 1.0_wp, 0.0_wp, &
+      -0.5_wp, 0.0_wp, 0.5_wp]), 0.0_wp, 1.0e-9_wp*push)
+    call end_system(step%system)
+  end subroutine check_space_forces
+
+  !> Patches in space are short below 0.6 of a cell along either axis; pressures at a place mix patches beside it alone.
+  subroutine check_space_patches(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    type(contact_patches_type) :: patches
+    type(body_points_type) :: nobody
+    real(wp), allocatable :: before(:, :)
+    integer :: count_of(2), i
+
+    allocate (before, source=model%state%surface%area_vector)
+    do i = 1, 2
+      where (spread(model%state%surface%cell == model%state%surface%cell(1), 1, 3)) &
+        model%state%surface%area_vector = (0.36_wp + 0.01_wp*(2*i - 3))/1.04_wp*before
+      call find_patches(model, all_points(model, .true.), all_points(model, .false.), nobody, patches)
+      count_of(i) = patches%count
+    end do
+    call tests%check('0.35 of the face of a cell is short, 0.37 is not', all(count_of == [3, 4]))
+    model%state%surface%area_vector = before
+    associate (surface => model%state%surface)
+      surface%contact_pressure = merge(10.0_wp, 20.0_wp, surface%position(3, :) < 0.5_wp)
+      call tests%close('at the end along z its own pressure', contact_pressure_at(model, [0.25_wp, 1.0_wp, 0.0_wp]), 10.0_wp, &
+        1.0e-12_wp)
+      call tests%close('between two patches their mean', contact_pressure_at(model, [0.25_wp, 1.0_wp, 0.5_wp]), 15.0_wp, &
+        1.0e-4_wp)
+      surface%contact_pressure = merge(10.0_wp, 20.0_wp, surface%position(1, :) < 0.5_wp)
+      call tests%close('along x as along z', contact_pressure_at(model, [0.0_wp, 1.0_wp, 0.25_wp]) + &
+        contact_pressure_at(model, [0.5_wp, 1.0_wp, 0.25_wp]), 25.0_wp, 1.0e-4_wp)
+      surface%contact_pressure = 0.0_wp
+    end associate
+  end subroutine check_space_patches
+
+  !> The matrix of a ball in space that is loaded along all axes and slips on soil it sticks to elsewhere.
+  subroutine check_space_tangent(tests, contact)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: contact
+    character(len=*), parameter :: cube = '*MODEL, TYPE=3D|*GRID, ELEMENT=HEX8|X, 0, 1, 2|Y, 0, 1.5, 3|Z, 0, 1, 2|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=OUTLINE, BODY=ground, BOX|0, 1, 0.99, 1.01, 0, 1|'// &
+      '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1, 0, 1|'// &
+      '*METHOD, BASIS=STANDARD, INTEGRATION=CELL|'
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
+    real(wp) :: kept(20)
+    integer :: a
+
+    allocate (model, step)
+    call make_step('SHAPE=CIRCLE|0.45, 1.95, 0.55, 1', contact, '|0.01, -0.03, 0.02, 0.5, 1, -0.7', model, step, cube)
+    call end_system(step%system)
+    kept = 0.0_wp
+    kept([1, 2, 3]) = 1.0_wp
+    call keep_values(model%state%kept, 'body_loads', reshape(kept, [20, 1]))
+    call initialise_step(model, step, error)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    allocate (u(3, all_nodes(step%unknowns)), v(3, all_nodes(step%unknowns)))
+    do a = 1, size(u, 2)
+      u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a), sin(0.9_wp*a)] + [0.02_wp, 0.0_wp, 0.01_wp]
+      v(:, a) = [cos(0.7_wp*a), sin(1.1_wp*a), cos(1.9_wp*a)]
+    end do
+    u(:, size(u, 2)) = [-0.01_wp, -0.02_wp, 0.005_wp]
+    call matrix_and_difference(model, step, u, v, difference, product, change)
+    call tests%close('in space the matrix is the derivative of the residual, '//contact, maxval(abs(product - change)), 0.0_wp, &
+      1.0e-6_wp*maxval(abs(change)))
+    call tests%check('the body moves by unknowns', any(step%field_of == 2) .and. &
+      maxval(abs(product), mask=step%field_of == 2) > 1.0_wp)
+    call end_system(step%system)
+  end subroutine check_space_tangent
 
   !> Strength of an interface by a share of that of the soil; penalties and patches that are asked for.
   subroutine check_interface(tests)
@@ -934,6 +1308,8 @@ contains
     call check_patch_strengths(tests, model)
     call check_refused(tests, index_of('*MOHR COULOMB|5, 0, 0|*STRENGTH PROFILE, TYPE=LINEAR|1.1, 10, 2|'), '', &
       "material 'clay' has not")
+    call check_refused(tests, index_of('*MOHR COULOMB|4, 30, 0|'), '', "material 'sand' has not")
+    call check_kinds_of_strength(tests, model)
     call check_refused(tests, index_of('*MOHR COULOMB|5, 0, 0|*STRENGTH PROFILE, TYPE=LINEAR|1.1, 10, 2|'), &
       '*MOHR COULOMB|5, 20, 0|*UNDRAINED, TYPE=A|', "s_u of undrained material 'clay'")
   contains
@@ -962,6 +1338,44 @@ contains
         index(error%message, reason) > 0)
     end subroutine check_refused
   end subroutine check_interface
+
+  !> What has c and phi beside a law of its own does not follow them, and there is no share of them.
+  subroutine check_kinds_of_strength(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+
+    call tests%check('c and phi alone', refused() == 0)
+    model%analysis%materials(1)%own_law = .true.
+    call tests%check('a law of an embedding program', refused() == 1)
+    model%analysis%materials(1)%own_law = .false.
+    model%analysis%materials(2)%user%given = .true.
+    call tests%check('one of a user', refused() == 1)
+    model%analysis%materials(2)%user%given = .false.
+    allocate (drucker_prager_parameters_type :: model%analysis%materials(1)%soil_law)
+    call tests%check('a soil model', refused() == 1)
+    deallocate (model%analysis%materials(1)%soil_law)
+    model%analysis%materials(2)%strength_profile%kind = profile_shansep
+    call tests%check('a strength that follows the stress', refused() == 1)
+    model%analysis%materials(2)%strength_profile%kind = profile_linear
+    model%analysis%materials(2)%undrained%given = .true.
+    call tests%check('undrained clay has its s_u', refused() == 0)
+    model%analysis%materials(1)%undrained%given = .true.
+    call tests%check('undrained sand has none', refused() == 1)
+    model%analysis%materials%undrained%given = .false.
+    model%analysis%contacts(1)%interface = -1.0_wp
+    model%analysis%materials%mohr_coulomb = .false.
+    call tests%check('without a share all is right', refused() == 0)
+    model%analysis%materials%mohr_coulomb = .true.
+    model%analysis%contacts(1)%interface = 0.5_wp
+  contains
+    !> Number of things that are wrong.
+    integer function refused()
+      type(diagnostics_type) :: diagnostics
+
+      call check_interfaces(model, diagnostics)
+      refused = diagnostics%count
+    end function refused
+  end subroutine check_kinds_of_strength
 
   !> Its patches are points with the strength of the soil there, lowered by a factor of safety.
   subroutine check_patch_strengths(tests, model)
@@ -1018,6 +1432,12 @@ contains
     term = contacts_of(step)
     call tests%check('it does not with one that stays', .not. term%scratch%goes_along)
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    u(1, 1) = 1.0e-9_wp
+    call evaluate_step(model, step, u, tangent_none)
+    term = contacts_of(step)
+    call tests%check('nor where anything has moved yet', .not. term%scratch%goes_along)
+    u(1, 1) = 0.0_wp
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
     call evaluate_step(model, step, u, tangent_none)
     model%state%progress%strength_factor = 2.0_wp
     call end_system(step%system)
@@ -1072,6 +1492,26 @@ contains
     end subroutine make_rest
   end subroutine check_rest
 
+  !> A wall beside ground at rest carries K0 times the weight above each point, however far the next material point is.
+  subroutine check_wall(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: ground = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|2, 0, 2, 1|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'// &
+      '*UNIT WEIGHT|20|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1|*METHOD, BASIS=GIMP, INTEGRATION=POINTS|'
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+
+    allocate (model, step)
+    call make_step('SHAPE=PLANE|2, 0, -1, 0', 'FRICTION ANGLE=30', '|0, 0|*INITIAL, TYPE=K0|1, 0.5|*GRAVITY|0, -1', model, step, &
+      ground)
+    associate (surface => model%state%surface)
+      call tests%close('pressure at rest by depth', maxval(abs(surface%contact_pressure - 0.5_wp*20.0_wp*(1.0_wp &
+        - surface%position(2, :)))), 0.0_wp, 1.0e-11_wp)
+      call tests%close('no shear', maxval(abs(surface%contact_shear)), 0.0_wp, 1.0e-12_wp)
+    end associate
+    call end_system(step%system)
+  end subroutine check_wall
+
   !> Of two surfaces at one place and two bodies each contact has its own: initial pressures, slip, pressure at a place.
   subroutine check_other_surfaces(tests)
     type(tests_type), intent(inout) :: tests
@@ -1100,6 +1540,15 @@ contains
       surface%contact_slip(1, side) = 0.5_wp
       call tests%close('slip on a body is that of its own surfaces', contact_slip_on(model, 1, .true.), 0.25_wp, 1.0e-12_wp)
       call tests%close('and that on the other', contact_slip_on(model, 2, .true.), 0.5_wp, 1.0e-12_wp)
+      ! As if another process had a point.
+      model%part%surface = [(i /= top(1), i=1, surface%count)]
+      surface%contact_slip(1, top(1)) = 9.0_wp
+      call tests%close('a process counts the slip of its own points', contact_slip_on(model, 1, .true.) &
+        + contact_slip_on(model, 1, .false.), 0.5_wp, 1.0e-12_wp)
+      surface%contact_pressure = merge(4.0_wp, 7.0_wp, model%part%surface)
+      call tests%close('and the pressures of its own points', contact_pressure_at(model, &
+        surface%initial_position(:, top(1)) - [0.01_wp, 0.0_wp]), 4.0_wp, 1.0e-12_wp)
+      deallocate (model%part%surface)
       surface%contact_pressure = [(1.0_wp*i, i=1, surface%count)]
       model%contact_pairs%pointwise = .true.
       call tests%close('the first point has its pressure', contact_pressure_at(model, surface%initial_position(:, top(1))), &
@@ -1116,6 +1565,8 @@ contains
       model%contact_pairs%surface = 9
       call tests%close('where nothing is in contact there is none', contact_pressure_at(model, [2.0_wp, 1.1_wp]), 0.0_wp, &
         0.0_wp)
+      model%contact_pairs = model%contact_pairs(:0)
+      call tests%close('nor in a model without a contact', contact_pressure_at(model, [2.0_wp, 1.1_wp]), 0.0_wp, 0.0_wp)
     end associate
   end subroutine check_other_surfaces
 
@@ -1137,7 +1588,8 @@ contains
     call evaluate_step(model, step, u, tangent_none)
     call tests%check('it turns about where it is', .not. step%failure%failed)
     term = contacts_of(step)
-    call tests%check('and has moved, by a force of bodies', term%scratch%goes_along .and. term%of_bodies)
+    call tests%check('and has moved, by a force of bodies that hold soil', term%scratch%goes_along .and. term%of_bodies &
+      .and. term%anchors)
     model%analysis%phases(1)%moves(1)%rotation = 0.0_wp
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
     call evaluate_step(model, step, u, tangent_none)
@@ -1162,6 +1614,8 @@ contains
     bodies = placed_bodies(model)
     call refuse_penetration(model, bodies, found, error)
     call tests%check('soil outside is right', .not. allocated(error))
+    call widest_gap(model, bodies, found%pressed, found%place, found%gap)
+    call tests%check('where contact is on the soil no gap is measured', found%pressed == 0 .and. found%gap <= 0.0_wp)
     bodies(1)%pose%displacement(2) = -0.10_wp
     call refuse_penetration(model, bodies, found, error)
     call tests%check('soil a little inside is not refused', .not. allocated(error))

@@ -55,18 +55,75 @@ contains
     call check_idle(tests, model)
     call check_touch(tests, model)
     call end_system(step%system)
+    call check_others(tests)
   end subroutine collect_penetration
 
+  !> Of two bodies each has the distance of its own surface, and the first point of a surface may be the nearest.
+  subroutine check_others(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: idle = "moves rigid body 'other', and nothing touches it: the nearest soil of its "// &
+      '*CONTACT is '
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    integer :: first
+
+    allocate (model, step)
+    ! The surface of the other one lies 0.3 below that of the plate, and comes first.
+    call make_model(model, step, '*SURFACE, NAME=low, TYPE=SEGMENT|2, 0.8, 0, 0.8|*RIGID BODY, NAME=other, SHAPE=PLANE|'// &
+      '0, 1.1, 0, -1|*CONTACT, BODY=other, SURFACE=low|', 'other')
+    model%state%progress%fraction = 1.0_wp
+    call tests%close('the nearest soil of its own surface', told_of_other(), 1.0_wp, 0.0_wp)
+    first = findloc(model%state%surface%surface, model%contact_pairs(2)%surface, dim=1)
+    model%state%surface%position(2, first) = 0.9_wp
+    call tests%close('the first point', told_of_other('0.7 away'), 1.0_wp, 0.0_wp)
+    allocate (model%part%surface(size(model%state%surface%surface)), source=.true.)
+    model%part%surface(first) = .false.
+    call tests%close('unless it is of another process', told_of_other('0.8 away'), 1.0_wp, 0.0_wp)
+    deallocate (model%part%surface)
+    model%state%surface%position(2, first) = 0.8_wp
+    model%state%surface%position(2, size(model%state%surface%surface)) = 0.9_wp
+    call tests%close('the last point, of whichever surface', told_of_other(merge('0.7 away', '0.8 away', &
+      model%state%surface%surface(size(model%state%surface%surface)) == model%contact_pairs(2)%surface)), 1.0_wp, 0.0_wp)
+    call end_system(step%system)
+
+  contains
+
+    !> How often it is said that the other body has come from 0.6 to 0.5 above its place, and so far away.
+    real(wp) function told_of_other(distance)
+      !> 0.8 when absent.
+      character(len=*), intent(in), optional :: distance
+      type(contact_check_type) :: check
+      integer :: i
+
+      do i = 0, 1
+        call keep_rigid_body(model, 2, rigid_pose_type([0.0_wp, 0.6_wp - 0.1_wp*i, 0.0_wp]), spread(0.0_wp, 1, 6))
+        if (i == 0) call begin_contact_check(model, check)
+      end do
+      call check_contact(model, check)
+      if (present(distance)) then
+        told_of_other = ended(model, check, idle//distance)
+      else
+        told_of_other = ended(model, check, idle//'0.8 away')
+      end if
+    end function told_of_other
+  end subroutine check_others
+
   !> The block before its first step.
-  subroutine make_model(model, step)
+  subroutine make_model(model, step, more, moved)
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
+    !> Cards before those of the phase, and the body that it moves instead of the plate.
+    character(len=*), intent(in), optional :: more, moved
+    character(len=:), allocatable :: cards
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
     allocate (analysis)
-    call parse_deck('block.inp', joined(block), analysis, messages, error)
+    cards = block
+    if (present(more)) cards = block(:index(block, '*PHASE') - 1)//more//block(index(block, '*PHASE'):)
+    call parse_deck('block.inp', joined(cards), analysis, messages, error)
+    if (present(moved) .and. .not. allocated(error)) analysis%phases(1)%moves(1)%body = moved
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the deck of the penetration suite is broken'
     call begin_analysis(model, step%terms)
@@ -166,6 +223,9 @@ contains
       '100 to 90: '), 1.0_wp, 0.0_wp)
     call go(model, check, [100.0_wp, 100.0_wp, 90.0_wp])
     call tests%close('the last step', ended(model, check, falls//'1 of 3 steps'), 1.0_wp, 0.0_wp)
+    call go(model, check, [100.0_wp, 100.0_wp, 80.0_wp, 80.0_wp, 80.0_wp, 72.0_wp, 72.0_wp])
+    call tests%close('the larger of two is the first', ended(model, check, falls//'2 of 7 steps, the most in step 3, '// &
+      'from 100 to 80: '), 1.0_wp, 0.0_wp)
     call go(model, check, [50.0_wp, 5.1_wp, 4.0_wp, 1.0_wp, 0.0_wp])
     call tests%close('what is below a tenth falls further', ended(model, check, falls//'1 of 5 steps, the most in step '// &
       '3, from 5.1 to 4: '), 1.0_wp, 0.0_wp)
@@ -202,6 +262,14 @@ contains
     call begin_contact_check(model, check)
     call push(model, check, [0.02_wp, 0.02_wp, 0.001_wp, 0.001_wp])
     call tests%close('no force', ended(model, check, falls), 0.0_wp, 0.0_wp)
+    ! As if another process had the second node: -f/2 at the first one is the mean.
+    allocate (model%part%nodes(size(model%state%reactions, 2)), source=.true.)
+    model%part%nodes(2) = .false.
+    call begin_contact_check(model, check)
+    call push(model, check, [100.0_wp, 100.0_wp, 48.0_wp, 48.0_wp])
+    call tests%close('the mean of nodes of its own', ended(model, check, falls//'1 of 4 steps, the most in step 3, '// &
+      'from 50 to 24: '), 1.0_wp, 0.0_wp)
+    deallocate (model%part%nodes)
     model%loading%prescribed = 0.0_wp
     model%state%reactions = 0.0_wp
   end subroutine check_lost_reactions
@@ -369,6 +437,10 @@ contains
       call deepest_point(model, placed_bodies(model), body, point, depth)
       call tests%check('the deepest point of all', body == 1 .and. point == 5)
       call tests%close('and how deep it is', depth, y(5) - 0.9_wp, 1.0e-14_wp)
+      model%contact_pairs(1)%body = 2
+      call deepest_point(model, placed_bodies(model), body, point, depth)
+      model%contact_pairs(1)%body = 1
+      call tests%check('a body that nothing may touch is not looked at', body == 0 .and. point == 0)
       y(5) = y(5) - 1.0_wp
       y(1) = y(1) + 1.5_wp
       allocate (bodies, source=placed_bodies(model))

@@ -178,7 +178,6 @@ contains
     real(wp), intent(inout) :: block(:, :, :, :)
     integer :: k, a, b, d
 
-    if (.not. abs(pressure) > 0.0_wp) return
     d = size(block, 1)
     do k = lbound(measure, 1), ubound(measure, 1)
       if (all(abs(measure(k)%distance%curvature) <= 0.0_wp)) cycle
