@@ -142,5 +142,20 @@ def full_part(place: Place) -> None:
         expect(words in run.said and second in run.said and run.said.count("cannot read") == 1, f"{words}: {run.said}")
 
 
+def refused_names(place: Place) -> None:
+    """No room for the index of the first rank, and a name that the part of the last rank cannot get, end all alike with exit code 1."""
+    deck = plane("0, 2, 0, 1.5", more="*RESTART, EVERY=1\n")
+    good = place.run("qsmpm-mpi", deck, "good", ranks=3).folder
+    for name, words in (("restart.h5.tmp", "No space left"), (f"parts/{seals(good)[2]}", "cannot rename")):
+        folder = place.work / words.split()[0]
+        (folder / "parts").mkdir(parents=True)
+        if name.endswith(".tmp"):
+            (folder / name).symlink_to("/dev/full")
+        else:
+            (folder / name / "taken").mkdir(parents=True)
+        run = place.run("qsmpm-mpi", deck, folder.name, ranks=3, code=1, wall=SECONDS)
+        expect(run.said.count(words) == 1, f"{name}: {run.said}")
+
+
 CHECKS: list[Check] = [pictures, full_part]
-LONG_CHECKS: list[Check] = []
+LONG_CHECKS: list[Check] = [refused_names]
