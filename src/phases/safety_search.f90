@@ -120,7 +120,7 @@ contains
     call set_strength(model, factor)
     record = step_record_type()
     call take_step(model, step, solver, search, model%state%progress%fraction, observer, record, outcome, error)
-    if (outcome%accepted .and. .not. allocated(error)) then
+    if (outcome%accepted) then
       call note_stable(factor, outcome%static .and. outcome%static_iterations <= search%controls%few_iterations, &
         model%state%progress%bracket)
       return

@@ -143,8 +143,8 @@ contains
     end do
   end function has_named_strength
 
-  !> Safety phases want materials whose strength can be lowered, those that a body has then. What is a law at the weak end
-  !> of the search is one at all stronger factors.
+  !> Safety phases want materials whose strength can be lowered, those that a body has then. What is a law at the weak
+  !> end of the search is one at all stronger factors.
   subroutine check_lowering(model, diagnostics)
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics

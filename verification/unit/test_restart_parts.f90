@@ -391,12 +391,12 @@ contains
   end subroutine check_wrong_window
 
   !> A body that nothing joins or leaves: what waits and what is taken out has never carried anything. A process that has no
-  !> point of it knows what they carry.
+  !> point of it, or one, knows what they carry.
   subroutine check_alone(tests, path)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: path
     class(model_type), allocatable :: model, fresh
-    type(points_type) :: none
+    type(points_type) :: few
     type(error_type), allocatable :: error, failure
     type(reader_type) :: reader
     integer :: i
@@ -405,13 +405,13 @@ contains
     call build(model, alone=.true.)
     model%state%points%state = 0.125_wp
     call write_restart(path, model, mark, error)
-    do i = 1, 2
+    do i = 1, 3
       allocate (fresh)
       call build(fresh, alone=.true.)
-      if (i == 2) then
-        call select_points(fresh%state%points, [1], fresh%part%like)
-        call select_points(fresh%state%points, spread(1, 1, 0), none)
-        fresh%state%points = none
+      if (i > 1) then
+        if (i == 2) call select_points(fresh%state%points, [1], fresh%part%like)
+        call select_points(fresh%state%points, spread(1, 1, i - 2), few)
+        fresh%state%points = few
         deallocate (fresh%carrying_point)
       end if
       call open_reader(reader, path)

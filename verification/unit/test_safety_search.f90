@@ -266,6 +266,10 @@ contains
     if (.not. allocated(run%error)) return
     call tests%check('a search has no load factor that it was lost at: '//run%error%message, run%error%message == &
       "phase 'factor' has lost equilibrium; phase 'more' has lost equilibrium at load factor 0")
+    call make_run(soil, fixed, run, [good, good, spread(lost, 1, 11), spread(good, 1, 20)])
+    call search(run)
+    call tests%check('what was never in equilibrium is not brought to rest at the last factor', allocated(run%error) .and. &
+      .not. run%model%state%progress%bracket%stable > 0.0_wp)
     call make_run(soil, moving, run, [good, good, scripted_outcome_type(stabilisation_share=0.01_wp)])
     run%model%analysis%phases(2)%controls%stabilisation_share = 0.02_wp
     call search(run)
@@ -542,6 +546,9 @@ contains
     run%model%laws(1)%law%stiffness_scale = -1.0_wp
     call set_strength(run%model, 1.25_wp)
     call tests%check('and the law is made anew', run%model%laws(1)%law%stiffness_scale > 0.0_wp)
+    run%model%laws(1)%law%stiffness_scale = -1.0_wp
+    call set_strength(run%model, 1.25_wp)
+    call tests%check('but not for the strength that is in force', run%model%laws(1)%law%stiffness_scale < 0.0_wp)
   end subroutine check_materials
 
   !> A body gives way where the drag stays while the way doubles, from the fourth sub-step on; what it did in the first
@@ -565,6 +572,11 @@ contains
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves(:3), lost])
     call search(run)
     call tests%close('three do not', run%model%state%progress%factors(4, 1), 0.0_wp, 0.0_wp)
+    moves%damping_share = 1.0e-9_wp
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
+    call search(run)
+    call asked(run, script)
+    call tests%check('a drag that carries next to nothing stays one until the body rests', all(script%asked(7:9)%damping > 0.0_wp))
     moves%damping_share = [1.0_wp, 0.5_wp, 0.5_wp, 0.5_wp]
     moves%move = [0.01_wp, 0.025_wp, 0.015_wp, 0.01_wp]
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
@@ -648,6 +660,11 @@ contains
     call tests%close('before the first phase the strength is the own one', run%model%strength%factor, 1.0_wp, 0.0_wp)
     run%model%state%progress%phase = 2
     call tests%check('no strength is named', .not. has_named_strength(run%model))
+    run%model%analysis%materials(1)%mohr_coulomb = .false.
+    run%model%laws(1)%law%stiffness_scale = -1.0_wp
+    call set_strength(run%model, 1.5_wp)
+    call tests%check('a law without strength is not made anew', run%model%laws(1)%law%stiffness_scale < 0.0_wp)
+    run%model%analysis%materials(1)%mohr_coulomb = .true.
     run%model%analysis%materials(1)%strength_constants = [strength_constant_type(1)]
     call tests%check('one is', has_named_strength(run%model))
     run%model%analysis%bodies(1)%material = 'other'
