@@ -578,6 +578,11 @@ contains
     call asked(run, script)
     call tests%check('a drag that carries next to nothing stays one until the body rests', all(script%asked(7:9)%damping > 0.0_wp))
     moves%damping_share = [1.0_wp, 0.5_wp, 0.5_wp, 0.5_wp]
+    moves%move = 0.0078125_wp
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
+    call search(run)
+    call tests%close('a way that has doubled to the last bit since the drag fell is enough', &
+      run%model%state%progress%factors(4, 1), 1.0_wp, 0.0_wp)
     moves%move = [0.01_wp, 0.025_wp, 0.015_wp, 0.01_wp]
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
     call search(run)
