@@ -569,6 +569,11 @@ contains
     call asked(run, script)
     call tests%close('the fourth has a thousandth of the stabilisation, as the third', script%asked(10)%stabilisation, &
       1.0e-3_wp, rounding)
+    moves%move = 0.0625_wp
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves(:2), lost])
+    call search(run)
+    call tests%close('nor does a way that is as long as a step may be', run%model%state%progress%factors(4, 1), 0.0_wp, 0.0_wp)
+    moves%move = 0.01_wp
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves(:3), lost])
     call search(run)
     call tests%close('three do not', run%model%state%progress%factors(4, 1), 0.0_wp, 0.0_wp)
