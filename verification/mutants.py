@@ -11,11 +11,16 @@ with a limit in CPU seconds, until one fails.
     verification/mutants.py --long              200 mutants, 80 of them in the rooms of ROOMS
     verification/mutants.py --long --guarded    those 80 alone
     verification/mutants.py --room loads --room phases --count 30 --seed 3
-    verification/mutants.py --room "restart in parts" --ranks    asks the checks of several processes too
+    verification/mutants.py --room "restart in parts" --ranks             asks the checks of several processes too
+    verification/mutants.py --room "restart in parts" --ranks parts. restarts.    those of some modules or names alone
+
+The checks of several processes are those of verification/distributed that are about the room (ABOUT), or all for a room
+that has no row there. They are asked of the mutants that no unit test notices and that they execute, the quickest first,
+one at a time.
 
 Results are kept in build/mutants/results.json and used again while the sources and the file of the suite are the
-same; --fresh runs all again. Mutants that
-change no result are listed with the reason in verification/mutants_equivalent.toml. Closes with `N passed, N failed`:
+same; --fresh runs all again. Mutants that change no result are listed with the reason in
+verification/mutants_equivalent.toml. Closes with `N passed, N failed`:
 failed are the survivors beyond LARGEST_SHARE in the rooms of ROOMS. docs/guarding.md tells what was found.
 """
 
@@ -65,7 +70,12 @@ LARGEST_SHARE = 0.05
 SPARE = 2.5
 # Checks of several processes (verification/distributed) that --ranks asks beside the short ones.
 LONG_CHECKS = ["restarts.moving", "restarts.fixity", "restarts.ground", "restarts.slope", "restarts.pit", "restarts.freed", "restarts.upset",
-               "restarts.misfits", "shared_scenes.more_loaded_bodies"]
+               "restarts.misfits", "parts.refused_names", "shared_scenes.more_loaded_bodies"]
+# The checks that are about a room, by the starts of their names: the others take hours and say little of it.
+ABOUT = {
+    "restart in parts": ["parts.", "faults.killed", "many_ranks.stopped_and_continued", "restarts."],
+    "safety": ["shared_scenes.factor_of_safety", "restarts.slope"],
+}
 RANKS = "ranks: "
 ONE_AT_A_TIME = threading.Lock()
 # CPU seconds that a suite may take with a mutant, beside those it takes without.
@@ -492,18 +502,29 @@ def command_of(suite: str) -> list[str | pathlib.Path]:
     return [binary / "run_unit_tests", suite]
 
 
-def environment(mutant: int, **more: str) -> dict[str, str]:
-    """With a mutant switched on; a check of several processes that has come to stand ends soon."""
-    return {**os.environ, "QSMPM_MUTANT": str(mutant), "QSMPM_CHECK_SECONDS": "60", **more}
+def environment(mutant: int, seconds: float = 100.0, **more: str) -> dict[str, str]:
+    """With a mutant switched on; a run of a check of several processes, of the seconds that the check takes without, ends soon where it
+    has come to stand."""
+    return {**os.environ, "QSMPM_MUTANT": str(mutant), "QSMPM_CHECK_SECONDS": str(round(10 + 0.5 * seconds)), **more}
 
 
-def baseline(ranks: bool) -> tuple[dict[str, float], dict[int, list[str]]]:
-    """CPU seconds of every suite, and the suites that execute each mutant, the quickest first."""
+def checks_of(starts: list[str]) -> list[str]:
+    """The checks of several processes, or those whose names begin so."""
+    listed = subprocess.run([*command_of(RANKS)[:3], "--list"], capture_output=True, text=True, check=True).stdout.split()
+    # The unit tests of several processes link no mutants that they are about.
+    checks = [name for name in [*listed, *LONG_CHECKS] if not name.startswith("one_rank.")]
+    return [RANKS + name for name in checks if not starts or name.startswith(tuple(starts))]
+
+
+def starts_of(rooms: list[str]) -> list[str]:
+    """Starts of the names of the checks that are about some rooms; none, for all checks, where one of them has no row."""
+    return [start for room in rooms for start in ABOUT[room]] if all(room in ABOUT for room in rooms) else []
+
+
+def baseline(checks: list[str]) -> tuple[dict[str, float], dict[int, list[str]]]:
+    """CPU seconds of every suite and check, and those that execute each mutant, the quickest first."""
     names = subprocess.run([BUILD / "build" / "run_unit_tests", "--list"], capture_output=True, text=True, check=True).stdout.split()
-    if ranks:
-        listed = subprocess.run([*command_of(RANKS)[:3], "--list"], capture_output=True, text=True, check=True).stdout.split()
-        # The unit tests of several processes link no mutants that they are about.
-        names += [RANKS + name for name in [*listed, *LONG_CHECKS] if not name.startswith("one_rank.")]
+    names += checks
     seconds: dict[str, float] = {}
     reached: dict[int, list[str]] = {}
     passed = BUILD / "passed.txt"
@@ -530,11 +551,16 @@ def try_mutant(mutant: Mutant, suites: list[str], seconds: dict[str, float], kno
         if name not in known:
             # Checks of several processes compare and are ended by the clock: two at once would fail each other.
             with ONE_AT_A_TIME if name.startswith(RANKS) else contextlib.nullcontext():
-                ended = run_limited(command_of(name), FACTOR * seconds[name] + MARGIN, env=environment(mutant.number))
+                ended = run_limited(command_of(name), FACTOR * seconds[name] + MARGIN, env=environment(mutant.number, seconds[name]))
             known[name] = "" if ended.code == 0 else ended.how
         if known[name]:
             return f"{name}: {known[name]}", known
     return "", known
+
+
+def file_of(name: str) -> str:
+    """What the file of a suite is known by: the checks of several processes have one for each module."""
+    return name.split(".")[0]
 
 
 def digest(folder: pathlib.Path, pattern: str = "*") -> str:
@@ -556,9 +582,11 @@ class Results:
         self.all: dict[str, dict[str, str]] = kept.get("results", {}) if kept.get("sources") == self.sources else {}
         self.suites = {path.stem.removeprefix("test_"): hashlib.sha256(path.read_bytes()).hexdigest()[:16]
                        for path in (TOP / "verification" / "unit").glob("test_*.f90")}
+        self.suites |= {RANKS + path.stem: hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+                        for path in (TOP / "verification" / "distributed").glob("*.py")}
         former = kept.get("suites", {})
         for known in self.all.values():
-            for name in [name for name in known if former.get(name) != self.suites.get(name)]:
+            for name in [name for name in known if former.get(file_of(name)) != self.suites.get(file_of(name))]:
                 del known[name]
 
     def of(self, mutant: Mutant) -> dict[str, str]:
@@ -624,7 +652,8 @@ def main() -> int:
     parser.add_argument("--guarded", action="store_true", help="of the mutants those in the rooms of ROOMS alone")
     parser.add_argument("--seed", type=int, default=12)
     parser.add_argument("--without", action="append", default=[], help="leave a suite out, to see what it is worth")
-    parser.add_argument("--ranks", action="store_true", help="ask the checks of several processes too; wants MPI and PETSc")
+    parser.add_argument("--ranks", nargs="*", metavar="START",
+                        help="ask the checks of several processes too, those about the rooms or whose names begin so; wants MPI and PETSc")
     parser.add_argument("--fresh", action="store_true", help="run all again")
     asked = parser.parse_args()
     wanted = quotas(asked.count or (200 if asked.long else 20), asked.room, asked.guarded)
@@ -632,8 +661,9 @@ def main() -> int:
     results = Results(asked.fresh)
     sources = read_sources()
     more = {room: round(SPARE * number) for room, number in wanted.items()}
-    candidates = build(sources, draw(asked.seed, sources, more), asked.ranks)
-    seconds, reached = baseline(asked.ranks)
+    candidates = build(sources, draw(asked.seed, sources, more), asked.ranks is not None)
+    checks = [] if asked.ranks is None else checks_of(asked.ranks or starts_of(list(wanted)))
+    seconds, reached = baseline(checks)
     mutants, taken = [], dict.fromkeys(wanted, 0)
     for mutant in candidates:
         if mutant.number in reached and taken[mutant.room] < wanted[mutant.room]:

@@ -62,10 +62,7 @@ contains
     if (.not. has_boxes(model%analysis) .and. .not. allocated(reader%reason)) call look_at_whole(model)
     count = count_rows(reader, group//'/points/cell')
     call count_points(reader, group, count, most, model)
-    call share_reason(team, reader)
-    if (allocated(reader%reason)) return
     call share_cells(reader, group//'/points', count, window, model, short)
-    if (allocated(reader%reason)) return
     if (short) call refuse_short(team%ranks, error)
     if (short) return
     call get_near(reader, group, in_parts, window, like, model)
@@ -73,7 +70,6 @@ contains
     call share_reason(team, reader)
     if (allocated(reader%reason)) return
     call settle_near(model)
-    if (in_parts) call clear_nodal(model%state%kept, model%space%node_count)
     if (in_parts) call put_node_values(model, nodes)
     call fit_laws(model)
     if (any_of(team, needs_refining(model))) call join_model(model, error)
@@ -127,7 +123,6 @@ contains
     call get_attribute(reader, group//'/mesh', 'plate', state%plate)
     if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model, window))
     if (allocated(reader%reason)) return
-    model%state%progress = state%progress
     if (.not. in_parts) then
       call return_to_window(model, window)
       call clear_nodal(model%state%kept, model%space%node_count)
@@ -276,7 +271,6 @@ contains
         call allocate_surface_points(carried, model%mesh%dimension, size(rows))
       end select
       call get_some(reader, group//name, rows, count, carried)
-      if (allocated(reader%reason)) return
       if (in_parts) call sort_by_number(carried)
       carried%cell = whole_cells(model, carried%cell, window)
     end subroutine get_set

@@ -13,7 +13,7 @@ module qsmpm_restart_fields
   implicit none
   private
 
-  public :: put_carried, get_carried, get_some, put_kept, get_kept, get_mesh
+  public :: put_carried, get_carried, get_some, put_kept, get_kept, get_mesh, kept_count
 
 contains
 

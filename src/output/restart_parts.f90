@@ -22,7 +22,7 @@ module qsmpm_restart_parts
   use qsmpm_point_selection, only: select_points, select_surface_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type, watched_points_type
   use qsmpm_posix, only: remove_file, remove_others, rename_file, system_message
-  use qsmpm_restart_fields, only: put_carried, put_kept
+  use qsmpm_restart_fields, only: kept_count, put_carried, put_kept
   use qsmpm_restart_progress, only: put_progress
   use qsmpm_seal, only: check_seal
   use qsmpm_sorting, only: order_columns, place_in_order
@@ -168,14 +168,6 @@ contains
     end associate
   end subroutine put_own_nodes
 
-  !> Number of arrays that terms keep.
-  pure integer function kept_count(kept)
-    type(kept_arrays_type), intent(in) :: kept
-
-    kept_count = 0
-    if (allocated(kept%list)) kept_count = size(kept%list)
-  end function kept_count
-
   !> Write the parts, then the index; the former file stays until all of it is on the disk.
   subroutine save_restart_parts(team, part, path, index, error)
     type(team_type), intent(in) :: team
@@ -210,9 +202,8 @@ contains
     end if
     call agree(team, error)
     if (allocated(error)) return
-    ! Former parts; no process begins new ones before that is done.
+    ! Former parts. No process begins new ones before that is done: all count their points first (put_shared_state).
     if (team%rank == 0) ignored = remove_others(directory_of(path)//parts_folder, head, '.h5', mark//'_')
-    call agree(team, error)
   end subroutine save_restart_parts
 
   !> Write the part of this process under a name that no other state has.
@@ -293,7 +284,6 @@ contains
       call check_seal(name, reason, found)
       if (.not. allocated(reason) .and. found /= sums(r)) reason = 'it is a part of another file'
       if (allocated(reason)) call note_reason(reader, "its part '"//name//"': "//reason)
-      if (allocated(reason)) return
     end do
   end subroutine check_parts
 
@@ -301,15 +291,10 @@ contains
   subroutine share_reason(team, reader)
     type(team_type), intent(in) :: team
     type(reader_type), intent(inout) :: reader
-    character(len=:), allocatable :: reason
     integer :: rank
 
     rank = lowest_rank(team, allocated(reader%reason))
-    if (rank == team%ranks) return
-    reason = ''
-    if (allocated(reader%reason)) reason = reader%reason
-    call spread_text(team, rank, reason)
-    reader%reason = reason
+    if (rank < team%ranks) call spread_text(team, rank, reader%reason)
   end subroutine share_reason
 
   !> Make a state of the model ready to be read from parts: cells are those of the whole grid. Get the nodal values.
@@ -359,19 +344,18 @@ contains
     type(model_type), intent(inout) :: model
     type(state_type), intent(inout) :: state
 
-    state%window = model%state%window
     model%state = state
     call look_at_all(model)
     state = model%state
-    call clear_nodal(state%kept, model%space%node_count)
   end subroutine lay_joined
 
-  !> Put values at the nodes of a model that have them.
+  !> Put values at the nodes of a model that have them; of the others terms keep nothing.
   subroutine put_node_values(model, nodes)
     type(model_type), intent(inout) :: model
     type(node_values_type), intent(in) :: nodes
     integer :: order(size(nodes%labels)), sorted(size(nodes%labels)), a, i, k
 
+    call clear_nodal(model%state%kept, model%space%node_count)
     call order_columns(reshape(nodes%labels, [1, size(order)]), order)
     sorted = nodes%labels(order)
     do a = 1, model%space%node_count

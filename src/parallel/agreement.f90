@@ -54,7 +54,7 @@ contains
   !> A text of one process to all.
   subroutine spread_text(team, rank, text)
     type(team_type), intent(in) :: team
-    !> Whose it is, from 0.
+    !> Whose it is, from 0; the others need have none.
     integer, intent(in) :: rank
     character(len=:), allocatable, intent(inout) :: text
     integer(long) :: length(1)
@@ -62,7 +62,8 @@ contains
     integer :: i
 
     if (team%ranks == 1) return
-    length = len(text)
+    length = 0
+    if (team%rank == rank) length = len(text)
     call spread_from(team, rank, length)
     allocate (letters(length(1)), source=0_long)
     if (team%rank == rank) letters = [(int(iachar(text(i:i)), long), i=1, len(text))]

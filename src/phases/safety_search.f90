@@ -82,7 +82,7 @@ contains
     type(phase_type) :: search
 
     associate (b => model%state%progress%bracket)
-      if (.not. (b%stable > 0.0_wp .and. b%lost > 0.0_wp)) return
+      if (.not. b%stable > 0.0_wp) return
       search = search_phase(phase)
       search%controls%damping = search%controls%in_place
       search%controls%max_substeps = most_to_rest
@@ -120,7 +120,7 @@ contains
     call set_strength(model, factor)
     record = step_record_type()
     call take_step(model, step, solver, search, model%state%progress%fraction, observer, record, outcome, error)
-    if (outcome%accepted .and. .not. allocated(error)) then
+    if (outcome%accepted) then
       call note_stable(factor, outcome%static .and. outcome%static_iterations <= search%controls%few_iterations, &
         model%state%progress%bracket)
       return
@@ -269,8 +269,9 @@ contains
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
     type(controls_type), intent(in) :: controls
-    !> Whether there was a sub-step, and how it ends.
-    logical, intent(out) :: moved, gives_way, rests
+    !> Whether there was a sub-step, and how it ends; that it rests is told where it does.
+    logical, intent(out) :: moved, gives_way
+    logical, intent(inout) :: rests
     type(error_type), allocatable, intent(out) :: error
     type(substep_damping_type) :: damping
     type(solution_type) :: solution
@@ -281,7 +282,6 @@ contains
 
     moved = .false.
     gives_way = .false.
-    rests = .false.
     n = 0
     move = controls%largest_move*model%cell_size
     given = controls
@@ -328,8 +328,7 @@ contains
     integer :: n, first
 
     n = size(way)
-    first = 0
-    if (n > most_fades) first = count(way*much_longer <= way(n))
+    first = merge(count(way*much_longer <= way(n)), 0, n > most_fades)
     if (way(n) > move .and. n > 1) first = max(1, first)
     goes_on = .false.
     if (first > 0) goes_on = minval(drag(first:n)) > 0.0_wp .and. drag(n) >= as_much*maxval(drag(first:n))

@@ -73,16 +73,29 @@ contains
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
     real(wp) :: ratio(model%state%points%count), most
+    logical :: cracks(size(model%analysis%materials))
 
     text = ''
+    ! Soil that shears at constant volume and has a tensile strength can do nothing but crack.
+    cracks = model%analysis%materials%mohr_coulomb .and. .not. model%analysis%materials%dilatancy_angle > 0.0_wp .and. &
+      model%analysis%materials%tensile_strength < huge(1.0_wp)
     associate (points => model%state%points)
       ratio = merge(points%volume/points%initial_volume, 1.0_wp, points%plastic > 0)
+      most = largest(model%part%team, maxval([1.0_wp, pack(ratio, .not. cracks(points%material))]))
+      if (most > swollen) text = begin()//'soil that shears has swelled to '//rounded_text(most, 3)//' times its '// &
+        'volume: dilatancy goes on without end in this law, and what heaps up beside a load loads the ground; take a '// &
+        'smaller dilatancy angle, 0 for large displacements'
+      most = largest(model%part%team, maxval([1.0_wp, pack(ratio, cracks(points%material))]))
+      if (most > swollen) text = begin()//'soil has cracked open to '//rounded_text(most, 3)//' times its volume: '// &
+        'with its tensile strength the ground is in pieces there'
     end associate
-    most = largest(model%part%team, maxval([1.0_wp, ratio]))
-    if (.not. most > swollen) return
-    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': soil that shears has "// &
-      'swelled to '//rounded_text(most, 3)//' times its volume: dilatancy goes on without end in this law, and '// &
-      'what heaps up beside a load loads the ground; take a smaller dilatancy angle, 0 for large displacements'
+  contains
+    !> Of the warning.
+    function begin() result(words)
+      character(len=:), allocatable :: words
+
+      words = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': "
+    end function begin
   end function swollen_note
 
   !> A line for each material that fails with psi far below phi: between which strengths its loads lie (Davis 1968).

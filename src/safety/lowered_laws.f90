@@ -13,7 +13,7 @@ module qsmpm_lowered_laws
   use qsmpm_material_law, only: make_material_law
   use qsmpm_material_traits, only: traits_of, may_yield
   use qsmpm_model, only: model_type
-  use qsmpm_safety_bracket, only: largest_factor, smallest_factor
+  use qsmpm_safety_bracket, only: largest_factor
   use qsmpm_strength_constants, only: lower_constants
   use qsmpm_strength_factor, only: strength_factor_type, lower_strength, lower_tension, flow_material, &
     operator(==)
@@ -143,8 +143,8 @@ contains
     end do
   end function has_named_strength
 
-  !> Safety phases want materials whose strength can be lowered, those that a body has then. What is a law at both ends
-  !> of the search is one between.
+  !> Safety phases want materials whose strength can be lowered, those that a body has then. What is a law at the weak
+  !> end of the search is one at all stronger factors.
   subroutine check_lowering(model, diagnostics)
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -164,7 +164,7 @@ contains
     end do
   end subroutine check_lowering
 
-  !> Laws of a material at both ends of the search.
+  !> The law of a material at the weak end of the search.
   subroutine check_material(model, number, phase, flow, diagnostics)
     type(model_type), intent(in) :: model
     !> Number of the material, name of the phase, and its flow rule.
@@ -172,19 +172,14 @@ contains
     character(len=*), intent(in) :: phase
     integer, intent(in) :: flow
     type(diagnostics_type), intent(inout) :: diagnostics
-    real(wp), parameter :: ends(2) = [smallest_factor, largest_factor]
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
-    integer :: i
 
-    do i = 1, 2
-      call make_lowered_law(model, number, strength_factor_type(ends(i), flow), law, error)
-      if (.not. allocated(error)) cycle
-      associate (material => model%analysis%materials(number))
-        call add_diagnostic(diagnostics, material%where, '*MATERIAL', "material '"//material%name// &
-          "' cannot be weakened in the safety phase '"//phase//"': "//error%message)
-      end associate
-      return
-    end do
+    call make_lowered_law(model, number, strength_factor_type(largest_factor, flow), law, error)
+    if (.not. allocated(error)) return
+    associate (material => model%analysis%materials(number))
+      call add_diagnostic(diagnostics, material%where, '*MATERIAL', "material '"//material%name// &
+        "' cannot be weakened in the safety phase '"//phase//"': "//error%message)
+    end associate
   end subroutine check_material
 end module qsmpm_lowered_laws

@@ -37,13 +37,15 @@ contains
     call make_overburden(model%mesh, model%shapes, nothing, vertical_of(model%analysis), seen)
   end subroutine see_bodies
 
-  !> Heights at which the vertical line through a place crosses the bounds of a body.
-  pure subroutine heights_of(seen, body, place, heights)
+  !> Heights at which the vertical line through a place, moved by a hair, crosses the bounds of a body.
+  pure subroutine heights_of(seen, body, place, heights, side)
     type(overburden_type), intent(in) :: seen
     integer, intent(in) :: body
     !> (dimension)
     real(wp), intent(in) :: place(:)
     real(wp), allocatable, intent(out) :: heights(:)
+    !> Towards which side it is moved, -1 or 1; towards the middle of the body when not given.
+    integer, intent(in), optional :: side
     logical, allocatable :: looks_up(:)
     real(wp) :: x(3), line(2)
 
@@ -51,7 +53,11 @@ contains
     x(:size(place)) = place
     line = x([mod(seen%axis, 3) + 1, mod(seen%axis + 1, 3) + 1])
     associate (solid => seen%solid(body))
-      line = line + inwards*(0.5_wp*(solid%low(:2) + solid%high(:2)) - line)
+      if (present(side)) then
+        line = line + side*inwards*(solid%high(:2) - solid%low(:2))
+      else
+        line = line + inwards*(0.5_wp*(solid%low(:2) + solid%high(:2)) - line)
+      end if
       call find_crossings(solid, line, heights, looks_up)
     end associate
   end subroutine heights_of
@@ -104,7 +110,6 @@ contains
     type(overburden_type), intent(in) :: seen
     !> (dimension)
     real(wp), intent(in) :: place(:)
-    real(wp), allocatable :: heights(:)
     integer :: phases(size(model%shapes)), most, p, b
 
     phases = 0
@@ -115,12 +120,30 @@ contains
     most = -1
     do b = 1, size(phases)
       if (phases(b) <= most) cycle
-      call heights_of(seen, b, place, heights)
-      if (.not. reaches(heights, place(seen%axis), touching*model%cell_size)) cycle
+      if (.not. holds(seen, b, place, touching*model%cell_size)) cycle
       body = b
       most = phases(b)
     end do
   end function longest_there
+
+  !> Whether a body holds a place or ends there: on an upright face its inner side tells, whichever that is.
+  pure logical function holds(seen, body, place, slack)
+    type(overburden_type), intent(in) :: seen
+    integer, intent(in) :: body
+    !> (dimension)
+    real(wp), intent(in) :: place(:)
+    real(wp), intent(in) :: slack
+    real(wp), allocatable :: heights(:)
+    integer :: side
+
+    call heights_of(seen, body, place, heights)
+    holds = reaches(heights, place(seen%axis), slack)
+    do side = -1, 1, 2
+      if (holds) return
+      call heights_of(seen, body, place, heights, side)
+      holds = reaches(heights, place(seen%axis), slack)
+    end do
+  end function holds
 
   !> Body of the material point that is nearest to a place.
   integer function nearest_body(model, place) result(body)

@@ -123,7 +123,8 @@ def full_part(place: Place) -> None:
     one that is cut, changed or of another state, is refused by name on ranks and in one process."""
     deck = plane("0, 2, 0, 1.5", more="*FIELD, EVERY=1\n*RESTART, EVERY=1\n")
     for name in ("restart_new_3.h5", "results_000002_3.h5", "points_000003_3.vtu"):
-        stopped_by_disk(place, deck, name)
+        left = stopped_by_disk(place, deck, name).folder / "parts"
+        expect(not list(left.glob("restart_new_*.h5")) or not name.startswith("restart"), "parts of no state are left")
     folders = [place.work / "good", place.work / "other"]
     for folder, rows in zip(folders, (5, 12), strict=True):
         shutil.move(end_one(place, deck.replace("STEPS=5", "STEPS=300"), 3, rows, signal.SIGKILL).folder, folder)
@@ -142,5 +143,20 @@ def full_part(place: Place) -> None:
         expect(words in run.said and second in run.said and run.said.count("cannot read") == 1, f"{words}: {run.said}")
 
 
+def refused_names(place: Place) -> None:
+    """No room for the index of the first rank, and a name that the part of the last rank cannot get, end all alike with exit code 1."""
+    deck = plane("0, 2, 0, 1.5", more="*RESTART, EVERY=1\n").replace("STEPS=5", "STEPS=30")
+    full = place.work / "full"
+    full.mkdir()
+    (full / "restart.h5.tmp").symlink_to("/dev/full")
+    run = place.run("qsmpm-mpi", deck, "full", ranks=3, code=1, wall=3 * SECONDS)
+    expect(run.said.count("No space left") == 1, run.said)
+    last = seals(place.run("qsmpm-mpi", deck, "good", ranks=3).folder)[2]
+    begun = end_one(place, deck, 3, 3, signal.SIGKILL).folder
+    (begun / "parts" / last / "taken").mkdir(parents=True)
+    run = place.run("qsmpm-mpi", deck, begun.name, ranks=3, code=1, restart=begun / "restart.h5", wall=3 * SECONDS)
+    expect(run.said.count("cannot rename") == 1, run.said)
+
+
 CHECKS: list[Check] = [pictures, full_part]
-LONG_CHECKS: list[Check] = []
+LONG_CHECKS: list[Check] = [refused_names]

@@ -100,7 +100,8 @@ contains
       call tests%check('reactions of parts come to their nodes', same_reals([state%reactions], [spread(10.0_wp*at, 1, 2)]))
       call tests%check('released forces of parts come to their nodes', &
         same_reals([state%released], [spread(20.0_wp*at, 1, 2)]))
-      call tests%check('what terms keep of parts comes to its nodes', same_reals([kept], [spread(1.0_wp*at, 1, 1)]))
+      call tests%check('what terms keep of parts comes to its nodes, and nothing is kept of others', &
+        same_reals([kept], [spread(1.0_wp*max(at, 0), 1, 1)]))
     end associate
   end subroutine check_node_values
 

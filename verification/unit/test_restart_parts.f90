@@ -3,10 +3,11 @@
 module test_restart_parts
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_cell_numbers, only: whole_cells, whole_of
+  use qsmpm_cell_numbers, only: number_all, whole_cells, whole_of
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_division, only: enter_team, settle_part, share_cells
   use qsmpm_error, only: error_type
+  use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_hdf5_image, only: image_type, create_image, put_array, put_attribute, save_image
   use qsmpm_hdf5_reader, only: reader_type, open_reader, close_reader, get_array
   use qsmpm_hdf5_rows, only: get_rows
@@ -48,34 +49,47 @@ contains
     call check_whole(tests, directory//'/restart.h5')
     call check_team(tests, directory//'/restart.h5')
     call check_cells(tests, directory//'/restart.h5')
+    call check_alone(tests, directory//'/restart.h5')
     call check_refusals(tests, directory)
     call check_rows(tests, directory//'/rows.h5')
     call remove_folder(directory)
   end subroutine collect_restart_parts
 
-  !> A block beside a pit that is taken out, under a lift that waits; the second phase has begun.
-  subroutine build(model, grid)
+  !> A block beside a pit that is taken out, under a lift that waits; the second phase has begun. The soil has a state
+  !> variable, its softening.
+  subroutine build(model, grid, alone)
     type(model_type), intent(out) :: model
-    !> Lines of the grid; bars are line ends. One that is looked at whole unless given.
+    !> Element and lines of the grid; bars are line ends. One that is looked at whole unless given.
     character(len=*), intent(in), optional :: grid
+    !> The block alone, which nothing joins or leaves.
+    logical, intent(in), optional :: alone
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, bodies
+    character(len=17) :: changes(2)
 
-    lines = 'X, 0, 3, 6|Y, 0, 2, 4|'
+    lines = 'QUAD4|X, 0, 3, 6|Y, 0, 2, 4|'
     if (present(grid)) lines = grid
-    allocate (analysis)
-    call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|'//lines// &
-      '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1500, 0.25|*UNIT WEIGHT|17|'// &
-      '*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1|*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX|1, 2, 0, 1|'// &
+    bodies = '*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX|1, 2, 0, 1|'// &
       '*BODY, NAME=lift, MATERIAL=soil, SHAPE=BOX, ACTIVE=NO|0, 1, 1, 1.5|'// &
-      '*SURFACE, NAME=side, TYPE=OUTLINE, BODY=block, BOX|0.9, 1.1, 0, 1|'// &
       '*SURFACE, NAME=edge, TYPE=OUTLINE, BODY=pit, BOX|1.9, 2.1, 0, 1|'// &
-      '*SURFACE, NAME=crest, TYPE=OUTLINE, BODY=lift, BOX|0, 1, 1.4, 1.6|'// &
+      '*SURFACE, NAME=crest, TYPE=OUTLINE, BODY=lift, BOX|0, 1, 1.4, 1.6|'
+    changes = [character(len=17) :: '*DEACTIVATE|pit|', '*ACTIVATE|lift|']
+    if (present(alone)) then
+      bodies = ''
+      changes = ''
+    end if
+    allocate (analysis)
+    call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT='//lines// &
+      '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1500, 0.25|*MOHR COULOMB|10, 30, 0|'// &
+      '*SOFTENING, TYPE=LINEAR, REGULARISATION=NONE|1, 20, 0, 0.2|*UNIT WEIGHT|17|'// &
+      '*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1|'// &
+      '*SURFACE, NAME=side, TYPE=OUTLINE, BODY=block, BOX|0.9, 1.1, 0, 1|'//bodies// &
       '*METHOD, BASIS=STANDARD, INTEGRATION=CELL|*HISTORY, NAME=u, QUANTITY=DISPLACEMENT, COMPONENT=Y|1, 1|'// &
       '*PHASE, NAME=one|*FIX|base, ALL|*TRACTION, SURFACE=side|-1, 0|*GRAVITY|0, -1|*END PHASE|'// &
-      '*PHASE, NAME=two|*DEACTIVATE|pit|*END PHASE|*PHASE, NAME=three|*ACTIVATE|lift|*END PHASE|'), analysis, messages, error)
+      '*PHASE, NAME=two|'//trim(changes(1))//'*END PHASE|*PHASE, NAME=three|'//trim(changes(2))//'*END PHASE|'), &
+      analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the deck of the suite is broken'
     call lay_array(model%state%kept, 'of nodes', spread([0.0_wp, 1.0_wp], 2, model%space%node_count), nodal=.true.)
@@ -146,6 +160,13 @@ contains
     i = findloc([(state%kept%list(i)%name == 'of nodes', i=1, size(state%kept%list))], .true., dim=1)
   end function of_nodes
 
+  !> Number of the array that terms keep of themselves.
+  pure integer function multipliers(state) result(i)
+    type(state_type), intent(in) :: state
+
+    i = findloc([(state%kept%list(i)%name == 'multipliers', i=1, size(state%kept%list))], .true., dim=1)
+  end function multipliers
+
   !> Put the first point of a set into a cell.
   subroutine misplace(model, set, cell)
     type(model_type), intent(inout) :: model
@@ -159,6 +180,8 @@ contains
       model%state%surface%cell(1) = cell
     case ('unloading')
       model%state%inactive%unloading%cell(1) = cell
+    case ('unloading surface')
+      model%state%inactive%unloading_surface%cell(1) = cell
     case ('waiting')
       model%part%waiting%cell(1) = cell
     case ('stress')
@@ -281,9 +304,11 @@ contains
   end subroutine check_team
 
   !> The file of one process, numbered as in its window, is shared by a team.
-  subroutine check_windowed(tests, path, grid)
+  subroutine check_windowed(tests, path, grid, whole)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: path, grid
+    !> The window is the whole grid.
+    logical, intent(in) :: whole
     class(model_type), allocatable :: model, fresh
     type(error_type), allocatable :: error, failure
     type(reader_type) :: reader
@@ -291,7 +316,8 @@ contains
     allocate (model, fresh)
     call build(model, grid)
     call build(fresh, grid)
-    call lay_window(model, whole_of(model))
+    call tests%check('one process looks at a part of the grid', .not. model%state%window == whole_of(model))
+    if (whole) call look_at_whole(model)
     call spoil(fresh)
     model%state%reactions = 0.25_wp
     call write_restart(path, model, mark, error)
@@ -300,24 +326,122 @@ contains
       model%state%inactive%points%count + model%state%inactive%unloading%count, fresh, error)
     call close_reader(reader, failure)
     call tests%check('a team shares the file of one process', .not. (allocated(error) .or. allocated(failure)))
-    call tests%check('with its reactions', all(abs(fresh%state%reactions - 0.25_wp) <= 0.0_wp))
+    ! The part of the grid that the team looks at may be another one.
+    call tests%check('with its reactions', all(abs(fresh%state%reactions - 0.25_wp) <= 0.0_wp .or. .not. whole .and. &
+      abs(fresh%state%reactions) <= 0.0_wp) .and. any(fresh%state%reactions > 0.0_wp))
     associate (values => fresh%state%kept%list(of_nodes(fresh%state))%values)
       call tests%check('and what terms keep of nodes', all(abs(values(1, :)) <= 0.0_wp) .and. &
         all(nint(values(2, :)) == 1 .or. nint(values(2, :)) == 0) .and. any(nint(values(2, :)) == 1))
     end associate
+    call tests%check('and their multipliers', same_reals([fresh%state%kept%list(multipliers(fresh%state))%values], &
+      [model%state%kept%list(multipliers(model%state))%values]))
     call tests%check('and what waits in its cells', all(fresh%part%waiting%cell == whole_cells(model, &
       model%state%inactive%points%cell)) .and. all(fresh%part%tracer_cell == whole_cells(model, model%state%tracers%cell)))
     if (fresh%state%points%count /= model%state%points%count) return
     call tests%check('with its points in their cells', all(whole_cells(fresh, fresh%state%points%cell) == &
       whole_cells(model, model%state%points%cell)))
+    call tests%check('and surface points', all(whole_cells(fresh, fresh%state%surface%cell) == &
+      whole_cells(model, model%state%surface%cell)))
   end subroutine check_windowed
+
+  !> Look at the whole grid, the cells numbered as there.
+  subroutine look_at_whole(model)
+    type(model_type), intent(inout) :: model
+    type(window_type) :: window
+
+    window = model%state%window
+    call lay_window(model, whole_of(model))
+    call number_all(model, window, model%state%window)
+  end subroutine look_at_whole
+
+  !> A window that is none, and a place that is in none of its cells, are refused by a team before anything is laid.
+  subroutine check_wrong_window(tests, path, grid)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: path, grid
+    class(model_type), allocatable :: model
+    integer :: last
+
+    allocate (model)
+    call build(model, grid)
+    last = model%state%window%last(1)
+    model%state%window%last(1) = 1000
+    call check_refused('the part of the grid in it is none')
+    model%state%window%last(1) = last
+    model%state%tracers%cell = 1000
+    call check_refused('the tracers')
+
+  contains
+
+    !> The file of that model is refused with some words.
+    subroutine check_refused(words)
+      character(len=*), intent(in) :: words
+      class(model_type), allocatable :: fresh
+      type(error_type), allocatable :: error
+      type(reader_type) :: reader
+
+      allocate (fresh)
+      call build(fresh, grid)
+      call write_restart(path, model, mark, error)
+      call open_reader(reader, path)
+      if (.not. allocated(error)) call read_divided(reader, '', .false., team_type(), 1000, fresh, error)
+      call close_reader(reader, error)
+      call tests%check('it is refused: '//words, allocated(error))
+      if (allocated(error)) call tests%check('in words: '//error%message, index(error%message, words) > 0)
+    end subroutine check_refused
+  end subroutine check_wrong_window
+
+  !> A body that nothing joins or leaves: what waits and what is taken out has never carried anything. A process that has no
+  !> point of it, or one, knows what they carry.
+  subroutine check_alone(tests, path)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: path
+    class(model_type), allocatable :: model, fresh
+    type(points_type) :: few
+    type(error_type), allocatable :: error, failure
+    type(reader_type) :: reader
+    integer :: i
+
+    allocate (model)
+    call build(model, alone=.true.)
+    model%state%points%state = 0.125_wp
+    call write_restart(path, model, mark, error)
+    do i = 1, 3
+      allocate (fresh)
+      call build(fresh, alone=.true.)
+      if (i > 1) then
+        if (i == 2) call select_points(fresh%state%points, [1], fresh%part%like)
+        call select_points(fresh%state%points, spread(1, 1, i - 2), few)
+        fresh%state%points = few
+        deallocate (fresh%carrying_point)
+      end if
+      call open_reader(reader, path)
+      if (.not. allocated(error)) call read_divided(reader, '', .false., team_type(), model%state%points%count, fresh, error)
+      call close_reader(reader, failure)
+      call tests%check('a body that stays is read', .not. (allocated(error) .or. allocated(failure)))
+      call tests%check('with its softening', same_reals([fresh%state%points%state], [model%state%points%state]) .and. &
+        size(fresh%state%points%state) > 0)
+      call tests%check('nothing has joined or left it', state_differences(fresh%state, model%state) == '')
+      deallocate (fresh)
+    end do
+    do i = -1, 1, 2
+      allocate (fresh)
+      call build(fresh, alone=.true.)
+      call open_reader(reader, path)
+      call read_divided(reader, '', .false., team_type(), model%state%points%count + i, fresh, error)
+      call close_reader(reader, error)
+      call tests%check('a point more or less of the body is refused', allocated(error))
+      if (allocated(error)) call tests%check('in words: '//error%message, index(error%message, &
+        '/points has another size than in this analysis') > 0)
+      deallocate (fresh)
+    end do
+  end subroutine check_alone
 
   !> Cells are numbered as in the whole grid while the file is one of parts, and as in the window of a model again; what is
   !> in no cell of the grid is refused.
   subroutine check_cells(tests, path)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: path
-    character(len=*), parameter :: wide = 'X, -6, 12, 36|Y, -4, 5, 18|'
+    character(len=*), parameter :: wide = 'QUAD4|X, -6, 12, 36|Y, -4, 5, 18|', triangles = 'TRI3'//wide(6:)
     class(state_type), allocatable :: written
     class(model_type), allocatable :: model, fresh
     type(error_type), allocatable :: error, failure
@@ -338,6 +462,8 @@ contains
       whole_cells(model, written%surface%cell)))
     call tests%check('and those of what is taken out', all(whole_cells(fresh, fresh%state%inactive%unloading%cell) == &
       whole_cells(model, written%inactive%unloading%cell)))
+    call tests%check('and the feet of what waits', size(fresh%state%inactive%feet%cell) > 0 .and. &
+      all(whole_cells(fresh, fresh%state%inactive%feet%cell) == whole_cells(model, written%inactive%feet%cell)))
     call open_reader(reader, path)
     deallocate (fresh)
     allocate (fresh)
@@ -353,9 +479,15 @@ contains
     call tests%check('what waits too', all(fresh%part%waiting%cell == whole_cells(model, written%inactive%points%cell)))
     call tests%check('and the places of histories', all(fresh%part%tracer_cell == whole_cells(model, written%tracers%cell)) &
       .and. all(fresh%part%watched_cell == whole_cells(model, written%watched%cell)))
-    call check_windowed(tests, path, wide)
+    call check_windowed(tests, path, wide, whole=.true.)
+    call check_windowed(tests, path, wide, whole=.false.)
+    call check_windowed(tests, path, triangles, whole=.false.)
+    call check_wrong_window(tests, path, wide)
     call check_misfit(tests, path, 'surface', 1000, 0, 'the surface points')
     call check_misfit(tests, path, 'points', 1000, 0, 'the material points')
+    call check_misfit(tests, path, 'surface', 1000000, 0, 'the surface points', triangles)
+    call check_misfit(tests, path, 'points', 1000000, 0, 'the material points', triangles)
+    call check_misfit(tests, path, 'unloading surface', -1, 0, 'the surface points')
     call check_misfit(tests, path, 'points', 0, 0, 'the material points')
     call check_misfit(tests, path, 'unloading', 0, 0, 'the material points')
     call check_misfit(tests, path, 'waiting', 1000, 0, 'cannot be those')
@@ -364,25 +496,28 @@ contains
   end subroutine check_cells
 
   !> What cannot be of the analysis is refused by a team, by name.
-  subroutine check_misfit(tests, path, set, cell, more, words)
+  subroutine check_misfit(tests, path, set, cell, more, words, grid)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: path, set, words
     !> Of its first point; points of the bodies beside those of the file.
     integer, intent(in) :: cell, more
+    !> Of the deck.
+    character(len=*), intent(in), optional :: grid
     class(state_type), allocatable :: written
     class(model_type), allocatable :: fresh
     type(error_type), allocatable :: error
     type(reader_type) :: reader
 
     allocate (fresh)
-    call write_parts(path, written, error, wrong=cell, set=set)
+    call write_parts(path, written, error, grid, cell, set)
     call open_reader(reader, path)
-    call build(fresh)
+    call build(fresh, grid)
     call read_divided(reader, '', .true., team_type(), written%points%count + written%inactive%points%count + &
       written%inactive%unloading%count + more, fresh, error)
     call close_reader(reader, error)
     call tests%check('a misfit is refused: '//set, allocated(error))
     if (allocated(error)) call tests%check('by name: '//error%message, index(error%message, words) > 0)
+    call tests%close('and its strength is not put in force', fresh%strength%factor, 1.0_wp, 0.0_wp)
   end subroutine check_misfit
 
   !> A part must be whole, of this file and there.
@@ -411,6 +546,11 @@ contains
     call tests%check('a file in one piece takes the place of parts', code /= 0)
     call refused(tests, directory, 'cp one.h5 '//name, 'of another state')
     call refused(tests, directory, 'rm '//name, 'missing')
+    call execute_command_line('cd '//directory//' && rmdir parts && cp one.h5 restart.h5', exitstat=code)
+    call write_parts(directory//'/restart.h5', written, error)
+    call tests%check('parts that find no room are told', code == 0 .and. allocated(error))
+    call execute_command_line('cd '//directory//' && cmp -s one.h5 restart.h5', exitstat=code)
+    call tests%check('and the former file stays', code == 0)
   end subroutine check_refusals
 
   !> A file is refused after something has been done to its part, and the model stays as it is.

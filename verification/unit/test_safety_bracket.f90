@@ -215,6 +215,7 @@ contains
   subroutine check_again(tests)
     type(tests_type), intent(inout) :: tests
     type(bracket_type) :: bracket
+    real(wp) :: width
     logical :: again
 
     bracket = bracket_type(1.2_wp, 1.3_wp, 0.15_wp, from_stable=.true.)
@@ -230,6 +231,11 @@ contains
     bracket = bracket_type(1.205_wp, 1.3_wp, 0.15_wp)
     call take_again(1.2_wp, 0.5_wp, 0.005_wp, bracket, again)
     call tests%check('one as near as the tolerance stays', .not. again .and. abs(bracket%stable - 1.205_wp) <= 0.0_wp)
+    bracket = bracket_type(1.25_wp, 1.3_wp, 0.15_wp)
+    width = 0.25_wp/(1.0_wp + 1.0e-9_wp)
+    call tests%close('a width that is that of the last step within its round-off', width*(1.0_wp + 1.0e-9_wp), 0.25_wp, 0.0_wp)
+    call take_again(1.0_wp, 0.5_wp, width, bracket, again)
+    call tests%check('is as near too', .not. again)
     bracket = bracket_type(1.0_wp, 0.0_wp, 0.1_wp)
     call take_again(0.0_wp, 0.5_wp, 0.005_wp, bracket, again)
     call tests%check('so does the first', .not. again .and. abs(bracket%stable - 1.0_wp) <= 0.0_wp)

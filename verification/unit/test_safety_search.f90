@@ -207,6 +207,7 @@ contains
     call tests%check('the answer is told: '//run%observer%text, index(run%observer%text, &
       "phase 'factor': factor of safety between 1.1 (stable) and 1.2 (lost)|") > 0)
     call tests%check('with what it depends on', index(run%observer%text, 'tells it with its grid error|') > 0)
+    call tests%check('a mechanism that was found is no warning', index(run%observer%text, 'nor a mechanism') == 0)
     call tests%check('and why: ', index(run%observer%text, 'no equilibrium at strength/1.2: the script says no|') > 0)
     call tests%check('the search is static, at held load and in place', all(script%asked(3:5)%in_place) .and. &
       .not. any(script%asked(3:5)%damping > 0.0_wp) .and. .not. any(script%asked(3:5)%fraction > 0.0_wp))
@@ -265,6 +266,10 @@ contains
     if (.not. allocated(run%error)) return
     call tests%check('a search has no load factor that it was lost at: '//run%error%message, run%error%message == &
       "phase 'factor' has lost equilibrium; phase 'more' has lost equilibrium at load factor 0")
+    call make_run(soil, fixed, run, [good, good, spread(lost, 1, 11), spread(good, 1, 20)])
+    call search(run)
+    call tests%check('what was never in equilibrium is not brought to rest at the last factor', allocated(run%error) .and. &
+      .not. run%model%state%progress%bracket%stable > 0.0_wp)
     call make_run(soil, moving, run, [good, good, scripted_outcome_type(stabilisation_share=0.01_wp)])
     run%model%analysis%phases(2)%controls%stabilisation_share = 0.02_wp
     call search(run)
@@ -291,6 +296,9 @@ contains
     call asked(run, script)
     call tests%check('what comes to rest is tried by sub-steps in place', script%asked(11)%damping > 0.0_wp .and. &
       script%asked(11)%in_place)
+    call tests%close('after three sub-steps with a thousandth of the stabilisation at the end', &
+      script%asked(9)%stabilisation, 1.0e-3_wp, rounding)
+    call tests%check('the fourth solve is that of the factor again, without a sub-step', .not. script%asked(10)%damping > 0.0_wp)
     call tests%check('and is stable; the next factor is as far as the search is wide', &
       all(abs(run%model%state%progress%factors(:, 1) - [2.0_wp, 1.2_wp, 1.3_wp, 1.0_wp]) <= rounding))
     call make_run(soil, fixed, run, [good, good, good, good, lost])
@@ -429,6 +437,10 @@ contains
     call search(run)
     call tests%check('a body that bears the largest factor has no mechanism', run%observer%mechanisms == 0 .and. &
       .not. (run%model%state%progress%bracket%lost > 0.0_wp .or. allocated(run%error)))
+    call tests%check('it is told as that, and nothing is tried beyond', &
+      all(abs(run%model%state%progress%factors(:, 1) - [2.0_wp, 10.0_wp, 0.0_wp, 0.0_wp]) <= 0.0_wp))
+    call tests%check('nothing is said of a lost end: '//run%observer%text, index(run%observer%text, 'grid error') == 0 &
+      .and. index(run%observer%text, 'a factor below 1') == 0 .and. index(run%observer%text, 'mechanism') == 0)
     call make_run(soil, 'TOLERANCE=0.05, GEOMETRY=FIXED', run, [good, good, good, lost, good, lost])
     call search(run)
     call tests%check('a try counts its own iterations', run%observer%iterations == 9 .and. run%observer%steps == 4)
@@ -525,7 +537,7 @@ contains
       "phase 'factor' lowers the strength, but no material has one") > 0)
     call make_run(cam_clay, fixed, run)
     call tests%check('so is a law that says of no strength', allocated(run%error))
-    if (allocated(run%error)) call tests%check('by one error for both ends of the search: '//run%error%message, &
+    if (allocated(run%error)) call tests%check('by one error: '//run%error%message, &
       index(run%error%message, "material 'soil' cannot be weakened in the safety phase 'factor'") > 0)
     call make_run(cam_clay//'*STRENGTH CONSTANTS|1, DIVIDE|', fixed, run, [good])
     call tests%check('where the user names one it is not', .not. allocated(run%error))
@@ -534,6 +546,9 @@ contains
     run%model%laws(1)%law%stiffness_scale = -1.0_wp
     call set_strength(run%model, 1.25_wp)
     call tests%check('and the law is made anew', run%model%laws(1)%law%stiffness_scale > 0.0_wp)
+    run%model%laws(1)%law%stiffness_scale = -1.0_wp
+    call set_strength(run%model, 1.25_wp)
+    call tests%check('but not for the strength that is in force', run%model%laws(1)%law%stiffness_scale < 0.0_wp)
   end subroutine check_materials
 
   !> A body gives way where the drag stays while the way doubles, from the fourth sub-step on; what it did in the first
@@ -541,6 +556,7 @@ contains
   subroutine check_ways(tests)
     type(tests_type), intent(inout) :: tests
     class(run_type), allocatable :: run
+    type(script_type) :: script
     type(scripted_outcome_type) :: moves(4)
 
     moves%iterations = 9
@@ -550,10 +566,28 @@ contains
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
     call search(run)
     call tests%close('small moves with a steady drag make a mechanism', run%model%state%progress%factors(4, 1), 1.0_wp, 0.0_wp)
+    call asked(run, script)
+    call tests%close('the fourth has a thousandth of the stabilisation, as the third', script%asked(10)%stabilisation, &
+      1.0e-3_wp, rounding)
+    moves%move = 0.0625_wp
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves(:2), lost])
+    call search(run)
+    call tests%close('nor does a way that is as long as a step may be', run%model%state%progress%factors(4, 1), 0.0_wp, 0.0_wp)
+    moves%move = 0.01_wp
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves(:3), lost])
     call search(run)
     call tests%close('three do not', run%model%state%progress%factors(4, 1), 0.0_wp, 0.0_wp)
+    moves%damping_share = 1.0e-9_wp
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
+    call search(run)
+    call asked(run, script)
+    call tests%check('a drag that carries next to nothing stays one until the body rests', all(script%asked(7:9)%damping > 0.0_wp))
     moves%damping_share = [1.0_wp, 0.5_wp, 0.5_wp, 0.5_wp]
+    moves%move = 0.0078125_wp
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
+    call search(run)
+    call tests%close('a way that has doubled to the last bit since the drag fell is enough', &
+      run%model%state%progress%factors(4, 1), 1.0_wp, 0.0_wp)
     moves%move = [0.01_wp, 0.025_wp, 0.015_wp, 0.01_wp]
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, moves, lost])
     call search(run)
@@ -568,6 +602,7 @@ contains
     class(run_type), allocatable :: run
     type(script_type) :: script
     type(outcome_type) :: untried
+    type(scripted_outcome_type) :: few
     integer :: i
 
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, damped, good])
@@ -577,12 +612,24 @@ contains
     call asked(run, script)
     call tests%check('iterations are those of the phase', all(script%allowed(3:5) == 47) .and. all(script%allowed(7:8) == 47))
     call tests%close('so is the tolerance of the mechanism', script%asked(8)%tolerance, 3.0e-4_wp, 0.0_wp)
-    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, good, good, good, lost, damped])
+    few = scripted_outcome_type(iterations=run%model%analysis%phases(2)%controls%few_iterations)
+    call make_run(soil, fixed, run, [good, good, few, few, lost])
     call search(run)
+    call tests%check('the next factor lies farther after as few iterations as are few', &
+      index(run%observer%text, 'no equilibrium at strength/1.25: ') > 0)
+    few%iterations = few%iterations + 1
+    call make_run(soil, fixed, run, [good, good, few, few, lost])
+    call search(run)
+    call tests%check('not after one more', index(run%observer%text, 'no equilibrium at strength/1.2: ') > 0)
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, good, good, good, lost, damped])
+    run%model%part%ring = 3
+    call search(run)
+    call tests%check('what is own of the model is as before the mechanism', run%model%part%ring == 3)
     call asked(run, script)
     call tests%check('what does not come to rest is left after twenty sub-steps', count([(script%asked(i)%damping > 0.0_wp, &
       i=11, size(script%asked))]) == 20)
     call tests%check('tried with fewer re-equilibrations', script%controls%max_reequilibrations == 8)
+    call tests%close('and a stabilisation that fades faster', script%controls%stabilisation_fade, 0.1_wp, 0.0_wp)
     call make_run(soil, 'TOLERANCE=0.001, GEOMETRY=FIXED', run, [good, good, good, lost])
     run%observer%stops_at_loss = .true.
     call search(run)
@@ -623,6 +670,11 @@ contains
     call tests%close('before the first phase the strength is the own one', run%model%strength%factor, 1.0_wp, 0.0_wp)
     run%model%state%progress%phase = 2
     call tests%check('no strength is named', .not. has_named_strength(run%model))
+    run%model%analysis%materials(1)%mohr_coulomb = .false.
+    run%model%laws(1)%law%stiffness_scale = -1.0_wp
+    call set_strength(run%model, 1.5_wp)
+    call tests%check('a law without strength is not made anew', run%model%laws(1)%law%stiffness_scale < 0.0_wp)
+    run%model%analysis%materials(1)%mohr_coulomb = .true.
     run%model%analysis%materials(1)%strength_constants = [strength_constant_type(1)]
     call tests%check('one is', has_named_strength(run%model))
     run%model%analysis%bodies(1)%material = 'other'
