@@ -360,6 +360,17 @@ contains
     model%state%points%volume(3) = 3.34_wp*model%state%points%initial_volume(3)
     call tests%check('soil that swells; found: '//swollen_note(model), index(swollen_note(model), &
       "phase 'press': soil that shears has swelled to 3.34 times its volume") > 0)
+    associate (soil => model%analysis%materials(model%state%points%material(3)))
+      soil%mohr_coulomb = .true.
+      soil%dilatancy_angle = 0.0_wp
+      soil%tensile_strength = 0.0_wp
+      call tests%check('what has no dilatancy and no tensile strength has cracked; found: '//swollen_note(model), &
+        index(swollen_note(model), "phase 'press': soil has cracked open to 3.34 times its volume") > 0 .and. &
+        index(swollen_note(model), 'dilatancy') == 0)
+      soil%dilatancy_angle = 1.0_wp
+      call tests%check('with a dilatancy it swells', index(swollen_note(model), 'has swelled to 3.34') > 0)
+      soil%tensile_strength = huge(1.0_wp)
+    end associate
     model%state%points%plastic(3) = 0
     call tests%check('what is elastic does not swell', len(swollen_note(model)) == 0)
     model%state%points%plastic(3) = plastic
