@@ -330,8 +330,8 @@ contains
   end function smallest
 
   !> Resistance to volume changes inside a cell over the shear modulus. Clay needs little where cells are not bilinear,
-  !> but for clay that cracks: what opens keeps no volume, and cells of next to one pressure fall apart there. Other soil
-  !> that flows carries less than it should with half of it on splines.
+  !> but for clay that cracks: what opens keeps no volume, and cells of next to one pressure fall apart there.
+  !> Other soil that flows carries less than it should with half of it on splines.
   pure real(wp) function resistance_of(material, linear, bilinear) result(factor)
     type(material_type), intent(in) :: material
     !> Displacements are linear in a cell, with a domain of the point or without, or cells fit the ground; of elements

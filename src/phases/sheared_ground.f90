@@ -83,8 +83,8 @@ contains
       ratio = merge(points%volume/points%initial_volume, 1.0_wp, points%plastic > 0)
       most = largest(model%part%team, maxval([1.0_wp, pack(ratio, .not. cracks(points%material))]))
       if (most > swollen) text = begin()//'soil that shears has swelled to '//rounded_text(most, 3)//' times its '// &
-        'volume: dilatancy goes on without end in this law, and what heaps up beside a load loads the ground; take a '// &
-        'smaller dilatancy angle, 0 for large displacements'
+        'volume: dilatancy goes on without end in this law, and what heaps up beside a load loads the ground; '// &
+        'take a smaller dilatancy angle, 0 for large displacements'
       most = largest(model%part%team, maxval([1.0_wp, pack(ratio, cracks(points%material))]))
       if (most > swollen) text = begin()//'soil has cracked open to '//rounded_text(most, 3)//' times its volume: '// &
         'with its tensile strength the ground is in pieces there'

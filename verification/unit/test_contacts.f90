@@ -432,6 +432,10 @@ contains
     call check_slopes('sticking', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [100.0_wp, 10.0_wp], 0.1_wp)
     call check_slopes('pulled, with its adhesion', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .true.), [1.0e4_wp, 1.0e3_wp], 4.0e-3_wp)
     call check_slopes('open', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], 4.0e-3_wp)
+    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.999e-3_wp, slip, 0.0_wp)
+    call tests%close('half of the adhesion at a pressure of half a hundredth of it', norm2(now%shear), 1.0_wp + 0.005_wp, &
+      1.0e-9_wp)
+    call check_slopes('about to part', contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.), [1.0e4_wp, 1.0e3_wp], 1.999e-3_wp)
     pair%tension = .true.
     now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip, 0.0_wp)
     call tests%close('a contact with tension pulls', now%pressure, -10.0_wp, 1.0e-12_wp)

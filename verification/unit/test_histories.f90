@@ -136,6 +136,12 @@ contains
         'which') == 0)
       deallocate (model)
     end do
+    ! The face is in the middle of the box around the ground, which is on its left.
+    allocate (model)
+    call build_dug('*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX|2, 4, 1, 2|*BODY, NAME=ground, MATERIAL=soil, '// &
+      'SHAPE=POLYGON|0, 0|4, 0|4, 1|2, 1|2, 2|0, 2|', model)
+    call tests%check('a tracer on the face of ground on its left', &
+      model%analysis%bodies(model%tracer_body(model%history_tracer(1)))%name == 'ground')
   end subroutine check_followed
 
   !> A model of ground that loses some of its bodies: histories on their face and in the pit.

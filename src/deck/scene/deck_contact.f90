@@ -40,7 +40,8 @@ contains
         'points of SURFACE. BODY: on the outline of the body, for soil that flows around it')
       call fields%name('SURFACE', contact%surface, 'the surface of the soil; not with ON=BODY')
       call fields%number('FRICTION ANGLE', contact%friction_angle, 'degrees', range='[0, 90)')
-      call fields%number('ADHESION', contact%adhesion, 'shear strength without pressure', range='[0, inf)')
+      call fields%number('ADHESION', contact%adhesion, 'shear strength beside that of friction; where the '// &
+        'soil parts from the body it is lost, unless TENSION=YES, as along a pile that is pulled', range='[0, inf)')
       shares = contact%interface > 0.0_wp
       call fields%number('INTERFACE', contact%interface, 'in place of FRICTION ANGLE and ADHESION: share R of the '// &
         'strength of the soil there, tan(delta) = R tan(phi), a = R c', range='(0, 1]', given=shares)

@@ -2,11 +2,12 @@
 !> Coulomb's limit with adhesion.
 !>
 !>   p = max(0, lambda - eps g)                       g   mean gap, lambda pressure of the step before
-!>   t* = t_0 - eps_t s,   |t| <= mu p + a             s   mean slip in the step, t_0 shear of the step before
+!>   t* = t_0 - eps_t s,   |t| <= mu p + a(p)          s   mean slip in the step, t_0 shear of the step before
 !>
 !> With the pressure of one step as the multiplier of the next the penetration falls from step to step, whatever the
-!> penalty is. A contact with tension keeps p as it comes. docs/methods/contact.md; the augmented Lagrangian form
-!> of friction is that of Simo and Laursen (1992).
+!> penalty is. A contact with tension keeps p as it comes. Another loses its adhesion where it parts, without a jump,
+!> a(p) = a min(1, p/0.01 a): patches that carry next to no pressure have no equilibrium else. docs/methods/contact.md;
+!> the augmented Lagrangian form of friction is that of Simo and Laursen (1992).
 module qsmpm_contact_law
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: contact_pair_type
@@ -15,6 +16,9 @@ module qsmpm_contact_law
   private
 
   public :: tractions_type, contact_tractions
+
+  !> Pressure over the adhesion from which all of this is there.
+  real(wp), parameter :: sticks = 0.01_wp
 
   type :: tractions_type
     logical :: closed = .false., slips = .false.
@@ -37,7 +41,7 @@ contains
     real(wp), intent(in) :: multiplier, shear_before(3), gap, slip(3)
     !> Gap that is none but for rounding: what is drawn against a body resists it from the first iteration on.
     real(wp), intent(in) :: touching
-    real(wp) :: trial(3), limit, size_of_trial, direction(3)
+    real(wp) :: slope, trial(3), limit, size_of_trial, direction(3)
     integer :: j
 
     now%pressure = multiplier - penalty(1)*gap
@@ -45,7 +49,13 @@ contains
     if (.not. pair%tension) now%pressure = max(0.0_wp, now%pressure)
     if (.not. now%closed) return
     now%by_gap = -penalty(1)
-    limit = pair%adhesion + pair%friction*max(0.0_wp, now%pressure)
+    limit = pair%adhesion
+    slope = pair%friction
+    if (.not. pair%tension .and. now%pressure < sticks*pair%adhesion) then
+      limit = now%pressure/sticks
+      slope = slope + 1.0_wp/sticks
+    end if
+    limit = limit + pair%friction*max(0.0_wp, now%pressure)
     if (.not. limit > 0.0_wp) return
     trial = shear_before - penalty(2)*slip
     size_of_trial = norm2(trial)
@@ -60,6 +70,6 @@ contains
     do j = 1, 3
       now%by_slip(:, j) = -penalty(2)*limit/size_of_trial*(identity(:, j) - direction*direction(j))
     end do
-    if (now%pressure > 0.0_wp) now%by_pressure = pair%friction*direction
+    if (now%pressure > 0.0_wp) now%by_pressure = slope*direction
   end function contact_tractions
 end module qsmpm_contact_law
