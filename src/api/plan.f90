@@ -256,6 +256,7 @@ contains
     call add_item(items, 'iterations', integer_text(solution%iterations), is_figure=.true.)
     call add_item(items, 'processor seconds', rounded_text(seconds, 2), is_figure=.true.)
     call try_run(model, fine)
+    if (allocated(fine%lost)) call add_item(items, 'the run is lost', fine%lost)
     if (.not. fine%ended) call try_coarse(model, coarse)
     range = expected_range(fine, coarse)
     text = 'by the run itself, to its end'

@@ -39,6 +39,8 @@ module qsmpm_plan_probe
     real(wp) :: before = 0.0_wp
     !> It came to the end of the run, whether that was its last phase or the loss of one.
     logical :: ended = .false.
+    !> Why the first phase that it lost was lost; unallocated for none.
+    character(len=:), allocatable :: lost
   end type trial_type
 
   !> Stops a trial when its time is over.
@@ -97,6 +99,7 @@ contains
     do while (.not. is_finished(copy, loop))
       call advance_step_loop(copy, loop, observer, error)
       over = observer%stop_requested()
+      if (allocated(error) .and. .not. (over .or. allocated(trial%lost))) trial%lost = error%message
       if (allocated(error) .and. .not. over) call leave_lost_phase(copy, loop, observer, error)
       if (allocated(error) .or. over) exit
     end do

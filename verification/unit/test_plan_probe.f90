@@ -6,6 +6,7 @@ module test_plan_probe
   use qsmpm_plan_probe, only: trial_type, try_run, try_coarse, expected_range, coarse_lines, planned_steps
   use qsmpm_problem, only: problem_type
   use qsmpm_simulation, only: simulation_type
+  use scene_samples, only: changed
   use testing, only: tests_type
   implicit none
   private
@@ -113,10 +114,32 @@ contains
     call try_run(run%model, fine)
     call try_coarse(run%model, coarse)
     call tests%check('both come to their end', fine%ended .and. coarse%ended)
+    call tests%check('and lose nothing', .not. (allocated(fine%lost) .or. allocated(coarse%lost)))
     call tests%check('the model has not begun', run%model%state%progress%step == 0)
     call run%run(error)
     call tests%check('it runs', .not. allocated(error))
     call tests%close('in as many iterations', fine%iterations, real(run%loop%step%profile%iterations, wp), 0.0_wp)
     call run%destroy()
+    call check_refused(tests)
   end subroutine check_trials
+
+  !> What the run refuses the trial tells: here K0 stresses that a cohesion of 0.1 does not carry.
+  subroutine check_refused(tests)
+    type(tests_type), intent(inout) :: tests
+    type(problem_type) :: problem
+    type(simulation_type) :: run
+    type(trial_type) :: trial
+    type(error_type), allocatable :: error
+
+    call problem%parse(changed(changed(deck, '9, 20, 0', '0.1, 0, 0'), '*PHASE, NAME=w'//nl, '*PHASE, NAME=w'//nl// &
+      '*INITIAL, TYPE=K0'//nl//'0.75, 0.2'//nl), 'probe', error)
+    if (.not. allocated(error)) call run%create(problem, error)
+    call tests%check('a deck that will be refused is good', .not. allocated(error))
+    if (allocated(error)) return
+    call try_run(run%model, trial)
+    call tests%check('it is told', allocated(trial%lost))
+    if (allocated(trial%lost)) call tests%check('with the reason: '//trial%lost, index(trial%lost, 'they lie beyond '// &
+      'the strength of the soil') > 0)
+    call run%destroy()
+  end subroutine check_refused
 end module test_plan_probe
