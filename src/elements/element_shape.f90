@@ -5,9 +5,8 @@
 module qsmpm_element_shape
   use qsmpm_kinds, only: wp
   use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, elements, max_nodes
-  use qsmpm_shape_triangle, only: triangle_shape, triangle_gradients, triangle_second
+  use qsmpm_shape_simplex, only: simplex_shape, simplex_gradients, simplex_second
   use qsmpm_shape_quad, only: quad_shape, quad_gradients, quad_second
-  use qsmpm_shape_tet, only: tet_shape, tet_gradients, tet_second
   use qsmpm_shape_hex, only: hex_shape, hex_gradients, hex_second
   use qsmpm_shape_wedge, only: wedge_shape, wedge_gradients, wedge_second
   implicit none
@@ -28,12 +27,10 @@ contains
     real(wp), intent(out) :: shape(:)
 
     select case (elements(kind)%form)
-    case (tri3)
-      call triangle_shape(elements(kind)%nodes, local, shape)
+    case (tri3, tet4)
+      call simplex_shape(elements(kind)%nodes, local, shape)
     case (quad4)
       call quad_shape(elements(kind)%nodes, local, shape)
-    case (tet4)
-      call tet_shape(elements(kind)%nodes, local, shape)
     case (hex8)
       call hex_shape(elements(kind)%nodes, local, shape)
     case (wedge6)
@@ -51,12 +48,10 @@ contains
     real(wp), intent(out) :: gradients(:, :)
 
     select case (elements(kind)%form)
-    case (tri3)
-      call triangle_gradients(elements(kind)%nodes, local, gradients)
+    case (tri3, tet4)
+      call simplex_gradients(elements(kind)%nodes, local, gradients)
     case (quad4)
       call quad_gradients(elements(kind)%nodes, local, gradients)
-    case (tet4)
-      call tet_gradients(elements(kind)%nodes, local, gradients)
     case (hex8)
       call hex_gradients(elements(kind)%nodes, local, gradients)
     case (wedge6)
@@ -74,12 +69,10 @@ contains
     real(wp), intent(out) :: second(:, :, :)
 
     select case (elements(kind)%form)
-    case (tri3)
-      call triangle_second(elements(kind)%nodes, second)
+    case (tri3, tet4)
+      call simplex_second(elements(kind)%nodes, second)
     case (quad4)
       call quad_second(elements(kind)%nodes, local, second)
-    case (tet4)
-      call tet_second(elements(kind)%nodes, second)
     case (hex8)
       call hex_second(elements(kind)%nodes, local, second)
     case (wedge6)

@@ -7,7 +7,7 @@
 module qsmpm_shape_wedge
   use qsmpm_kinds, only: wp
   use qsmpm_element_tables, only: edges => triangle_edges, dl => triangle_gradients
-  use qsmpm_shape_triangle, only: tri3_shape
+  use qsmpm_shape_simplex, only: linear_shape
   implicit none
   private
 
@@ -69,7 +69,7 @@ contains
 
     real(wp) :: l(3)
 
-    call tri3_shape(local, l)
+    call linear_shape(local, l)
     shape(1:3) = 0.5_wp*(1.0_wp - local(3))*l
     shape(4:6) = 0.5_wp*(1.0_wp + local(3))*l
   end subroutine wedge6_shape
@@ -83,7 +83,7 @@ contains
 
     real(wp) :: l(3)
 
-    call tri3_shape(local, l)
+    call linear_shape(local, l)
     gradients(1:2, 1:3) = 0.5_wp*(1.0_wp - local(3))*dl
     gradients(1:2, 4:6) = 0.5_wp*(1.0_wp + local(3))*dl
     gradients(3, 1:3) = -0.5_wp*l
@@ -115,7 +115,7 @@ contains
     real(wp) :: l(3), t
     integer :: i, level
 
-    call tri3_shape(local, l)
+    call linear_shape(local, l)
     do level = 1, 2
       t = signs(level)*local(3)
       do i = 1, 3
@@ -136,7 +136,7 @@ contains
     real(wp) :: l(3), s, t
     integer :: i, a, b, level, corner, mid
 
-    call tri3_shape(local, l)
+    call linear_shape(local, l)
     do level = 1, 2
       s = signs(level)
       t = s*local(3)
@@ -165,7 +165,7 @@ contains
     real(wp) :: l(3), s, t
     integer :: i, j, a, b, level, corner, mid
 
-    call tri3_shape(local, l)
+    call linear_shape(local, l)
     do level = 1, 2
       s = signs(level)
       t = s*local(3)
