@@ -1,4 +1,4 @@
-!> Shape functions of triangles of 3 and 6 nodes and of tetrahedra of 4 and 10, and their derivatives by (xi, eta, zeta).
+!> Shape functions of triangles (3 and 6 nodes) and tetrahedra (4 and 10), and derivatives by (xi, eta, zeta).
 !>
 !> L1 = 1 - xi - eta - zeta, L2 = xi, L3 = eta, L4 = zeta. Linear: N_i = L_i. Quadratic: N_i = L_i (2 L_i - 1) at the
 !> corners and N = 4 L_a L_b on the edge ab.
