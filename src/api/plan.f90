@@ -4,7 +4,7 @@
 module qsmpm_plan
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, three_dimensional
-  use qsmpm_mesh_description, only: mesh_grid
+  use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
   use qsmpm_method_description, only: basis_fem, stabilise_none
   use qsmpm_phase_description, only: newton_modified
   use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
@@ -90,10 +90,9 @@ contains
     character(len=:), allocatable :: text
     integer :: a
 
-    if (analysis%mesh%kind /= mesh_grid) then
-      text = 'given by its nodes and elements'
-      return
-    end if
+    text = 'given by its nodes and elements'
+    if (analysis%mesh%kind == mesh_fitted) text = 'triangles that fit the bodies'
+    if (analysis%mesh%kind /= mesh_grid) return
     text = ''
     do a = 1, merge(3, 2, analysis%model == three_dimensional)
       if (a > 1) text = text//' x '

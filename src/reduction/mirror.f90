@@ -18,7 +18,7 @@ module qsmpm_mirror
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_reduction, only: refuse, place_text, require_local_histories
+  use qsmpm_reduction, only: refuse, refuse_mesh, place_text, require_local_histories
   use qsmpm_set_members, only: members_type, find_members, set_number, contains_node, representatives, node_state, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_is_used, surface_number
@@ -48,7 +48,7 @@ contains
     integer :: b
 
     if (analysis%mesh%kind /= mesh_grid) then
-      call refuse(reason, 'the mesh is no *GRID'//place_text(analysis%mesh%where))
+      call refuse_mesh(analysis, reason)
       return
     end if
     call require_grid(analysis, axis, reason)

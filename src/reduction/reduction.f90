@@ -5,7 +5,7 @@
 module qsmpm_reduction
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_mesh_description, only: axis_type
+  use qsmpm_mesh_description, only: axis_type, mesh_fitted
   use qsmpm_phase_description, only: stop_above, stop_below
   use qsmpm_source_line, only: source_line_type
   use qsmpm_history_quantities, only: is_taken_at, at_body, at_support
@@ -14,7 +14,7 @@ module qsmpm_reduction
   private
 
   public :: reduction_type, expansion_type, layers_type, reduction_check_type
-  public :: require_local_histories, refuse, place_text, reduction_name, begin_reduction, history_of_scene, &
+  public :: require_local_histories, refuse, refuse_mesh, place_text, reduction_name, begin_reduction, history_of_scene, &
     append_step, move_stops
 
   !> Kinds of reduction, in the order they are tried.
@@ -75,6 +75,18 @@ contains
 
     if (.not. allocated(reason)) reason = text
   end subroutine refuse
+
+  !> A mesh that is no grid of equal cells along its axes is not reduced.
+  pure subroutine refuse_mesh(analysis, reason)
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable, intent(inout) :: reason
+
+    if (analysis%mesh%kind == mesh_fitted) then
+      call refuse(reason, 'its cells are triangles that fit the bodies (*GRID'//place_text(analysis%mesh%where)//')')
+    else
+      call refuse(reason, 'the mesh is no *GRID'//place_text(analysis%mesh%where))
+    end if
+  end subroutine refuse_mesh
 
   !> Histories of bodies and supported surfaces are sums or extremes over all of the scene.
   pure subroutine require_local_histories(analysis, reason)

@@ -17,7 +17,7 @@ module qsmpm_revolved
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_error, only: error_type
   use qsmpm_stl_reader, only: read_stl
-  use qsmpm_reduction, only: refuse, place_text, require_local_histories
+  use qsmpm_reduction, only: refuse, refuse_mesh, place_text, require_local_histories
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, representatives, node_state, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_number
@@ -61,7 +61,7 @@ contains
     if (analysis%model /= three_dimensional) then
       call refuse(reason, 'the scene is plane')
     else if (analysis%mesh%kind /= mesh_grid) then
-      call refuse(reason, 'the mesh is no *GRID'//place_text(analysis%mesh%where))
+      call refuse_mesh(analysis, reason)
     else if (any(analysis%bodies%kind /= body_polyhedron)) then
       call refuse(reason, 'not all bodies are polyhedra')
     else if (index(analysis%mesh%element, 'HEX') /= 1 .or. analysis%mesh%perturbation > 0.0_wp) then

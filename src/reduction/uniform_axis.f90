@@ -10,7 +10,7 @@ module qsmpm_uniform_axis
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_all, body_box, body_polygon
   use qsmpm_mesh_description, only: mesh_grid, select_list
-  use qsmpm_reduction, only: refuse, place_text
+  use qsmpm_reduction, only: refuse, refuse_mesh, place_text
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, representatives, node_state, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: require_loads_uniform
@@ -35,7 +35,7 @@ contains
     type(members_type) :: members
 
     if (analysis%mesh%kind /= mesh_grid) then
-      call refuse(reason, 'the mesh is no *GRID'//place_text(analysis%mesh%where))
+      call refuse_mesh(analysis, reason)
       return
     end if
     call find_members(analysis, members)

@@ -4,7 +4,7 @@ module test_scene
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, plane_strain
   use qsmpm_load_description, only: water_level_type
-  use qsmpm_mesh_description, only: mesh_file
+  use qsmpm_mesh_description, only: mesh_file, mesh_fitted
   use qsmpm_carried_cards, only: not_carried, note_card
   use qsmpm_column, only: require_column
   use qsmpm_deck, only: parse_deck, message_list_type
@@ -211,6 +211,11 @@ contains
     call require_prismatic(analysis, reason)
     if (.not. allocated(reason)) reason = ''
     call tests%check('nothing is known of a mesh file', index(reason, 'the mesh is no *GRID') > 0)
+    analysis%mesh%kind = mesh_fitted
+    call require_prismatic(analysis, reason)
+    if (.not. allocated(reason)) reason = ''
+    call tests%check('nor of triangles that fit, which is told as such', index(reason, 'triangles that fit the bodies') > 0)
+    analysis%mesh%kind = mesh_file
     allocate (level)
     level%line = reshape([0.0_wp, 1.0_wp], [2, 1])
     analysis%phases(1)%water_levels = [level]
