@@ -4,8 +4,8 @@ A stress point has three unknowns, m = (s_x + s_y)/2, d = (s_x - s_y)/2 and t_xy
 
     |(d, t_xy)| <= c cos(phi) - (m + u) sin(phi)            u: pore pressure
 
-and a tension cut-off T is |(d, t_xy)| <= T - (m + u). The last unknown multiplies the live loads (LOAD), or is taken from the right of all cones (MARGIN);
-a FORCE has none.
+and a tension cut-off T is |(d, t_xy)| <= T - (m + u). The last unknown multiplies the live loads (LOAD), or is taken from the right of the cones
+of Mohr-Coulomb (MARGIN; a free face has no room below a tensile strength of 0); a FORCE has none.
 """
 
 from __future__ import annotations
@@ -33,12 +33,14 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Yield:
-    """Cones at points: what their heads are without stress, slopes with m, change of pore pressure by the load; their points."""
+    """Cones at points: what their heads are without stress, slopes with m, change of pore pressure by the load, share of a margin that is taken from them;
+    their points."""
 
     point: Array
     head: Array
     slope: Array
     pore: Array
+    margin: Array
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ def _cone_rows(cones: Yield, kind: Kind, unknowns: int) -> tuple[sparse.csr_matr
     if kind is not Kind.FORCE:
         rows.append(row)
         columns.append(np.full(count, unknowns - 1))
-        values.append(np.ones(count) if kind is Kind.MARGIN else cones.slope * cones.pore)
+        values.append(cones.margin if kind is Kind.MARGIN else cones.slope * cones.pore)
     matrix = sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), (3 * count, unknowns))
     right = np.zeros(3 * count)
     right[::3] = cones.head

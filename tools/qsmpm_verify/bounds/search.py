@@ -90,16 +90,16 @@ class Side:
 
     def cones(self, factor: float) -> Yield:
         """Cones of the strength lowered by a factor, in units of `scale`."""
-        parts: list[tuple[Array, Array, Array]] = []
+        parts: list[tuple[Array, Array, Array, Array]] = []
         for number, strength in enumerate(self.model.strengths):
             own = np.flatnonzero(self.material == number)
             share, phi = strength.at(factor, self.flow)
             head = share * self.cohesion[own] * np.cos(phi) - self.pore[own] * np.sin(phi)
-            parts.append((own, head, np.full(len(own), np.sin(phi))))
+            parts.append((own, head, np.full(len(own), np.sin(phi)), np.ones(len(own))))
             if strength.tension is not None:
-                parts.append((own, strength.tension / factor - self.pore[own], np.ones(len(own))))
-        point, head, slope = (np.concatenate(part) for part in zip(*parts))
-        return Yield(point, head / self.scale, slope, self.more[point] / self.scale)
+                parts.append((own, strength.tension / factor - self.pore[own], np.ones(len(own)), np.zeros(len(own))))
+        point, head, slope, margin = (np.concatenate(part) for part in zip(*parts))
+        return Yield(point, head / self.scale, slope, self.more[point] / self.scale, margin)
 
     def raw(self, factor: float) -> Answer:
         """The figure in units of `scale`."""

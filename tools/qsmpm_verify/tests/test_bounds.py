@@ -105,6 +105,14 @@ class Bounds(unittest.TestCase):
         self.assertGreater(high, 1.36)
         self.assertLess(high, 1.40)
 
+    def test_cut_without_tensile_strength_stands_by_half_of_what_it_has_with_it(self) -> None:
+        # Drucker 1953: gamma H = 2 c; the thin slices of the mechanism want small triangles, the field of stresses none.
+        low, high = self.bracket(CUT.replace("1, 0, 0", "1, 0, 0, 0"), "--factor")
+        self.assertLess(low, 2.0)
+        self.assertGreater(low, 1.99)
+        self.assertGreater(high, 2.0)
+        self.assertLess(high, 3.5)
+
     def test_weaker_flow_is_reduced_and_said(self) -> None:
         full = self.bracket(SLOPE, "--factor")
         low, high = self.bracket(SLOPE.replace("10, 20, 20", "10, 20, 0"), "--factor")
