@@ -14,8 +14,8 @@ module qsmpm_reduction
   private
 
   public :: reduction_type, expansion_type, layers_type, reduction_check_type
-  public :: require_local_histories, refuse, refuse_mesh, place_text, reduction_name, begin_reduction, history_of_scene, &
-    append_step, move_stops
+  public :: require_local_histories, refuse, refuse_mesh, place_text, reduction_name, begin_reduction, &
+    history_of_scene, append_step, move_stops
 
   !> Kinds of reduction, in the order they are tried.
   integer, parameter, public :: reduce_prismatic = 1, reduce_revolved = 2, reduce_column = 3, reduce_mirror = 4
