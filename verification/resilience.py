@@ -667,6 +667,10 @@ def planned(checks: Checks, folder: pathlib.Path) -> None:
         checks.check(f"plan {deck.name} ends well", run.returncode == 0 and "expected of the run" in run.stdout, run.stderr[-300:])
         contact = [int(n) for n in re.findall(r"contact patches +(\d+)\n +contact points +(\d+)\n +unknowns of bodies +(\d+)", run.stdout)[0]]
         checks.check(f"and tells what its contact costs: {contact}", 0 < contact[0] < contact[1], run.stdout)
+    deck = folder / "k0.inp"
+    deck.write_text((decks.parents[1] / "broken" / "bases" / "k0.inp").read_text().replace(" 0, 30, 0\n", " 1, 0, 0\n"))
+    run = subprocess.run([checks.binary, "plan", str(deck)], capture_output=True, text=True, timeout=PATIENCE)
+    checks.check("plan tells what the run refuses", "the run is lost" in run.stdout and "beyond the strength" in run.stdout, run.stdout[-400:])
     run = subprocess.run([checks.binary, "check", str(inputs / "tbar.inp")], capture_output=True, text=True, timeout=PATIENCE)
     checks.check("check says what touches a body", "touched by the soil around it" in run.stdout, run.stdout)
 

@@ -185,7 +185,7 @@ contains
       rounded_text(weight)//' kN/m3; 10 to 25 is usual')
   end subroutine check_weight
 
-  !> Water in the pores adds weight; soil that floats is told of by itself.
+  !> Water in the pores adds weight; soil that floats has a warning of its own (check_buoyancy).
   subroutine check_saturated(state, material, water_weight)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material

@@ -298,8 +298,8 @@ contains
     end if
     if (outcome%cause == error_tangled .and. size(phase%prescriptions) > 0) message = message//'; nodes that are '// &
       'pushed wear a mesh that goes with the ground: push a *RIGID BODY, take ELEMENT=QUAD4 of *GRID, or less of a push'
-    if (is_body_loaded(phase)) message = message//'; what the ground carries is that of this grid: too much by '// &
-      'some 5 to 9 % on eight cells a width, half of it on twice as many'
+    if (outcome%cause == error_not_converged .and. is_body_loaded(phase)) message = message//'; the load that is '// &
+      'carried is that of this grid, a second one of finer cells tells its error'
     if (phase%controls%limit_compliance > 0.0_wp) then
       write (text, '(a,f0.1,a)') '; the last step was ', relative_compliance(model%state%progress%limit), &
         ' times as compliant as the first one'

@@ -269,7 +269,8 @@ contains
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
     type(controls_type), intent(in) :: controls
-    !> Whether there was a sub-step, and how it ends; that it rests is told where it does.
+    !> Whether there was a sub-step, and whether the body gives way; whether it comes to rest, unchanged where it does
+    !> not.
     logical, intent(out) :: moved, gives_way
     logical, intent(inout) :: rests
     type(error_type), allocatable, intent(out) :: error

@@ -84,10 +84,10 @@ contains
       most = largest(model%part%team, maxval([1.0_wp, pack(ratio, .not. cracks(points%material))]))
       if (most > swollen) text = begin()//'soil that shears has swelled to '//rounded_text(most, 3)//' times its '// &
         'volume: dilatancy goes on without end in this law, and what heaps up beside a load loads the ground; '// &
-        'take a smaller dilatancy angle, 0 for large displacements'
+        'take a smaller dilatancy angle, 0 for large displacements'//new_line('a')
       most = largest(model%part%team, maxval([1.0_wp, pack(ratio, cracks(points%material))]))
-      if (most > swollen) text = begin()//'soil has cracked open to '//rounded_text(most, 3)//' times its volume: '// &
-        'with its tensile strength the ground is in pieces there'
+      if (most > swollen) text = text//begin()//'soil has cracked open to '//rounded_text(most, 3)//' times its '// &
+        'volume: with its tensile strength the ground is in pieces there'//new_line('a')
     end associate
   contains
     !> Of the warning.

@@ -37,7 +37,7 @@ contains
     call make_overburden(model%mesh, model%shapes, nothing, vertical_of(model%analysis), seen)
   end subroutine see_bodies
 
-  !> Heights at which the vertical line through a place, moved by a hair, crosses the bounds of a body.
+  !> Heights at which the vertical line through a place, moved by `inwards`, crosses the bounds of a body.
   pure subroutine heights_of(seen, body, place, heights, side)
     type(overburden_type), intent(in) :: seen
     integer, intent(in) :: body

@@ -2,10 +2,12 @@
 !> against an axis, volumes, and the factor on the values.
 module test_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type
+  use qsmpm_analysis, only: analysis_type, axisymmetric, plane_strain
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
   use qsmpm_histories, only: take_histories
+  use qsmpm_history_description, only: history_type, quantity_body_rotation, quantity_discharge, quantity_volume
+  use qsmpm_history_quantities, only: unit_of_history
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use deck_samples, only: joined
@@ -34,6 +36,7 @@ contains
     call check_smooth(tests)
     call check_followed(tests)
     call check_rounded(tests)
+    call check_units(tests)
   end subroutine collect_histories
 
   !> A place on the face of a slope in rounded coordinates is moved onto it; one that is off by more is refused.
@@ -55,6 +58,22 @@ contains
     call build_slope('13.3, 6.9', model, said)
     call tests%check('one in the air is refused', index(said, "'face' lies in no element that holds material") > 0)
   end subroutine check_rounded
+
+  !> Units in the header of the curves: turns are in degrees, what flows is a volume of a slice, or of a radian, a time.
+  subroutine check_units(tests)
+    type(tests_type), intent(inout) :: tests
+    type(analysis_type) :: analysis
+
+    analysis%length_unit = 'm'
+    analysis%force_unit = 'kN'
+    analysis%model = plane_strain
+    call tests%check('turns', unit_of_history(analysis, history_type(quantity=quantity_body_rotation)) == 'degree')
+    call tests%check('discharge', unit_of_history(analysis, history_type(quantity=quantity_discharge)) == 'm2/time')
+    call tests%check('volume', unit_of_history(analysis, history_type(quantity=quantity_volume)) == 'm2')
+    analysis%model = axisymmetric
+    call tests%check('discharge of a radian', unit_of_history(analysis, history_type(quantity=quantity_discharge)) == &
+      'm3/rad/time')
+  end subroutine check_units
 
   !> A slope of 1 in 2 on fitted triangles with a history at a place; what the builder tells.
   subroutine build_slope(place, model, said)

@@ -371,10 +371,31 @@ contains
       call tests%check('with a dilatancy it swells', index(swollen_note(model), 'has swelled to 3.34') > 0)
       soil%tensile_strength = huge(1.0_wp)
     end associate
+    call check_both(tests, model)
     model%state%points%plastic(3) = 0
     call tests%check('what is elastic does not swell', len(swollen_note(model)) == 0)
     model%state%points%plastic(3) = plastic
   end subroutine check_swollen
+
+  !> Soil that swells, at point 3, beside other soil that cracks: both are told.
+  subroutine check_both(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(in) :: model
+    type(model_type) :: two
+
+    two = model
+    two%analysis%materials = [model%analysis%materials, model%analysis%materials(1)]
+    associate (other => two%analysis%materials(size(two%analysis%materials)), points => two%state%points)
+      other%mohr_coulomb = .true.
+      other%dilatancy_angle = 0.0_wp
+      other%tensile_strength = 0.0_wp
+      points%material(4) = size(two%analysis%materials)
+      points%plastic(4) = 1
+      points%volume(4) = 2.0_wp*points%initial_volume(4)
+    end associate
+    call tests%check('swelling and cracks: '//swollen_note(two), index(swollen_note(two), 'has swelled to 3.34 times') > 0 &
+      .and. index(swollen_note(two), 'has cracked open to 2 times') > 0)
+  end subroutine check_both
 
   !> Steps with so much force against the motion.
   subroutine go(model, check, forces, across)

@@ -3,12 +3,17 @@
 module test_phases
   use qsmpm_analysis, only: analysis_type
   use qsmpm_deck, only: parse_deck, message_list_type
-  use qsmpm_error, only: error_type, error_not_converged, error_user_material
+  use qsmpm_error, only: error_type, error_not_converged, error_tangled, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type, state_type
+  use qsmpm_load_description, only: prescription_type
   use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_description, only: phase_type
+  use qsmpm_phase_report, only: failure_text
   use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, error_stopped
   use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_step_control, only: outcome_type
+  use qsmpm_structures, only: rigid_move_type
   use scripted_solver, only: scripted_outcome_type, script_type, test_observer_type
   use state_samples, only: state_differences
   use qsmpm_user_material, only: interface_udsm, model_tangent_auto, model_tangent_consistent, model_tangent_numerical
@@ -294,6 +299,8 @@ contains
     class(run_type), allocatable :: run
     class(state_type), allocatable :: before
     type(scripted_outcome_type) :: broken
+    type(phase_type) :: phase
+    type(outcome_type) :: outcome
 
     allocate (before)
     call make_run([scripted_outcome_type(), lost()], '', run)
@@ -309,6 +316,22 @@ contains
     call tests%check('phase, load, reason, residual and node are told: '//run%error%message, &
       index(run%error%message, "phase 'first': no equilibrium beyond load factor  2.000000E+00: the script says no; "// &
       'out of balance  5.00E-01, most at node 7 at') == 1)
+    phase = run%model%analysis%phases(1)
+    phase%moves = [rigid_move_type(is_load=.true.)]
+    outcome%reason = 'the script says no'
+    outcome%cause = error_not_converged
+    call tests%check('a load on a body is that of its grid', index(failure_text(run%model, run%loop%step, phase, outcome), &
+      'is that of this grid') > 0)
+    outcome%cause = error_tangled
+    call tests%check('what is no limit load is not', index(failure_text(run%model, run%loop%step, phase, outcome), &
+      'is that of this grid') == 0)
+    phase%prescriptions = [prescription_type()]
+    call tests%check('nodes that tangle a mesh have a way out', index(failure_text(run%model, run%loop%step, phase, &
+      outcome), 'push a *RIGID BODY') > 0)
+    deallocate (phase%prescriptions)
+    allocate (phase%prescriptions(0))
+    call tests%check('where nodes are pushed', index(failure_text(run%model, run%loop%step, phase, outcome), &
+      'push a *RIGID BODY') == 0)
     broken = lost()
     broken%broken = .true.
     broken%cause = error_user_material
