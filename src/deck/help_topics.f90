@@ -93,8 +93,8 @@ contains
       topics_type('EXCAVAT,DIG,DIGGING,PIT,CUT,TRENCH,EMBANKMENT,STAGE,CONSTRUCTION,MODEL CHANGE', &
         '*DEACTIVATE digs a body out, *ACTIVATE builds it, phase by phase; docs/methods/stages.md'), &
       topics_type('DEWATER,DRAWDOWN,FLOOD,PUMP,LOWERING,TIDE', &
-        '*WATER LEVEL in a later *PHASE: the level moves evenly over the phase; free water on a surface goes with '// &
-        '*PRESSURE, LEVEL=; docs/methods/water.md'), &
+        '*WATER LEVEL in a later *PHASE: the level moves evenly over the phase, the water behind it in the TIME of '// &
+        'the phase with TYPE=SEEPAGE, FLOW=TRANSIENT; docs/methods/water.md, docs/methods/seepage.md'), &
       topics_type('GROUNDWATER,PHREATIC,WATER TABLE,PORE,BUOYANCY,UPLIFT,SUBMERGED,HYDROSTATIC', &
         '*WATER LEVEL gives the pore pressure at rest below a line, *PRESSURE with LEVEL= presses free '// &
         'water on a surface; docs/methods/water.md'), &
@@ -254,10 +254,10 @@ contains
         '*CONSOLIDATION lets excess pore pressure flow away in the TIME of phases; for its beginning and end alone '// &
         '*UNDRAINED soil and *DRAIN STATE: docs/methods/consolidation.md'), &
       topics_type('SEEPAGE,DARCY,FLOW,WELL,PIPING,PHREATIC,FREE SURFACE', &
-        'steady flow is *WATER LEVEL, TYPE=SEEPAGE with a *PERMEABILITY of each material, excess pressure that '// &
-        'flows away in time *CONSOLIDATION: docs/methods/seepage.md'), &
+        'flow is *WATER LEVEL, TYPE=SEEPAGE with a *PERMEABILITY of each material, steady or FLOW=TRANSIENT, excess '// &
+        'pressure that flows away in time *CONSOLIDATION: docs/methods/seepage.md'), &
       topics_type('RAIN,INFILTRAT', &
-        'steady rain is the third number of *WATER LEVEL, TYPE=SEEPAGE: docs/methods/seepage.md'), &
+        'rain is the third number of *WATER LEVEL, TYPE=SEEPAGE: docs/methods/seepage.md'), &
       topics_type('EROSION', &
         'water that takes soil away is not there; nearest: *WATER LEVEL, TYPE=SEEPAGE, which warns where soil is '// &
         'lifted: docs/methods/seepage.md'), &

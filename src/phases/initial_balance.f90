@@ -147,8 +147,9 @@ contains
     character(len=:), allocatable :: text
     character(len=240) :: buffer
 
-    write (buffer, '(a,es7.1,a,es7.1,a)') 'out of balance by ', balance%residual, &
-      ' of the loads, which moves the ground by ', balance%move, ' of its settlement under its own weight'
+    write (buffer, '(a,es7.1,a,es7.1,a,es7.1)') 'out of balance by ', balance%residual, &
+      ' of the loads, which moves the ground by ', balance%move, ' of its settlement under its own weight, ', &
+      balance%settlement
     text = trim(buffer)
   end function balance_text
 

@@ -40,7 +40,7 @@ module qsmpm_phase_report
   !> What the length of a step may change of the stress without being told.
   real(wp), parameter :: long_step = 5.0e-2_wp
   !> Ground at rest moves by less, in gamma H^2/M.
-  real(wp), parameter :: still = 1.0e-5_wp
+  real(wp), parameter :: still = 1.0e-4_wp
 
   !> What has been reported so far.
   type :: phase_report_type

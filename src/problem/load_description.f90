@@ -87,6 +87,8 @@ module qsmpm_load_description
     !> The water flows, and its pressure is found from the levels at the bounds; the field is that of the bodies of its
     !> phase as they are drawn, and is there when the model is built (qsmpm_seepage_scene).
     logical :: flows = .false.
+    !> In time, from the flow before.
+    logical :: transient = .false.
     type(head_type), allocatable :: heads(:)
     type(seepage_field_type), allocatable :: field
   end type water_level_type

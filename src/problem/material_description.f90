@@ -43,6 +43,8 @@ module qsmpm_material_description
     !> Volume of water a unit of area, time and gradient of the head, along x and y; negative: not given.
     real(wp) :: permeability(2) = -1.0_wp
     type(permeability_law_type) :: permeability_law
+    !> Volume of water that a volume of soil gives off as the surface of the water passes; 0: not given.
+    real(wp) :: drainable_porosity = 0.0_wp
     type(at_rest_type) :: at_rest
     logical :: mohr_coulomb = .false.
     real(wp) :: cohesion = 0.0_wp

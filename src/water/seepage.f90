@@ -1,12 +1,15 @@
-!> Steady flow of water through ground of which it fills a part that is not known (unconfined seepage).
+!> Flow of water through ground of which it fills a part that is not known (unconfined seepage), steady or in one step
+!> of time: the steps are those of qsmpm_transient_seepage.
 !>
-!>   div( k_r(p) K grad h ) = 0,   p = h - y                                                         Darcy
+!>   div( k_r(p) K grad h ) = n dS/dt,   p = h - y                                                   Darcy
+!>   S = 1 for p >= 0,  1 + p/c for -c < p < 0,  0 below; n: drainable porosity                      0 = steady
 !>   k_r = 1 for p >= 0,  1 + (1 - k_min) p/w for -w < p < 0,  k_min below                           suction
 !>   h = H                          below a level of free water
 !>   p <= 0,  q >= 0,  q p = 0      on faces in air: water leaves where it stands at the face        seepage face
 !>   q = 0                          on all others;  -rain in place of 0 on faces that it falls on
 !>
-!> Linear triangles, k_r at the middles of their edges; the face by an active set of nodes in Newton's method on the
+!> Linear triangles, k_r at the middles of their edges, water lumped at the nodes, which fill as the surface passes the
+!> height c of their cells, one after the other; the face by an active set of nodes in Newton's method on the
 !> unsymmetric tangent. From a saturated start Newton's method fails more often than not: the width of suction w comes
 !> down from the height of the ground by halves to what is wanted, each from the last. In air and in suction the flow
 !> is by k_min, so that its error and that of w fall with the cell. docs/methods/seepage.md
@@ -23,7 +26,8 @@ module qsmpm_seepage
   implicit none
   private
 
-  public :: seepage_type, solve_seepage
+  public :: seepage_type, seepage_newton_type, solve_seepage, start_seepage, find_heads, end_seepage, filled_share, &
+    height_of
 
   !> Permeability of soil without water, as a share.
   real(wp), parameter :: least = 1.0e-3_wp
@@ -34,6 +38,8 @@ module qsmpm_seepage
   real(wp), parameter :: shortest = 1.0_wp/8.0_wp, most_rise = 1.2_wp
   !> Share of the scale on the diagonal: the first, and the least that is not none.
   real(wp), parameter :: first_damping = 1.0e-2_wp, least_damping = 1.0e-4_wp
+  !> What pressure does to the water in full pores, over what it does in those that drain.
+  real(wp), parameter :: compressed = 1.0e-6_wp
   !> What a node is.
   integer, parameter, public :: node_free = 0, node_head = 1, node_face = 2
 
@@ -53,10 +59,16 @@ module qsmpm_seepage
     !> Rain on each node, water that comes in (nodes), and flow of the cells (2, cells).
     real(wp), allocatable :: rain(:), inflow(:), velocity(:, :)
     integer :: iterations = 0
+    !> Of a step in time: its length, 0 for a steady flow; water that a node takes up when its ground fills, the height
+    !> over which it does, and the share that is filled at the start of the step (nodes).
+    real(wp) :: interval = 0.0_wp
+    real(wp), allocatable :: storage(:), reach(:), filled(:)
+    !> Steps so far.
+    integer :: steps = 0
   end type seepage_type
 
   !> What Newton's method works on.
-  type :: newton_type
+  type :: seepage_newton_type
     type(sparse_matrix_type) :: matrix
     !> Equation of each node, 0 for none.
     integer, allocatable :: row(:)
@@ -64,7 +76,7 @@ module qsmpm_seepage
     !> (nodes).
     real(wp), allocatable :: inflow(:), scale(:), residual(:)
     class(linear_solver_type), allocatable :: solver
-  end type newton_type
+  end type seepage_newton_type
 
 contains
 
@@ -73,13 +85,15 @@ contains
     type(seepage_type), intent(inout) :: flow
     !> error_not_converged.
     type(error_type), allocatable, intent(out) :: error
-    type(newton_type) :: newton
+    type(seepage_newton_type) :: newton
     real(wp) :: height, width
     real(wp), allocatable :: before(:)
 
-    call start(flow, newton, error)
+    call start_seepage(flow, newton, error)
     if (allocated(error)) return
-    height = maxval(flow%height, mask=newton%row > 0) - minval(flow%height, mask=newton%row > 0)
+    where (flow%kind /= node_head) flow%head = maxval(merge(flow%head, flow%height, flow%kind == node_head), &
+      mask=flow%kind /= node_free)
+    height = height_of(flow, newton)
     flow%wanted = flow%suction
     width = max(height, flow%suction)
     flow%iterations = 0
@@ -99,16 +113,33 @@ contains
         width = max(0.5_wp*width, flow%suction)
       end if
     end do
-    call newton%solver%destroy()
-    if (allocated(error)) return
-    flow%inflow = newton%inflow
-    call take_velocity(flow, width)
+    call end_seepage(flow, newton, width)
   end subroutine solve_seepage
 
-  !> Equations of the nodes of the cells, and the solver.
-  subroutine start(flow, newton, error)
+  !> Height of the ground that water flows through.
+  pure real(wp) function height_of(flow, newton) result(height)
+    type(seepage_type), intent(in) :: flow
+    type(seepage_newton_type), intent(in) :: newton
+
+    height = maxval(flow%height, mask=newton%row > 0) - minval(flow%height, mask=newton%row > 0)
+  end function height_of
+
+  !> Keep what flows, and let the solver go.
+  subroutine end_seepage(flow, newton, width)
     type(seepage_type), intent(inout) :: flow
-    type(newton_type), intent(inout) :: newton
+    type(seepage_newton_type), intent(inout) :: newton
+    !> Of suction.
+    real(wp), intent(in) :: width
+
+    call newton%solver%destroy()
+    flow%inflow = newton%inflow
+    call take_velocity(flow, width)
+  end subroutine end_seepage
+
+  !> Equations of the nodes of the cells, and the solver.
+  subroutine start_seepage(flow, newton, error)
+    type(seepage_type), intent(in) :: flow
+    type(seepage_newton_type), intent(inout) :: newton
     type(error_type), allocatable, intent(out) :: error
     type(connectivity_type) :: cells
     type(solver_row_type) :: kind
@@ -133,9 +164,7 @@ contains
     call make_pattern(first, neighbour, place, newton%matrix)
     call kind%make(.false., newton%solver)
     call newton%solver%analyse(newton%matrix, error)
-    where (flow%kind /= node_head) flow%head = maxval(merge(flow%head, flow%height, flow%kind == node_head), &
-      mask=flow%kind /= node_free)
-  end subroutine start
+  end subroutine start_seepage
 
   !> Rows of the nodes, each with itself.
   pure subroutine make_pattern(first, neighbour, place, matrix)
@@ -165,7 +194,7 @@ contains
   !> time would have it: short ones may raise the residual a little, and so leave the corners of k_r.
   subroutine find_heads(flow, newton, width, height, tolerance, error)
     type(seepage_type), intent(inout) :: flow
-    type(newton_type), intent(inout) :: newton
+    type(seepage_newton_type), intent(inout) :: newton
     !> Of suction; height of the ground, and the residual over it.
     real(wp), intent(in) :: width, height, tolerance
     type(error_type), allocatable, intent(out) :: error
@@ -189,7 +218,7 @@ contains
 
   !> Corrections of the heads by the tangent with a share of the scale on its diagonal.
   subroutine solve_damped(newton, damping, correction, error)
-    type(newton_type), intent(inout) :: newton
+    type(seepage_newton_type), intent(inout) :: newton
     real(wp), intent(in) :: damping
     real(wp), intent(out) :: correction(:)
     type(error_type), allocatable, intent(out) :: error
@@ -209,7 +238,7 @@ contains
   !> heads stay and the damping grows.
   pure subroutine take_share(flow, newton, correction, width, damping, norm)
     type(seepage_type), intent(inout) :: flow
-    type(newton_type), intent(inout) :: newton
+    type(seepage_newton_type), intent(inout) :: newton
     real(wp), intent(in) :: correction(:), width
     real(wp), intent(inout) :: damping, norm
     real(wp) :: before(size(flow%head)), share, found, most
@@ -238,7 +267,7 @@ contains
 
   !> Root mean square of residuals as heads.
   pure real(wp) function residual_norm(newton)
-    type(newton_type), intent(in) :: newton
+    type(seepage_newton_type), intent(in) :: newton
 
     residual_norm = norm2(pack(newton%residual/newton%scale, newton%row > 0))/sqrt(real(newton%matrix%n, wp))
   end function residual_norm
@@ -247,7 +276,7 @@ contains
   !> there, or would.
   pure subroutine assemble(flow, newton, width)
     type(seepage_type), intent(in) :: flow
-    type(newton_type), intent(inout) :: newton
+    type(seepage_newton_type), intent(inout) :: newton
     real(wp), intent(in) :: width
     real(wp) :: conductance(3, 3), factor, by_head(3), inflow(3)
     integer :: c, a, b, i
@@ -259,7 +288,7 @@ contains
     do c = 1, size(flow%corner, 2)
       associate (node => flow%corner(:, c))
         conductance = conductance_of(flow, c)
-        call relative(flow%head(node) - flow%height(node), width, factor, by_head)
+        call relative(flow%head(node) - flow%height(node), width_of(flow, width, c), factor, by_head)
         inflow = matmul(conductance, flow%head(node))
         newton%inflow(node) = newton%inflow(node) + factor*inflow
         do a = 1, 3
@@ -271,6 +300,7 @@ contains
         end do
       end associate
     end do
+    if (flow%interval > 0.0_wp) call store(flow, newton)
     newton%residual = newton%inflow - flow%rain
     do i = 1, size(newton%row)
       if (newton%row(i) == 0 .or. flow%kind(i) == node_free) cycle
@@ -285,6 +315,34 @@ contains
       call hold_row(newton%matrix, newton%row(i), newton%scale(i))
     end do
   end subroutine assemble
+
+  !> Water that the ground takes up in a step of time comes in too.
+  pure subroutine store(flow, newton)
+    type(seepage_type), intent(in) :: flow
+    type(seepage_newton_type), intent(inout) :: newton
+    real(wp) :: rate
+    integer :: i
+
+    do i = 1, size(newton%row)
+      if (newton%row(i) == 0) cycle
+      rate = flow%storage(i)/flow%interval
+      associate (pressure => flow%head(i) - flow%height(i), width => flow%reach(i))
+        newton%inflow(i) = newton%inflow(i) + rate*(filled_share(pressure, width) - flow%filled(i))
+        newton%scale(i) = newton%scale(i) + rate/width
+        call add_entry(newton%matrix, newton%row(i), newton%row(i), rate/width*merge(1.0_wp + compressed, compressed, &
+          pressure < 0.0_wp .and. pressure > -width))
+      end associate
+    end do
+  end subroutine store
+
+  !> S of a pressure: how much of its drainable pores is filled. All water gives way a little, so that ground without
+  !> a level has one pressure.
+  elemental real(wp) function filled_share(pressure, reach)
+    !> As a height of water; height over which the ground fills.
+    real(wp), intent(in) :: pressure, reach
+
+    filled_share = max(0.0_wp, min(1.0_wp, 1.0_wp + pressure/reach)) + compressed*pressure/reach
+  end function filled_share
 
   !> Flow between the corners of a cell for unit heads, saturated.
   pure function conductance_of(flow, c) result(conductance)
@@ -305,6 +363,18 @@ contains
     conductance = flow%depth(c)*matmul(transpose(gradient), spread(flow%permeability(:, c), 2, 3)*gradient) &
       /(2.0_wp*twice)
   end function conductance_of
+
+  !> Height over which a cell in suction lets water through: in time that over which it fills, or water would hang in
+  !> it.
+  pure real(wp) function width_of(flow, width, c)
+    type(seepage_type), intent(in) :: flow
+    !> In a steady flow.
+    real(wp), intent(in) :: width
+    integer, intent(in) :: c
+
+    width_of = width
+    if (flow%interval > 0.0_wp) width_of = sum(flow%reach(flow%corner(:, c)))/3.0_wp
+  end function width_of
 
   !> Relative permeability of a cell and its derivative by the heads of its corners.
   pure subroutine relative(pressure, width, factor, by_head)
@@ -360,7 +430,7 @@ contains
     allocate (flow%velocity(2, size(flow%corner, 2)))
     do c = 1, size(flow%corner, 2)
       associate (node => flow%corner(:, c), x => flow%position, h => flow%head)
-        call relative(h(node) - flow%height(node), width, factor, by_head)
+        call relative(h(node) - flow%height(node), width_of(flow, width, c), factor, by_head)
         a = x(:, node(2)) - x(:, node(1))
         b = x(:, node(3)) - x(:, node(1))
         rise = h(node(2:)) - h(node(1))

@@ -40,13 +40,23 @@ contains
       rounded_text(discharge(flow, scene%row == 0 .and. flow%kind == node_face), 4)// &
       ' (negative: out; a unit of time and '// &
       trim(merge('radian    ', 'unit width', analysis%model == axisymmetric))// &
-      '); '//integer_text(size(flow%corner, 2))//' triangles, '//integer_text(flow%iterations)//' iterations, '// &
+      '); '//integer_text(size(flow%corner, 2))//' triangles, '//in_steps(flow%steps)// &
+      integer_text(flow%iterations)//' iterations, '// &
       'suction over a height of '//rounded_text(flow%suction, 2)//new_line('a')
     if (flow%suction > flow%wanted) text = text//"warning: phase '"//analysis%phases(number)%name//"': the flow of "// &
       'the water is not found with suction over less than '//rounded_text(flow%suction, 2)//' ('// &
       rounded_text(flow%wanted, 2)//' is meant): too much of it flows above its surface'//new_line('a')
     text = text//lift_note(analysis, number, level, scene, flow)
   end function flow_notes
+
+  !> Steps in time, as words; empty in a steady flow.
+  pure function in_steps(steps) result(text)
+    integer, intent(in) :: steps
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (steps > 0) text = 'at the end of the phase, after '//integer_text(steps)//' steps in time, '
+  end function in_steps
 
   !> What flows in at some nodes; 0 where it is the round-off of what flows through others.
   pure real(wp) function discharge(flow, nodes)

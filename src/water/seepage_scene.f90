@@ -12,12 +12,15 @@ module qsmpm_seepage_scene
   use qsmpm_load_description, only: water_level_type
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
   use qsmpm_model, only: model_type
+  use qsmpm_phase_description, only: phase_type
+  use qsmpm_phase_loads, only: consolidation_of
   use qsmpm_phase_tree, only: lineage
   use qsmpm_vertical, only: upwards, vertical_of
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
   use qsmpm_seepage_bounds, only: place_bounds, seepage_scene_type
   use qsmpm_seepage_field, only: index_triangles, seepage_field_type
   use qsmpm_seepage_notes, only: discharge, flow_notes
+  use qsmpm_transient_seepage, only: follow_seepage, give_pores
   implicit none
   private
 
@@ -89,8 +92,12 @@ contains
         call place_cells(model%analysis, number, scene, flow)
         call place_bounds(model%analysis, number, level, scene, flow, diagnostics)
         if (diagnostics%count > before) return
-        call leave_dry(scene, flow)
-        call solve_seepage(flow, error)
+        if (level%transient) then
+          call follow_flow(model%analysis, number, level, scene, flow, error)
+        else
+          call leave_dry(flow%kind == node_head .or. flow%rain > 0.0_wp, scene, flow)
+          call solve_seepage(flow, error)
+        end if
       end if
       if (allocated(error)) then
         call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', error%message, error%code)
@@ -104,6 +111,56 @@ contains
       model%notes = model%notes//flow_notes(model%analysis, number, level, scene, flow)
     end associate
   end subroutine find_flow
+
+  !> The flow of a card in time, from that before it.
+  subroutine follow_flow(analysis, number, level, scene, flow, error)
+    type(analysis_type), intent(in) :: analysis
+    !> Of the phase.
+    integer, intent(in) :: number
+    type(water_level_type), intent(in) :: level
+    type(seepage_scene_type), intent(inout) :: scene
+    type(seepage_type), intent(inout) :: flow
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: from(size(level%heads))
+    integer :: material(size(analysis%bodies)), place(2), i, k
+    integer, allocatable :: body(:)
+
+    place = flow_before(analysis%phases, number)
+    associate (earlier => analysis%phases(place(1))%water_levels(place(2)))
+      from = level%heads%level
+      do i = 1, size(from)
+        do k = 1, size(earlier%heads)
+          if (earlier%heads(k)%set == level%heads(i)%set) from(i) = earlier%heads(k)%level
+        end do
+      end do
+      flow%head = upwards(analysis)*earlier%field%head
+    end associate
+    call leave_dry(flow%kind == node_head .or. flow%rain > 0.0_wp .or. flow%head > flow%height, scene, flow)
+    material = body_materials(analysis, number)
+    allocate (body, source=pack(scene%mesh%region, scene%flows))
+    call give_pores([(analysis%materials(material(body(k)))%drainable_porosity, k=1, size(body))], flow)
+    call follow_seepage(flow, scene%row, upwards(analysis)*from, upwards(analysis)*level%heads%level, &
+      analysis%phases(number)%duration, error)
+  end subroutine follow_flow
+
+  !> The flow in force before a phase: phase and card, 0 for none.
+  pure function flow_before(phases, number) result(place)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    integer :: place(2)
+    integer, allocatable :: line(:)
+    integer :: i, k
+
+    place = 0
+    allocate (line, source=lineage(phases, number))
+    do i = 1, size(line) - 1
+      do k = 1, size(phases(line(i))%water_levels)
+        associate (level => phases(line(i))%water_levels(k))
+          if (len(level%body) == 0) place = merge([line(i), k], 0, level%flows)
+        end associate
+      end do
+    end do
+  end function flow_before
 
   !> Flow is for plane scenes whose bodies are drawn, of soil whose permeability is known.
   subroutine check_scene(analysis, number, level, diagnostics)
@@ -129,8 +186,35 @@ contains
         analysis%materials(material(b))%where, '*MATERIAL', "water is to flow through body '"// &
         analysis%bodies(b)%name//"', but material '"//analysis%materials(material(b))%name// &
         "' has no *PERMEABILITY (0 for one that is tight)")
+      if (level%transient .and. analysis%materials(material(b))%permeability(1) > 0.0_wp .and. &
+        .not. analysis%materials(material(b))%drainable_porosity > 0.0_wp) call add_diagnostic(diagnostics, &
+        analysis%materials(material(b))%where, '*MATERIAL', "water is to leave body '"//analysis%bodies(b)%name// &
+        "' in time, but *PERMEABILITY of material '"//analysis%materials(material(b))%name// &
+        "' has no DRAINABLE POROSITY: 0.05 to 0.3 in sand, a few hundredths in silt and clay")
     end do
+    if (level%transient) call check_time(analysis, number, level, diagnostics)
   end subroutine check_scene
+
+  !> Flow in time begins from another one, and takes time.
+  subroutine check_time(analysis, number, level, diagnostics)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: number
+    type(water_level_type), intent(in) :: level
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: place(2)
+
+    place = flow_before(analysis%phases, number)
+    if (place(1) == 0) then
+      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'FLOW=TRANSIENT begins from a flow, and no '// &
+        'phase before has one of all bodies: begin with a phase of TYPE=SEEPAGE, FLOW=STEADY')
+    else if (.not. allocated(analysis%phases(place(1))%water_levels(place(2))%field)) then
+      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the flow that this one begins from was not found')
+    end if
+    if (.not. analysis%phases(number)%duration_given) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
+      'FLOW=TRANSIENT takes time: *PHASE, TIME=, in the unit of *PERMEABILITY')
+    if (consolidation_of(analysis%phases, number) > 0) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
+      'FLOW=TRANSIENT and *CONSOLIDATION are not for one phase: which of them carries the pressure is not known')
+  end subroutine check_time
 
   !> Cells that water flows through, and their permeability.
   subroutine place_cells(analysis, number, scene, flow)
@@ -187,14 +271,16 @@ contains
     end do
   end subroutine keep_cells
 
-  !> Take out the cells that no node with a head is joined to.
-  subroutine leave_dry(scene, flow)
+  !> Take out the cells that no node with water is joined to.
+  subroutine leave_dry(has_water, scene, flow)
+    !> (nodes)
+    logical, intent(in) :: has_water(:)
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
     logical :: wet(size(flow%kind)), kept(size(flow%corner, 2))
     integer :: c, before
 
-    wet = flow%kind == node_head .or. flow%rain > 0.0_wp
+    wet = has_water
     do
       before = count(wet)
       do c = 1, size(flow%corner, 2)

@@ -305,6 +305,9 @@ contains
       index(start_text(progress, 'rest', 'm'), 'have moved the ground by 3.0E-06 m, 3.0E-04 of the settlement') > 0)
     call tests%check('without a unit: '//start_text(progress, 'rest', '-'), &
       index(start_text(progress, 'rest', '-'), 'the ground by 3.0E-06, 3.0E-04 of') > 0)
+    progress%own_settlement = 0.02_wp
+    call tests%check('less than 1e-4 is no warning', index(start_text(progress, 'rest', 'm'), &
+      "phase 'rest': the ground has moved by 3.0E-06 m") == 1)
     progress%own_settlement = 0.0_wp
     call tests%check('none without K0 stresses', .not. has_start_move(progress))
   end subroutine check_start_move

@@ -208,6 +208,7 @@ contains
       "phase 'factor': factor of safety between 1.1 (stable) and 1.2 (lost)|") > 0)
     call tests%check('with what it depends on', index(run%observer%text, 'tells it with its grid error|') > 0)
     call tests%check('a mechanism that was found is no warning', index(run%observer%text, 'nor a mechanism') == 0)
+    call tests%check('nor is a factor passed that was lost', index(run%observer%text, 'after all') == 0)
     call tests%check('and why: ', index(run%observer%text, 'no equilibrium at strength/1.2: the script says no|') > 0)
     call tests%check('the search is static, at held load and in place', all(script%asked(3:5)%in_place) .and. &
       .not. any(script%asked(3:5)%damping > 0.0_wp) .and. .not. any(script%asked(3:5)%fraction > 0.0_wp))
@@ -301,6 +302,7 @@ contains
     call tests%check('the fourth solve is that of the factor again, without a sub-step', .not. script%asked(10)%damping > 0.0_wp)
     call tests%check('and is stable; the next factor is as far as the search is wide', &
       all(abs(run%model%state%progress%factors(:, 1) - [2.0_wp, 1.2_wp, 1.3_wp, 1.0_wp]) <= rounding))
+    call tests%check('that it was lost before is told', index(run%observer%text, '|equilibrium at strength/1.2 after all') > 0)
     call make_run(soil, fixed, run, [good, good, good, good, lost])
     call search(run)
     call asked(run, script)

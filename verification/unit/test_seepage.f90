@@ -1,6 +1,7 @@
-!> Steady flow with a free surface: layers, directions, dams and wells with known discharges, bounds of a drawn scene,
-!> and heads and gradients at places.
+!> Flow with a free surface: layers, directions, dams and wells with known discharges, bounds of a drawn scene, heads and
+!> gradients at places; in time, a column that drains, rain that is stored, and both ends of time.
 module test_seepage
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use qsmpm_analysis, only: analysis_type
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
@@ -8,8 +9,9 @@ module test_seepage
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_pore_water, only: discharge_in
-  use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
+  use qsmpm_seepage, only: filled_share, node_face, node_free, node_head, seepage_type, solve_seepage
   use qsmpm_seepage_notes, only: moved_note
+  use qsmpm_transient_seepage, only: follow_seepage, give_pores
   use qsmpm_seepage_field, only: cell_of_place, gradient_of_flow, head_of_flow, index_triangles, seepage_field_type
   use deck_samples, only: joined
   use testing, only: tests_type
@@ -45,8 +47,12 @@ contains
     call check_layers(tests)
     call check_dam(tests)
     call check_well(tests)
+    call check_column(tests)
+    call check_rain(tests)
+    call check_times(tests)
     call check_scene(tests)
     call check_notes(tests)
+    call check_transient(tests)
     call check_moved(tests)
     call check_refusals(tests)
   end subroutine collect_seepage
@@ -169,6 +175,128 @@ contains
     call tests%close('the discharge of a well', sum(flow%inflow, mask=flow%inflow > 0.0_wp .and. flow%kind == node_head), &
       (1.0_wp - 0.0625_wp)/(2.0_wp*log(5.0_wp)), 0.01_wp)
   end subroutine check_well
+
+  !> A full column of 4 m on a level of 1 m: its surface s falls by n ds/dt = -k (s - 1)/s, so that s + ln(s - 1) falls
+  !> evenly; the head is linear below it. Above it a cell of 0.05 m fills and lets water through in part.
+  subroutine check_column(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    type(error_type), allocatable :: error
+    integer, allocatable :: row(:)
+    real(wp), parameter :: porosity = 0.2_wp, width = 0.1_wp
+
+    flow = block_of(1, 80, width, 4.0_wp)
+    flow%suction = 0.025_wp
+    flow%head = 4.0_wp
+    call give_pores(spread(porosity, 1, size(flow%depth)), flow)
+    row = merge(1, 0, flow%position(2, :) < rounding)
+    call follow_seepage(flow, row, [1.0_wp], [1.0_wp], porosity*(2.0_wp + log(3.0_wp)), error)
+    call tests%check('a column drains', .not. allocated(error))
+    call tests%close('its surface falls from 4 to 2 m', stored(flow)/(porosity*width), 2.0_wp, 0.05_wp)
+    call tests%close('water leaves by k (s - 1)/s', sum(flow%inflow, mask=row == 1), -0.5_wp*width, 0.015_wp*width)
+    call tests%close('the head is linear', flow%head(minloc(abs(flow%position(2, :) - 1.0_wp), dim=1)), 1.5_wp, 0.02_wp)
+    call tests%check('in some 200 steps', flow%steps > 100 .and. flow%steps < 300)
+  end subroutine check_column
+
+  !> Rain on ground that is tight below and beside stays in it.
+  subroutine check_rain(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    type(error_type), allocatable :: error
+    real(wp) :: before
+    integer :: row(2*41)
+
+    flow = block_of(1, 40, 1.0_wp, 4.0_wp)
+    flow%suction = 0.05_wp
+    flow%head = 1.0_wp
+    call give_pores(spread(0.2_wp, 1, size(flow%depth)), flow)
+    where (flow%position(2, :) > 4.0_wp - rounding) flow%rain = 0.5_wp*0.05_wp
+    row = 0
+    before = stored(flow)
+    call follow_seepage(flow, row, [real(wp) ::], [real(wp) ::], 5.0_wp, error)
+    call tests%check('rain soaks in', .not. allocated(error))
+    call tests%close('all of it', stored(flow) - before, 0.05_wp*5.0_wp, 1.0e-5_wp)
+  end subroutine check_rain
+
+  !> A level that falls in no time leaves the surface where it was, one that falls for ever has the steady flow with
+  !> suction over a cell.
+  subroutine check_times(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: full, steady, flow, at_start
+    type(error_type), allocatable :: error
+    integer, allocatable :: row(:)
+
+    full = dam(16, 1.0_wp)
+    call solve_seepage(full, error)
+    at_start = full
+    call begin(at_start)
+    row = merge(1, merge(2, 0, full%position(1, :) > 0.5_wp - rounding), full%position(1, :) < rounding)
+    steady = dam(16, 1.0_wp)
+    steady%suction = 1.0_wp/16.0_wp
+    where (steady%position(1, :) < rounding .and. steady%height > 0.5_wp) steady%kind = node_face
+    where (steady%position(1, :) < rounding .and. steady%height <= 0.5_wp) steady%head = 0.5_wp
+    call solve_seepage(steady, error)
+    flow = full
+    call begin(flow)
+    call follow_seepage(flow, row, [1.0_wp, 0.0_wp], [0.5_wp, 0.0_wp], 1.0e-6_wp, error)
+    call tests%close('in no time no water leaves the pores', stored(flow), stored(at_start), &
+      1.0e-4_wp*stored(at_start))
+    call tests%close('but the pressure under the level', flow%head(1), 0.5_wp, rounding)
+    call tests%check('above it water leaves', minval(flow%inflow, mask=row == 1) < -0.01_wp)
+    flow = full
+    call begin(flow)
+    call follow_seepage(flow, row, [1.0_wp, 0.0_wp], [0.5_wp, 0.0_wp], 1.0e6_wp, error)
+    call tests%close('in a long time the flow is the steady one', sum(flow%inflow, mask=row == 1), &
+      sum(steady%inflow, mask=row == 1), 1.0e-5_wp)
+    flow = full
+    call begin(flow)
+    flow%permeability = flow%permeability*ieee_value(1.0_wp, ieee_quiet_nan)
+    call follow_seepage(flow, row, [1.0_wp, 0.0_wp], [0.5_wp, 0.0_wp], 1.0_wp, error)
+    call tests%check('what is not found is told', allocated(error))
+    if (allocated(error)) call tests%check('with its time: '//error%message, index(error%message, &
+      ', 0 after the start of the phase') > 0)
+  contains
+    !> Pores, and no flow yet.
+    subroutine begin(flow)
+      type(seepage_type), intent(inout) :: flow
+
+      deallocate (flow%velocity)
+      call give_pores(spread(0.2_wp, 1, size(flow%depth)), flow)
+    end subroutine begin
+  end subroutine check_times
+
+  !> Water in the pores that drain.
+  pure real(wp) function stored(flow)
+    type(seepage_type), intent(in) :: flow
+
+    stored = sum(flow%storage*filled_share(flow%head - flow%height, flow%reach))
+  end function stored
+
+  !> Flow in time through a drawn scene: from that of the phase before, in the time of its phase.
+  subroutine check_transient(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: sand = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|'// &
+      '*PERMEABILITY, DRAINABLE POROSITY=0.1| 2|', box = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 6, 0, 2|', &
+      steady = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| right, 1|*END PHASE|', falls = &
+      '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| left, 1| right, 1|*END PHASE|'
+    type(model_type) :: model
+    real(wp) :: middle(3)
+    integer :: p
+
+    call build(sides//sand//box//phase//steady//'*PHASE, NAME=falls, TIME=0.3|'//falls//'*PHASE, NAME=waits, TIME=3|'// &
+      falls, model)
+    middle = [(head_of_flow(model%analysis%phases(p)%water_levels(1)%field, [3.0_wp, 0.2_wp]), p=1, 3)]
+    call tests%check('the water of the middle follows the level, from phase to phase', middle(1) > middle(2) + 0.02_wp &
+      .and. middle(2) > middle(3) + 0.1_wp .and. middle(3) > 1.0_wp)
+    call tests%check('water flows out to where the level fell', discharge_in(model%analysis, 2, 'left') < -0.05_wp)
+    call tests%check('steps in time are told', index(model%notes, 'at the end of the phase, after ') > 0)
+    call refused_whole(tests, sides//sand//box//phase//falls, 'begins from a flow, and no phase before has one')
+    call refused_whole(tests, sides//sand//box//phase//steady//'*PHASE, NAME=falls|'//falls, 'takes time: *PHASE, TIME=')
+    call refused_whole(tests, sides//sand//box//phase//steady//'*PHASE, NAME=dry|*WATER LEVEL, TYPE=NONE|*END PHASE|'// &
+      '*PHASE, NAME=falls, TIME=1|'//falls, 'begins from a flow, and no phase before has one')
+    call refused_whole(tests, sides//soil//box//phase//steady//'*PHASE, NAME=falls, TIME=1|'//falls, &
+      'has no DRAINABLE POROSITY')
+  end subroutine check_transient
 
   !> Bounds of a drawn scene: a level on a surface of the outline, one on segments, air between them.
   subroutine check_scene(tests)

@@ -1,6 +1,7 @@
 !> What rigid bodies do in a phase: the cards *MOVE and *LOAD.
 module qsmpm_deck_body_motion
   use qsmpm_analysis, only: axisymmetric, plane_strain
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_structures, only: rigid_move_type
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
@@ -15,7 +16,6 @@ module qsmpm_deck_body_motion
   private
 
   public :: add_move_keywords, check_moves
-
 
   !> Component of a load that is a moment about z.
   integer, parameter :: turning = 4
@@ -113,27 +113,15 @@ contains
     end associate
   end subroutine check_body_load
 
-  !> A place in which a force acts is whole, and matters.
+  !> A place in which a force acts is whole, and that of a force.
   subroutine check_load_place(card, state, load)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     type(rigid_move_type), intent(in) :: load
-    logical :: turns
-    integer :: p, i
 
     if (.not. any(load%placed)) return
     if (.not. all(load%placed)) call state%report_error(card, 'the place in which the force acts wants x and y')
     if (load%component == turning) call state%report_error(card, 'a moment acts in no place: it is the force that does')
-    turns = .false.
-    do p = 1, size(state%analysis%phases)
-      do i = 1, size(state%analysis%phases(p)%moves)
-        associate (other => state%analysis%phases(p)%moves(i))
-          turns = turns .or. (other%is_load .and. other%body == load%body .and. other%component == turning)
-        end associate
-      end do
-    end do
-    if (.not. turns) call state%report_error(card, "the place in which the force acts does not matter: body '"// &
-      load%body//"' may not turn; *LOAD, COMPONENT=MZ with 0 frees it, before this card")
   end subroutine check_load_place
 
   !> Bodies that are moved, loaded and followed exist.
@@ -147,6 +135,9 @@ contains
       do i = 1, size(state%analysis%phases(p)%moves)
         associate (move => state%analysis%phases(p)%moves(i))
           call check_name(state, move%body, bodies, move%where, trim(merge('LOAD', 'MOVE', move%is_load)), 'rigid body')
+          if (any(move%placed) .and. .not. may_turn(state%analysis%phases(:p), move%body)) &
+            call state%error_from(move%where, 'LOAD', "the place in which the force acts does not matter: body '"// &
+            move%body//"' may not turn; *LOAD, COMPONENT=MZ with 0 frees it")
         end associate
       end do
     end do
@@ -155,6 +146,22 @@ contains
     end associate
     call check_moved_and_loaded(state)
   end subroutine check_moves
+
+  !> Whether a moment acts on a body in a phase, and be it 0, and frees it to turn.
+  pure logical function may_turn(phases, body)
+    type(phase_type), intent(in) :: phases(:)
+    character(len=*), intent(in) :: body
+    integer :: p, i
+
+    may_turn = .false.
+    do p = 1, size(phases)
+      do i = 1, size(phases(p)%moves)
+        associate (other => phases(p)%moves(i))
+          may_turn = may_turn .or. (other%is_load .and. other%component == turning .and. other%body == body)
+        end associate
+      end do
+    end do
+  end function may_turn
 
   !> A body is moved or loaded in a component, not both in one phase.
   subroutine check_moved_and_loaded(state)

@@ -42,9 +42,14 @@ contains
       call fields%line(level%where)
       kind = merge(3, merge(2, 1, level%none), level%flows)
       call fields%choice('TYPE', kind, 'LINE|NONE|SEEPAGE', 'LINE: the level is given by its corners, NONE: there '// &
-        'is no water any more, SEEPAGE: the water flows steadily through the bodies as they are drawn')
+        'is no water any more, SEEPAGE: the water flows through the bodies as they are drawn')
       level%none = kind == 2
       level%flows = kind == 3
+      kind = merge(2, 1, level%transient)
+      call fields%choice('FLOW', kind, 'STEADY|TRANSIENT', 'TRANSIENT: the surface of the water follows in the '// &
+        'TIME of the phase, from the flow of the phases before; levels move evenly to those given', &
+        needs='TYPE=SEEPAGE')
+      level%transient = kind == 2
       call fields%name('BODY', level%body, 'the body whose level it is; of all bodies without one of their own '// &
         'when not given', needs='TYPE=LINE|NONE')
       call fields%number('UNIT WEIGHT', level%unit_weight, 'weight of water per volume, in the units of the deck; '// &

@@ -144,6 +144,9 @@ contains
         'stresses', range='(0, inf)', needs='LAW=KOZENY|LOGARITHM')
       call fields%number('CK', law%index, 'fall of e; about half of VOID RATIO for clays', range='(0, inf)', &
         needs='LAW=LOGARITHM')
+      call fields%number('DRAINABLE POROSITY', deck%analysis%materials(deck%material)%drainable_porosity, &
+        'water that a unit volume gives off as the surface of the water falls past it; for FLOW=TRANSIENT of '// &
+        '*WATER LEVEL', range='(0, 1)')
       call fields%data('permeability')
       call fields%number('k', k(1), 'along x; 0 for what is tight', range='[0, inf)')
       if (fields%reading) k(2) = k(1)
