@@ -254,10 +254,10 @@ contains
         '*CONSOLIDATION lets excess pore pressure flow away in the TIME of phases; for its beginning and end alone '// &
         '*UNDRAINED soil and *DRAIN STATE: docs/methods/consolidation.md'), &
       topics_type('SEEPAGE,DARCY,FLOW,WELL,PIPING,PHREATIC,FREE SURFACE', &
-        'flow is *WATER LEVEL, TYPE=SEEPAGE with a *PERMEABILITY of each material, steady or FLOW=TRANSIENT, excess '// &
-        'pressure that flows away in time *CONSOLIDATION: docs/methods/seepage.md'), &
+        'flow is *WATER LEVEL, TYPE=SEEPAGE with a *PERMEABILITY of each material, steady or FLOW=TRANSIENT, '// &
+        'excess pressure that flows away in time *CONSOLIDATION: docs/methods/seepage.md'), &
       topics_type('RAIN,INFILTRAT', &
-        'rain is the third number of *WATER LEVEL, TYPE=SEEPAGE: docs/methods/seepage.md'), &
+        'steady rain is the third number of *WATER LEVEL, TYPE=SEEPAGE: docs/methods/seepage.md'), &
       topics_type('EROSION', &
         'water that takes soil away is not there; nearest: *WATER LEVEL, TYPE=SEEPAGE, which warns where soil is '// &
         'lifted: docs/methods/seepage.md'), &

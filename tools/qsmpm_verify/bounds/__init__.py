@@ -4,6 +4,8 @@ scene       bodies, strengths, and what acts on them at both ends of a phase
 words       names, numbers and boxes of cards; anything that is not known is an error that names the card
 reader      cards of the model
 phases      cards of the phases, and the scene of the one that is asked for
+flow        water that flows, as the program finds it
+heads       its heads on triangles, and its surface
 deformed    outlines moved with the material points of a run
 strength    cohesion and friction at a factor of safety, Davis' reduction, strength profiles
 lines       the drawn lines cut at each other

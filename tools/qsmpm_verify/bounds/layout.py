@@ -7,12 +7,11 @@ water levels and the verticals through their corners, levels of strength profile
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
 
 from qsmpm_verify.bounds.lines import area_of, closed, crossings, inside, plane_graph
-from qsmpm_verify.bounds.scene import Level, Scene, State
+from qsmpm_verify.bounds.scene import Scene, State
 from qsmpm_verify.bounds.words import rectangle
 from qsmpm_verify.bounds.triangles import Triangles, triangulate
 from qsmpm_verify.results import Array
@@ -47,25 +46,14 @@ def _pieces(low: Array, high: Array, ends: tuple[Array, Array]) -> Array:
     return closed(rectangle(low, high))
 
 
-def _level_lines(level: Level, ends: tuple[Array, Array]) -> Iterable[Array]:
-    """The water level from end to end, and verticals down from its corners."""
-    x = np.clip(level.corners[:, 0], ends[0][0], ends[1][0])
-    every = np.unique(np.concatenate([x, [ends[0][0], ends[1][0]]]))
-    heights = np.interp(every, level.corners[:, 0], level.corners[:, 1])
-    line = np.stack([every, heights], 1)
-    yield np.stack([line[:-1], line[1:]], axis=1)
-    for place in line[1:-1]:
-        yield np.array([[place, (place[0], min(ends[0][1], place[1]))]])
-
-
-def _inner_lines(scene: Scene) -> list[Array]:
+def _inner_lines(scene: Scene, outlines: Array) -> list[Array]:
     """All lines but the outlines."""
     ends = extent_of(scene)
     found: list[Array] = [_pieces(*scene.sets[name], ends) for name, held in scene.after.held.items() if held]
     for state in (scene.before, scene.after):
         for level in state.water.values():
             if level is not None:
-                found += _level_lines(level, ends)
+                found += level.lines(outlines)
     for name in scene.bodies:
         strength = scene.materials[scene.after.materials[name]].strength
         assert strength is not None
@@ -103,7 +91,7 @@ def first_triangles(scene: Scene, count: int) -> Triangles:
     outlines = np.vstack([closed(outline) for outline in scene.bodies.values()])
     area = sum(area_of(outline) for outline in scene.bodies.values())
     size = math.sqrt(area / count * 4.0 / math.sqrt(3.0)) * 1.1
-    corners, edges = plane_graph(np.vstack([outlines, *_inner_lines(scene)]), _ends_of_loads(scene, outlines))
+    corners, edges = plane_graph(np.vstack([outlines, *_inner_lines(scene, outlines)]), _ends_of_loads(scene, outlines))
     middle = corners[edges].mean(axis=1)
     along = corners[edges[:, 1]] - corners[edges[:, 0]]
     aside = 1e-4 * np.stack([-along[:, 1], along[:, 0]], 1)

@@ -147,7 +147,7 @@ class _Placed:
             level = state.water.get(name, state.water.get(""))
             if level is not None:
                 own = self.body == number
-                depth = np.interp(places[own, :, 0], level.corners[:, 0], level.corners[:, 1]) - places[own, :, 1]
+                depth = level.at(places[own]) - places[own, :, 1]
                 depth[np.abs(depth) < self.near] = 0.0
                 found[own] = level.weight * abs(state.gravity[1]) * np.maximum(depth, 0.0)
         return found
@@ -162,7 +162,7 @@ class _Placed:
                 material = self.scene.materials[state.materials[name]]
                 level = state.water.get(name, state.water.get(""))
                 middle = self.mesh.places[self.mesh.corners[own]].mean(axis=1)
-                wet = np.zeros(len(middle), bool) if level is None else middle[:, 1] < np.interp(middle[:, 0], *level.corners.T)
+                wet = np.zeros(len(middle), bool) if level is None else middle[:, 1] < level.at(middle)
                 weight[own] = np.where(wet, material.saturated, material.weight)[:, None] * np.array(state.gravity)
             elif name in self.scene.before.active or name in self.scene.after.active:
                 pore[self.body == number] = 0.0

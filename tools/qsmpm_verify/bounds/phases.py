@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from qsmpm_verify.bounds.flow import Flow
 from qsmpm_verify.bounds.reader import Reader
 from qsmpm_verify.bounds.scene import Level, Push, Scene, State
 from qsmpm_verify.bounds.words import PASSED, name_of, numbers, only, refuse
@@ -56,8 +57,16 @@ class Phases:
         self.factor, self.flow, self.initial = factor, "MATERIAL", False
         self.pushed: dict[tuple[str, str], float] = {}
         self.moved: dict[str, tuple[float, float]] = {}
+        self.flowing: Card | None = None
         for card in cards[1:]:
             self.take(card)
+        if self.flowing is not None:
+            weight = float(self.flowing.value("UNIT WEIGHT") or "nan")
+            water = start.water.get("") if self.flowing.value("FLOW") == "TRANSIENT" else None
+            before = water if isinstance(water, Flow) else None
+            self.state.water[""] = Flow(np.empty((0, 2)), weight, self.reader.deck, name, self.flowing, self.state, head.value("TIME") or "", before)
+        elif self.state.active != start.active and isinstance(self.state.water.get(""), Flow):
+            raise refuse(head, f"phase '{name}' changes bodies that water flows through: repeat *WATER LEVEL, TYPE=SEEPAGE in it")
         phase = Phase(name, self.state, start, factor, head.value("TYPE") == "SAFETY", self.flow, self.pushed, self.initial, self.moved)
         self.done[name] = phase
         return phase
@@ -120,10 +129,12 @@ class Phases:
 
     def level(self, card: Card) -> None:
         """Water in the ground and above it."""
-        only(card, TYPE=("LINE", "NONE"))
+        only(card, TYPE=("LINE", "NONE", "SEEPAGE"))
         body = name_of(card, "BODY") if card.value("BODY") is not None else ""
         if card.value("TYPE") == "NONE":
             self.state.water[body] = None
+        elif card.value("TYPE") == "SEEPAGE":
+            self.flowing = card
         else:
             corners = np.array([numbers(card, row, 2, 2) for row in card.data()])
             self.state.water[body] = Level(corners, float(card.value("UNIT WEIGHT") or "nan"))

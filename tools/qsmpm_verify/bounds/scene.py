@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from qsmpm_verify.bounds.strength import Strength
 from qsmpm_verify.results import Array
@@ -33,6 +36,20 @@ class Level:
 
     corners: Array
     weight: float
+
+    def at(self, places: Array) -> Array:
+        """Its height over places."""
+        return np.asarray(np.interp(places[..., 0], *self.corners.T))
+
+    def lines(self, outlines: Array) -> Iterable[Array]:
+        """The level from end to end of the outlines, and verticals down from its corners."""
+        low, high = outlines.min(axis=(0, 1)), outlines.max(axis=(0, 1))
+        every = np.unique(np.concatenate([np.clip(self.corners[:, 0], low[0], high[0]), [low[0], high[0]]]))
+        heights = np.interp(every, self.corners[:, 0], self.corners[:, 1])
+        line = np.stack([every, heights], 1)
+        yield np.stack([line[:-1], line[1:]], axis=1)
+        for place in line[1:-1]:
+            yield np.array([[place, (place[0], min(low[1], place[1]))]])
 
 
 @dataclass(frozen=True)

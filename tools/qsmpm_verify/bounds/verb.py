@@ -9,6 +9,7 @@ from pathlib import Path
 
 from qsmpm_verify.bounds.cone import Kind
 from qsmpm_verify.bounds.deformed import deformed
+from qsmpm_verify.bounds.flow import flows
 from qsmpm_verify.bounds.picture import draw_mechanism
 from qsmpm_verify.bounds.phases import read_scene
 from qsmpm_verify.bounds.scene import Scene
@@ -63,6 +64,8 @@ def report(scene: Scene, found: Found) -> None:
         print(f"bracket    {middle:.6g} +- {0.5 * abs(found.upper.value - found.lower.value) / abs(middle):.2%} on {found.triangles} triangles")
     if found.reduced:
         print("strength   reduced after Davis where psi < phi: bounds of that soil, an estimate of the one in the deck")
+    if flows(scene):
+        print("water      pore pressures of the flow that the program finds on the grid of the deck: bounds for them")
 
 
 def record(scene: Scene, found: Found) -> dict[str, object]:
@@ -74,7 +77,7 @@ def record(scene: Scene, found: Found) -> dict[str, object]:
 
     return {
         "phase": scene.phase, "quantity": NAMES[found.kind], "upper": of(found.upper), "lower": of(found.lower),
-        "triangles": found.triangles, "davis": found.reduced,
+        "triangles": found.triangles, "davis": found.reduced, "seepage": flows(scene),
     }  # fmt: skip
 
 
@@ -92,7 +95,7 @@ def scale_of(deck: Deck, scene: Scene, history: str) -> float:
 
 def note_of(deck: Deck, safety: bool, value: float | None, history: str = "") -> tuple[str, tuple[float, float] | None]:
     """A sentence for those who have computed the figure, a factor or the force of a history, in another way, and where theirs lies; the
-    bounds themselves where they hold for the deck's own strength."""
+    bounds themselves where they hold for the deck's own strength, and for water on any grid."""
     try:
         scene = read_scene(deck, None, False)
         scale = scale_of(deck, scene, history) if scene.pushes else 1.0
@@ -105,10 +108,12 @@ def note_of(deck: Deck, safety: bool, value: float | None, history: str = "") ->
         return "no bounds of limit analysis: its programs were not solved", None
     low, high = sorted((scale * found.lower.value, scale * found.upper.value))
     text = f"limit analysis: between {low:.5g} and {high:.5g}" + (", strength reduced after Davis" if found.reduced else "")
-    if value is not None and not found.reduced and not low <= value <= high:
+    text += ", water as it flows on the grid of the deck" if flows(scene) else ""
+    other = found.reduced or flows(scene)
+    if value is not None and not other and not low <= value <= high:
         beyond = value / high - 1.0 if value > high else value / low - 1.0
         text += f"; the answer is {abs(beyond):.2%} {'above' if beyond > 0 else 'below'} what it may be"
-    return text, None if found.reduced else (low, high)
+    return text, None if other else (low, high)
 
 
 def act(words: argparse.Namespace) -> int:
