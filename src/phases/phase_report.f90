@@ -308,12 +308,15 @@ contains
   end function failure_text
 
   !> Why a phase ends between a load that is carried and one, near it, that was refused.
-  pure type(outcome_type) function overloaded(model, phase) result(outcome)
+  pure type(outcome_type) function overloaded(model, phase, reason) result(outcome)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
+    !> Why it was; not known where the run went on from a file.
+    character(len=*), intent(in), optional :: reason
 
     outcome%reason = 'load factor '//factor_text(phase%load_factor*model%state%progress%limit%refused)// &
       ', next to it, was refused'
+    if (present(reason)) outcome%reason = outcome%reason//': '//reason
   end function overloaded
 
   !> Say which pieces hang on nothing. Each process of a team looks at its part as it stands now.

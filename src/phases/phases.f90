@@ -418,11 +418,11 @@ contains
 
     accepted = .false.
     repeats = 0
+    if (is_load_known(phase%controls, model%state%progress)) call fail(error, error_not_converged, &
+      failure_text(model, loop%step, phase, overloaded(model, phase, loop%step%reported_reason)))
+    if (allocated(error)) return
     if (allocated(loop%step%reported_reason)) deallocate (loop%step%reported_reason)
     call remember_start(model, phase, before)
-    if (is_load_known(phase%controls, model%state%progress)) call fail(error, error_not_converged, &
-      failure_text(model, loop%step, phase, overloaded(model, phase)))
-    if (allocated(error)) return
     do
       if (is_stopped(model%part%team, observer, error)) return
       call plan_step(phase%controls, loop%limit, model%state%progress, length, last)

@@ -59,5 +59,8 @@ def _view(low: Array, high: Array, around: list[Surroundings]) -> tuple[Array, A
 def body_of(points: Points, values: Array, mesh: Mesh) -> Body:
     """A state as a plane body; materials are apart from each other."""
     kinds, start = points.fields.get("material", np.zeros(len(values))), start_of(points)[:, :2]
+    flow = None
+    if "darcy_velocity" in points.fields and np.array_equal(values, points.fields["head"]):
+        flow = np.where(points.field("pore_pressure")[:, None] > 0, points.field("darcy_velocity")[:, :2], np.nan)
     return Body(start, points.field("position")[:, :2], values, kinds, outline_of(points.path.parent, mesh, start),
-                points.around)
+                points.around, flow)

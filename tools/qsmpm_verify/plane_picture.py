@@ -17,6 +17,7 @@ from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 from matplotlib.colors import BoundaryNorm, Normalize  # noqa: E402
 
 from qsmpm_verify.body_net import Net, nets_of  # noqa: E402
+from qsmpm_verify.flow_net import draw_net  # noqa: E402
 from qsmpm_verify.outlines import CORNERS, Outline  # noqa: E402
 from qsmpm_verify.results import Array, Mesh  # noqa: E402
 from qsmpm_verify.surroundings import NOTHING, Surroundings  # noqa: E402
@@ -65,6 +66,8 @@ class Body:
     kinds: Array
     outline: Outline
     around: Surroundings = NOTHING
+    flow: Array | None = None
+    """Velocity of water that flows through the points, where their values are heads; no number where they are dry."""
 
 
 def _colours(frame: Frame) -> tuple[matplotlib.colors.Colormap, Normalize]:
@@ -181,6 +184,8 @@ def plane_picture(body: Body, frame: Frame, caption: str, outline: bool = True, 
     if mesh is not None:
         draw_mesh(axes, mesh)
     draw_body(axes, body, frame, outline)
+    if body.flow is not None:
+        draw_net(axes, body.place, body.values, body.flow)
     draw_around(axes, body.around, frame)
     legend(figure, axes)
     axes.set_title(caption, fontsize=10, loc="left")
