@@ -6,7 +6,7 @@ module qsmpm_point_statistics
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_point_curves, only: laboratory_type, laboratory_values
   use qsmpm_point_driver, only: point_type
-  use qsmpm_point_test, only: point_test_type
+  use qsmpm_point_test, only: point_test_type, test_shear
   use qsmpm_tangent_check, only: tangent_check_type, check_tangent, good_tangent
   implicit none
   private
@@ -126,5 +126,7 @@ contains
     text = 'axial strain '//rounded_text(values%axial_strain, 5)//', volumetric '// &
       rounded_text(values%volumetric_strain, 5)//', shear '//rounded_text(values%shear_strain, 5)//', p '// &
       rounded_text(values%p + 0.0_wp, 6)//', q '//rounded_text(values%q, 6)
+    if (test%kind == test_shear) text = text//', shear stress '//rounded_text(point%stress(4), 6)//', vertical stress '// &
+      rounded_text(point%stress(2), 6)
   end function state_text
 end module qsmpm_point_statistics
