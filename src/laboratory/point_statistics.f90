@@ -126,7 +126,7 @@ contains
     text = 'axial strain '//rounded_text(values%axial_strain, 5)//', volumetric '// &
       rounded_text(values%volumetric_strain, 5)//', shear '//rounded_text(values%shear_strain, 5)//', p '// &
       rounded_text(values%p + 0.0_wp, 6)//', q '//rounded_text(values%q, 6)
-    if (test%kind == test_shear) text = text//', shear stress '//rounded_text(point%stress(4), 6)//', vertical stress '// &
-      rounded_text(point%stress(2), 6)
+    if (test%kind == test_shear) text = text//', shear stress '//rounded_text(point%stress(4), 6)// &
+      ', vertical stress '//rounded_text(point%stress(2), 6)
   end function state_text
 end module qsmpm_point_statistics
