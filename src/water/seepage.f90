@@ -36,6 +36,10 @@ module qsmpm_seepage
   integer, parameter :: most_iterations = 150
   !> Shortest share of a correction; what a damped one may raise the residual to.
   real(wp), parameter :: shortest = 1.0_wp/8.0_wp, most_rise = 1.2_wp
+  !> Iterations of a step in time, those with whole corrections, which may go round in circles, and how far past a kink
+  !> a correction goes, over the height that fills.
+  integer, parameter :: most_in_time = 30, quick_in_time = 8
+  real(wp), parameter :: past = 1.0e-3_wp
   !> Share of the scale on the diagonal: the first, and the least that is not none.
   real(wp), parameter :: first_damping = 1.0e-2_wp, least_damping = 1.0e-4_wp
   !> What pressure does to the water in full pores, over what it does in those that drain.
@@ -208,7 +212,13 @@ contains
       if (norm <= tolerance*height .and. iteration > 1) return
       call solve_damped(newton, damping, correction, error)
       if (allocated(error)) return
-      call take_share(flow, newton, correction, width, damping, norm)
+      if (flow%interval > 0.0_wp) then
+        if (iteration == most_in_time) exit
+        if (iteration > quick_in_time) correction = 0.5_wp*correction
+        call take_to_kinks(flow, newton, correction, width, norm)
+      else
+        call take_share(flow, newton, correction, width, damping, norm)
+      end if
     end do
     if (norm <= tolerance*height) return
     call fail(error, error_not_converged, 'the flow of the water is not found: heads are off by '// &
@@ -233,6 +243,30 @@ contains
     call newton%solver%factorise(newton%matrix, error)
     if (.not. allocated(error)) call newton%solver%solve(right, correction, error)
   end subroutine solve_damped
+
+  !> A correction that stops at a node where its ground begins to fill, or is full or no longer is: what it does there is
+  !> another thing on either side.
+  pure subroutine take_to_kinks(flow, newton, correction, width, norm)
+    type(seepage_type), intent(inout) :: flow
+    type(seepage_newton_type), intent(inout) :: newton
+    real(wp), intent(in) :: correction(:), width
+    real(wp), intent(out) :: norm
+    real(wp) :: before, after
+    integer :: i
+
+    flow%iterations = flow%iterations + 1
+    do i = 1, size(newton%row)
+      if (newton%row(i) == 0) cycle
+      before = (flow%head(i) - flow%height(i))/flow%reach(i)
+      after = before + correction(newton%row(i))/flow%reach(i)
+      if (before < -1.0_wp) after = min(after, past - 1.0_wp)
+      if (before > -1.0_wp) after = max(after, merge(-past, -1.0_wp - past, before > 0.0_wp))
+      if (before > -1.0_wp .and. before < 0.0_wp) after = min(after, past)
+      flow%head(i) = flow%height(i) + after*flow%reach(i)
+    end do
+    call assemble(flow, newton, width)
+    norm = residual_norm(newton)
+  end subroutine take_to_kinks
 
   !> The longest share of a correction that lowers the residual, or, damped, does not raise it much; without one the
   !> heads stay and the damping grows.
@@ -288,7 +322,7 @@ contains
     do c = 1, size(flow%corner, 2)
       associate (node => flow%corner(:, c))
         conductance = conductance_of(flow, c)
-        call relative(flow%head(node) - flow%height(node), width_of(flow, width, c), factor, by_head)
+        call let_through(flow, c, width, factor, by_head)
         inflow = matmul(conductance, flow%head(node))
         newton%inflow(node) = newton%inflow(node) + factor*inflow
         do a = 1, 3
@@ -364,17 +398,27 @@ contains
       /(2.0_wp*twice)
   end function conductance_of
 
-  !> Height over which a cell in suction lets water through: in time that over which it fills, or water would hang in
-  !> it.
-  pure real(wp) function width_of(flow, width, c)
+  !> Relative permeability of a cell and its derivative by the heads of its corners. In a step of time suction acts over
+  !> the height that the cell fills over, or water would hang in it, and a dry corner keeps out no more than one that
+  !> begins to fill.
+  pure subroutine let_through(flow, c, width, factor, by_head)
     type(seepage_type), intent(in) :: flow
+    integer, intent(in) :: c
     !> In a steady flow.
     real(wp), intent(in) :: width
-    integer, intent(in) :: c
+    real(wp), intent(out) :: factor, by_head(3)
 
-    width_of = width
-    if (flow%interval > 0.0_wp) width_of = sum(flow%reach(flow%corner(:, c)))/3.0_wp
-  end function width_of
+    associate (node => flow%corner(:, c))
+      associate (pressure => flow%head(node) - flow%height(node))
+        if (flow%interval > 0.0_wp) then
+          call relative(max(pressure, -flow%reach(node)), sum(flow%reach(node))/3.0_wp, factor, by_head)
+          where (pressure < -flow%reach(node)) by_head = 0.0_wp
+        else
+          call relative(pressure, width, factor, by_head)
+        end if
+      end associate
+    end associate
+  end subroutine let_through
 
   !> Relative permeability of a cell and its derivative by the heads of its corners.
   pure subroutine relative(pressure, width, factor, by_head)
@@ -430,7 +474,7 @@ contains
     allocate (flow%velocity(2, size(flow%corner, 2)))
     do c = 1, size(flow%corner, 2)
       associate (node => flow%corner(:, c), x => flow%position, h => flow%head)
-        call relative(h(node) - flow%height(node), width_of(flow, width, c), factor, by_head)
+        call let_through(flow, c, width, factor, by_head)
         a = x(:, node(2)) - x(:, node(1))
         b = x(:, node(3)) - x(:, node(1))
         rise = h(node(2:)) - h(node(1))

@@ -19,11 +19,11 @@ module qsmpm_transient_seepage
   public :: give_pores, follow_seepage
 
   !> Residual in heads over the height of the ground.
-  real(wp), parameter :: tolerance = 1.0e-8_wp
+  real(wp), parameter :: tolerance = 1.0e-7_wp
   !> Error of the pressures in a step over the width of suction, half a cell.
   real(wp), parameter :: largest_error = 0.05_wp
   !> First step over the time, and the shortest; the next over the last, at most, and what is left of a step at least.
-  real(wp), parameter :: first = 1.0e-3_wp, shortest = 1.0e-8_wp, longer = 2.0_wp, shorter = 0.25_wp
+  real(wp), parameter :: first = 1.0e-3_wp, shortest = 1.0e-8_wp, longer = 1.5_wp, shorter = 0.25_wp
 
 contains
 
@@ -76,7 +76,8 @@ contains
       call set_levels(row, from + (to - from)*(reached + flow%interval)/time, flow)
       call find_heads(flow, newton, flow%suction, height_of(flow, newton), tolerance, error)
       next = shorter*flow%interval
-      if (.not. allocated(error)) next = flow%interval*next_over_this(flow, before, rate)
+      if (.not. allocated(error)) next = max(flow%interval*next_over_this(flow, before, rate), min(flow%interval, &
+        first*time))
       if ((allocated(error) .or. next < 0.5_wp*flow%interval) .and. next > shortest*time) then
         if (allocated(error)) deallocate (error)
         flow%head = before
