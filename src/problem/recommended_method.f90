@@ -38,7 +38,7 @@ module qsmpm_recommended_method
   integer, parameter :: points_in_plane = 9, points_in_space = 27, points_in_triangle = 3
   !> Young's modulus over the least one of the deck from which a body is stiff; a place on a line of the grid, as a
   !> share of its length.
-  real(wp), parameter :: stiff = 300.0_wp, on_line = 1.0e-6_wp
+  real(wp), parameter :: stiff = 30.0_wp, on_line = 1.0e-6_wp
 
 contains
 

@@ -48,7 +48,8 @@ module qsmpm_step_control
   public :: has_length_error, is_too_long, retries_line_search
   public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
   public :: must_equilibrate, is_borne, lacks_support, reject, reject_solve, cause_of_end
-  public :: is_balanced, judge_stabilisation, reject_compliant, exceeds, reject_flowing, reject_overloaded, fades_slowly
+  public :: is_balanced, judge_stabilisation, reject_compliant, exceeds, reject_flowing, reject_overloaded
+  public :: reject_first, fades_slowly
 
   !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
   real(wp), parameter :: substep_residual = 1.0e-3_wp
@@ -416,6 +417,24 @@ contains
       integer_text(iterations)//' iterations find no equilibrium', outcome)
     outcome%at_limit = .true.
   end subroutine reject_overloaded
+
+  !> Reject the first step of a phase that loads bodies after the iterations of two steps: only a shorter one tells how
+  !> compliant the ground is at rest.
+  pure subroutine reject_first(controls, loaded, iterations, limit, outcome, rejected)
+    type(controls_type), intent(in) :: controls
+    !> Loads on bodies act in the phase.
+    logical, intent(in) :: loaded
+    !> Of all solves of the step.
+    integer, intent(in) :: iterations
+    type(limit_load_type), intent(in) :: limit
+    type(outcome_type), intent(inout) :: outcome
+    logical, intent(out) :: rejected
+
+    rejected = loaded .and. .not. (limit%first > 0.0_wp .or. controls%limit_compliance > 0.0_wp) .and. &
+      iterations > most_work*controls%max_iterations
+    if (rejected) call reject(integer_text(iterations)//' iterations find no equilibrium in the first step of loads '// &
+      'on rigid bodies', outcome)
+  end subroutine reject_first
 
   !> Reject a load at which the ground flows out of the mesh in damped sub-steps: a shorter step to it ends there too.
   pure subroutine reject_flowing(controls, substeps, outcome)

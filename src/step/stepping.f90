@@ -17,10 +17,9 @@ module qsmpm_stepping
   use qsmpm_pushed_material, only: check_following
   use qsmpm_safety_factors, only: is_searching
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, fades_slowly, &
-    first_damping, reject_flowing, reject_overloaded, reequilibration_attempt, reequilibration_controls, is_balanced, &
-    is_beyond_help, is_dampable, reject_compliant, &
-    judge_stabilisation, lacks_support, largest_move, may_be_damped, must_equilibrate, reject, reject_solve, &
-    static_attempt, substep_attempt
+    first_damping, is_balanced, is_beyond_help, is_dampable, judge_stabilisation, lacks_support, largest_move, &
+    may_be_damped, must_equilibrate, reequilibration_attempt, reequilibration_controls, reject, reject_compliant, &
+    reject_first, reject_flowing, reject_overloaded, reject_solve, static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_team, only: team_type
   use qsmpm_term_share, only: add_solves, share_named, stabilisation_share
@@ -169,6 +168,7 @@ contains
     type(substep_damping_type) :: damping
     real(wp) :: move
     integer :: substep
+    logical :: rejected
 
     move = controls%largest_move*model%cell_size
     damping = first_damping(controls, model%state%progress%damping, norm_of_forces(step), norm_of_volumes(step), move)
@@ -178,6 +178,9 @@ contains
       call solve(model, step, solver, controls, substep_attempt(controls, damping, fraction, record%start, move), &
         record, outcome, solution, error)
       if (allocated(error)) return
+      call reject_first(controls, is_body_loaded(model%analysis%phases(model%state%progress%phase)), record%iterations, &
+        model%state%progress%limit, outcome, rejected)
+      if (rejected) return
       if (solution%converged) then
         record%substeps = record%substeps + 1
         outcome%accepted = is_balanced(controls, solution%undamped_out_of_balance) .and. .not. outcome%at_limit

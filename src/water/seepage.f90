@@ -244,8 +244,8 @@ contains
     if (.not. allocated(error)) call newton%solver%solve(right, correction, error)
   end subroutine solve_damped
 
-  !> A correction that stops at a node where its ground begins to fill, or is full or no longer is: what it does there is
-  !> another thing on either side.
+  !> A correction that stops at a node where its ground begins to fill, or is full, or no longer is: on either side the
+  !> node obeys another law.
   pure subroutine take_to_kinks(flow, newton, correction, width, norm)
     type(seepage_type), intent(inout) :: flow
     type(seepage_newton_type), intent(inout) :: newton
