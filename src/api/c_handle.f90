@@ -56,10 +56,9 @@ module qsmpm_c_handle
 
   interface
     !> strlen(3).
-    function c_strlen(text) bind(c, name='strlen') result(length)
+    integer(c_size_t) function c_strlen(text) bind(c, name='strlen') result(length)
       import :: c_ptr, c_size_t
       type(c_ptr), value :: text
-      integer(c_size_t) :: length
     end function c_strlen
   end interface
 

@@ -12,7 +12,7 @@ module qsmpm_c_values
 contains
 
   !> Components and number of the values of a name.
-  function c_shape(pointer, name, rows, columns) bind(c, name='qsmpm_shape') result(status)
+  integer(c_int) function c_shape(pointer, name, rows, columns) bind(c, name='qsmpm_shape') result(status)
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -20,7 +20,6 @@ contains
     type(c_ptr), value :: rows
     !> How many.
     type(c_ptr), value :: columns
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     integer :: components, number
@@ -37,13 +36,12 @@ contains
   end function c_shape
 
   !> How many numbers the values of a name are: components times number.
-  function c_count(pointer, name, number) bind(c, name='qsmpm_count') result(status)
+  integer(c_int) function c_count(pointer, name, number) bind(c, name='qsmpm_count') result(status)
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
     !> How many.
     type(c_ptr), value :: number
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     integer :: rows, columns
@@ -57,7 +55,7 @@ contains
   end function c_count
 
   !> Copy values.
-  function c_get(pointer, name, values, number) bind(c, name='qsmpm_get') result(status)
+  integer(c_int) function c_get(pointer, name, values, number) bind(c, name='qsmpm_get') result(status)
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -65,7 +63,6 @@ contains
     type(c_ptr), value :: values
     !> How many numbers there is room for, as count says.
     integer(c_int), value :: number
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     real(c_double), pointer :: buffer(:)
@@ -79,7 +76,7 @@ contains
   end function c_get
 
   !> Set values.
-  function c_set(pointer, name, values, number) bind(c, name='qsmpm_set') result(status)
+  integer(c_int) function c_set(pointer, name, values, number) bind(c, name='qsmpm_set') result(status)
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -87,7 +84,6 @@ contains
     type(c_ptr), value :: values
     !> How many numbers, as count says.
     integer(c_int), value :: number
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     real(c_double), pointer :: buffer(:)
@@ -101,7 +97,7 @@ contains
   end function c_set
 
   !> Look at values where they lie in memory, until destroy or initialise.
-  function c_view(pointer, name, values, rows, columns) bind(c, name='qsmpm_view') result(status)
+  integer(c_int) function c_view(pointer, name, values, rows, columns) bind(c, name='qsmpm_view') result(status)
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -111,7 +107,6 @@ contains
     type(c_ptr), value :: rows
     !> How many.
     type(c_ptr), value :: columns
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     real(c_double), pointer :: there(:, :)
@@ -146,7 +141,7 @@ contains
   end subroutine put_address
 
   !> Name of one of a kind, numbered from 1; the result is its length, -1 when there is none.
-  function c_name(pointer, kind, number, buffer, length) bind(c, name='qsmpm_name') result(needed)
+  integer(c_int) function c_name(pointer, kind, number, buffer, length) bind(c, name='qsmpm_name') result(needed)
     type(c_ptr), value :: pointer
     !> value, history, stage, surface, set, material or body.
     type(c_ptr), value :: kind
@@ -156,7 +151,6 @@ contains
     type(c_ptr), value :: buffer
     !> Its size.
     integer(c_int), value :: length
-    integer(c_int) :: needed
     type(handle_type), pointer :: handle
     character(len=:), allocatable :: text, name
 

@@ -291,9 +291,8 @@ contains
   end subroutine reach_pressure
 
   !> Linear between two values.
-  elemental function reached(start, final, share) result(value)
+  elemental real(wp) function reached(start, final, share) result(value)
     real(wp), intent(in) :: start, final, share
-    real(wp) :: value
 
     value = start + share*(final - start)
   end function reached
@@ -340,13 +339,12 @@ contains
   end function traction_before
 
   !> Pressure at the end of the stages before one, with its load factor in it.
-  pure function pressure_before(scene, number, surface) result(pressure)
+  pure type(traction_type) function pressure_before(scene, number, surface) result(pressure)
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
     !> Name of the surface.
     character(len=*), intent(in) :: surface
-    type(traction_type) :: pressure
     integer, allocatable :: line(:)
     integer :: p, i
 

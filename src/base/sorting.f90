@@ -113,9 +113,8 @@ contains
   end subroutine merge_runs
 
   !> True when a comes strictly before b.
-  pure function rises(a, b) result(yes)
+  pure logical function rises(a, b) result(yes)
     integer, intent(in) :: a(:), b(:)
-    logical :: yes
     integer :: k
 
     yes = .false.

@@ -90,10 +90,9 @@ contains
   end subroutine warn
 
   !> The place of an item: its first occurrence, for a file included twice.
-  pure function place_of(self, where) result(place)
+  pure type(line_origin_type) function place_of(self, where) result(place)
     type(deck_state_type), intent(in) :: self
     type(source_line_type), intent(in) :: where
-    type(line_origin_type) :: place
     integer :: i
 
     place = self%last
@@ -106,9 +105,8 @@ contains
   end function place_of
 
   !> A place as the analysis keeps it.
-  pure function source_line(place) result(where)
+  pure type(source_line_type) function source_line(place) result(where)
     type(line_origin_type), intent(in) :: place
-    type(source_line_type) :: where
 
     where%file = place%file
     where%line = place%line

@@ -14,9 +14,8 @@ module qsmpm_mesh_sets
 contains
 
   !> Distance below which places count as the same.
-  pure function set_tolerance(mesh) result(tolerance)
+  pure real(wp) function set_tolerance(mesh) result(tolerance)
     type(mesh_type), intent(in) :: mesh
-    real(wp) :: tolerance
 
     tolerance = closeness*maxval(mesh%bounds(:, 2) - mesh%bounds(:, 1))
   end function set_tolerance
@@ -110,11 +109,10 @@ contains
   end function cuts_faces
 
   !> True when all corners of a face are marked.
-  pure function all_inside(mesh, cell, face, inside) result(yes)
+  pure logical function all_inside(mesh, cell, face, inside) result(yes)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell, face
     logical, intent(in) :: inside(:)
-    logical :: yes
     integer :: corners(face_corner_count(mesh%cell_kind(cell), face))
 
     corners = face_corners(mesh%cell_kind(cell), face)
@@ -122,11 +120,10 @@ contains
   end function all_inside
 
   !> Place of a name in a list of sets, 0 when it is not there.
-  pure function find_set(sets, name) result(place)
+  pure integer function find_set(sets, name) result(place)
     !> The list of sets.
     type(index_set_type), intent(in) :: sets(:)
     character(len=*), intent(in) :: name
-    integer :: place
     integer :: i
 
     place = 0

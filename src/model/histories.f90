@@ -42,10 +42,9 @@ contains
 
   !> One history before scaling; of a model that a team shares the part of this process, which with those of the others
   !> makes it up.
-  function history_value(model, i) result(value)
+  real(wp) function history_value(model, i) result(value)
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
-    real(wp) :: value
     real(wp), dimension(size(model%state%points%stress, 1)) :: strain, stress
     integer :: place
 

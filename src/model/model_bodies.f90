@@ -309,11 +309,10 @@ contains
   end subroutine points_from_seeds
 
   !> Number of a body's material; the deck has checked that it exists.
-  pure function material_number(model, body) result(number)
+  pure integer function material_number(model, body) result(number)
     type(model_type), intent(in) :: model
     !> Number of the body.
     integer, intent(in) :: body
-    integer :: number
     integer :: m
 
     number = 1

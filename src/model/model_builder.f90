@@ -481,11 +481,10 @@ contains
   end subroutine add_line
 
   !> Area of a surface by its surface points.
-  pure function surface_area(model, surface) result(area)
+  pure real(wp) function surface_area(model, surface) result(area)
     type(model_type), intent(in) :: model
     !> Number of the surface.
     integer, intent(in) :: surface
-    real(wp) :: area
 
     area = sum(model%state%surface%area, mask=model%state%surface%surface == surface)
   end function surface_area

@@ -43,8 +43,7 @@ module qsmpm_recommended_method
 contains
 
   !> A method of which nothing is decided but the kinematics.
-  pure function undecided_method() result(method)
-    type(method_type) :: method
+  pure type(method_type) function undecided_method() result(method)
 
     method%basis = basis_auto
     method%integration = open_integration

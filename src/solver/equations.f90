@@ -85,12 +85,11 @@ contains
   end function one_triangle
 
   !> True when nothing that shapes the pattern has changed.
-  pure function same_patches(equations, connectivity, constrained) result(same)
+  pure logical function same_patches(equations, connectivity, constrained) result(same)
     type(equations_type), intent(in) :: equations
     !> Node lists that couple.
     type(connectivity_type), intent(in) :: connectivity
     logical, intent(in) :: constrained(:, :)
-    logical :: same
 
     same = .false.
     if (.not. allocated(equations%number) .or. equations%numbered_for /= equations%solver_kind) return
@@ -293,9 +292,8 @@ contains
   end subroutine list_places
 
   !> First equation of a node, 0 when all its components are constrained.
-  pure function first_equation(numbers) result(equation)
+  pure integer function first_equation(numbers) result(equation)
     integer, intent(in) :: numbers(:)
-    integer :: equation
     integer :: c
 
     equation = 0
@@ -305,9 +303,8 @@ contains
   end function first_equation
 
   !> Place of a value in a sorted list.
-  pure function find(list, value) result(place)
+  pure integer function find(list, value) result(place)
     integer, intent(in) :: list(:), value
-    integer :: place
     integer :: low, high
 
     low = 1

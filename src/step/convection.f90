@@ -328,11 +328,10 @@ contains
   end subroutine follow_body
 
   !> Mean displacement of the plate along the axis of the moving mesh.
-  function plate_displacement(model, displacement) result(move)
+  real(wp) function plate_displacement(model, displacement) result(move)
     type(model_type), intent(in) :: model
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    real(wp) :: move
 
     associate (moving => model%analysis%moving_mesh, &
         nodes => items_of(model%space%sets, model%analysis%moving_mesh%set))

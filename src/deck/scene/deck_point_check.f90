@@ -57,19 +57,17 @@ contains
   end subroutine check_point_deck
 
   !> Where the test was written.
-  pure function test_place(state) result(where)
+  pure type(source_line_type) function test_place(state) result(where)
     type(deck_state_type), intent(in) :: state
-    type(source_line_type) :: where
 
     where%file = state%analysis%point_test%file
     where%line = state%analysis%point_test%line
   end function test_place
 
   !> Where a stage was written.
-  pure function stage_place(state, number) result(where)
+  pure type(source_line_type) function stage_place(state, number) result(where)
     type(deck_state_type), intent(in) :: state
     integer, intent(in) :: number
-    type(source_line_type) :: where
 
     associate (stage => state%analysis%point_test%stages(number))
       where%file = stage%file

@@ -17,31 +17,28 @@ module qsmpm_plugin
 
   interface
     !> dlopen(3) (plugin.c).
-    function c_open(path, message, length) bind(c, name='qsmpm_open_library') result(library)
+    type(c_ptr) function c_open(path, message, length) bind(c, name='qsmpm_open_library') result(library)
       import :: c_char, c_int, c_ptr
       character(kind=c_char), intent(in) :: path(*)
       character(kind=c_char), intent(inout) :: message(*)
       integer(c_int), value :: length
-      type(c_ptr) :: library
     end function c_open
 
     !> dlsym(3) (plugin.c).
-    function c_symbol(library, name) bind(c, name='qsmpm_library_symbol') result(procedure)
+    type(c_funptr) function c_symbol(library, name) bind(c, name='qsmpm_library_symbol') result(procedure)
       import :: c_char, c_ptr, c_funptr
       type(c_ptr), value :: library
       character(kind=c_char), intent(in) :: name(*)
-      type(c_funptr) :: procedure
     end function c_symbol
 
     !> Call a procedure that calls a model, with its data: 0, the number of a signal, -1 when the model has ended the
     !> process, or -2 when it has not returned and the run is to stop. A model that has not returned is not called again
     !> until it is looked up anew (plugin.c).
-    function guarded_call(model, procedure, data) bind(c, name='qsmpm_guarded') result(what)
+    integer(c_int) function guarded_call(model, procedure, data) bind(c, name='qsmpm_guarded') result(what)
       import :: c_int, c_ptr, c_funptr
       type(c_funptr), value :: model
       type(c_funptr), value :: procedure
       type(c_ptr), value :: data
-      integer(c_int) :: what
     end function guarded_call
 
     !> To be called when the files of a run are open: a model that ends the process is caught before they are
@@ -77,10 +74,9 @@ module qsmpm_plugin
     end subroutine leave_process
 
     !> Send standard output to nowhere, with a negative number, or back, with what that has returned (plugin.c).
-    function silence(saved) bind(c, name='qsmpm_silence') result(save_next)
+    integer(c_int) function silence(saved) bind(c, name='qsmpm_silence') result(save_next)
       import :: c_int
       integer(c_int), value :: saved
-      integer(c_int) :: save_next
     end function silence
   end interface
 
