@@ -32,10 +32,8 @@ contains
   integer(c_int) function c_has(feature) bind(c, name='qsmpm_has') result(answer)
     !> Its name.
     type(c_ptr), value :: feature
-    character(len=:), allocatable :: name
 
-    name = text_of(feature)
-    answer = merge(1_c_int, 0_c_int, has_feature(name))
+    answer = merge(1_c_int, 0_c_int, has_feature(text_of(feature)))
   end function c_has
 
   !> A new handle.
@@ -134,12 +132,10 @@ contains
     type(c_ptr), value :: job
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
 
     if (.not. is_handle(pointer, handle, status)) return
-    text = text_of(deck)
     handle%initialised = .false.
-    call handle%problem%parse(text, text_of(job), error)
+    call handle%problem%parse(text_of(deck), text_of(job), error)
     status = keep_error(handle, error)
   end function c_parse_deck
 

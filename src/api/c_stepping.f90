@@ -73,11 +73,9 @@ contains
     type(c_ptr), value :: path
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
 
     if (.not. is_handle(pointer, handle, status)) return
-    name = text_of(path)
-    call handle%simulation%record(name, error)
+    call handle%simulation%record(text_of(path), error)
     status = keep_error(handle, error)
   end function c_record
 
@@ -88,11 +86,9 @@ contains
     type(c_ptr), value :: path
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
 
     if (.not. is_handle(pointer, handle, status)) return
-    name = text_of(path)
-    call handle%simulation%save(name, error)
+    call handle%simulation%save(text_of(path), error)
     status = keep_error(handle, error)
   end function c_save
 
@@ -103,11 +99,9 @@ contains
     type(c_ptr), value :: path
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
 
     if (.not. is_handle(pointer, handle, status)) return
-    name = text_of(path)
-    call handle%simulation%load(name, error)
+    call handle%simulation%load(text_of(path), error)
     status = keep_error(handle, error)
   end function c_load
 

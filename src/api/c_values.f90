@@ -3,7 +3,7 @@ module qsmpm_c_values
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
   use qsmpm_c_handle, only: handle_type, find_handle, is_handle, keep_error, need_pointer, put_integer, &
     put_text, text_of
-  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_error, only: error_type
   use qsmpm_field_list, only: field_name_length
   use qsmpm_named_values, only: list_value_names, value_shape, get_values, set_values, view_values
   implicit none
@@ -68,10 +68,9 @@ contains
     real(c_double), pointer :: buffer(:)
 
     if (.not. is_handle(pointer, handle, status)) return
+    call need_pointer(values, 'the buffer', error)
     call c_f_pointer(values, buffer, [max(0, int(number))])
-    if (.not. c_associated(values)) nullify (buffer)
-    if (associated(buffer)) call get_values(handle%simulation, text_of(name), buffer, error)
-    if (.not. associated(buffer)) call fail(error, error_other, 'the buffer is null')
+    if (.not. allocated(error)) call get_values(handle%simulation, text_of(name), buffer, error)
     status = keep_error(handle, error)
   end function c_get
 
@@ -89,10 +88,9 @@ contains
     real(c_double), pointer :: buffer(:)
 
     if (.not. is_handle(pointer, handle, status)) return
+    call need_pointer(values, 'the buffer', error)
     call c_f_pointer(values, buffer, [max(0, int(number))])
-    if (.not. c_associated(values)) nullify (buffer)
-    if (associated(buffer)) call set_values(handle%simulation, text_of(name), buffer, error)
-    if (.not. associated(buffer)) call fail(error, error_other, 'the buffer is null')
+    if (.not. allocated(error)) call set_values(handle%simulation, text_of(name), buffer, error)
     status = keep_error(handle, error)
   end function c_set
 
@@ -152,13 +150,12 @@ contains
     !> Its size.
     integer(c_int), value :: length
     type(handle_type), pointer :: handle
-    character(len=:), allocatable :: text, name
+    character(len=:), allocatable :: name
 
     needed = -1
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
-    text = text_of(kind)
-    call find_name(handle, text, int(number), name)
+    call find_name(handle, text_of(kind), int(number), name)
     if (allocated(name)) needed = put_text(name, buffer, length)
   end function c_name
 
