@@ -1,6 +1,7 @@
 !> Choosing nodes and faces by place or by name.
 module qsmpm_mesh_sets
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_element, only: face_count, face_corners, face_corner_count
   use qsmpm_mesh, only: mesh_type, index_set_type
   implicit none
@@ -124,12 +125,8 @@ contains
     !> The list of sets.
     type(index_set_type), intent(in) :: sets(:)
     character(len=*), intent(in) :: name
-    integer :: i
 
-    place = 0
-    do i = 1, size(sets)
-      if (sets(i)%name == name) place = i
-    end do
+    place = place_named(sets, name)
   end function find_set
 
   !> What a set of a name holds; nothing where there is none.

@@ -5,6 +5,7 @@
 !> thickness times those of the model.
 module qsmpm_prismatic
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional, plane_strain
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
     quantity_strain, quantity_volume
@@ -14,7 +15,7 @@ module qsmpm_prismatic
   use qsmpm_error, only: error_type
   use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, at_rigid_body, component_vector
   use qsmpm_reduction, only: reduction_type, reduce_prismatic, refuse, place_text, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, drop_unused_sets, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
   use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
@@ -91,7 +92,7 @@ contains
           if (has_components(history%quantity, component_vector) .and. history%component == 3) call refuse(reason, &
             "*HISTORY '"//history%name//"'"//place_text(history%where)//' reads a component along z')
         else if (history%quantity == quantity_reaction) then
-          s = set_number(analysis, history%set)
+          s = place_named(analysis%node_sets, history%set)
           if (.not. covers_axis(members, s, 3)) call refuse(reason, "*HISTORY '"//history%name//"'"// &
             place_text(history%where)//" reads a reaction of '"//history%set//"', which depends on z")
           if (history%component == 3) call refuse(reason, "*HISTORY '"//history%name//"'"// &
