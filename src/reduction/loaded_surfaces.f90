@@ -46,20 +46,13 @@ contains
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
     type(surface_type), allocatable :: kept(:)
-    integer :: s, n
+    integer :: s
 
-    allocate (kept(size(analysis%surfaces)))
-    n = 0
-    do s = 1, size(kept)
-      if (.not. surface_is_used(analysis, analysis%surfaces(s)%name)) cycle
-      n = n + 1
-      kept(n) = analysis%surfaces(s)
+    allocate (kept(0))
+    do s = 1, size(analysis%surfaces)
+      if (surface_is_used(analysis, analysis%surfaces(s)%name)) kept = [kept, analysis%surfaces(s)]
     end do
-    deallocate (analysis%surfaces)
-    allocate (analysis%surfaces(n))
-    do s = 1, n
-      analysis%surfaces(s) = kept(s)
-    end do
+    call move_alloc(kept, analysis%surfaces)
   end subroutine keep_used_surfaces
 
   !> Prove that gravity, tractions, pressures and supports do not depend on an axis and have no part

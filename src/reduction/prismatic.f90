@@ -253,47 +253,22 @@ contains
     type(analysis_type), intent(inout) :: analysis
     type(fixity_type), allocatable :: fixities(:)
     type(prescription_type), allocatable :: prescriptions(:)
-    integer :: p, i, n
+    integer :: p, i
 
     do p = 1, size(analysis%phases)
       associate (phase => analysis%phases(p))
-        allocate (fixities(size(phase%fixities)), prescriptions(size(phase%prescriptions)))
-        n = 0
+        allocate (fixities(0), prescriptions(0))
         do i = 1, size(phase%fixities)
           if (phase%fixities(i)%fixed(3) .and. .not. any(phase%fixities(i)%fixed(:2))) cycle
-          n = n + 1
-          fixities(n) = phase%fixities(i)
-          fixities(n)%fixed(3) = .false.
+          fixities = [fixities, phase%fixities(i)]
+          fixities(size(fixities))%fixed(3) = .false.
         end do
-        call take_fixities(phase%fixities, fixities, n)
-        n = 0
         do i = 1, size(phase%prescriptions)
-          if (phase%prescriptions(i)%component == 3) cycle
-          n = n + 1
-          prescriptions(n) = phase%prescriptions(i)
+          if (phase%prescriptions(i)%component /= 3) prescriptions = [prescriptions, phase%prescriptions(i)]
         end do
-        deallocate (phase%prescriptions)
-        allocate (phase%prescriptions(n))
-        do i = 1, n
-          phase%prescriptions(i) = prescriptions(i)
-        end do
-        deallocate (fixities, prescriptions)
+        call move_alloc(fixities, phase%fixities)
+        call move_alloc(prescriptions, phase%prescriptions)
       end associate
     end do
   end subroutine plane_supports
-
-  !> The first of a list in place of another.
-  pure subroutine take_fixities(list, new, n)
-    type(fixity_type), allocatable, intent(inout) :: list(:)
-    !> The new one, and how many of it.
-    type(fixity_type), intent(in) :: new(:)
-    integer, intent(in) :: n
-    integer :: i
-
-    deallocate (list)
-    allocate (list(n))
-    do i = 1, n
-      list(i) = new(i)
-    end do
-  end subroutine take_fixities
 end module qsmpm_prismatic

@@ -240,20 +240,13 @@ contains
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
     type(set_type), allocatable :: kept(:)
-    integer :: s, n
+    integer :: s
 
-    allocate (kept(size(analysis%node_sets)))
-    n = 0
-    do s = 1, size(kept)
-      if (.not. set_is_used(analysis, analysis%node_sets(s)%name)) cycle
-      n = n + 1
-      kept(n) = analysis%node_sets(s)
+    allocate (kept(0))
+    do s = 1, size(analysis%node_sets)
+      if (set_is_used(analysis, analysis%node_sets(s)%name)) kept = [kept, analysis%node_sets(s)]
     end do
-    deallocate (analysis%node_sets)
-    allocate (analysis%node_sets(n))
-    do s = 1, n
-      analysis%node_sets(s) = kept(s)
-    end do
+    call move_alloc(kept, analysis%node_sets)
     deallocate (analysis%element_sets)
     allocate (analysis%element_sets(0))
   end subroutine drop_unused_sets
