@@ -66,14 +66,8 @@ contains
     type(water_level_type), intent(inout) :: level
     integer :: i, n
 
-    n = 0
-    if (allocated(level%line)) n = size(level%line, 2)
-    call fields%data('corners of the line, in order of x; it goes on level beyond them', 1, huge(1), when='TYPE=LINE', &
-      rows=n)
-    if (.not. fields%writing) then
-      if (allocated(level%line)) deallocate (level%line)
-      allocate (level%line(2, n), source=0.0_wp)
-    end if
+    call fields%table('corners of the line, in order of x; it goes on level beyond them', 2, level%line, n, &
+      when='TYPE=LINE')
     do i = 1, n
       call fields%row(i)
       call fields%number('x', level%line(1, i), 'horizontal coordinate: x, or y where gravity acts along x')

@@ -64,13 +64,7 @@ contains
     real(wp), allocatable, intent(inout) :: polygon(:, :)
     integer :: i, n
 
-    n = 0
-    if (allocated(polygon)) n = size(polygon, 2)
-    call fields%data('vertices in order, either way round', 1, huge(1), when='SHAPE=POLYGON', rows=n)
-    if (.not. fields%writing) then
-      if (allocated(polygon)) deallocate (polygon)
-      allocate (polygon(2, n), source=0.0_wp)
-    end if
+    call fields%table('vertices in order, either way round', 2, polygon, n, when='SHAPE=POLYGON')
     do i = 1, n
       call fields%row(i)
       call fields%number('x', polygon(1, i), 'coordinate')
