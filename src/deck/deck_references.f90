@@ -1,8 +1,8 @@
 !> Checks between cards, when the whole deck is known: what a deck must have, names that must
-!> exist, materials that are complete.
+!> exist, materials that are complete, phases that are a tree.
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
-  use qsmpm_named, only: place_named
+  use qsmpm_named, only: add_names, place_named
   use qsmpm_body_description, only: body_region, body_all
   use qsmpm_material_description, only: material_type
   use qsmpm_mesh_description, only: mesh_none, mesh_file, mesh_fitted, select_outline, set_type
@@ -12,14 +12,15 @@ module qsmpm_deck_references
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_loads, only: acts, consolidation_of, is_loaded
+  use qsmpm_phase_tree, only: has_parent, parent_of
+  use qsmpm_text, only: string_type
   use qsmpm_messages, only: severity_error
-  use qsmpm_deck_state, only: deck_state_type, check_name
+  use qsmpm_deck_state, only: deck_state_type, check_name, did_you_mean
   use qsmpm_deck_props, only: check_props
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_k0, only: check_k0
   use qsmpm_deck_magnitudes, only: check_magnitudes, check_strengths
-  use qsmpm_deck_parents, only: check_parents
   use qsmpm_deck_body_motion, only: check_moves
   use qsmpm_deck_contact, only: check_contacts
   use qsmpm_deck_safety, only: check_safety
@@ -283,6 +284,39 @@ contains
       end associate
     end do
   end subroutine check_prescriptions
+
+  !> Parents are phases that come before.
+  subroutine check_parents(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p
+
+    associate (phases => state%analysis%phases)
+      do p = 1, size(phases)
+        if (has_parent(phases(p)) .and. parent_of(phases, p) == 0) call report_parent(state, p)
+      end do
+    end associate
+  end subroutine check_parents
+
+  !> What is wrong with a parent that is none of the phases before.
+  subroutine report_parent(state, number)
+    type(deck_state_type), intent(inout) :: state
+    integer, intent(in) :: number
+    type(string_type), allocatable :: before(:)
+
+    associate (phases => state%analysis%phases, phase => state%analysis%phases(number))
+      allocate (before(0))
+      call add_names(phases(:number - 1), before)
+      if (place_named(phases(number:), phase%parent) > 0) then
+        call state%error_from(phase%where, 'PHASE', "PARENT='"//phase%parent//"' of phase '"//phase%name// &
+          "' does not come before it: a phase starts from the end of one that has been run")
+      else if (size(before) == 0) then
+        call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' is the first one: it has no PARENT")
+      else
+        call state%error_from(phase%where, 'PHASE', "there is no phase '"//phase%parent//"' before '"//phase%name// &
+          "'"//did_you_mean(phase%parent, before))
+      end if
+    end associate
+  end subroutine report_parent
 
   !> What looks like an oversight: nothing held, or K0 stresses without weight.
   subroutine check_starts(state)
