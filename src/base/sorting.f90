@@ -3,7 +3,7 @@ module qsmpm_sorting
   implicit none
   private
 
-  public :: sort, order_columns, place_in_order
+  public :: sort, order_columns, place_in_order, rises
 
 contains
 

@@ -5,7 +5,7 @@
 module qsmpm_plugin
   use, intrinsic :: iso_c_binding, only: c_int, c_char, c_ptr, c_funptr, c_null_char, c_associated
   use qsmpm_error, only: error_type, fail, error_user_material
-  use qsmpm_text, only: integer_text
+  use qsmpm_text, only: integer_text, upper
   implicit none
   private
 
@@ -124,7 +124,7 @@ contains
     procedure = c_symbol(library, symbol//c_null_char)
     if (.not. c_associated(procedure)) procedure = c_symbol(library, name//'_'//c_null_char)
     if (.not. c_associated(procedure)) procedure = c_symbol(library, name//c_null_char)
-    if (.not. c_associated(procedure)) procedure = c_symbol(library, capitals(name)//c_null_char)
+    if (.not. c_associated(procedure)) procedure = c_symbol(library, upper(name)//c_null_char)
     if (.not. c_associated(procedure)) call fail(error, error_user_material, "the library '"//path// &
       "' has no procedure '"//symbol//"' (`nm -D --defined-only` lists those it has; module::name is one of a module)")
   end subroutine load_procedure
@@ -145,18 +145,6 @@ contains
 
     may_write = c_may_write(directory//c_null_char) /= 0
   end function may_write
-
-  !> Capital letters; every other character stays.
-  pure function capitals(text) result(large)
-    character(len=*), intent(in) :: text
-    character(len=len(text)) :: large
-    integer :: i
-
-    large = text
-    do i = 1, len(text)
-      if (text(i:i) >= 'a' .and. text(i:i) <= 'z') large(i:i) = achar(iachar(text(i:i)) - 32)
-    end do
-  end function capitals
 
   !> Small letters; every other character stays.
   pure function small(text) result(changed)
