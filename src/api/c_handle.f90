@@ -5,7 +5,7 @@ module qsmpm_c_handle
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_model, only: model_type
   use qsmpm_display, only: step_text
-  use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_observer, only: silent_observer_type, step_record_type
   use qsmpm_problem, only: problem_type
   use qsmpm_simulation, only: simulation_type
   use qsmpm_snapshot, only: snapshot_type
@@ -20,16 +20,14 @@ module qsmpm_c_handle
   !> What a logger hears: nothing, sentences, sentences and steps.
   integer, parameter :: level_notes = 1, level_steps = 2
 
-  !> The observer of a C program.
-  type, extends(observer_type) :: logger_type
+  !> The observer of a C program: it hears of the end of a phase from the steps, and stops by not asking for the next.
+  type, extends(silent_observer_type) :: logger_type
     type(c_funptr) :: procedure = c_null_funptr
     type(c_ptr) :: user = c_null_ptr
     integer :: level = level_steps
   contains
     procedure :: accepted
-    procedure :: phase_done
     procedure :: note
-    procedure :: stop_requested
   end type logger_type
 
   !> What a handle stands for.
@@ -56,10 +54,9 @@ module qsmpm_c_handle
 
   interface
     !> strlen(3).
-    function c_strlen(text) bind(c, name='strlen') result(length)
+    integer(c_size_t) function c_strlen(text) bind(c, name='strlen') result(length)
       import :: c_ptr, c_size_t
       type(c_ptr), value :: text
-      integer(c_size_t) :: length
     end function c_strlen
   end interface
 
@@ -195,16 +192,6 @@ contains
     if (self%level >= level_steps) call say(self, step_text(model, record))
   end subroutine accepted
 
-  !> The end of a phase is heard from the steps.
-  subroutine phase_done(self, model, error)
-    class(logger_type), intent(inout) :: self
-    type(model_type), intent(in) :: model
-    type(error_type), allocatable, intent(out) :: error
-
-    associate (unused => self, unused_model => model)
-    end associate
-  end subroutine phase_done
-
   !> Tell a sentence.
   subroutine note(self, text)
     class(logger_type), intent(inout) :: self
@@ -212,15 +199,6 @@ contains
 
     if (self%level >= level_notes) call say(self, text)
   end subroutine note
-
-  !> The program stops by not asking for the next step.
-  logical function stop_requested(self)
-    class(logger_type), intent(inout) :: self
-
-    associate (unused => self)
-    end associate
-    stop_requested = .false.
-  end function stop_requested
 
   !> Call the program's procedure.
   subroutine say(logger, text)

@@ -13,39 +13,33 @@ module qsmpm_c_setup
 contains
 
   !> Version of this interface: 10000 major + 100 minor + patch.
-  function c_api_version() bind(c, name='qsmpm_api_version') result(number)
-    integer(c_int) :: number
+  integer(c_int) function c_api_version() bind(c, name='qsmpm_api_version') result(number)
 
     number = int(api_version, c_int)
   end function c_api_version
 
   !> Name, version and make of the library; the result is the length of the text.
-  function c_version(buffer, length) bind(c, name='qsmpm_version') result(needed)
+  integer(c_int) function c_version(buffer, length) bind(c, name='qsmpm_version') result(needed)
     !> Where the text goes.
     type(c_ptr), value :: buffer
     !> Its size.
     integer(c_int), value :: length
-    integer(c_int) :: needed
 
     needed = put_text(program_name(), buffer, length)
   end function c_version
 
   !> 1 where something optional is there, else 0.
-  function c_has(feature) bind(c, name='qsmpm_has') result(answer)
+  integer(c_int) function c_has(feature) bind(c, name='qsmpm_has') result(answer)
     !> Its name.
     type(c_ptr), value :: feature
-    integer(c_int) :: answer
-    character(len=:), allocatable :: name
 
-    name = text_of(feature)
-    answer = merge(1_c_int, 0_c_int, has_feature(name))
+    answer = merge(1_c_int, 0_c_int, has_feature(text_of(feature)))
   end function c_has
 
   !> A new handle.
-  function c_create(place) bind(c, name='qsmpm_create') result(status)
+  integer(c_int) function c_create(place) bind(c, name='qsmpm_create') result(status)
     !> Where the handle goes; it is null with a status.
     type(c_ptr), value :: place
-    integer(c_int) :: status
     type(c_ptr), pointer :: pointer
     type(handle_type), pointer :: handle
     integer :: failed
@@ -64,10 +58,9 @@ contains
   end function c_create
 
   !> Give a handle and all that it holds back; it is null afterwards.
-  function c_destroy(place) bind(c, name='qsmpm_destroy') result(status)
+  integer(c_int) function c_destroy(place) bind(c, name='qsmpm_destroy') result(status)
     !> Where the handle is; null is none.
     type(c_ptr), value :: place
-    integer(c_int) :: status
     type(c_ptr), pointer :: pointer
     type(handle_type), pointer :: handle
 
@@ -82,13 +75,12 @@ contains
   end function c_destroy
 
   !> Sentence of the last call that failed, empty after one that did not; the result is its length.
-  function c_error(pointer, buffer, length) bind(c, name='qsmpm_error') result(needed)
+  integer(c_int) function c_error(pointer, buffer, length) bind(c, name='qsmpm_error') result(needed)
     type(c_ptr), value :: pointer
     !> Where the text goes.
     type(c_ptr), value :: buffer
     !> Its size.
     integer(c_int), value :: length
-    integer(c_int) :: needed
     type(handle_type), pointer :: handle
 
     call find_handle(pointer, handle)
@@ -100,13 +92,12 @@ contains
   end function c_error
 
   !> What the reader of the deck has to say, one sentence a line; the result is its length.
-  function c_messages(pointer, buffer, length) bind(c, name='qsmpm_messages') result(needed)
+  integer(c_int) function c_messages(pointer, buffer, length) bind(c, name='qsmpm_messages') result(needed)
     type(c_ptr), value :: pointer
     !> Where the text goes.
     type(c_ptr), value :: buffer
     !> Its size.
     integer(c_int), value :: length
-    integer(c_int) :: needed
     type(handle_type), pointer :: handle
     character(len=:), allocatable :: text
 
@@ -119,11 +110,10 @@ contains
   end function c_messages
 
   !> Read a deck from its file.
-  function c_read_deck(pointer, path) bind(c, name='qsmpm_read_deck') result(status)
+  integer(c_int) function c_read_deck(pointer, path) bind(c, name='qsmpm_read_deck') result(status)
     type(c_ptr), value :: pointer
     !> Its path.
     type(c_ptr), value :: path
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -134,21 +124,18 @@ contains
   end function c_read_deck
 
   !> Read a deck that is at hand as text.
-  function c_parse_deck(pointer, deck, job) bind(c, name='qsmpm_parse_deck') result(status)
+  integer(c_int) function c_parse_deck(pointer, deck, job) bind(c, name='qsmpm_parse_deck') result(status)
     type(c_ptr), value :: pointer
     !> Its text, lines ended by newline.
     type(c_ptr), value :: deck
     !> Name of the job.
     type(c_ptr), value :: job
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
 
     if (.not. is_handle(pointer, handle, status)) return
-    text = text_of(deck)
     handle%initialised = .false.
-    call handle%problem%parse(text, text_of(job), error)
+    call handle%problem%parse(text_of(deck), text_of(job), error)
     status = keep_error(handle, error)
   end function c_parse_deck
 
@@ -207,11 +194,10 @@ contains
   end subroutine fill
 
   !> Threads that the analysis may use.
-  function c_set_threads(pointer, threads) bind(c, name='qsmpm_set_threads') result(status)
+  integer(c_int) function c_set_threads(pointer, threads) bind(c, name='qsmpm_set_threads') result(status)
     type(c_ptr), value :: pointer
     !> From 1.
     integer(c_int), value :: threads
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -222,13 +208,12 @@ contains
   end function c_set_threads
 
   !> A procedure that hears sentences.
-  function c_set_logger(pointer, logger, user) bind(c, name='qsmpm_set_logger') result(status)
+  integer(c_int) function c_set_logger(pointer, logger, user) bind(c, name='qsmpm_set_logger') result(status)
     type(c_ptr), value :: pointer
     !> It; null for none.
     type(c_funptr), value :: logger
     !> Handed to it.
     type(c_ptr), value :: user
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -239,11 +224,10 @@ contains
   end function c_set_logger
 
   !> What the logger hears.
-  function c_set_verbosity(pointer, level) bind(c, name='qsmpm_set_verbosity') result(status)
+  integer(c_int) function c_set_verbosity(pointer, level) bind(c, name='qsmpm_set_verbosity') result(status)
     type(c_ptr), value :: pointer
     !> 0 nothing, 1 sentences, 2 sentences and steps.
     integer(c_int), value :: level
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 

@@ -9,9 +9,8 @@ module qsmpm_c_stepping
 contains
 
   !> Mesh, seed and make ready to step.
-  function c_initialise(pointer) bind(c, name='qsmpm_initialise') result(status)
+  integer(c_int) function c_initialise(pointer) bind(c, name='qsmpm_initialise') result(status)
     type(c_ptr), value :: pointer
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -22,9 +21,8 @@ contains
   end function c_initialise
 
   !> One accepted load step.
-  function c_advance(pointer) bind(c, name='qsmpm_advance') result(status)
+  integer(c_int) function c_advance(pointer) bind(c, name='qsmpm_advance') result(status)
     type(c_ptr), value :: pointer
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -34,9 +32,8 @@ contains
   end function c_advance
 
   !> Step to the end of the last stage.
-  function c_run(pointer) bind(c, name='qsmpm_run') result(status)
+  integer(c_int) function c_run(pointer) bind(c, name='qsmpm_run') result(status)
     type(c_ptr), value :: pointer
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -46,11 +43,10 @@ contains
   end function c_run
 
   !> Step to a share of the present stage, or of the coming one between stages.
-  function c_advance_to(pointer, share) bind(c, name='qsmpm_advance_to') result(status)
+  integer(c_int) function c_advance_to(pointer, share) bind(c, name='qsmpm_advance_to') result(status)
     type(c_ptr), value :: pointer
     !> Above the present share, to 1.
     real(c_double), value :: share
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -60,9 +56,8 @@ contains
   end function c_advance_to
 
   !> 1 when the last stage has ended, else 0.
-  function c_finished(pointer) bind(c, name='qsmpm_finished') result(answer)
+  integer(c_int) function c_finished(pointer) bind(c, name='qsmpm_finished') result(answer)
     type(c_ptr), value :: pointer
-    integer(c_int) :: answer
     type(handle_type), pointer :: handle
 
     answer = 0
@@ -72,57 +67,47 @@ contains
   end function c_finished
 
   !> From now on, write results to a directory.
-  function c_record(pointer, path) bind(c, name='qsmpm_record') result(status)
+  integer(c_int) function c_record(pointer, path) bind(c, name='qsmpm_record') result(status)
     type(c_ptr), value :: pointer
     !> Its name.
     type(c_ptr), value :: path
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
 
     if (.not. is_handle(pointer, handle, status)) return
-    name = text_of(path)
-    call handle%simulation%record(name, error)
+    call handle%simulation%record(text_of(path), error)
     status = keep_error(handle, error)
   end function c_record
 
   !> Write the whole state to a file.
-  function c_save(pointer, path) bind(c, name='qsmpm_save') result(status)
+  integer(c_int) function c_save(pointer, path) bind(c, name='qsmpm_save') result(status)
     type(c_ptr), value :: pointer
     !> Its name.
     type(c_ptr), value :: path
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
 
     if (.not. is_handle(pointer, handle, status)) return
-    name = text_of(path)
-    call handle%simulation%save(name, error)
+    call handle%simulation%save(text_of(path), error)
     status = keep_error(handle, error)
   end function c_save
 
   !> Read a state back that was saved with the same stages.
-  function c_load(pointer, path) bind(c, name='qsmpm_load') result(status)
+  integer(c_int) function c_load(pointer, path) bind(c, name='qsmpm_load') result(status)
     type(c_ptr), value :: pointer
     !> Its name.
     type(c_ptr), value :: path
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
 
     if (.not. is_handle(pointer, handle, status)) return
-    name = text_of(path)
-    call handle%simulation%load(name, error)
+    call handle%simulation%load(text_of(path), error)
     status = keep_error(handle, error)
   end function c_load
 
   !> Close what is written.
-  function c_finish_record(pointer) bind(c, name='qsmpm_finish_record') result(status)
+  integer(c_int) function c_finish_record(pointer) bind(c, name='qsmpm_finish_record') result(status)
     type(c_ptr), value :: pointer
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -132,9 +117,8 @@ contains
   end function c_finish_record
 
   !> Copy state, loads and stages, in memory.
-  function c_checkpoint(pointer) bind(c, name='qsmpm_checkpoint') result(status)
+  integer(c_int) function c_checkpoint(pointer) bind(c, name='qsmpm_checkpoint') result(status)
     type(c_ptr), value :: pointer
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -144,9 +128,8 @@ contains
   end function c_checkpoint
 
   !> Put the copy back.
-  function c_restore_checkpoint(pointer) bind(c, name='qsmpm_restore_checkpoint') result(status)
+  integer(c_int) function c_restore_checkpoint(pointer) bind(c, name='qsmpm_restore_checkpoint') result(status)
     type(c_ptr), value :: pointer
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -156,13 +139,12 @@ contains
   end function c_restore_checkpoint
 
   !> Add a stage behind the last one.
-  function c_add_stage(pointer, name, steps) bind(c, name='qsmpm_add_stage') result(status)
+  integer(c_int) function c_add_stage(pointer, name, steps) bind(c, name='qsmpm_add_stage') result(status)
     type(c_ptr), value :: pointer
     !> Its name.
     type(c_ptr), value :: name
     !> Load steps it is first cut into.
     integer(c_int), value :: steps
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -172,11 +154,10 @@ contains
   end function c_add_stage
 
   !> Add materials and phases to the scene, as cards of its deck.
-  function c_add_cards(pointer, cards) bind(c, name='qsmpm_add_cards') result(status)
+  integer(c_int) function c_add_cards(pointer, cards) bind(c, name='qsmpm_add_cards') result(status)
     type(c_ptr), value :: pointer
     !> *MATERIAL and *PHASE with what belongs to them, lines ended by newline.
     type(c_ptr), value :: cards
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -188,9 +169,8 @@ contains
   end function c_add_cards
 
   !> End the present stage where it stands.
-  function c_end_stage(pointer) bind(c, name='qsmpm_end_stage') result(status)
+  integer(c_int) function c_end_stage(pointer) bind(c, name='qsmpm_end_stage') result(status)
     type(c_ptr), value :: pointer
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -200,11 +180,10 @@ contains
   end function c_end_stage
 
   !> Load factor at the end of the coming stage.
-  function c_set_load_factor(pointer, factor) bind(c, name='qsmpm_set_load_factor') result(status)
+  integer(c_int) function c_set_load_factor(pointer, factor) bind(c, name='qsmpm_set_load_factor') result(status)
     type(c_ptr), value :: pointer
     !> Above 0.
     real(c_double), value :: factor
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -214,11 +193,10 @@ contains
   end function c_set_load_factor
 
   !> Load steps of the coming stage.
-  function c_set_steps(pointer, steps) bind(c, name='qsmpm_set_steps') result(status)
+  integer(c_int) function c_set_steps(pointer, steps) bind(c, name='qsmpm_set_steps') result(status)
     type(c_ptr), value :: pointer
     !> From 1.
     integer(c_int), value :: steps
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -228,11 +206,10 @@ contains
   end function c_set_steps
 
   !> How long the coming stage lasts.
-  function c_set_time(pointer, duration) bind(c, name='qsmpm_set_time') result(status)
+  integer(c_int) function c_set_time(pointer, duration) bind(c, name='qsmpm_set_time') result(status)
     type(c_ptr), value :: pointer
     !> Above 0.
     real(c_double), value :: duration
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -242,10 +219,9 @@ contains
   end function c_set_time
 
   !> Time at the start of the coming stage.
-  function c_set_start_time(pointer, time) bind(c, name='qsmpm_set_start_time') result(status)
+  integer(c_int) function c_set_start_time(pointer, time) bind(c, name='qsmpm_set_start_time') result(status)
     type(c_ptr), value :: pointer
     real(c_double), value :: time
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -255,11 +231,10 @@ contains
   end function c_set_start_time
 
   !> Gravity at the end of the coming stage.
-  function c_set_gravity(pointer, vector) bind(c, name='qsmpm_set_gravity') result(status)
+  integer(c_int) function c_set_gravity(pointer, vector) bind(c, name='qsmpm_set_gravity') result(status)
     type(c_ptr), value :: pointer
     !> It multiplies the unit weights.
     type(c_ptr), value :: vector
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -270,13 +245,12 @@ contains
   end function c_set_gravity
 
   !> Dead traction on a surface at the end of the coming stage.
-  function c_set_traction(pointer, surface, vector) bind(c, name='qsmpm_set_traction') result(status)
+  integer(c_int) function c_set_traction(pointer, surface, vector) bind(c, name='qsmpm_set_traction') result(status)
     type(c_ptr), value :: pointer
     !> Name of the surface.
     type(c_ptr), value :: surface
     !> Force per undeformed area.
     type(c_ptr), value :: vector
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -287,13 +261,12 @@ contains
   end function c_set_traction
 
   !> Pressure on a surface at the end of the coming stage.
-  function c_set_pressure(pointer, surface, pressure) bind(c, name='qsmpm_set_pressure') result(status)
+  integer(c_int) function c_set_pressure(pointer, surface, pressure) bind(c, name='qsmpm_set_pressure') result(status)
     type(c_ptr), value :: pointer
     !> Name of the surface.
     type(c_ptr), value :: surface
     !> Against the body.
     real(c_double), value :: pressure
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
@@ -321,13 +294,12 @@ contains
   end function c_set_displacement
 
   !> Components of a node set that are held from the coming stage on.
-  function c_set_fixity(pointer, set, fixed) bind(c, name='qsmpm_set_fixity') result(status)
+  integer(c_int) function c_set_fixity(pointer, set, fixed) bind(c, name='qsmpm_set_fixity') result(status)
     type(c_ptr), value :: pointer
     !> Name of the set.
     type(c_ptr), value :: set
     !> Not 0 where held.
     type(c_ptr), value :: fixed
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     integer(c_int), pointer :: held(:)

@@ -3,7 +3,7 @@ module qsmpm_c_values
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
   use qsmpm_c_handle, only: handle_type, find_handle, is_handle, keep_error, need_pointer, put_integer, &
     put_text, text_of
-  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_error, only: error_type
   use qsmpm_field_list, only: field_name_length
   use qsmpm_named_values, only: list_value_names, value_shape, get_values, set_values, view_values
   implicit none
@@ -12,7 +12,7 @@ module qsmpm_c_values
 contains
 
   !> Components and number of the values of a name.
-  function c_shape(pointer, name, rows, columns) bind(c, name='qsmpm_shape') result(status)
+  integer(c_int) function c_shape(pointer, name, rows, columns) bind(c, name='qsmpm_shape') result(status)
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -20,7 +20,6 @@ contains
     type(c_ptr), value :: rows
     !> How many.
     type(c_ptr), value :: columns
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     integer :: components, number
@@ -37,13 +36,12 @@ contains
   end function c_shape
 
   !> How many numbers the values of a name are: components times number.
-  function c_count(pointer, name, number) bind(c, name='qsmpm_count') result(status)
+  integer(c_int) function c_count(pointer, name, number) bind(c, name='qsmpm_count') result(status)
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
     !> How many.
     type(c_ptr), value :: number
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     integer :: rows, columns
@@ -57,7 +55,7 @@ contains
   end function c_count
 
   !> Copy values.
-  function c_get(pointer, name, values, number) bind(c, name='qsmpm_get') result(status)
+  integer(c_int) function c_get(pointer, name, values, number) bind(c, name='qsmpm_get') result(status)
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -65,21 +63,19 @@ contains
     type(c_ptr), value :: values
     !> How many numbers there is room for, as count says.
     integer(c_int), value :: number
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     real(c_double), pointer :: buffer(:)
 
     if (.not. is_handle(pointer, handle, status)) return
+    call need_pointer(values, 'the buffer', error)
     call c_f_pointer(values, buffer, [max(0, int(number))])
-    if (.not. c_associated(values)) nullify (buffer)
-    if (associated(buffer)) call get_values(handle%simulation, text_of(name), buffer, error)
-    if (.not. associated(buffer)) call fail(error, error_other, 'the buffer is null')
+    if (.not. allocated(error)) call get_values(handle%simulation, text_of(name), buffer, error)
     status = keep_error(handle, error)
   end function c_get
 
   !> Set values.
-  function c_set(pointer, name, values, number) bind(c, name='qsmpm_set') result(status)
+  integer(c_int) function c_set(pointer, name, values, number) bind(c, name='qsmpm_set') result(status)
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -87,21 +83,19 @@ contains
     type(c_ptr), value :: values
     !> How many numbers, as count says.
     integer(c_int), value :: number
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     real(c_double), pointer :: buffer(:)
 
     if (.not. is_handle(pointer, handle, status)) return
+    call need_pointer(values, 'the buffer', error)
     call c_f_pointer(values, buffer, [max(0, int(number))])
-    if (.not. c_associated(values)) nullify (buffer)
-    if (associated(buffer)) call set_values(handle%simulation, text_of(name), buffer, error)
-    if (.not. associated(buffer)) call fail(error, error_other, 'the buffer is null')
+    if (.not. allocated(error)) call set_values(handle%simulation, text_of(name), buffer, error)
     status = keep_error(handle, error)
   end function c_set
 
   !> Look at values where they lie in memory, until destroy or initialise.
-  function c_view(pointer, name, values, rows, columns) bind(c, name='qsmpm_view') result(status)
+  integer(c_int) function c_view(pointer, name, values, rows, columns) bind(c, name='qsmpm_view') result(status)
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -111,7 +105,6 @@ contains
     type(c_ptr), value :: rows
     !> How many.
     type(c_ptr), value :: columns
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     real(c_double), pointer :: there(:, :)
@@ -146,7 +139,7 @@ contains
   end subroutine put_address
 
   !> Name of one of a kind, numbered from 1; the result is its length, -1 when there is none.
-  function c_name(pointer, kind, number, buffer, length) bind(c, name='qsmpm_name') result(needed)
+  integer(c_int) function c_name(pointer, kind, number, buffer, length) bind(c, name='qsmpm_name') result(needed)
     type(c_ptr), value :: pointer
     !> value, history, stage, surface, set, material or body.
     type(c_ptr), value :: kind
@@ -156,15 +149,13 @@ contains
     type(c_ptr), value :: buffer
     !> Its size.
     integer(c_int), value :: length
-    integer(c_int) :: needed
     type(handle_type), pointer :: handle
-    character(len=:), allocatable :: text, name
+    character(len=:), allocatable :: name
 
     needed = -1
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
-    text = text_of(kind)
-    call find_name(handle, text, int(number), name)
+    call find_name(handle, text_of(kind), int(number), name)
     if (allocated(name)) needed = put_text(name, buffer, length)
   end function c_name
 

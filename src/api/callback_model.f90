@@ -58,14 +58,13 @@ module qsmpm_callback_model
 
   abstract interface
     !> One step of one point: a status.
-    function c_update(user, increment, stress, state, response) bind(c) result(status)
+    integer(c_int) function c_update(user, increment, stress, state, response) bind(c) result(status)
       import :: c_ptr, c_double, c_int, c_increment_type, c_response_type
       type(c_ptr), value :: user
       type(c_increment_type), intent(in) :: increment
       real(c_double), intent(inout) :: stress(6)
       real(c_double), intent(inout) :: state(*)
       type(c_response_type), intent(inout) :: response
-      integer(c_int) :: status
     end function c_update
 
     !> State of a point with a given stress.
@@ -122,10 +121,9 @@ contains
   end subroutine update
 
   !> The step as C sees it.
-  pure function as_c(increment) result(passed)
+  pure type(c_increment_type) function as_c(increment) result(passed)
     !> The step.
     type(soil_increment_type), intent(in) :: increment
-    type(c_increment_type) :: passed
 
     passed = c_increment_type(increment%strain, increment%strain_start, increment%rotation, increment%gradient_start, &
       increment%gradient_end, increment%step_info%phase, increment%step_info%step, increment%step_info%start, &

@@ -2,6 +2,7 @@
 !> deck in memory, or from an analysis that the program has filled in itself; and the program may give materials
 !> laws of its own.
 module qsmpm_problem
+  use qsmpm_named, only: add_names, named_type, place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_clock, only: clock_type, start_clock
   use qsmpm_deck, only: read_deck, parse_deck, echo_text
@@ -18,8 +19,7 @@ module qsmpm_problem
   public :: problem_type, own_material_type, own_laws, mark_own
 
   !> A law that the embedding program gives to a material: a law for one dimension, or a soil model, for any.
-  type :: own_material_type
-    character(len=:), allocatable :: name
+  type, extends(named_type) :: own_material_type
     class(law_type), allocatable :: law
     class(soil_model_type), allocatable :: model
   end type own_material_type
@@ -166,15 +166,13 @@ contains
       return
     end if
     if (self%given) then
-      if (place_of_material(self%scene, material) == 0) then
+      if (place_named(self%scene%materials, material) == 0) then
         call fail(error, error_other, unknown_text(self%scene, material))
         return
       end if
     end if
     if (.not. allocated(self%materials)) allocate (self%materials(0))
-    do i = 1, size(self%materials)
-      if (self%materials(i)%name == material) place = i
-    end do
+    place = place_named(self%materials, material)
     if (place == 0) then
       place = size(self%materials) + 1
       allocate (longer(place))
@@ -200,7 +198,7 @@ contains
 
     if (.not. allocated(materials)) return
     do i = 1, size(materials)
-      m = place_of_material(analysis, materials(i)%name)
+      m = place_named(analysis%materials, materials(i)%name)
       if (m > 0) analysis%materials(m)%own_law = .true.
     end do
   end subroutine mark_own
@@ -222,7 +220,7 @@ contains
     dimension = merge(3, 2, analysis%model == three_dimensional)
     if (.not. allocated(materials)) return
     do i = 1, size(materials)
-      m = place_of_material(analysis, materials(i)%name)
+      m = place_named(analysis%materials, materials(i)%name)
       if (m == 0) then
         call fail(error, error_other, unknown_text(analysis, materials(i)%name))
         return
@@ -243,20 +241,6 @@ contains
     end do
   end subroutine own_laws
 
-  !> Number of a material, 0 when there is none of the name.
-  pure integer function place_of_material(analysis, name)
-    !> What is modelled.
-    type(analysis_type), intent(in) :: analysis
-    !> Name of the material.
-    character(len=*), intent(in) :: name
-    integer :: m
-
-    place_of_material = 0
-    do m = 1, size(analysis%materials)
-      if (analysis%materials(m)%name == name) place_of_material = m
-    end do
-  end function place_of_material
-
   !> The sentence for an unknown material.
   pure function unknown_text(analysis, name) result(text)
     !> What is modelled.
@@ -264,12 +248,10 @@ contains
     !> Name that is not there.
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: text, near
-    type(string_type) :: names(size(analysis%materials))
-    integer :: m
+    type(string_type), allocatable :: names(:)
 
-    do m = 1, size(names)
-      names(m)%text = analysis%materials(m)%name
-    end do
+    allocate (names(0))
+    call add_names(analysis%materials, names)
     text = "a law is given to material '"//name//"', but the deck has none of that name"
     near = nearest_word(name, names)
     if (len(near) > 0) text = text//' (did you mean '//near//'?)'

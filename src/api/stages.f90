@@ -3,6 +3,7 @@
 !> restart files and a window that is rebuilt all know of them.
 module qsmpm_stages
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_load_description, only: fixity_type, prescription_type, traction_type
   use qsmpm_phase_description, only: phase_type, initial_keep
@@ -34,7 +35,6 @@ contains
     !> Set when the name is taken or empty, or there is no step.
     type(error_type), allocatable, intent(out) :: error
     type(phase_type) :: phase
-    integer :: i
 
     if (len_trim(name) == 0) then
       call fail(error, error_other, 'a stage wants a name')
@@ -42,12 +42,10 @@ contains
       call fail(error, error_other, "stage '"//trim(name)//"': "//integer_text(steps)//' load steps are none')
     end if
     if (allocated(error)) return
-    do i = 1, size(scene%phases)
-      if (scene%phases(i)%name == trim(name)) then
-        call fail(error, error_other, "there is already a stage '"//trim(name)//"'")
-        return
-      end if
-    end do
+    if (place_named(scene%phases, trim(name)) > 0) then
+      call fail(error, error_other, "there is already a stage '"//trim(name)//"'")
+      return
+    end if
     phase%name = trim(name)
     allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), phase%water_levels(0), &
       phase%activations(0), phase%deactivations(0), phase%materials(0), phase%installed(0), phase%removed(0), &
@@ -291,9 +289,8 @@ contains
   end subroutine reach_pressure
 
   !> Linear between two values.
-  elemental function reached(start, final, share) result(value)
+  elemental real(wp) function reached(start, final, share) result(value)
     real(wp), intent(in) :: start, final, share
-    real(wp) :: value
 
     value = start + share*(final - start)
   end function reached
@@ -340,13 +337,12 @@ contains
   end function traction_before
 
   !> Pressure at the end of the stages before one, with its load factor in it.
-  pure function pressure_before(scene, number, surface) result(pressure)
+  pure type(traction_type) function pressure_before(scene, number, surface) result(pressure)
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
     !> Name of the surface.
     character(len=*), intent(in) :: surface
-    type(traction_type) :: pressure
     integer, allocatable :: line(:)
     integer :: p, i
 

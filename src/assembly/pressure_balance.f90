@@ -335,10 +335,9 @@ contains
   end function is_even
 
   !> Determinant of a packed deformation gradient.
-  pure function packed_determinant(f) result(determinant)
+  pure real(wp) function packed_determinant(f) result(determinant)
     !> (5) or (9)
     real(wp), intent(in) :: f(:)
-    real(wp) :: determinant
 
     if (size(f) == 5) then
       determinant = (f(1)*f(4) - f(2)*f(3))*f(5)

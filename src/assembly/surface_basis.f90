@@ -150,12 +150,11 @@ contains
   end subroutine turn_areas
 
   !> Young's modulus of the material at a surface point.
-  function stiffness_at(model, activation, i) result(stiffness)
+  real(wp) function stiffness_at(model, activation, i) result(stiffness)
     type(model_type), intent(in) :: model
     type(activation_type), intent(in) :: activation
     !> Surface point.
     integer, intent(in) :: i
-    real(wp) :: stiffness
     integer :: p
 
     p = 0
@@ -172,11 +171,10 @@ contains
   end function stiffness_at
 
   !> Young's modulus of the material nearest to a place.
-  function stiffness_near(model, x) result(stiffness)
+  real(wp) function stiffness_near(model, x) result(stiffness)
     type(model_type), intent(in) :: model
     !> (dimension)
     real(wp), intent(in) :: x(:)
-    real(wp) :: stiffness
     integer :: p
 
     p = nearest_point(model%state%points, x)

@@ -8,11 +8,10 @@ module qsmpm_path
 
   interface
     !> getcwd(3).
-    function c_getcwd(buffer, size) bind(c, name='getcwd') result(pointer)
+    type(c_ptr) function c_getcwd(buffer, size) bind(c, name='getcwd') result(pointer)
       import :: c_char, c_size_t, c_ptr
       character(kind=c_char), intent(out) :: buffer(*)
       integer(c_size_t), value :: size
-      type(c_ptr) :: pointer
     end function c_getcwd
   end interface
 

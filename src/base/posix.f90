@@ -20,21 +20,19 @@ module qsmpm_posix
 
   interface
     !> fopen(3).
-    function c_fopen(path, mode) bind(c, name='fopen') result(stream)
+    type(c_ptr) function c_fopen(path, mode) bind(c, name='fopen') result(stream)
       import :: c_char, c_ptr
       character(kind=c_char), intent(in) :: path(*)
       character(kind=c_char), intent(in) :: mode(*)
-      type(c_ptr) :: stream
     end function c_fopen
 
     !> fwrite(3): number of items written.
-    function c_fwrite(data, item_size, count, stream) bind(c, name='fwrite') result(written)
+    integer(c_size_t) function c_fwrite(data, item_size, count, stream) bind(c, name='fwrite') result(written)
       import :: c_ptr, c_size_t
       type(c_ptr), value :: data
       integer(c_size_t), value :: item_size
       integer(c_size_t), value :: count
       type(c_ptr), value :: stream
-      integer(c_size_t) :: written
     end function c_fwrite
 
     !> fflush(3).
@@ -88,12 +86,11 @@ module qsmpm_posix
     end function c_isatty
 
     !> write(2).
-    function c_write(descriptor, data, count) bind(c, name='write') result(written)
+    integer(c_long) function c_write(descriptor, data, count) bind(c, name='write') result(written)
       import :: c_char, c_int, c_long, c_size_t
       integer(c_int), value :: descriptor
       character(kind=c_char), intent(in) :: data(*)
       integer(c_size_t), value :: count
-      integer(c_long) :: written
     end function c_write
 
     !> Make a directory and those above it (posix.c).

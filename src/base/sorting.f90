@@ -3,7 +3,7 @@ module qsmpm_sorting
   implicit none
   private
 
-  public :: sort, order_columns, place_in_order
+  public :: sort, order_columns, place_in_order, rises
 
 contains
 
@@ -113,9 +113,8 @@ contains
   end subroutine merge_runs
 
   !> True when a comes strictly before b.
-  pure function rises(a, b) result(yes)
+  pure logical function rises(a, b) result(yes)
     integer, intent(in) :: a(:), b(:)
-    logical :: yes
     integer :: k
 
     yes = .false.

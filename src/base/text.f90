@@ -7,7 +7,7 @@ module qsmpm_text
   implicit none
   private
 
-  public :: string_type, upper, stripped, squeezed, split, json_string, edit_distance, nearest_word, &
+  public :: string_type, upper, stripped, squeezed, without_return, split, json_string, edit_distance, nearest_word, &
     read_integer, read_real, integer_text, real_text, same_bits, add_word
 
   !> What a word is, read as a number.
@@ -59,6 +59,17 @@ contains
     inner = ''
     if (first > 0) inner = text(first:last)
   end function stripped
+
+  !> A line without the carriage return that some systems put at its end.
+  pure function without_return(line) result(text)
+    character(len=*), intent(in) :: line
+    character(len=:), allocatable :: text
+
+    text = line
+    if (len(line) > 0) then
+      if (line(len(line):) == achar(13)) text = line(:len(line) - 1)
+    end if
+  end function without_return
 
   !> Stripped, and every run of blanks and tabs inside as one blank.
   pure function squeezed(text) result(inner)

@@ -69,10 +69,9 @@ contains
   end subroutine fit_cell
 
   !> Points whose averaged fields differ from the fit by more than a share of the largest value.
-  pure function count_inaccurate(y, monomial, coefficients) result(inaccurate)
+  pure integer function count_inaccurate(y, monomial, coefficients) result(inaccurate)
     !> Fields (fields + 1, n) and monomials (m, n) of the points, and the fit.
     real(wp), intent(in) :: y(:, :), monomial(:, :), coefficients(:, :)
-    integer :: inaccurate
     real(wp) :: scale
     integer :: k, fields
 

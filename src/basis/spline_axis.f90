@@ -215,13 +215,12 @@ contains
   !> Cell that holds a coordinate; on a line the one above or the one below. Beyond the ends the end
   !> cells. Where the lines are equidistant the first guess and its neighbour settle it,
   !> elsewhere the interval is halved from there.
-  pure function cell_of_line(axis, x, upper) result(cell)
+  pure integer function cell_of_line(axis, x, upper) result(cell)
     type(spline_axis_type), intent(in) :: axis
     !> Coordinate.
     real(wp), intent(in) :: x
     !> On a line: the cell above it.
     logical, intent(in) :: upper
-    integer :: cell
     integer :: low, high, middle, probes
 
     low = 1

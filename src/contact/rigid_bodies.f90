@@ -6,6 +6,7 @@
 !> radian, as reactions are.
 module qsmpm_rigid_bodies
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: axisymmetric, three_dimensional
   use qsmpm_structures, only: rigid_body_type, patch_point, rigid_plane, rigid_circle, rigid_box, rigid_cone, &
     rigid_cylinder
@@ -27,7 +28,7 @@ module qsmpm_rigid_bodies
   private
 
   public :: make_rigid_bodies, make_shape, lay_rigid_bodies, placed_bodies, pose_of, keep_rigid_body, force_on_body, &
-    motion_in_phase, rigid_body_number
+    motion_in_phase
 
   character(len=*), parameter :: kept_name = 'rigid_bodies'
   !> Rows of the array that is kept: displacement, rotation, force and moment.
@@ -55,9 +56,10 @@ contains
           model%rigid_shapes(b)%shape, model%rigid_shapes(b)%reference, diagnostics)
       end do
       do i = 1, size(contacts)
-        model%contact_pairs(i) = contact_pair_type(rigid_body_number(model, contacts(i)%body), &
-          surface_number(model, contacts(i)%surface), tan(contacts(i)%friction_angle*degree), contacts(i)%adhesion, &
-          contacts(i)%tension, contacts(i)%interface, contacts(i)%penalty, contacts(i)%patch == patch_point)
+        model%contact_pairs(i) = contact_pair_type(place_named(model%analysis%rigid_bodies, contacts(i)%body), &
+          place_named(model%analysis%surfaces, contacts(i)%surface), tan(contacts(i)%friction_angle*degree), &
+          contacts(i)%adhesion, contacts(i)%tension, contacts(i)%interface, contacts(i)%penalty, &
+          contacts(i)%patch == patch_point)
       end do
     end associate
     call make_body_outlines(model)
@@ -90,28 +92,6 @@ contains
       end associate
     end do
   end subroutine check_overlap
-
-  !> Number of a rigid body.
-  pure integer function rigid_body_number(model, name) result(b)
-    type(model_type), intent(in) :: model
-    character(len=*), intent(in) :: name
-
-    do b = 1, size(model%analysis%rigid_bodies)
-      if (model%analysis%rigid_bodies(b)%name == name) return
-    end do
-    b = 0
-  end function rigid_body_number
-
-  !> Number of a surface.
-  pure integer function surface_number(model, name) result(s)
-    type(model_type), intent(in) :: model
-    character(len=*), intent(in) :: name
-
-    do s = 1, size(model%analysis%surfaces)
-      if (model%analysis%surfaces(s)%name == name) return
-    end do
-    s = 0
-  end function surface_number
 
   !> Shape and reference point of one body.
   subroutine make_shape(body, kind_of_model, cell_size, shape, reference, diagnostics)

@@ -8,8 +8,8 @@
 !>         call fields%data('weight')
 !>         call fields%number('gamma', material%unit_weight, 'weight per volume', range='[0, inf)')
 !>
-!> Parameters come first. `data` begins data lines: what follows are their columns, in order, up to the next `data`;
-!> where `data` is given a number of rows, `row` begins each. A parameter may be left out unless it is `required`, a
+!> Parameters come first. `data` or `table` begins data lines: what follows are their columns, in order, up to the next;
+!> where there is a number of rows, `row` begins each. A parameter may be left out unless it is `required`, a
 !> column only where `required` is false. The default of a parameter is the value the component has in a deck nothing
 !> was read into. A number outside its range and a choice that is none of its words are not set: they have no default
 !> and are not written.
@@ -57,6 +57,7 @@ module qsmpm_card_fields
     procedure :: name => visit_name
     procedure :: file
     procedure :: data
+    procedure :: table
     procedure :: numbers
     procedure :: labels
     procedure :: words
@@ -329,6 +330,25 @@ contains
     self%in_data = .true.
     call self%begin_data(lines, rows)
   end subroutine data
+
+  !> Begin data lines that are the columns of a table of numbers.
+  subroutine table(self, sentence, columns, values, rows, when)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: sentence
+    integer, intent(in) :: columns
+    !> (columns, rows); zeros where the card is read or described.
+    real(wp), allocatable, intent(inout) :: values(:, :)
+    !> As of `data`.
+    integer, intent(out) :: rows
+    character(len=*), intent(in), optional :: when
+
+    rows = 0
+    if (allocated(values)) rows = size(values, 2)
+    call self%data(sentence, 1, huge(1), when, rows=rows)
+    if (self%writing) return
+    if (allocated(values)) deallocate (values)
+    allocate (values(columns, rows), source=0.0_wp)
+  end subroutine table
 
   !> A number of a soil law.
   subroutine law_number(self, name, value, sentence, range, required)

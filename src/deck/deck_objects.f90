@@ -46,8 +46,7 @@ contains
   end subroutine empty_deck
 
   !> A deck with one item in every list, from which defaults are taken.
-  function prototype_deck() result(state)
-    type(deck_state_type) :: state
+  type(deck_state_type) function prototype_deck() result(state)
     integer :: list
 
     call empty_deck(state)

@@ -1,25 +1,26 @@
 !> Checks between cards, when the whole deck is known: what a deck must have, names that must
-!> exist, materials that are complete.
+!> exist, materials that are complete, phases that are a tree.
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: add_names, place_named
   use qsmpm_body_description, only: body_region, body_all
   use qsmpm_material_description, only: material_type
   use qsmpm_mesh_description, only: mesh_none, mesh_file, mesh_fitted, select_outline, set_type
   use qsmpm_method_description, only: kinematics_jaumann, rate_paper
   use qsmpm_phase_description, only: initial_k0, initial_keep, initial_isotropic, initial_given, phase_safety
   use qsmpm_source_line, only: source_line_type
-  use qsmpm_text, only: string_type, add_word
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_loads, only: acts, consolidation_of, is_loaded
+  use qsmpm_phase_tree, only: has_parent, parent_of
+  use qsmpm_text, only: string_type
   use qsmpm_messages, only: severity_error
-  use qsmpm_deck_state, only: deck_state_type, check_name
+  use qsmpm_deck_state, only: deck_state_type, check_name, did_you_mean
   use qsmpm_deck_props, only: check_props
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_k0, only: check_k0
   use qsmpm_deck_magnitudes, only: check_magnitudes, check_strengths
-  use qsmpm_deck_parents, only: check_parents
   use qsmpm_deck_body_motion, only: check_moves
   use qsmpm_deck_contact, only: check_contacts
   use qsmpm_deck_safety, only: check_safety
@@ -112,16 +113,11 @@ contains
   !> Materials and regions of bodies.
   subroutine check_bodies(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: materials(:)
     integer :: i
 
-    allocate (materials(0))
-    do i = 1, size(state%analysis%materials)
-      call add_word(materials, state%analysis%materials(i)%name)
-    end do
     do i = 1, size(state%analysis%bodies)
       associate (body => state%analysis%bodies(i))
-        call check_name(state, body%material, materials, body%where, 'BODY', 'material')
+        call check_name(state, body%material, state%analysis%materials, body%where, 'BODY', 'material')
         if (body%kind == body_region) call check_set(state, body%region, &
           state%analysis%element_sets, body%where, 'BODY', 'element set')
       end associate
@@ -136,15 +132,8 @@ contains
     type(source_line_type), intent(in) :: where
     character(len=*), intent(in) :: keyword
     character(len=*), intent(in) :: what
-    type(string_type), allocatable :: names(:)
-    integer :: i
 
-    if (state%analysis%mesh%kind == mesh_file) return
-    allocate (names(0))
-    do i = 1, size(sets)
-      call add_word(names, sets(i)%name)
-    end do
-    call check_name(state, name, names, where, keyword, what)
+    if (state%analysis%mesh%kind /= mesh_file) call check_name(state, name, sets, where, keyword, what)
   end subroutine check_set
 
   !> Materials can carry stress; a weightless one under gravity is worth a word.
@@ -239,24 +228,21 @@ contains
   !> Surfaces of tractions and supports; they are named in the deck always.
   subroutine check_surfaces(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: names(:)
     integer :: i, p
 
-    allocate (names(0))
     do i = 1, size(state%analysis%surfaces)
-      call add_word(names, state%analysis%surfaces(i)%name)
       if (state%analysis%surfaces(i)%selection == select_outline) call check_outline(state, i)
     end do
     do p = 1, size(state%analysis%phases)
       do i = 1, size(state%analysis%phases(p)%tractions)
         associate (traction => state%analysis%phases(p)%tractions(i))
-          call check_name(state, traction%surface, names, traction%where, &
+          call check_name(state, traction%surface, state%analysis%surfaces, traction%where, &
             trim(merge('PRESSURE', 'TRACTION', traction%follows)), 'surface')
         end associate
       end do
       do i = 1, size(state%analysis%phases(p)%supports)
         associate (support => state%analysis%phases(p)%supports(i))
-          call check_name(state, support%surface, names, support%where, &
+          call check_name(state, support%surface, state%analysis%surfaces, support%where, &
             trim(merge('CONTRACTION', 'SUPPORT    ', support%contracts)), 'surface')
         end associate
       end do
@@ -267,19 +253,15 @@ contains
   subroutine check_outline(state, number)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: number
-    type(string_type), allocatable :: names(:)
-    integer :: i
+    integer :: b
 
-    allocate (names(0))
-    associate (surface => state%analysis%surfaces(number))
-      do i = 1, size(state%analysis%bodies)
-        call add_word(names, state%analysis%bodies(i)%name)
-        if (state%analysis%bodies(i)%name /= surface%body .or. len(surface%body) == 0) cycle
-        if (any(state%analysis%bodies(i)%kind == [body_all, body_region])) call state%error_from( &
-          surface%where, 'SURFACE', "body '"//surface%body//"' has no outline; TYPE=OUTLINE is "// &
-          'for the shapes BOX, POLYGON and POLYHEDRON')
-      end do
-      call check_name(state, surface%body, names, surface%where, 'SURFACE', 'body')
+    associate (surface => state%analysis%surfaces(number), bodies => state%analysis%bodies)
+      call check_name(state, surface%body, bodies, surface%where, 'SURFACE', 'body')
+      b = place_named(bodies, surface%body)
+      if (b == 0 .or. len(surface%body) == 0) return
+      if (any(bodies(b)%kind == [body_all, body_region])) call state%error_from( &
+        surface%where, 'SURFACE', "body '"//surface%body//"' has no outline; TYPE=OUTLINE is "// &
+        'for the shapes BOX, POLYGON and POLYHEDRON')
     end associate
   end subroutine check_outline
 
@@ -302,6 +284,39 @@ contains
       end associate
     end do
   end subroutine check_prescriptions
+
+  !> Parents are phases that come before.
+  subroutine check_parents(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p
+
+    associate (phases => state%analysis%phases)
+      do p = 1, size(phases)
+        if (has_parent(phases(p)) .and. parent_of(phases, p) == 0) call report_parent(state, p)
+      end do
+    end associate
+  end subroutine check_parents
+
+  !> What is wrong with a parent that is none of the phases before.
+  subroutine report_parent(state, number)
+    type(deck_state_type), intent(inout) :: state
+    integer, intent(in) :: number
+    type(string_type), allocatable :: before(:)
+
+    associate (phases => state%analysis%phases, phase => state%analysis%phases(number))
+      allocate (before(0))
+      call add_names(phases(:number - 1), before)
+      if (place_named(phases(number:), phase%parent) > 0) then
+        call state%error_from(phase%where, 'PHASE', "PARENT='"//phase%parent//"' of phase '"//phase%name// &
+          "' does not come before it: a phase starts from the end of one that has been run")
+      else if (size(before) == 0) then
+        call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' is the first one: it has no PARENT")
+      else
+        call state%error_from(phase%where, 'PHASE', "there is no phase '"//phase%parent//"' before '"//phase%name// &
+          "'"//did_you_mean(phase%parent, before))
+      end if
+    end associate
+  end subroutine report_parent
 
   !> What looks like an oversight: nothing held, or K0 stresses without weight.
   subroutine check_starts(state)

@@ -1,5 +1,6 @@
 !> What is known while a deck is read or written: the analysis so far, the messages, and where the reader is.
 module qsmpm_deck_state
+  use qsmpm_named, only: named_type, place_named, add_names
   use qsmpm_analysis, only: analysis_type
   use qsmpm_source_line, only: source_line_type
   use qsmpm_path, only: directory_of, joined, absolute_path
@@ -48,6 +49,11 @@ module qsmpm_deck_state
     procedure :: warn
   end type deck_state_type
 
+  !> A name is among those of a list, or among words.
+  interface check_name
+    procedure :: check_named, check_word
+  end interface check_name
+
 contains
 
   !> Report an error of a card.
@@ -90,10 +96,9 @@ contains
   end subroutine warn
 
   !> The place of an item: its first occurrence, for a file included twice.
-  pure function place_of(self, where) result(place)
+  pure type(line_origin_type) function place_of(self, where) result(place)
     type(deck_state_type), intent(in) :: self
     type(source_line_type), intent(in) :: where
-    type(line_origin_type) :: place
     integer :: i
 
     place = self%last
@@ -106,9 +111,8 @@ contains
   end function place_of
 
   !> A place as the analysis keeps it.
-  pure function source_line(place) result(where)
+  pure type(source_line_type) function source_line(place) result(where)
     type(line_origin_type), intent(in) :: place
-    type(source_line_type) :: where
 
     where%file = place%file
     where%line = place%line
@@ -123,8 +127,25 @@ contains
     path = absolute_path(joined(directory_of(card%place%file), card%value(parameter)))
   end function beside_deck
 
+  !> A name is among those of a list.
+  subroutine check_named(state, name, list, where, keyword, what)
+    type(deck_state_type), intent(inout) :: state
+    !> The name; an empty one has been reported already.
+    character(len=*), intent(in) :: name
+    class(named_type), intent(in) :: list(:)
+    type(source_line_type), intent(in) :: where
+    character(len=*), intent(in) :: keyword
+    character(len=*), intent(in) :: what
+    type(string_type), allocatable :: names(:)
+
+    if (place_named(list, name) > 0) return
+    allocate (names(0))
+    call add_names(list, names)
+    call check_word(state, name, names, where, keyword, what)
+  end subroutine check_named
+
   !> A name is among those there are.
-  subroutine check_name(state, name, names, where, keyword, what)
+  subroutine check_word(state, name, names, where, keyword, what)
     type(deck_state_type), intent(inout) :: state
     !> The name; an empty one has been reported already.
     character(len=*), intent(in) :: name
@@ -140,7 +161,7 @@ contains
     end do
     call state%error_from(where, keyword, 'there is no '//what//" '"//name//"'"// &
       did_you_mean(name, names))
-  end subroutine check_name
+  end subroutine check_word
 
   !> The nearest known word as a question, empty when none is near.
   pure function did_you_mean(word, known) result(text)

@@ -6,7 +6,7 @@
 !> lines mean is left to the cards.
 module qsmpm_deck_lines
   use, intrinsic :: iso_fortran_env, only: iostat_end
-  use qsmpm_text, only: string_type, stripped, squeezed, upper, split, integer_text
+  use qsmpm_text, only: string_type, stripped, squeezed, upper, split, without_return, integer_text
   use qsmpm_path, only: directory_of, joined
   use qsmpm_messages, only: line_origin_type, message_list_type, severity_error
   implicit none
@@ -85,24 +85,12 @@ contains
       lines%open(lines%depth)%line = number
       place = line_origin_type(file=path, line=number, chain=chain, order=lines%last%order + 1)
       lines%last%order = place%order
-      call take_line(lines, place, without_return(text(first:last)), messages)
+      call take_line(lines, place, stripped(without_return(text(first:last))), messages)
       first = last + 2
     end do
     lines%depth = lines%depth - 1
     if (lines%depth == 0) lines%last = line_origin_type(file=path, line=max(1, number), chain='')
   end subroutine cut_file
-
-  !> A line without the carriage return of CRLF.
-  pure function without_return(text) result(line)
-    character(len=*), intent(in) :: text
-    character(len=:), allocatable :: line
-
-    line = text
-    if (len(text) > 0) then
-      if (text(len(text):) == achar(13)) line = text(:len(text) - 1)
-    end if
-    line = stripped(line)
-  end function without_return
 
   !> Take one line: skip, include, join or append.
   recursive subroutine take_line(lines, place, text, messages)

@@ -4,7 +4,7 @@
 module qsmpm_seed_numbers
   use qsmpm_kinds, only: long
   use qsmpm_exchange, only: hand_over
-  use qsmpm_sorting, only: order_columns
+  use qsmpm_sorting, only: order_columns, rises
   use qsmpm_team, only: team_type
   implicit none
   private
@@ -40,7 +40,7 @@ contains
     i = 1
     do j = 1, size(order)
       do while (i <= size(number))
-        if (.not. is_before(key(:, i), all_keys(:, j))) exit
+        if (.not. rises(key(:, i), all_keys(:, j))) exit
         i = i + 1
       end do
       do k = 1, int(found(size(found, 1), j))
@@ -76,17 +76,4 @@ contains
     end do
     allocate (list, source=reshape(found(:, :n), [(rows + 1)*n]))
   end subroutine list_keys
-
-  !> Whether a key goes before another one.
-  pure logical function is_before(one, other)
-    integer, intent(in) :: one(:), other(:)
-    integer :: i
-
-    is_before = .false.
-    do i = 1, size(one)
-      if (one(i) == other(i)) cycle
-      is_before = one(i) < other(i)
-      return
-    end do
-  end function is_before
 end module qsmpm_seed_numbers

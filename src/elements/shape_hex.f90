@@ -22,12 +22,18 @@ contains
   !> Values of the functions of a kind by its number of nodes.
   pure subroutine hex_shape(nodes, local, shape)
     integer, intent(in) :: nodes
+    !> Local coordinates (3).
     real(wp), intent(in) :: local(:)
+    !> One value a node.
     real(wp), intent(out) :: shape(:)
+    integer :: a
 
     select case (nodes)
     case (8)
-      call hex8_shape(local, shape)
+      do a = 1, 8
+        shape(a) = 0.125_wp*(1.0_wp + corners(1, a)*local(1))*(1.0_wp + corners(2, a)*local(2)) &
+          *(1.0_wp + corners(3, a)*local(3))
+      end do
     case (20)
       call hex20_shape(local, shape)
     end select
@@ -37,11 +43,19 @@ contains
   pure subroutine hex_gradients(nodes, local, gradients)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
+    !> dN/dlocal (3, nodes).
     real(wp), intent(out) :: gradients(:, :)
+    real(wp) :: f(3)
+    integer :: a
 
     select case (nodes)
     case (8)
-      call hex8_gradients(local, gradients)
+      do a = 1, 8
+        f = 1.0_wp + corners(:, a)*local(1:3)
+        gradients(1, a) = 0.125_wp*corners(1, a)*f(2)*f(3)
+        gradients(2, a) = 0.125_wp*corners(2, a)*f(1)*f(3)
+        gradients(3, a) = 0.125_wp*corners(3, a)*f(1)*f(2)
+      end do
     case (20)
       call hex20_gradients(local, gradients)
     end select
@@ -51,68 +65,25 @@ contains
   pure subroutine hex_second(nodes, local, second)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
+    !> d2N/dlocal2 (3, 3, nodes).
     real(wp), intent(out) :: second(:, :, :)
+    integer :: a, i, j, k
 
     select case (nodes)
     case (8)
-      call hex8_second(local, second)
+      do a = 1, 8
+        do k = 1, 3
+          i = next(k)
+          j = last(k)
+          second(k, k, a) = 0.0_wp
+          second(i, j, a) = 0.125_wp*corners(i, a)*corners(j, a)*(1.0_wp + corners(k, a)*local(k))
+          second(j, i, a) = second(i, j, a)
+        end do
+      end do
     case (20)
       call hex20_second(local, second)
     end select
   end subroutine hex_second
-
-  !> Values of the linear functions.
-  pure subroutine hex8_shape(local, shape)
-    !> Local coordinates (3).
-    real(wp), intent(in) :: local(:)
-    !> One value a node (8).
-    real(wp), intent(out) :: shape(:)
-
-    integer :: a
-
-    do a = 1, 8
-      shape(a) = 0.125_wp*(1.0_wp + corners(1, a)*local(1))*(1.0_wp + corners(2, a)*local(2)) &
-        *(1.0_wp + corners(3, a)*local(3))
-    end do
-  end subroutine hex8_shape
-
-  !> Derivatives of the linear functions.
-  pure subroutine hex8_gradients(local, gradients)
-    !> Local coordinates (3).
-    real(wp), intent(in) :: local(:)
-    !> dN/dlocal (3, 8).
-    real(wp), intent(out) :: gradients(:, :)
-
-    real(wp) :: f(3)
-    integer :: a
-
-    do a = 1, 8
-      f = 1.0_wp + corners(:, a)*local(1:3)
-      gradients(1, a) = 0.125_wp*corners(1, a)*f(2)*f(3)
-      gradients(2, a) = 0.125_wp*corners(2, a)*f(1)*f(3)
-      gradients(3, a) = 0.125_wp*corners(3, a)*f(1)*f(2)
-    end do
-  end subroutine hex8_gradients
-
-  !> Second derivatives of the linear functions.
-  pure subroutine hex8_second(local, second)
-    !> Local coordinates (3).
-    real(wp), intent(in) :: local(:)
-    !> d2N/dlocal2 (3, 3, 8).
-    real(wp), intent(out) :: second(:, :, :)
-
-    integer :: a, i, j, k
-
-    do a = 1, 8
-      do k = 1, 3
-        i = next(k)
-        j = last(k)
-        second(k, k, a) = 0.0_wp
-        second(i, j, a) = 0.125_wp*corners(i, a)*corners(j, a)*(1.0_wp + corners(k, a)*local(k))
-        second(j, i, a) = second(i, j, a)
-      end do
-    end do
-  end subroutine hex8_second
 
   !> Values of the quadratic functions.
   pure subroutine hex20_shape(local, shape)

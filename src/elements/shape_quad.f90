@@ -24,16 +24,24 @@ contains
   !> Values of the functions of a kind by its number of nodes.
   pure subroutine quad_shape(nodes, local, shape)
     integer, intent(in) :: nodes
+    !> Local coordinates (2).
     real(wp), intent(in) :: local(:)
+    !> One value a node.
     real(wp), intent(out) :: shape(:)
+    real(wp) :: a(3, 0:2), b(3, 0:2)
+    integer :: i
 
     select case (nodes)
     case (4)
-      call quad4_shape(local, shape)
+      do i = 1, 4
+        shape(i) = 0.25_wp*(1.0_wp + corners(1, i)*local(1))*(1.0_wp + corners(2, i)*local(2))
+      end do
     case (8)
       call quad8_shape(local, shape)
     case (9)
-      call quad9_shape(local, shape)
+      a = lagrange(local(1))
+      b = lagrange(local(2))
+      shape(:9) = a(third(1, :), 0)*b(third(2, :), 0)
     end select
   end subroutine quad_shape
 
@@ -41,15 +49,24 @@ contains
   pure subroutine quad_gradients(nodes, local, gradients)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
+    !> dN/dlocal (2, nodes).
     real(wp), intent(out) :: gradients(:, :)
+    real(wp) :: a(3, 0:2), b(3, 0:2)
+    integer :: i
 
     select case (nodes)
     case (4)
-      call quad4_gradients(local, gradients)
+      do i = 1, 4
+        gradients(1, i) = 0.25_wp*corners(1, i)*(1.0_wp + corners(2, i)*local(2))
+        gradients(2, i) = 0.25_wp*corners(2, i)*(1.0_wp + corners(1, i)*local(1))
+      end do
     case (8)
       call quad8_gradients(local, gradients)
     case (9)
-      call quad9_gradients(local, gradients)
+      a = lagrange(local(1))
+      b = lagrange(local(2))
+      gradients(1, :9) = a(third(1, :), 1)*b(third(2, :), 0)
+      gradients(2, :9) = a(third(1, :), 0)*b(third(2, :), 1)
     end select
   end subroutine quad_gradients
 
@@ -57,60 +74,27 @@ contains
   pure subroutine quad_second(nodes, local, second)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
+    !> d2N/dlocal2 (2, 2, nodes).
     real(wp), intent(out) :: second(:, :, :)
+    real(wp) :: a(3, 0:2), b(3, 0:2)
 
     select case (nodes)
     case (4)
-      call quad4_second(second)
+      second(1, 1, :4) = 0.0_wp
+      second(2, 2, :4) = 0.0_wp
+      second(1, 2, :4) = 0.25_wp*corners(1, :)*corners(2, :)
+      second(2, 1, :4) = second(1, 2, :4)
     case (8)
       call quad8_second(local, second)
     case (9)
-      call quad9_second(local, second)
+      a = lagrange(local(1))
+      b = lagrange(local(2))
+      second(1, 1, :9) = a(third(1, :), 2)*b(third(2, :), 0)
+      second(2, 2, :9) = a(third(1, :), 0)*b(third(2, :), 2)
+      second(1, 2, :9) = a(third(1, :), 1)*b(third(2, :), 1)
+      second(2, 1, :9) = second(1, 2, :9)
     end select
   end subroutine quad_second
-
-  !> Values of the linear functions.
-  pure subroutine quad4_shape(local, shape)
-    !> Local coordinates (2).
-    real(wp), intent(in) :: local(:)
-    !> One value a node (4).
-    real(wp), intent(out) :: shape(:)
-
-    integer :: i
-
-    do i = 1, 4
-      shape(i) = 0.25_wp*(1.0_wp + corners(1, i)*local(1))*(1.0_wp + corners(2, i)*local(2))
-    end do
-  end subroutine quad4_shape
-
-  !> Derivatives of the linear functions.
-  pure subroutine quad4_gradients(local, gradients)
-    !> Local coordinates (2).
-    real(wp), intent(in) :: local(:)
-    !> dN/dlocal (2, 4).
-    real(wp), intent(out) :: gradients(:, :)
-
-    integer :: i
-
-    do i = 1, 4
-      gradients(1, i) = 0.25_wp*corners(1, i)*(1.0_wp + corners(2, i)*local(2))
-      gradients(2, i) = 0.25_wp*corners(2, i)*(1.0_wp + corners(1, i)*local(1))
-    end do
-  end subroutine quad4_gradients
-
-  !> Second derivatives of the linear functions.
-  pure subroutine quad4_second(second)
-    !> d2N/dlocal2 (2, 2, 4).
-    real(wp), intent(out) :: second(:, :, :)
-
-    integer :: i
-
-    do i = 1, 4
-      second(1:2, 1:2, i) = 0.0_wp
-      second(1, 2, i) = 0.25_wp*corners(1, i)*corners(2, i)
-      second(2, 1, i) = second(1, 2, i)
-    end do
-  end subroutine quad4_second
 
   !> Values of the quadratic functions.
   pure subroutine quad8_shape(local, shape)
@@ -185,44 +169,4 @@ contains
     l(:, 1) = [x - 0.5_wp, -2.0_wp*x, x + 0.5_wp]
     l(:, 2) = [1.0_wp, -2.0_wp, 1.0_wp]
   end function lagrange
-
-  !> Values of the biquadratic functions.
-  pure subroutine quad9_shape(local, shape)
-    real(wp), intent(in) :: local(:)
-    !> One value a node (9).
-    real(wp), intent(out) :: shape(:)
-    real(wp) :: a(3, 0:2), b(3, 0:2)
-
-    a = lagrange(local(1))
-    b = lagrange(local(2))
-    shape(:9) = a(third(1, :), 0)*b(third(2, :), 0)
-  end subroutine quad9_shape
-
-  !> Derivatives of the biquadratic functions.
-  pure subroutine quad9_gradients(local, gradients)
-    real(wp), intent(in) :: local(:)
-    !> dN/dlocal (2, 9).
-    real(wp), intent(out) :: gradients(:, :)
-    real(wp) :: a(3, 0:2), b(3, 0:2)
-
-    a = lagrange(local(1))
-    b = lagrange(local(2))
-    gradients(1, :9) = a(third(1, :), 1)*b(third(2, :), 0)
-    gradients(2, :9) = a(third(1, :), 0)*b(third(2, :), 1)
-  end subroutine quad9_gradients
-
-  !> Second derivatives of the biquadratic functions.
-  pure subroutine quad9_second(local, second)
-    real(wp), intent(in) :: local(:)
-    !> d2N/dlocal2 (2, 2, 9).
-    real(wp), intent(out) :: second(:, :, :)
-    real(wp) :: a(3, 0:2), b(3, 0:2)
-
-    a = lagrange(local(1))
-    b = lagrange(local(2))
-    second(1, 1, :9) = a(third(1, :), 2)*b(third(2, :), 0)
-    second(2, 2, :9) = a(third(1, :), 0)*b(third(2, :), 2)
-    second(1, 2, :9) = a(third(1, :), 1)*b(third(2, :), 1)
-    second(2, 1, :9) = second(1, 2, :9)
-  end subroutine quad9_second
 end module qsmpm_shape_quad

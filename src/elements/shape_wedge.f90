@@ -21,12 +21,17 @@ contains
   !> Values of the functions of a kind by its number of nodes.
   pure subroutine wedge_shape(nodes, local, shape)
     integer, intent(in) :: nodes
+    !> Local coordinates (3).
     real(wp), intent(in) :: local(:)
+    !> One value a node.
     real(wp), intent(out) :: shape(:)
+    real(wp) :: l(3)
 
     select case (nodes)
     case (6)
-      call wedge6_shape(local, shape)
+      call linear_shape(local, l)
+      shape(1:3) = 0.5_wp*(1.0_wp - local(3))*l
+      shape(4:6) = 0.5_wp*(1.0_wp + local(3))*l
     case (15)
       call wedge15_shape(local, shape)
     end select
@@ -36,74 +41,39 @@ contains
   pure subroutine wedge_gradients(nodes, local, gradients)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
+    !> dN/dlocal (3, nodes).
     real(wp), intent(out) :: gradients(:, :)
+    real(wp) :: l(3)
 
     select case (nodes)
     case (6)
-      call wedge6_gradients(local, gradients)
+      call linear_shape(local, l)
+      gradients(1:2, 1:3) = 0.5_wp*(1.0_wp - local(3))*dl
+      gradients(1:2, 4:6) = 0.5_wp*(1.0_wp + local(3))*dl
+      gradients(3, 1:3) = -0.5_wp*l
+      gradients(3, 4:6) = 0.5_wp*l
     case (15)
       call wedge15_gradients(local, gradients)
     end select
   end subroutine wedge_gradients
 
-  !> Their second derivatives.
+  !> Their second derivatives; those of the linear functions are constant in the element.
   pure subroutine wedge_second(nodes, local, second)
     integer, intent(in) :: nodes
     real(wp), intent(in) :: local(:)
+    !> d2N/dlocal2 (3, 3, nodes).
     real(wp), intent(out) :: second(:, :, :)
 
     select case (nodes)
     case (6)
-      call wedge6_second(second)
+      second(1:3, 1:3, 1:6) = 0.0_wp
+      second(1:2, 3, 1:3) = -0.5_wp*dl
+      second(1:2, 3, 4:6) = 0.5_wp*dl
+      second(3, 1:2, 1:6) = second(1:2, 3, 1:6)
     case (15)
       call wedge15_second(local, second)
     end select
   end subroutine wedge_second
-
-  !> Values of the linear functions.
-  pure subroutine wedge6_shape(local, shape)
-    !> Local coordinates (3).
-    real(wp), intent(in) :: local(:)
-    !> One value a node (6).
-    real(wp), intent(out) :: shape(:)
-
-    real(wp) :: l(3)
-
-    call linear_shape(local, l)
-    shape(1:3) = 0.5_wp*(1.0_wp - local(3))*l
-    shape(4:6) = 0.5_wp*(1.0_wp + local(3))*l
-  end subroutine wedge6_shape
-
-  !> Derivatives of the linear functions.
-  pure subroutine wedge6_gradients(local, gradients)
-    !> Local coordinates (3).
-    real(wp), intent(in) :: local(:)
-    !> dN/dlocal (3, 6).
-    real(wp), intent(out) :: gradients(:, :)
-
-    real(wp) :: l(3)
-
-    call linear_shape(local, l)
-    gradients(1:2, 1:3) = 0.5_wp*(1.0_wp - local(3))*dl
-    gradients(1:2, 4:6) = 0.5_wp*(1.0_wp + local(3))*dl
-    gradients(3, 1:3) = -0.5_wp*l
-    gradients(3, 4:6) = 0.5_wp*l
-  end subroutine wedge6_gradients
-
-  !> Second derivatives of the linear functions, constant in the element.
-  pure subroutine wedge6_second(second)
-    !> d2N/dlocal2 (3, 3, 6).
-    real(wp), intent(out) :: second(:, :, :)
-
-    integer :: i
-
-    second(1:3, 1:3, 1:6) = 0.0_wp
-    do i = 1, 3
-      second(1:2, 3, i) = -0.5_wp*dl(:, i)
-      second(1:2, 3, 3 + i) = 0.5_wp*dl(:, i)
-    end do
-    second(3, 1:2, 1:6) = second(1:2, 3, 1:6)
-  end subroutine wedge6_second
 
   !> Values of the quadratic functions.
   pure subroutine wedge15_shape(local, shape)

@@ -27,10 +27,9 @@ module qsmpm_lattice
 contains
 
   !> The lattice of a box.
-  pure function make_lattice(box) result(lattice)
+  pure type(lattice_type) function make_lattice(box) result(lattice)
     !> Lowest and highest coordinates (2, 2).
     real(wp), intent(in) :: box(:, :)
-    type(lattice_type) :: lattice
 
     lattice%low = box(:, 1)
     lattice%high = box(:, 2)

@@ -81,12 +81,11 @@ contains
 
   !> True when a point is inside (even-odd rule). A point on an edge shared by two polygons is in
   !> exactly one of them: an edge is crossed at the same place whichever way it is passed.
-  pure function polygon_contains(vertices, x) result(inside)
+  pure logical function polygon_contains(vertices, x) result(inside)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: vertices(:, :)
     !> Point (2).
     real(wp), intent(in) :: x(2)
-    logical :: inside
     real(wp) :: below(2), above(2)
     integer :: i, j
 

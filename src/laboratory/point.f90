@@ -3,6 +3,7 @@
 !> help the test ends, and the rows so far stay.
 module qsmpm_point
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_clock, only: clock_type, start_clock, cpu_seconds, wall_seconds
   use qsmpm_deck, only: read_deck, echo_text
@@ -256,12 +257,9 @@ contains
     integer :: m
 
     measured_width = 1.0_wp
-    do m = 1, size(analysis%materials)
-      associate (material => analysis%materials(m))
-        if (material%name == analysis%point_test%material .and. material%softening%length > 0.0_wp) &
-          measured_width = material%softening%length
-      end associate
-    end do
+    m = place_named(analysis%materials, analysis%point_test%material)
+    if (m == 0) return
+    if (analysis%materials(m)%softening%length > 0.0_wp) measured_width = analysis%materials(m)%softening%length
   end function measured_width
 
   !> The steps to one row of targets.

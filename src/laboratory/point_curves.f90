@@ -124,10 +124,9 @@ contains
   end function point_row
 
   !> What a laboratory would record of the point.
-  pure function laboratory_values(test, point) result(values)
+  pure type(laboratory_type) function laboratory_values(test, point) result(values)
     type(point_test_type), intent(in) :: test
     type(point_type), intent(in) :: point
-    type(laboratory_type) :: values
     real(wp) :: left(size(point%stress)), deviator(size(point%stress))
 
     associate (f => point%deformation, s => point%stress)

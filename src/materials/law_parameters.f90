@@ -95,10 +95,9 @@ module qsmpm_law_parameters
       character(len=*), intent(in) :: name
     end subroutine data_interface
 
-    pure function describe_interface(self) result(law)
+    pure type(law_description_type) function describe_interface(self) result(law)
       import :: law_parameters_type, law_description_type
       class(law_parameters_type), intent(in) :: self
-      type(law_description_type) :: law
     end function describe_interface
 
     !> Take a visitor over the fields.

@@ -76,9 +76,8 @@ contains
   end subroutine make_grid
 
   !> All cells of a grid.
-  pure function whole_window(grid) result(window)
+  pure type(window_type) function whole_window(grid) result(window)
     type(grid_type), intent(in) :: grid
-    type(window_type) :: window
     integer :: a
 
     do a = 1, local_dimension(grid%kind)
@@ -152,21 +151,19 @@ contains
   end subroutine place_nodes
 
   !> Smaller distance of an inner line to its neighbours.
-  pure function line_spacing(lines, i) result(distance)
+  pure real(wp) function line_spacing(lines, i) result(distance)
     real(wp), intent(in) :: lines(:)
     integer, intent(in) :: i
-    real(wp) :: distance
 
     distance = min(lines(i) - lines(i - 1), lines(i + 1) - lines(i))
   end function line_spacing
 
   !> True when a place lies on a kept segment.
-  pure function on_kept(grid, x) result(yes)
+  pure logical function on_kept(grid, x) result(yes)
     !> What to generate.
     type(grid_type), intent(in) :: grid
     !> Place (dimension).
     real(wp), intent(in) :: x(2)
-    logical :: yes
     real(wp) :: along(2), off(2), length
     integer :: k
 
@@ -285,13 +282,12 @@ contains
   end subroutine cut_brick
 
   !> True when the diagonal of a quadrilateral falls from upper left to lower right.
-  function diagonal_falls(grid, i, j, random) result(falls)
+  logical function diagonal_falls(grid, i, j, random) result(falls)
     !> What to generate.
     type(grid_type), intent(in) :: grid
     integer, intent(in) :: i, j
     !> State of the generator.
     integer(long), intent(inout) :: random
-    logical :: falls
     real(wp) :: low(2), high(2), u
 
     low = [grid%axes(1)%lines(i), grid%axes(2)%lines(j)]

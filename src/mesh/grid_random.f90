@@ -25,12 +25,11 @@ contains
   end subroutine uniform
 
   !> State of the generator after some numbers, by squaring.
-  pure function random_after(seed, count) result(random)
+  pure integer(long) function random_after(seed, count) result(random)
     !> Start of the sequence.
     integer, intent(in) :: seed
     !> How many numbers have been drawn.
     integer(long), intent(in) :: count
-    integer(long) :: random
     integer(long) :: power, left
 
     random = max(1_long, mod(int(seed, long), modulus))

@@ -37,22 +37,20 @@ contains
   end function cells_of
 
   !> Smallest window around two.
-  pure function hull(one, two) result(both)
+  pure type(window_type) function hull(one, two) result(both)
     type(window_type), intent(in) :: one, two
-    type(window_type) :: both
 
     both%first = min(one%first, two%first)
     both%last = max(one%last, two%last)
   end function hull
 
   !> A window with more cells on each side, as far as the grid goes.
-  pure function widen(window, margin, whole) result(wide)
+  pure type(window_type) function widen(window, margin, whole) result(wide)
     type(window_type), intent(in) :: window
     !> Cells to add on either side along each axis (3).
     integer, intent(in) :: margin(3)
     !> The whole grid.
     type(window_type), intent(in) :: whole
-    type(window_type) :: wide
 
     wide%first = max(window%first - margin, whole%first)
     wide%last = min(window%last + margin, whole%last)

@@ -6,20 +6,19 @@
 !> Building the tables is `qsmpm_mesh_topology`, generators and readers have their own modules.
 module qsmpm_mesh
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: named_type
   implicit none
   private
 
   public :: mesh_type, index_set_type, face_set_type
 
   !> A named set of node or cell indices, sorted, without repeats.
-  type :: index_set_type
-    character(len=:), allocatable :: name
+  type, extends(named_type) :: index_set_type
     integer, allocatable :: items(:)
   end type index_set_type
 
   !> A named set of cell faces.
-  type :: face_set_type
-    character(len=:), allocatable :: name
+  type, extends(named_type) :: face_set_type
     !> Cell and local face number, (2,n).
     integer, allocatable :: faces(:, :)
   end type face_set_type

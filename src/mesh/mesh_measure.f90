@@ -22,11 +22,10 @@ contains
   end function cell_coordinates
 
   !> Volume (area in the plane) of a cell; negative when it is inside out.
-  function cell_volume(mesh, cell) result(volume)
+  real(wp) function cell_volume(mesh, cell) result(volume)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    real(wp) :: volume
     real(wp), allocatable :: places(:, :), weights(:), x(:, :)
     real(wp) :: functions(20), gradients(mesh%dimension, 20), determinant
     integer :: q, n
@@ -42,11 +41,10 @@ contains
   end function cell_volume
 
   !> Size of a cell: the mean extent of its corners along the axes.
-  pure function cell_size(mesh, cell) result(extent)
+  pure real(wp) function cell_size(mesh, cell) result(extent)
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    real(wp) :: extent
     real(wp) :: low(mesh%dimension), high(mesh%dimension)
     integer :: i, first
 
@@ -74,9 +72,8 @@ contains
   end function cell_width
 
   !> Volume of the whole mesh.
-  function mesh_volume(mesh) result(volume)
+  real(wp) function mesh_volume(mesh) result(volume)
     type(mesh_type), intent(in) :: mesh
-    real(wp) :: volume
     integer :: c
 
     volume = 0.0_wp

@@ -1,6 +1,7 @@
 !> Choosing nodes and faces by place or by name.
 module qsmpm_mesh_sets
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_element, only: face_count, face_corners, face_corner_count
   use qsmpm_mesh, only: mesh_type, index_set_type
   implicit none
@@ -14,9 +15,8 @@ module qsmpm_mesh_sets
 contains
 
   !> Distance below which places count as the same.
-  pure function set_tolerance(mesh) result(tolerance)
+  pure real(wp) function set_tolerance(mesh) result(tolerance)
     type(mesh_type), intent(in) :: mesh
-    real(wp) :: tolerance
 
     tolerance = closeness*maxval(mesh%bounds(:, 2) - mesh%bounds(:, 1))
   end function set_tolerance
@@ -110,11 +110,10 @@ contains
   end function cuts_faces
 
   !> True when all corners of a face are marked.
-  pure function all_inside(mesh, cell, face, inside) result(yes)
+  pure logical function all_inside(mesh, cell, face, inside) result(yes)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell, face
     logical, intent(in) :: inside(:)
-    logical :: yes
     integer :: corners(face_corner_count(mesh%cell_kind(cell), face))
 
     corners = face_corners(mesh%cell_kind(cell), face)
@@ -122,17 +121,12 @@ contains
   end function all_inside
 
   !> Place of a name in a list of sets, 0 when it is not there.
-  pure function find_set(sets, name) result(place)
+  pure integer function find_set(sets, name) result(place)
     !> The list of sets.
     type(index_set_type), intent(in) :: sets(:)
     character(len=*), intent(in) :: name
-    integer :: place
-    integer :: i
 
-    place = 0
-    do i = 1, size(sets)
-      if (sets(i)%name == name) place = i
-    end do
+    place = place_named(sets, name)
   end function find_set
 
   !> What a set of a name holds; nothing where there is none.

@@ -85,12 +85,11 @@ contains
   end function least_jacobian
 
   !> Determinant of the isoparametric map.
-  pure function jacobian(kind, local, corner) result(determinant)
+  pure real(wp) function jacobian(kind, local, corner) result(determinant)
     !> Element kind.
     integer, intent(in) :: kind
     !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:), corner(:, :)
-    real(wp) :: determinant
     real(wp) :: gradients(size(local), size(corner, 2)), j(size(local), size(local))
 
     call shape_gradients(kind, local, gradients)

@@ -79,13 +79,12 @@ contains
   end subroutine first_window
 
   !> Cells that a box touches.
-  pure function window_over(grid, whole, low, high) result(window)
+  pure type(window_type) function window_over(grid, whole, low, high) result(window)
     !> The grid, and all of its cells.
     type(grid_type), intent(in) :: grid
     type(window_type), intent(in) :: whole
     !> Corners of the box (3).
     real(wp), intent(in) :: low(3), high(3)
-    type(window_type) :: window
     integer :: a
 
     window = whole

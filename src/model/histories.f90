@@ -1,6 +1,7 @@
 !> Histories: what the deck wants in the columns of the curve.
 module qsmpm_histories
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_phase_times, only: time_in_phase
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_team, only: largest, total
@@ -17,7 +18,7 @@ module qsmpm_histories
   use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on
   use qsmpm_pore_water, only: discharge_in
   use qsmpm_props, only: prop_force
-  use qsmpm_rigid_bodies, only: force_on_body, pose_of, rigid_body_number
+  use qsmpm_rigid_bodies, only: force_on_body, pose_of
   use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at
   use qsmpm_strain, only: logarithmic_strain
@@ -42,10 +43,9 @@ contains
 
   !> One history before scaling; of a model that a team shares the part of this process, which with those of the others
   !> makes it up.
-  function history_value(model, i) result(value)
+  real(wp) function history_value(model, i) result(value)
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
-    real(wp) :: value
     real(wp), dimension(size(model%state%points%stress, 1)) :: strain, stress
     integer :: place
 
@@ -92,7 +92,7 @@ contains
       case (quantity_prop_force)
         value = prop_force(model, history%prop)
       case (quantity_contact_slip)
-        value = contact_slip_on(model, rigid_body_number(model, history%body), history%mean)
+        value = contact_slip_on(model, place_named(model%analysis%rigid_bodies, history%body), history%mean)
         if (model%part%team%rank > 0) value = 0.0_wp
       case (quantity_contact_pressure)
         value = contact_pressure_at(model, history%at(:model%mesh%dimension))
@@ -109,7 +109,7 @@ contains
     real(wp) :: force(6)
     integer :: b
 
-    b = rigid_body_number(model, history%body)
+    b = place_named(model%analysis%rigid_bodies, history%body)
     force = force_on_body(model, b)
     pose = pose_of(model, b)
     select case (history%quantity)

@@ -5,6 +5,7 @@
 !> start.
 module qsmpm_model_bodies
   use qsmpm_kinds, only: wp, long
+  use qsmpm_named, only: place_named
   use qsmpm_agreement, only: agree
   use qsmpm_error, only: error_type
   use qsmpm_active_bodies, only: bodies_active, has_stages
@@ -297,7 +298,7 @@ contains
       points%body = list%body(:list%count)
       allocate (zero(size(points%stress, 1)), source=0.0_wp)
       do p = 1, points%count
-        m = material_number(model, points%body(p))
+        m = place_named(model%analysis%materials, model%analysis%bodies(points%body(p))%material)
         points%material(p) = m
         points%half_size(:, p) = list%vector(:, p)
         points%weight(p) = model%analysis%materials(m)%unit_weight*points%volume(p)
@@ -307,20 +308,6 @@ contains
       end do
     end associate
   end subroutine points_from_seeds
-
-  !> Number of a body's material; the deck has checked that it exists.
-  pure function material_number(model, body) result(number)
-    type(model_type), intent(in) :: model
-    !> Number of the body.
-    integer, intent(in) :: body
-    integer :: number
-    integer :: m
-
-    number = 1
-    do m = 1, size(model%analysis%materials)
-      if (model%analysis%materials(m)%name == model%analysis%bodies(body)%material) number = m
-    end do
-  end function material_number
 
   !> Cells, local coordinates and positions of seeds.
   pure subroutine place_seeds(model, list, carried)

@@ -5,6 +5,7 @@
 module qsmpm_model_builder
   use qsmpm_body_loads, only: lay_body_loads
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type, error_user_material, fail
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_material_description, only: material_type, locking_none, locking_auto, locking_uniform_pressure
@@ -30,7 +31,7 @@ module qsmpm_model_builder
   use qsmpm_model_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_summary, only: summarise_phases, summarise_rigid_bodies
-  use qsmpm_rigid_bodies, only: make_rigid_bodies, lay_rigid_bodies, rigid_body_number
+  use qsmpm_rigid_bodies, only: make_rigid_bodies, lay_rigid_bodies
   use qsmpm_profile_check, only: check_strength_profiles
   use qsmpm_points, only: allocate_watched, start_strains, start_water
   use qsmpm_stress_at_rest, only: horizontal_at_rest
@@ -427,7 +428,8 @@ contains
     if (.not. model%analysis%moving_mesh%active) return
     if (model%analysis%moving_mesh%by_body) then
       associate (moving => model%analysis%moving_mesh)
-        model%state%plate = model%rigid_shapes(rigid_body_number(model, moving%body))%reference(moving%axis)
+        model%state%plate = model%rigid_shapes(place_named(model%analysis%rigid_bodies, moving%body))% &
+          reference(moving%axis)
       end associate
       return
     end if
@@ -481,11 +483,10 @@ contains
   end subroutine add_line
 
   !> Area of a surface by its surface points.
-  pure function surface_area(model, surface) result(area)
+  pure real(wp) function surface_area(model, surface) result(area)
     type(model_type), intent(in) :: model
     !> Number of the surface.
     integer, intent(in) :: surface
-    real(wp) :: area
 
     area = sum(model%state%surface%area, mask=model%state%surface%surface == surface)
   end function surface_area

@@ -79,9 +79,8 @@ contains
   end function keyword_of
 
   !> The structured grid of an analysis; it respects the edges of polygonal bodies.
-  pure function grid_of(analysis) result(grid)
+  pure type(grid_type) function grid_of(analysis) result(grid)
     type(analysis_type), intent(in) :: analysis
-    type(grid_type) :: grid
     integer :: i
 
     associate (source => analysis%mesh)

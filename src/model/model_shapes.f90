@@ -20,11 +20,10 @@ module qsmpm_model_shapes
 contains
 
   !> Bounds of a body as the seeding wants them.
-  function shape_of(model, body, diagnostics) result(shape)
+  type(body_shape_type) function shape_of(model, body, diagnostics) result(shape)
     type(model_type), intent(in) :: model
     type(body_type), intent(in) :: body
     type(diagnostics_type), intent(inout) :: diagnostics
-    type(body_shape_type) :: shape
     integer :: s
 
     select case (body%kind)

@@ -20,10 +20,9 @@ module qsmpm_soil_parameters
 contains
 
   !> Parameters of a material; in analysis of total stress the skeleton's shear modulus with nu_u.
-  pure function parameters_of(material) result(parameters)
+  pure type(material_parameters_type) function parameters_of(material) result(parameters)
     !> As described.
     type(material_type), intent(in) :: material
-    type(material_parameters_type) :: parameters
 
     parameters = material_parameters_type(young=material%young, poisson=material%poisson, &
       mohr_coulomb=material%mohr_coulomb, cohesion=material%cohesion, friction_angle=material%friction_angle, &

@@ -201,10 +201,9 @@ contains
   end subroutine take_points
 
   !> The analysis as the deck has it.
-  pure function scene_of(whole, model) result(analysis)
+  pure type(analysis_type) function scene_of(whole, model) result(analysis)
     type(whole_scene_type), intent(in) :: whole
     type(model_type), intent(in) :: model
-    type(analysis_type) :: analysis
 
     analysis = model%analysis
     if (is_reduced(whole)) analysis = whole%model%analysis

@@ -32,23 +32,20 @@ module qsmpm_team
     end subroutine end_team
 
     !> All processes that were started together; one that was not started by `start_team` is alone.
-    module function team_world() result(team)
-      type(team_type) :: team
+    module type(team_type) function team_world() result(team)
     end function team_world
 
     !> The communicator of this process alone, for libraries that want one; 0 where there is no message passing.
-    module function solo_communicator() result(handle)
-      integer :: handle
+    module integer function solo_communicator() result(handle)
     end function solo_communicator
   end interface
 
   !> Sum over the ranks.
   interface total
-    module function total_real(team, x) result(whole)
+    module real(wp) function total_real(team, x) result(whole)
       type(team_type), intent(in) :: team
       !> Part of this rank.
       real(wp), intent(in) :: x
-      real(wp) :: whole
     end function total_real
 
     module function total_reals(team, x) result(wholes)
@@ -58,11 +55,10 @@ module qsmpm_team
       real(wp) :: wholes(size(x))
     end function total_reals
 
-    module function total_long(team, x) result(whole)
+    module integer(long) function total_long(team, x) result(whole)
       type(team_type), intent(in) :: team
       !> Part of this rank.
       integer(long), intent(in) :: x
-      integer(long) :: whole
     end function total_long
 
     module function total_longs(team, x) result(wholes)
@@ -75,11 +71,10 @@ module qsmpm_team
 
   interface smallest
     !> Smallest value of the ranks.
-    module function smallest_real(team, x) result(extreme)
+    module real(wp) function smallest_real(team, x) result(extreme)
       type(team_type), intent(in) :: team
       !> Value of this rank.
       real(wp), intent(in) :: x
-      real(wp) :: extreme
     end function smallest_real
 
     !> The smallest one of each of several values; all are numbers.
@@ -93,11 +88,10 @@ module qsmpm_team
 
   interface
     !> Largest value of the ranks.
-    module function largest(team, x) result(extreme)
+    module real(wp) function largest(team, x) result(extreme)
       type(team_type), intent(in) :: team
       !> Value of this rank.
       real(wp), intent(in) :: x
-      real(wp) :: extreme
     end function largest
   end interface
 end module qsmpm_team

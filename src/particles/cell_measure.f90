@@ -12,7 +12,7 @@ module qsmpm_cell_measure
 contains
 
   !> Determinant of the element's Jacobian, times the radius in axisymmetry.
-  pure function measure_at(mesh, axisymmetric, cell, local) result(measure)
+  pure real(wp) function measure_at(mesh, axisymmetric, cell, local) result(measure)
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
@@ -20,7 +20,6 @@ contains
     integer, intent(in) :: cell
     !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:)
-    real(wp) :: measure
     real(wp) :: corner(mesh%dimension, 20), functions(20), gradients(mesh%dimension, 20)
     integer :: first, n
 

@@ -220,10 +220,9 @@ contains
   end subroutine seed_piece
 
   !> Third component of the cross product of plane vectors.
-  pure function cross(a, b) result(product)
+  pure real(wp) function cross(a, b) result(product)
     !> Vectors (2).
     real(wp), intent(in) :: a(2), b(2)
-    real(wp) :: product
 
     product = a(1)*b(2) - a(2)*b(1)
   end function cross

@@ -2,6 +2,7 @@
 !> *CHANGE MATERIAL say, along the line of its ancestors. A body that a phase takes out is not there in that phase any
 !> more, though its weight and stress are lowered over it (qsmpm_unloading).
 module qsmpm_active_bodies
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_change_type, fill_shape
   use qsmpm_phase_tree, only: lineage
@@ -41,14 +42,14 @@ contains
     integer, allocatable :: line(:)
     integer :: b, i, k
 
-    number = [(material_number(analysis, analysis%bodies(b)%material), b=1, size(number))]
+    number = [(place_named(analysis%materials, analysis%bodies(b)%material), b=1, size(number))]
     allocate (line, source=lineage(analysis%phases, phase))
     do i = 1, size(line)
       if (.not. allocated(analysis%phases(line(i))%materials)) cycle
       associate (changes => analysis%phases(line(i))%materials)
         do k = 1, size(changes)
           b = body_number(analysis, changes(k)%body)
-          if (b > 0) number(b) = material_number(analysis, changes(k)%material)
+          if (b > 0) number(b) = place_named(analysis%materials, changes(k)%material)
         end do
       end associate
     end do
@@ -72,16 +73,6 @@ contains
     end do
   end function materials_active
 
-  !> Number of a material by its name, 0 for none.
-  pure integer function material_number(analysis, name) result(number)
-    type(analysis_type), intent(in) :: analysis
-    character(len=*), intent(in) :: name
-
-    do number = size(analysis%materials), 1, -1
-      if (analysis%materials(number)%name == name) return
-    end do
-  end function material_number
-
   !> Whether each body is in a list of changes.
   pure function bodies_named(analysis, changes) result(named)
     type(analysis_type), intent(in) :: analysis
@@ -104,9 +95,7 @@ contains
     type(analysis_type), intent(in) :: analysis
     character(len=*), intent(in) :: name
 
-    do number = size(analysis%bodies), 1, -1
-      if (analysis%bodies(number)%name == name) return
-    end do
+    number = place_named(analysis%bodies, name)
   end function body_number
 
   !> Whether bodies come or go, or change their material.

@@ -1,6 +1,7 @@
 !> Bodies of soil as a deck describes them: how they are bounded and filled, and how a phase changes them.
 module qsmpm_body_description
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: named_type
   use qsmpm_source_line, only: source_line_type
   use qsmpm_text, only: string_type
   implicit none
@@ -15,8 +16,8 @@ module qsmpm_body_description
   integer, parameter, public :: fill_level = 1, fill_shape = 2
 
   !> A body of material, and how densely it is seeded.
-  type :: body_type
-    character(len=:), allocatable :: name, material
+  type, extends(named_type) :: body_type
+    character(len=:), allocatable :: material
     type(source_line_type) :: where
     integer :: kind = body_all
     real(wp) :: box(3, 2) = 0.0_wp

@@ -1,6 +1,7 @@
 !> What of an analysis is recorded: histories and files of results.
 module qsmpm_history_description
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: named_type
   use qsmpm_source_line, only: source_line_type
   implicit none
   private
@@ -16,8 +17,8 @@ module qsmpm_history_description
     quantity_discharge = 19
 
   !> A column of curves.csv.
-  type :: history_type
-    character(len=:), allocatable :: name, unit
+  type, extends(named_type) :: history_type
+    character(len=:), allocatable :: unit
     type(source_line_type) :: where
     integer :: quantity = quantity_displacement
     !> 1..3 for vectors; 1..6 (11,22,33,12,13,23) for stress.

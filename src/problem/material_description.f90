@@ -2,6 +2,7 @@
 !> rest.
 module qsmpm_material_description
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: named_type
   use qsmpm_law_parameters, only: law_parameters_type
   use qsmpm_permeability_law, only: permeability_law_type
   use qsmpm_softening_parameters, only: softening_parameters_type
@@ -31,8 +32,7 @@ module qsmpm_material_description
   end type at_rest_type
 
   !> Parameters of one material; the law is chosen by what is present.
-  type :: material_type
-    character(len=:), allocatable :: name
+  type, extends(named_type) :: material_type
     type(source_line_type) :: where
     real(wp) :: young = 0.0_wp
     real(wp) :: poisson = 0.0_wp

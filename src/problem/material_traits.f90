@@ -14,9 +14,8 @@ module qsmpm_material_traits
 contains
 
   !> What is said of the material's kind.
-  pure function traits_of(material) result(traits)
+  pure type(law_description_type) function traits_of(material) result(traits)
     type(material_type), intent(in) :: material
-    type(law_description_type) :: traits
 
     if (allocated(material%soil_law)) then
       traits = material%soil_law%describe()

@@ -1,6 +1,7 @@
 !> The background mesh as a deck describes it: where it comes from, its sets and surfaces, what of it moves.
 module qsmpm_mesh_description
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: named_type
   use qsmpm_source_line, only: source_line_type
   implicit none
   private
@@ -47,8 +48,7 @@ module qsmpm_mesh_description
   end type mesh_source_type
 
   !> A named set of nodes or elements chosen in the deck.
-  type :: set_type
-    character(len=:), allocatable :: name
+  type, extends(named_type) :: set_type
     type(source_line_type) :: where
     integer :: selection = select_list
     !> select_list: labels.
@@ -60,8 +60,7 @@ module qsmpm_mesh_description
   end type set_type
 
   !> A named piece of body surface on which tractions act.
-  type :: surface_type
-    character(len=:), allocatable :: name
+  type, extends(named_type) :: surface_type
     type(source_line_type) :: where
     !> select_box: mesh faces inside the box; select_segment: straight segments in the x-y plane,
     !> through all of z in 3D; select_mesh: a surface named by the mesh file; select_outline: the

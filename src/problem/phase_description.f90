@@ -1,6 +1,7 @@
 !> A phase of an analysis as a deck describes it: how it starts, its loads, rules of its steps, what ends it.
 module qsmpm_phase_description
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: named_type
   use qsmpm_body_description, only: body_change_type, drain_state_type
   use qsmpm_load_description, only: fixity_type, prescription_type, traction_type, support_type, gravity_type, &
     water_level_type, consolidation_type
@@ -122,8 +123,7 @@ module qsmpm_phase_description
   end type stop_type
 
   !> One phase: what changes, and how it is stepped.
-  type :: phase_type
-    character(len=:), allocatable :: name
+  type, extends(named_type) :: phase_type
     !> Phase that it starts from the end of; empty or unallocated: the one before.
     character(len=:), allocatable :: parent
     type(source_line_type) :: where

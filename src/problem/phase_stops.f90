@@ -28,13 +28,12 @@ contains
 
   !> Share of a step after which its phase ends: 1 at its end, less where the step is to be taken again up to there,
   !> 2 where none is reached.
-  pure function stop_share(stops, tolerance, before, after) result(share)
+  pure real(wp) function stop_share(stops, tolerance, before, after) result(share)
     type(stop_type), intent(in) :: stops(:)
     !> By how much a value may be passed, relative to it.
     real(wp), intent(in) :: tolerance
     !> Values of the history of each stop at the start and at the end of the step.
     real(wp), intent(in) :: before(:), after(:)
-    real(wp) :: share
     real(wp) :: crossing
     integer :: i
 

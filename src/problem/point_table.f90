@@ -4,7 +4,8 @@
 module qsmpm_point_table
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
-  use qsmpm_text, only: string_type, upper, stripped, squeezed, split, read_real, integer_text, number_good
+  use qsmpm_text, only: string_type, upper, stripped, squeezed, split, without_return, read_real, integer_text, &
+    number_good
   use qsmpm_point_test, only: driven_words, driven_stress, driven_axial_stress, driven_deviator, driven_cell_pressure, &
     driven_shear_stress, driven_normal_stress, driven_pressure
   implicit none
@@ -241,16 +242,4 @@ contains
     end do
     targets = targets*factor
   end subroutine parse_row
-
-  !> A line without the return that some systems put at its end.
-  pure function without_return(text) result(line)
-    !> The line.
-    character(len=*), intent(in) :: text
-    character(len=:), allocatable :: line
-
-    line = text
-    if (len(line) > 0) then
-      if (line(len(line):) == achar(13)) line = line(:len(line) - 1)
-    end if
-  end function without_return
 end module qsmpm_point_table

@@ -14,6 +14,7 @@
 !> What the deck says itself stays. Programs that build an analysis without a deck name their method.
 module qsmpm_recommended_method
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_active_bodies, only: leaves_cells
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_body_description, only: body_type, body_box, body_polygon
@@ -43,8 +44,7 @@ module qsmpm_recommended_method
 contains
 
   !> A method of which nothing is decided but the kinematics.
-  pure function undecided_method() result(method)
-    type(method_type) :: method
+  pure type(method_type) function undecided_method() result(method)
 
     method%basis = basis_auto
     method%integration = open_integration
@@ -234,10 +234,9 @@ contains
       character(len=*), intent(in) :: name
       integer :: k
 
-      is_stiff = .false.
-      do k = 1, size(analysis%materials)
-        if (analysis%materials(k)%name == name) is_stiff = analysis%materials(k)%young/stiff >= least
-      end do
+      k = place_named(analysis%materials, name)
+      is_stiff = k > 0
+      if (is_stiff) is_stiff = analysis%materials(k)%young/stiff >= least
     end function is_stiff
   end function stiff_body
 

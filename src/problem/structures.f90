@@ -2,6 +2,7 @@
 !> soil, their motions and loads, and props.
 module qsmpm_structures
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: named_type
   use qsmpm_source_line, only: source_line_type
   implicit none
   private
@@ -17,8 +18,7 @@ module qsmpm_structures
   integer, parameter, public :: patch_cell = 1, patch_point = 2
 
   !> A body that does not deform and that surfaces of the soil may touch.
-  type :: rigid_body_type
-    character(len=:), allocatable :: name
+  type, extends(named_type) :: rigid_body_type
     type(source_line_type) :: where
     !> One of rigid_*.
     integer :: shape = rigid_circle
@@ -75,8 +75,7 @@ module qsmpm_structures
   end type rigid_move_type
 
   !> A spring between two places of the ground, or from one to a place that is fixed.
-  type :: prop_type
-    character(len=:), allocatable :: name
+  type, extends(named_type) :: prop_type
     type(source_line_type) :: where
     !> As drawn (3, ends); the second one does not move.
     real(wp) :: places(3, 2) = 0.0_wp

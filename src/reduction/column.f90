@@ -6,13 +6,14 @@
 !> columns are not alike at the ends and the scene is left as it is.
 module qsmpm_column
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_reaction
   use qsmpm_load_description, only: fixity_type
   use qsmpm_mesh_description, only: set_type, select_plane
   use qsmpm_reduction, only: reduction_type, reduce_column, refuse, place_text, begin_reduction, &
     require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, drop_unused_sets, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
   use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
@@ -69,7 +70,7 @@ contains
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i), lines => analysis%mesh%axes(1)%lines)
         if (history%quantity == quantity_reaction) then
-          s = set_number(analysis, history%set)
+          s = place_named(analysis%node_sets, history%set)
           whole = covers_axis(members, s, 1)
           if (.not. whole .and. (history%component /= 1 .or. side_of(members, s) == 0)) call refuse(reason, &
             "*HISTORY '"//history%name//"'"//place_text(history%where)//" reads a reaction of '"//history%set// &
@@ -140,7 +141,7 @@ contains
           if (history%component == 1) step%history_factor(i) = 0.0_wp
           if (history%component == 1) step%history_offset(i) = history%at(1)
         case (quantity_reaction)
-          if (covers_axis(members, set_number(analysis, history%set), 1)) &
+          if (covers_axis(members, place_named(analysis%node_sets, history%set), 1)) &
             step%history_factor(i) = merge(0.0_wp, step%factor, history%component == 1)
         end select
         call reduce_rigid_history(history, [1], step%factor, step%history_factor(i))
@@ -185,7 +186,7 @@ contains
     do p = 1, size(analysis%phases)
       allocate (kept(0))
       do i = 1, size(analysis%phases(p)%fixities)
-        if (covers_axis(members, set_number(analysis, analysis%phases(p)%fixities(i)%set), 1)) &
+        if (covers_axis(members, place_named(analysis%node_sets, analysis%phases(p)%fixities(i)%set), 1)) &
           kept = [kept, analysis%phases(p)%fixities(i)]
       end do
       do k = 1, 2

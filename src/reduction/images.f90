@@ -395,12 +395,11 @@ contains
   end subroutine mirror_field
 
   !> The part of the scene's grid that a part of the model's grid is an image of.
-  pure function window_of_scene(expansion, window) result(wide)
+  pure type(window_type) function window_of_scene(expansion, window) result(wide)
     !> The way back.
     type(expansion_type), intent(in) :: expansion
     !> The part of the model's grid.
     type(window_type), intent(in) :: window
-    type(window_type) :: wide
     integer :: s, counts(3)
 
     wide = window

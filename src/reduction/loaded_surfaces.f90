@@ -2,6 +2,7 @@
 !> which of them are used at all.
 module qsmpm_loaded_surfaces
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_polygon
   use qsmpm_load_description, only: carrier_points
@@ -12,22 +13,9 @@ module qsmpm_loaded_surfaces
   implicit none
   private
 
-  public :: surface_is_used, keep_used_surfaces, surface_number, require_loads_uniform, require_surface
+  public :: surface_is_used, keep_used_surfaces, require_loads_uniform, require_surface
 
 contains
-
-  !> Number of a named surface, 0 when there is none.
-  pure integer function surface_number(analysis, name)
-    !> The scene.
-    type(analysis_type), intent(in) :: analysis
-    character(len=*), intent(in) :: name
-    integer :: s
-
-    surface_number = 0
-    do s = 1, size(analysis%surfaces)
-      if (analysis%surfaces(s)%name == name) surface_number = s
-    end do
-  end function surface_number
 
   !> Whether a phase loads or supports a surface, or a rigid body may touch it.
   pure logical function surface_is_used(analysis, name) result(used)
@@ -58,20 +46,13 @@ contains
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
     type(surface_type), allocatable :: kept(:)
-    integer :: s, n
+    integer :: s
 
-    allocate (kept(size(analysis%surfaces)))
-    n = 0
-    do s = 1, size(kept)
-      if (.not. surface_is_used(analysis, analysis%surfaces(s)%name)) cycle
-      n = n + 1
-      kept(n) = analysis%surfaces(s)
+    allocate (kept(0))
+    do s = 1, size(analysis%surfaces)
+      if (surface_is_used(analysis, analysis%surfaces(s)%name)) kept = [kept, analysis%surfaces(s)]
     end do
-    deallocate (analysis%surfaces)
-    allocate (analysis%surfaces(n))
-    do s = 1, n
-      analysis%surfaces(s) = kept(s)
-    end do
+    call move_alloc(kept, analysis%surfaces)
   end subroutine keep_used_surfaces
 
   !> Prove that gravity, tractions, pressures and supports do not depend on an axis and have no part
@@ -119,7 +100,8 @@ contains
     logical :: whole
 
     tolerance = scene_tolerance(analysis)
-    associate (surface => analysis%surfaces(surface_number(analysis, name)), lines => analysis%mesh%axes(axis)%lines)
+    associate (surface => analysis%surfaces(place_named(analysis%surfaces, name)), &
+        lines => analysis%mesh%axes(axis)%lines)
       first = lines(1) + tolerance
       last = lines(size(lines)) - tolerance
       select case (surface%selection)
@@ -164,9 +146,8 @@ contains
     type(surface_type), intent(in) :: surface
     integer :: b
 
-    yes = .false.
-    do b = 1, size(analysis%bodies)
-      if (analysis%bodies(b)%name == surface%body) yes = analysis%bodies(b)%kind == body_polygon
-    end do
+    b = place_named(analysis%bodies, surface%body)
+    yes = b > 0
+    if (yes) yes = analysis%bodies(b)%kind == body_polygon
   end function is_prism
 end module qsmpm_loaded_surfaces

@@ -7,6 +7,7 @@
 !> taken unasked.
 module qsmpm_mirror
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_history_description, only: quantity_reaction
   use qsmpm_load_description, only: traction_type
@@ -19,9 +20,9 @@ module qsmpm_mirror
   use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_tree, only: lineage
   use qsmpm_reduction, only: refuse, refuse_mesh, place_text, require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, set_number, contains_node, representatives, node_state, &
+  use qsmpm_set_members, only: members_type, find_members, contains_node, representatives, node_state, &
     scene_tolerance
-  use qsmpm_loaded_surfaces, only: surface_is_used, surface_number
+  use qsmpm_loaded_surfaces, only: surface_is_used
   use qsmpm_mirror_stages, only: prove_stages
   use qsmpm_mirror_images, only: mirror_plane, body_partner, surface_partner
   use qsmpm_rigid_symmetry, only: require_rigid_mirrored, contact_is_associated
@@ -169,7 +170,7 @@ contains
     do i = 1, size(phase%supports)
       if (phase%supports(i)%contracts) call refuse(reason, "*CONTRACTION of '"//phase%supports(i)%surface//"'"// &
         place_text(phase%supports(i)%where)//' is about a whole cavity')
-      s = surface_partner(analysis, surface_number(analysis, phase%supports(i)%surface), axis)
+      s = surface_partner(analysis, place_named(analysis%surfaces, phase%supports(i)%surface), axis)
       if (.not. support_is_given(phase, analysis%surfaces(s)%name, phase%supports(i)%kind)) call refuse(reason, &
         "*SUPPORT of '"//phase%supports(i)%surface//"'"//place_text(phase%supports(i)%where)//' has no mirror image')
     end do
@@ -225,7 +226,7 @@ contains
     real(wp) :: image(3)
     integer :: k, s
 
-    s = surface_partner(analysis, surface_number(analysis, load%surface), axis)
+    s = surface_partner(analysis, place_named(analysis%surfaces, load%surface), axis)
     image = load%vector
     image(axis) = -image(axis)
     found = .false.
@@ -261,15 +262,15 @@ contains
       if (analysis%moving_mesh%axis == axis) call refuse(reason, '*MOVING MESH'// &
         place_text(analysis%moving_mesh%where)//' is not symmetric')
     else if (analysis%moving_mesh%active) then
-      if (analysis%moving_mesh%axis == axis .or. set_side(members, set_number(analysis, analysis%moving_mesh%set), &
-        axis) /= side_both) call refuse(reason, '*MOVING MESH'//place_text(analysis%moving_mesh%where)// &
-        ' is not symmetric')
+      if (analysis%moving_mesh%axis == axis .or. set_side(members, place_named(analysis%node_sets, &
+        analysis%moving_mesh%set), axis) /= side_both) call refuse(reason, '*MOVING MESH'// &
+        place_text(analysis%moving_mesh%where)//' is not symmetric')
     end if
     call require_local_histories(analysis, reason)
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i))
         if (history%quantity /= quantity_reaction .or. allocated(reason)) cycle
-        if (set_side(members, set_number(analysis, history%set), axis) == side_mixed) call refuse(reason, &
+        if (set_side(members, place_named(analysis%node_sets, history%set), axis) == side_mixed) call refuse(reason, &
           "*HISTORY '"//history%name//"'"//place_text(history%where)//" reads a reaction of '"//history%set// &
           "', which is neither symmetric nor in one half")
       end associate
@@ -285,7 +286,7 @@ contains
     character(len=:), allocatable, intent(inout) :: reason
     integer :: s
 
-    s = set_number(analysis, name)
+    s = place_named(analysis%node_sets, name)
     if (analysis%node_sets(s)%selection == select_list) call refuse(reason, "*NSET '"//name//"'"// &
       place_text(analysis%node_sets(s)%where)//' is a list of labels')
   end subroutine refuse_labels
@@ -395,7 +396,7 @@ contains
       character(len=*), intent(in) :: name
       integer :: s
 
-      s = set_number(analysis, name)
+      s = place_named(analysis%node_sets, name)
       is_one_sided = contains_node(members, s, node) .neqv. contains_node(members, s, image)
     end function is_one_sided
   end function blame

@@ -3,6 +3,7 @@
 !> beyond has no cell.
 module qsmpm_mirror_half
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_type, body_box, body_polygon
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_strain, &
@@ -11,8 +12,8 @@ module qsmpm_mirror_half
   use qsmpm_mesh_description, only: set_type, select_plane, select_box, select_segment, select_outline
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
-  use qsmpm_loaded_surfaces, only: keep_used_surfaces, surface_number
+  use qsmpm_set_members, only: members_type, find_members, drop_unused_sets, scene_tolerance
+  use qsmpm_loaded_surfaces, only: keep_used_surfaces
   use qsmpm_mirror, only: set_side, side_both, side_other
   use qsmpm_mirror_stages, only: drop_absent
   use qsmpm_rigid_reduction, only: half_rigid_bodies, mirror_rigid_history
@@ -68,7 +69,7 @@ contains
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i))
         if (history%quantity == quantity_reaction) then
-          select case (set_side(members, set_number(analysis, history%set), axis))
+          select case (set_side(members, place_named(analysis%node_sets, history%set), axis))
           case (side_both)
             step%history_factor(i) = merge(0.0_wp, 2.0_wp, history%component == axis)
           case (side_other)
@@ -121,12 +122,12 @@ contains
       allocate (fixities(0), prescriptions(0))
       associate (phase => analysis%phases(p))
         do i = 1, size(phase%fixities)
-          if (set_side(members, set_number(analysis, phase%fixities(i)%set), axis) /= side_other) &
+          if (set_side(members, place_named(analysis%node_sets, phase%fixities(i)%set), axis) /= side_other) &
             fixities = [fixities, phase%fixities(i)]
         end do
         fixities = [fixities, roller]
         do i = 1, size(phase%prescriptions)
-          if (set_side(members, set_number(analysis, phase%prescriptions(i)%set), axis) /= side_other) &
+          if (set_side(members, place_named(analysis%node_sets, phase%prescriptions(i)%set), axis) /= side_other) &
             prescriptions = [prescriptions, phase%prescriptions(i)]
         end do
         call move_alloc(fixities, phase%fixities)
@@ -174,7 +175,7 @@ contains
     real(wp), intent(in) :: plane
     integer :: b
 
-    associate (surface => analysis%surfaces(surface_number(analysis, name)), nothing => scene_tolerance(analysis))
+    associate (surface => analysis%surfaces(place_named(analysis%surfaces, name)), nothing => scene_tolerance(analysis))
       beyond = .false.
       select case (surface%selection)
       case (select_box)
@@ -183,10 +184,8 @@ contains
         beyond = minval(surface%segments([1, 3], :)) >= plane - nothing
       case (select_outline)
         if (surface%boxed) beyond = surface%box(axis, 1) >= plane - nothing
-        do b = 1, size(analysis%bodies)
-          if (analysis%bodies(b)%name == surface%body) beyond = beyond .or. &
-            body_beyond(analysis%bodies(b), axis, plane - nothing)
-        end do
+        b = place_named(analysis%bodies, surface%body)
+        if (b > 0) beyond = beyond .or. body_beyond(analysis%bodies(b), axis, plane - nothing)
       end select
     end associate
   end function surface_beyond

@@ -2,6 +2,7 @@
 !> in the plane half way between two sides of the grid. What lies outside the grid counts nothing.
 module qsmpm_mirror_images
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_body_description, only: body_all, body_box, body_polygon
   use qsmpm_mesh_description, only: select_box, select_segment, select_outline
@@ -162,13 +163,11 @@ contains
     !> Names of the bodies.
     character(len=*), intent(in) :: name, other
     integer, intent(in) :: axis
-    integer :: b, partner
+    integer :: partner
 
     yes = .false.
-    do b = 1, size(analysis%bodies)
-      if (analysis%bodies(b)%name /= name) cycle
-      partner = body_partner(analysis, b, axis)
-      if (partner > 0) yes = analysis%bodies(partner)%name == other
-    end do
+    partner = place_named(analysis%bodies, name)
+    if (partner > 0) partner = body_partner(analysis, partner, axis)
+    if (partner > 0) yes = analysis%bodies(partner)%name == other
   end function are_partners
 end module qsmpm_mirror_images

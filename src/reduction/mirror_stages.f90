@@ -74,18 +74,11 @@ contains
     type(analysis_type), intent(in) :: analysis
     type(body_change_type), allocatable, intent(inout) :: changes(:)
     type(body_change_type), allocatable :: kept(:)
-    integer :: i, n
+    integer :: i
 
-    n = 0
+    allocate (kept(0))
     do i = 1, size(changes)
-      if (body_number(analysis, changes(i)%body) > 0) n = n + 1
-    end do
-    allocate (kept(n))
-    n = 0
-    do i = 1, size(changes)
-      if (body_number(analysis, changes(i)%body) == 0) cycle
-      n = n + 1
-      kept(n) = changes(i)
+      if (body_number(analysis, changes(i)%body) > 0) kept = [kept, changes(i)]
     end do
     call move_alloc(kept, changes)
   end subroutine drop_from

@@ -5,6 +5,7 @@
 !> thickness times those of the model.
 module qsmpm_prismatic
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional, plane_strain
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
     quantity_strain, quantity_volume
@@ -14,7 +15,7 @@ module qsmpm_prismatic
   use qsmpm_error, only: error_type
   use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, at_rigid_body, component_vector
   use qsmpm_reduction, only: reduction_type, reduce_prismatic, refuse, place_text, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, drop_unused_sets, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
   use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
@@ -91,7 +92,7 @@ contains
           if (has_components(history%quantity, component_vector) .and. history%component == 3) call refuse(reason, &
             "*HISTORY '"//history%name//"'"//place_text(history%where)//' reads a component along z')
         else if (history%quantity == quantity_reaction) then
-          s = set_number(analysis, history%set)
+          s = place_named(analysis%node_sets, history%set)
           if (.not. covers_axis(members, s, 3)) call refuse(reason, "*HISTORY '"//history%name//"'"// &
             place_text(history%where)//" reads a reaction of '"//history%set//"', which depends on z")
           if (history%component == 3) call refuse(reason, "*HISTORY '"//history%name//"'"// &
@@ -252,47 +253,22 @@ contains
     type(analysis_type), intent(inout) :: analysis
     type(fixity_type), allocatable :: fixities(:)
     type(prescription_type), allocatable :: prescriptions(:)
-    integer :: p, i, n
+    integer :: p, i
 
     do p = 1, size(analysis%phases)
       associate (phase => analysis%phases(p))
-        allocate (fixities(size(phase%fixities)), prescriptions(size(phase%prescriptions)))
-        n = 0
+        allocate (fixities(0), prescriptions(0))
         do i = 1, size(phase%fixities)
           if (phase%fixities(i)%fixed(3) .and. .not. any(phase%fixities(i)%fixed(:2))) cycle
-          n = n + 1
-          fixities(n) = phase%fixities(i)
-          fixities(n)%fixed(3) = .false.
+          fixities = [fixities, phase%fixities(i)]
+          fixities(size(fixities))%fixed(3) = .false.
         end do
-        call take_fixities(phase%fixities, fixities, n)
-        n = 0
         do i = 1, size(phase%prescriptions)
-          if (phase%prescriptions(i)%component == 3) cycle
-          n = n + 1
-          prescriptions(n) = phase%prescriptions(i)
+          if (phase%prescriptions(i)%component /= 3) prescriptions = [prescriptions, phase%prescriptions(i)]
         end do
-        deallocate (phase%prescriptions)
-        allocate (phase%prescriptions(n))
-        do i = 1, n
-          phase%prescriptions(i) = prescriptions(i)
-        end do
-        deallocate (fixities, prescriptions)
+        call move_alloc(fixities, phase%fixities)
+        call move_alloc(prescriptions, phase%prescriptions)
       end associate
     end do
   end subroutine plane_supports
-
-  !> The first of a list in place of another.
-  pure subroutine take_fixities(list, new, n)
-    type(fixity_type), allocatable, intent(inout) :: list(:)
-    !> The new one, and how many of it.
-    type(fixity_type), intent(in) :: new(:)
-    integer, intent(in) :: n
-    integer :: i
-
-    deallocate (list)
-    allocate (list(n))
-    do i = 1, n
-      list(i) = new(i)
-    end do
-  end subroutine take_fixities
 end module qsmpm_prismatic

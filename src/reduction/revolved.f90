@@ -8,6 +8,7 @@
 !> equations are not those of the bricks, only what they approximate is the same.
 module qsmpm_revolved
   use qsmpm_kinds, only: wp, pi
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_body_description, only: body_type, body_polyhedron, body_polygon
   use qsmpm_history_description, only: quantity_stress, quantity_strain, quantity_reaction
@@ -18,9 +19,8 @@ module qsmpm_revolved
   use qsmpm_error, only: error_type
   use qsmpm_stl_reader, only: read_stl
   use qsmpm_reduction, only: refuse, refuse_mesh, place_text, require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, representatives, node_state, &
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, representatives, node_state, &
     scene_tolerance
-  use qsmpm_loaded_surfaces, only: surface_number
   use qsmpm_revolved_profile, only: find_axis, find_profile
   use qsmpm_rigid_symmetry, only: require_rigid_round
   use qsmpm_water_symmetry, only: require_level_water
@@ -223,15 +223,15 @@ contains
       end do
       do i = 1, size(analysis%phases(p)%prescriptions)
         associate (prescription => analysis%phases(p)%prescriptions(i))
-          if (prescription%component /= 2 .or. .not. is_level(members, set_number(analysis, prescription%set))) &
-            call refuse(reason, "*PRESCRIBE of '"//prescription%set//"'"//place_text(prescription%where)// &
-            ' is not the same all around the axis')
+          if (prescription%component /= 2 .or. .not. is_level(members, place_named(analysis%node_sets, &
+            prescription%set))) call refuse(reason, "*PRESCRIBE of '"//prescription%set//"'"// &
+            place_text(prescription%where)//' is not the same all around the axis')
         end associate
       end do
     end do
     if (.not. analysis%moving_mesh%active) return
     along = analysis%moving_mesh%axis == 2
-    if (along .and. .not. analysis%moving_mesh%by_body) along = is_level(members, set_number(analysis, &
+    if (along .and. .not. analysis%moving_mesh%by_body) along = is_level(members, place_named(analysis%node_sets, &
       analysis%moving_mesh%set))
     if (.not. along) &
       call refuse(reason, '*MOVING MESH'//place_text(analysis%moving_mesh%where)//' does not go along the axis')
@@ -259,7 +259,7 @@ contains
     type(fixity_type), intent(in) :: fixity
     integer :: s, i
 
-    s = set_number(analysis, fixity%set)
+    s = place_named(analysis%node_sets, fixity%set)
     associate (set => analysis%node_sets(s))
       round = set%selection /= select_list .and. is_level(members, s) .and. (fixity%fixed(1) .eqv. fixity%fixed(3))
       if (round .or. set%selection /= select_plane .or. set%axis == 2) return
@@ -344,7 +344,7 @@ contains
     real(wp) :: widest
     integer :: i
 
-    associate (surface => analysis%surfaces(surface_number(analysis, name)))
+    associate (surface => analysis%surfaces(place_named(analysis%surfaces, name)))
       round = surface%selection == select_outline .and. (surface%boxed .or. .not. level)
       if (.not. round .or. .not. surface%boxed) return
       widest = maxval(solid%widest)
@@ -377,7 +377,7 @@ contains
         from = history%at([1, 3]) - solid%centre
         select case (history%quantity)
         case (quantity_reaction)
-          good = is_level(members, set_number(analysis, history%set)) .and. &
+          good = is_level(members, place_named(analysis%node_sets, history%set)) .and. &
             (history%component == 2 .or. .not. any(solid%cut))
         case (quantity_stress, quantity_strain)
           good = history%component == 2 .or. any(abs(from) <= scene_tolerance(analysis))

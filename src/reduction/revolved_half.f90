@@ -2,13 +2,14 @@
 !> y, and the way back.
 module qsmpm_revolved_half
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, axisymmetric
   use qsmpm_history_description, only: quantity_position, quantity_stress, quantity_strain, quantity_reaction
   use qsmpm_load_description, only: fixity_type
   use qsmpm_mesh_description, only: set_type, select_plane
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
+  use qsmpm_set_members, only: members_type, find_members, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
   use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
   use qsmpm_revolved, only: revolved_solid_type, is_level
@@ -98,7 +99,7 @@ contains
     do p = 1, size(analysis%phases)
       allocate (kept(0))
       do i = 1, size(analysis%phases(p)%fixities)
-        if (.not. is_level(members, set_number(analysis, analysis%phases(p)%fixities(i)%set))) cycle
+        if (.not. is_level(members, place_named(analysis%node_sets, analysis%phases(p)%fixities(i)%set))) cycle
         kept = [kept, analysis%phases(p)%fixities(i)]
         kept(size(kept))%fixed(3) = .false.
       end do

@@ -2,13 +2,14 @@
 !> the load, what lies beyond a mirror is left out and read from its image.
 module qsmpm_rigid_reduction
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_history_description, only: history_type, quantity_contact_force, quantity_contact_moment, &
     quantity_body_rotation
   use qsmpm_structures, only: rigid_body_type, contact_type, rigid_move_type
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type
-  use qsmpm_rigid_symmetry, only: rigid_number, rigid_partner, rigid_side, rigid_above
+  use qsmpm_rigid_symmetry, only: rigid_partner, rigid_side, rigid_above
   implicit none
   private
 
@@ -82,7 +83,7 @@ contains
     integer :: b, partner
     logical :: odd
 
-    b = rigid_number(analysis, history%body)
+    b = place_named(analysis%rigid_bodies, history%body)
     partner = rigid_partner(analysis, b, axis)
     ! A moment about z turns its sense in a mirror along x.
     odd = history%component == axis
@@ -115,13 +116,14 @@ contains
       if (.not. beyond(b)) bodies = [bodies, analysis%rigid_bodies(b)]
     end do
     do i = 1, size(analysis%contacts)
-      if (.not. beyond(rigid_number(analysis, analysis%contacts(i)%body))) contacts = [contacts, analysis%contacts(i)]
+      if (.not. beyond(place_named(analysis%rigid_bodies, analysis%contacts(i)%body))) &
+        contacts = [contacts, analysis%contacts(i)]
     end do
     do p = 1, size(analysis%phases)
       allocate (moves(0))
       do i = 1, size(analysis%phases(p)%moves)
         associate (move => analysis%phases(p)%moves(i))
-          b = rigid_number(analysis, move%body)
+          b = place_named(analysis%rigid_bodies, move%body)
           if (beyond(b)) cycle
           moves = [moves, move]
           if (whole(b)) moves(size(moves))%load = 0.5_wp*move%load
@@ -130,7 +132,7 @@ contains
       call move_alloc(moves, analysis%phases(p)%moves)
     end do
     if (analysis%moving_mesh%by_body) then
-      b = rigid_number(analysis, analysis%moving_mesh%body)
+      b = place_named(analysis%rigid_bodies, analysis%moving_mesh%body)
       if (beyond(b)) analysis%moving_mesh%body = analysis%rigid_bodies(rigid_partner(analysis, b, axis))%name
     end if
     call move_alloc(bodies, analysis%rigid_bodies)

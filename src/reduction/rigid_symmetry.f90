@@ -6,12 +6,13 @@
 !> take a half for it unasked (`contact_is_associated`).
 module qsmpm_rigid_symmetry
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_history_description, only: quantity_contact_moment
   use qsmpm_structures, only: rigid_body_type, contact_type, rigid_move_type, contact_on_body, rigid_plane, &
     rigid_circle, rigid_box, rigid_cone, rigid_cylinder, rigid_polygon
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
-  use qsmpm_loaded_surfaces, only: require_surface, surface_number
+  use qsmpm_loaded_surfaces, only: require_surface
   use qsmpm_mirror_images, only: mirror_plane, surface_partner, mirrored_box, edges_match, outline_edges
   use qsmpm_reduction, only: refuse, place_text
   use qsmpm_set_members, only: scene_tolerance
@@ -19,25 +20,13 @@ module qsmpm_rigid_symmetry
   private
 
   public :: require_rigid_uniform, require_rigid_mirrored, require_rigid_round, rigid_partner, rigid_side, &
-    contact_is_associated, rigid_number
+    contact_is_associated
 
   !> Sides of a plane a body may lie on: across it, below, above.
   integer, parameter, public :: rigid_across = 0, rigid_below = 1, rigid_above = 2
   character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
 
 contains
-
-  !> Number of a named rigid body, 0 when there is none.
-  pure integer function rigid_number(analysis, name)
-    type(analysis_type), intent(in) :: analysis
-    character(len=*), intent(in) :: name
-    integer :: b
-
-    rigid_number = 0
-    do b = 1, size(analysis%rigid_bodies)
-      if (analysis%rigid_bodies(b)%name == name) rigid_number = b
-    end do
-  end function rigid_number
 
   !> Name and place of a body for a reason.
   pure function named(body) result(text)
@@ -200,7 +189,7 @@ contains
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i))
         if (history%quantity /= quantity_contact_moment) cycle
-        associate (body => analysis%rigid_bodies(rigid_number(analysis, history%body)))
+        associate (body => analysis%rigid_bodies(place_named(analysis%rigid_bodies, history%body)))
           if (body%shape /= rigid_plane) cycle
           if (rigid_side(analysis, body, axis) == rigid_across .and. abs(body%place(axis) &
             - mirror_plane(analysis, axis)) > scene_tolerance(analysis)) call refuse(reason, "*HISTORY '"// &
@@ -301,7 +290,7 @@ contains
     integer :: b, partner, i
 
     found = .false.
-    b = rigid_number(analysis, move%body)
+    b = place_named(analysis%rigid_bodies, move%body)
     partner = rigid_partner(analysis, b, axis)
     if (may_turn(move) .or. (partner == b .and. moves_along(move, axis))) return
     vector = move%vector
@@ -329,9 +318,9 @@ contains
     integer :: i, partner, surface
 
     found = .false.
-    partner = rigid_partner(analysis, rigid_number(analysis, contact%body), axis)
+    partner = rigid_partner(analysis, place_named(analysis%rigid_bodies, contact%body), axis)
     surface = 0
-    if (contact%place /= contact_on_body) surface = surface_partner(analysis, surface_number(analysis, &
+    if (contact%place /= contact_on_body) surface = surface_partner(analysis, place_named(analysis%surfaces, &
       contact%surface), axis)
     do i = 1, size(analysis%contacts)
       associate (image => analysis%contacts(i))

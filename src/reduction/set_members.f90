@@ -6,6 +6,7 @@
 !> half way.
 module qsmpm_set_members
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_history_description, only: quantity_reaction
   use qsmpm_mesh_description, only: set_type, axis_type, select_plane, select_box
@@ -15,7 +16,7 @@ module qsmpm_set_members
   implicit none
   private
 
-  public :: members_type, find_members, set_number, contains_node, covers_axis, representatives, node_state, &
+  public :: members_type, find_members, contains_node, covers_axis, representatives, node_state, &
     scene_tolerance, set_is_used, drop_unused_sets
 
   !> Entries along one axis.
@@ -117,19 +118,6 @@ contains
     end select
   end function in_set
 
-  !> Number of a named set, 0 when there is none.
-  pure integer function set_number(analysis, name)
-    !> The scene.
-    type(analysis_type), intent(in) :: analysis
-    character(len=*), intent(in) :: name
-    integer :: s
-
-    set_number = 0
-    do s = 1, size(analysis%node_sets)
-      if (analysis%node_sets(s)%name == name) set_number = s
-    end do
-  end function set_number
-
   !> Whether a set holds a node.
   pure logical function contains_node(members, set, node)
     !> The tables.
@@ -209,12 +197,12 @@ contains
       value = 0.0_wp
       associate (now => analysis%phases(line(p)))
         do i = 1, size(now%fixities)
-          if (.not. contains_node(members, set_number(analysis, now%fixities(i)%set), node)) cycle
+          if (.not. contains_node(members, place_named(analysis%node_sets, now%fixities(i)%set), node)) cycle
           fixed = now%fixities(i)%fixed .or. (any(now%fixities(i)%fixed) .and. fixed)
         end do
         do i = 1, size(now%prescriptions)
           associate (prescription => now%prescriptions(i))
-            if (.not. contains_node(members, set_number(analysis, prescription%set), node)) cycle
+            if (.not. contains_node(members, place_named(analysis%node_sets, prescription%set), node)) cycle
             fixed(prescription%component) = .true.
             value(prescription%component) = now%load_factor*prescription%value
           end associate
@@ -252,20 +240,13 @@ contains
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
     type(set_type), allocatable :: kept(:)
-    integer :: s, n
+    integer :: s
 
-    allocate (kept(size(analysis%node_sets)))
-    n = 0
-    do s = 1, size(kept)
-      if (.not. set_is_used(analysis, analysis%node_sets(s)%name)) cycle
-      n = n + 1
-      kept(n) = analysis%node_sets(s)
+    allocate (kept(0))
+    do s = 1, size(analysis%node_sets)
+      if (set_is_used(analysis, analysis%node_sets(s)%name)) kept = [kept, analysis%node_sets(s)]
     end do
-    deallocate (analysis%node_sets)
-    allocate (analysis%node_sets(n))
-    do s = 1, n
-      analysis%node_sets(s) = kept(s)
-    end do
+    call move_alloc(kept, analysis%node_sets)
     deallocate (analysis%element_sets)
     allocate (analysis%element_sets(0))
   end subroutine drop_unused_sets

@@ -7,11 +7,12 @@
 !> card; that the end planes are held is shown node by node for every phase.
 module qsmpm_uniform_axis
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_all, body_box, body_polygon
   use qsmpm_mesh_description, only: mesh_grid, select_list
   use qsmpm_reduction, only: refuse, refuse_mesh, place_text
-  use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, representatives, node_state, &
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, representatives, node_state, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: require_loads_uniform
   use qsmpm_rigid_symmetry, only: require_rigid_uniform
@@ -115,7 +116,7 @@ contains
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%fixities)
         associate (fixity => analysis%phases(p)%fixities(i))
-          s = set_number(analysis, fixity%set)
+          s = place_named(analysis%node_sets, fixity%set)
           if (analysis%node_sets(s)%selection == select_list) call refuse(reason, "*NSET '"//fixity%set//"'"// &
             place_text(analysis%node_sets(s)%where)//' is a list of labels')
           if (.not. covers_axis(members, s, axis) .and. any(fixity%fixed .neqv. only)) call refuse(reason, &
@@ -124,7 +125,7 @@ contains
       end do
       do i = 1, size(analysis%phases(p)%prescriptions)
         associate (prescription => analysis%phases(p)%prescriptions(i))
-          s = set_number(analysis, prescription%set)
+          s = place_named(analysis%node_sets, prescription%set)
           if (.not. covers_axis(members, s, axis)) call refuse(reason, "*PRESCRIBE of '"//prescription%set//"'"// &
             place_text(prescription%where)//' depends on '//letters(axis))
           if (prescription%component == axis .and. abs(prescription%value) > 0.0_wp) call refuse(reason, &
@@ -147,7 +148,8 @@ contains
     associate (moving => analysis%moving_mesh)
       if (.not. moving%active) return
       along = moving%axis == axis
-      if (.not. (along .or. moving%by_body)) along = .not. covers_axis(members, set_number(analysis, moving%set), axis)
+      if (.not. (along .or. moving%by_body)) along = .not. covers_axis(members, &
+        place_named(analysis%node_sets, moving%set), axis)
       if (along) call refuse(reason, '*MOVING MESH'//place_text(moving%where)//' depends on '//letters(axis))
     end associate
   end subroutine require_plate

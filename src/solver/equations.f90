@@ -10,7 +10,7 @@ module qsmpm_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_node_graph, only: connectivity_type, node_graph, node_distance
   use qsmpm_node_ordering, only: order_metis, order_bandwidth
-  use qsmpm_sorting, only: sort
+  use qsmpm_sorting, only: sort, place_in_order
   use qsmpm_sweep_ordering, only: narrow_by_sweeps
   use qsmpm_solver_choice, only: choose_solver, most_for_band
   use qsmpm_solver_list, only: solver_row_type, solver_row
@@ -85,12 +85,11 @@ contains
   end function one_triangle
 
   !> True when nothing that shapes the pattern has changed.
-  pure function same_patches(equations, connectivity, constrained) result(same)
+  pure logical function same_patches(equations, connectivity, constrained) result(same)
     type(equations_type), intent(in) :: equations
     !> Node lists that couple.
     type(connectivity_type), intent(in) :: connectivity
     logical, intent(in) :: constrained(:, :)
-    logical :: same
 
     same = .false.
     if (.not. allocated(equations%number) .or. equations%numbered_for /= equations%solver_kind) return
@@ -160,7 +159,7 @@ contains
         row = equations%number(c, graph_node(i))
         if (row == 0) cycle
         skipped = 0
-        if (matrix%symmetric) skipped = find(columns, row) - 1
+        if (matrix%symmetric) skipped = place_in_order(columns, row) - 1
         place = matrix%row_first(row)
         matrix%column(place:place + size(columns) - skipped - 1) = columns(skipped + 1:)
         equations%bandwidth = max(equations%bandwidth, columns(size(columns)) - row, row - columns(1))
@@ -293,9 +292,8 @@ contains
   end subroutine list_places
 
   !> First equation of a node, 0 when all its components are constrained.
-  pure function first_equation(numbers) result(equation)
+  pure integer function first_equation(numbers) result(equation)
     integer, intent(in) :: numbers(:)
-    integer :: equation
     integer :: c
 
     equation = 0
@@ -303,25 +301,6 @@ contains
       if (numbers(c) > 0) equation = numbers(c)
     end do
   end function first_equation
-
-  !> Place of a value in a sorted list.
-  pure function find(list, value) result(place)
-    integer, intent(in) :: list(:), value
-    integer :: place
-    integer :: low, high
-
-    low = 1
-    high = size(list)
-    do while (low < high)
-      place = (low + high)/2
-      if (list(place) < value) then
-        low = place + 1
-      else
-        high = place
-      end if
-    end do
-    place = low
-  end function find
 
   !> The free components of nodal values.
   pure subroutine gather(equations, field, vector)

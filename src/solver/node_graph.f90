@@ -126,10 +126,9 @@ contains
   end subroutine patches_of_nodes
 
   !> Largest distance of two neighbours in an order of the nodes.
-  pure function node_distance(first, neighbour, position) result(distance)
+  pure integer function node_distance(first, neighbour, position) result(distance)
     !> First places of the rows.
     integer, intent(in) :: first(:), neighbour(:), position(:)
-    integer :: distance
     integer :: i, k
 
     distance = 0

@@ -44,8 +44,7 @@ module qsmpm_petsc_solver
 
   interface
     !> Whether this program has PETSc.
-    pure module function with_petsc() result(has)
-      logical :: has
+    pure module logical function with_petsc() result(has)
     end function with_petsc
 
     !> Take the pattern.

@@ -52,9 +52,8 @@ contains
   end function solver_list
 
   !> The row of a kind; that of AUTO, which makes nothing, for any kind that is not in the list.
-  pure function solver_row(kind) result(row)
+  pure type(solver_row_type) function solver_row(kind) result(row)
     integer, intent(in) :: kind
-    type(solver_row_type) :: row
     type(solver_row_type), allocatable :: list(:)
 
     allocate (list, source=solver_list())

@@ -7,6 +7,7 @@
 !> and the law starts from it.
 module qsmpm_body_stages
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages
   use qsmpm_body_description, only: body_change_type
   use qsmpm_mesh_description, only: select_outline
@@ -221,9 +222,7 @@ contains
     logical :: forgets
 
     b = body_number(model%analysis, change%body)
-    do m = size(model%analysis%materials), 1, -1
-      if (model%analysis%materials(m)%name == change%material) exit
-    end do
+    m = place_named(model%analysis%materials, change%material)
     forgets = .false.
     associate (points => model%state%points, materials => model%analysis%materials, law => model%laws(m)%law)
       behind = excess_variable(law)

@@ -1,6 +1,7 @@
 !> Props of a model: the tracers of their ends, and the force of each that is kept from step to step.
 module qsmpm_props
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_kept_arrays, only: lay_array, kept_values
   use qsmpm_model, only: model_type
   implicit none
@@ -27,12 +28,8 @@ contains
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name
     real(wp) :: forces(1, size(model%analysis%props))
-    integer :: b
 
-    force = 0.0_wp
     forces = kept_values(model%state%kept, prop_forces)
-    do b = 1, size(forces, 2)
-      if (model%analysis%props(b)%name == name) force = forces(1, b)
-    end do
+    force = forces(1, place_named(model%analysis%props, name))
   end function prop_force
 end module qsmpm_props

@@ -8,6 +8,7 @@
 !> rigid body.
 module qsmpm_convection
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type, fail, error_not_converged, error_tangled
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_method_description, only: basis_fem
@@ -28,7 +29,6 @@ module qsmpm_convection
   use qsmpm_surface_basis, only: turn_areas
   use qsmpm_point_location, only: activation_type, relocate
   use qsmpm_model_window, only: follow_material, reach_own
-  use qsmpm_rigid_bodies, only: rigid_body_number
   use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_moving_rows, only: scale_rows, carry_rows, least_jacobian
   implicit none
@@ -311,7 +311,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: place
 
-    associate (moving => model%analysis%moving_mesh, body => bodies(rigid_body_number(model, &
+    associate (moving => model%analysis%moving_mesh, body => bodies(place_named(model%analysis%rigid_bodies, &
         model%analysis%moving_mesh%body)), bounds => model%mesh%bounds)
       place = body%reference(moving%axis) + body%pose%displacement(moving%axis)
       if (place - moving%near < bounds(moving%axis, 1) + room*model%cell_size .or. &
@@ -328,11 +328,10 @@ contains
   end subroutine follow_body
 
   !> Mean displacement of the plate along the axis of the moving mesh.
-  function plate_displacement(model, displacement) result(move)
+  real(wp) function plate_displacement(model, displacement) result(move)
     type(model_type), intent(in) :: model
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    real(wp) :: move
 
     associate (moving => model%analysis%moving_mesh, &
         nodes => items_of(model%space%sets, model%analysis%moving_mesh%set))

@@ -217,9 +217,8 @@ contains
   end subroutine choose_kind
 
   !> What the deck asks for; AUTO takes no multigrid where a material of the phase nearly keeps its volume.
-  pure function solver_choice(model) result(choice)
+  pure type(solver_choice_type) function solver_choice(model) result(choice)
     type(model_type), intent(in) :: model
-    type(solver_choice_type) :: choice
     type(law_description_type) :: traits
     logical :: active(size(model%analysis%materials))
     integer :: m

@@ -1,15 +1,17 @@
 !> Evaluation of a step at a trial displacement: forces by their role, the matrix, the linear force of prescribed
 !> displacements. Each is a sum over the terms (qsmpm_term_sums).
 module qsmpm_step_evaluation
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: lowest_rank, spread_text
   use qsmpm_equations, only: gather
+  use qsmpm_exchange, only: spread_from
   use qsmpm_initialisation, only: step_type
   use qsmpm_model, only: model_type
   use qsmpm_nodal_fields, only: add_shares
   use qsmpm_run_profile, only: count_evaluation
   use qsmpm_stopwatch, only: switch_timer, part_control, part_evaluation
-  use qsmpm_shared_failure, only: agree_on_failure
-  use qsmpm_term, only: role_external, role_internal, role_numerical
+  use qsmpm_team, only: team_type, smallest
+  use qsmpm_term, only: failure_type, role_external, role_internal, role_numerical
   use qsmpm_term_sums, only: evaluate_terms, judge_terms, sum_forces, linear_forces, evaluated_points
   implicit none
   private
@@ -45,6 +47,32 @@ contains
     call add_shares(step%team, step%unknowns, step%forces%internal)
     call add_shares(step%team, step%unknowns, step%forces%numerical)
   end subroutine evaluate_step
+
+  !> What one process of a team cannot evaluate none can: the failure of the lowest rank that has one is that of all,
+  !> and the step to be tried next is the shortest that any asks for.
+  subroutine agree_on_failure(team, failure)
+    type(team_type), intent(in) :: team
+    type(failure_type), intent(inout) :: failure
+    character(len=:), allocatable :: reason
+    integer(long) :: figures(2)
+    real(wp) :: share
+    integer :: rank
+
+    if (team%ranks == 1) return
+    rank = lowest_rank(team, failure%failed)
+    if (rank == team%ranks) return
+    share = huge(share)
+    if (failure%failed .and. failure%share > 0.0_wp) share = failure%share
+    share = smallest(team, share)
+    figures = [merge(1, 0, failure%unrecoverable), failure%cause]
+    reason = ''
+    if (allocated(failure%reason)) reason = failure%reason
+    call spread_from(team, rank, figures)
+    call spread_text(team, rank, reason)
+    failure = failure_type(failed=.true., unrecoverable=figures(1) == 1, cause=int(figures(2)))
+    if (share < huge(share)) failure%share = share
+    if (len(reason) > 0) failure%reason = reason
+  end subroutine agree_on_failure
 
   !> Force that prescribed displacements call up at the free components; the first evaluation of the step was given
   !> them.

@@ -43,11 +43,10 @@ contains
   end subroutine basis_at
 
   !> Material point nearest to a place; the first of equally near ones.
-  pure function nearest_point(points, x) result(nearest)
+  pure integer function nearest_point(points, x) result(nearest)
     type(points_type), intent(in) :: points
     !> Place (dimension).
     real(wp), intent(in) :: x(:)
-    integer :: nearest
     real(wp) :: distance, least
     integer :: p
 

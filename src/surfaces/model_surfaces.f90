@@ -1,6 +1,7 @@
 !> Surface points of a model: the surfaces of the deck on the mesh and on the bounds of bodies.
 module qsmpm_model_surfaces
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_load_description, only: support_normal
   use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_mesh, select_outline
@@ -245,9 +246,8 @@ contains
     integer :: s
 
     allocate (faces(2, 0))
-    do s = 1, size(model%mesh%face_sets)
-      if (model%mesh%face_sets(s)%name == name) faces = model%mesh%face_sets(s)%faces
-    end do
+    s = place_named(model%mesh%face_sets, name)
+    if (s > 0) faces = model%mesh%face_sets(s)%faces
   end subroutine mesh_faces
 
   !> The paper's way (section 3.1): each piece of surface hands its area to the nearest material point.

@@ -180,9 +180,8 @@ contains
   end subroutine add_jumps
 
   !> Place of a node in a list that holds it.
-  pure function place_of(node, nodes) result(place)
+  pure integer function place_of(node, nodes) result(place)
     integer, intent(in) :: node, nodes(:)
-    integer :: place
 
     do place = 1, size(nodes) - 1
       if (nodes(place) == node) return

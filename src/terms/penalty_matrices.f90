@@ -17,10 +17,9 @@ module qsmpm_penalty_matrices
 contains
 
   !> Most nodes of a patch.
-  pure function most_nodes(connectivity) result(most)
+  pure integer function most_nodes(connectivity) result(most)
     !> Node lists that couple.
     type(connectivity_type), intent(in) :: connectivity
-    integer :: most
 
     most = 0
     if (connectivity%count > 0) most = maxval(connectivity%first(2:) - connectivity%first(:connectivity%count))

@@ -59,12 +59,11 @@ module qsmpm_term_share
 contains
 
   !> A force over that of the load.
-  pure function share_of_load(name, force, load_norm) result(share)
+  pure type(solve_share_type) function share_of_load(name, force, load_norm) result(share)
     character(len=*), intent(in) :: name
     !> (components, nodes)
     real(wp), intent(in) :: force(:, :)
     real(wp), intent(in) :: load_norm
-    type(solve_share_type) :: share
 
     share%name = name
     share%load_share = quotient(norm2(force), load_norm)

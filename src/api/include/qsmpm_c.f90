@@ -55,102 +55,90 @@ module qsmpm_c
 
   interface
     !> Version of the interface: 10000 major + 100 minor + patch.
-    function qsmpm_api_version() bind(c) result(status)
+    integer(c_int) function qsmpm_api_version() bind(c) result(status)
       import :: c_int
-      integer(c_int) :: status
     end function qsmpm_api_version
 
     !> Name, version and make; the length of the text.
-    function qsmpm_version(buffer, size) bind(c) result(status)
+    integer(c_int) function qsmpm_version(buffer, size) bind(c) result(status)
       import :: c_char, c_int
       character(kind=c_char), intent(out) :: buffer(*)
       integer(c_int), value :: size
-      integer(c_int) :: status
     end function qsmpm_version
 
     !> 1 where a feature is there.
-    function qsmpm_has(feature) bind(c) result(status)
+    integer(c_int) function qsmpm_has(feature) bind(c) result(status)
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: feature(*)
-      integer(c_int) :: status
     end function qsmpm_has
 
     !> A new handle.
-    function qsmpm_create(handle) bind(c) result(status)
+    integer(c_int) function qsmpm_create(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), intent(out) :: handle
-      integer(c_int) :: status
     end function qsmpm_create
 
     !> Give a handle back; it is null afterwards.
-    function qsmpm_destroy(handle) bind(c) result(status)
+    integer(c_int) function qsmpm_destroy(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), intent(inout) :: handle
-      integer(c_int) :: status
     end function qsmpm_destroy
 
     !> Sentence of the last call that failed; its length.
-    function qsmpm_error(handle, buffer, size) bind(c) result(status)
+    integer(c_int) function qsmpm_error(handle, buffer, size) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(out) :: buffer(*)
       integer(c_int), value :: size
-      integer(c_int) :: status
     end function qsmpm_error
 
     !> What the reader of the deck has to say; its length.
-    function qsmpm_messages(handle, buffer, size) bind(c) result(status)
+    integer(c_int) function qsmpm_messages(handle, buffer, size) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(out) :: buffer(*)
       integer(c_int), value :: size
-      integer(c_int) :: status
     end function qsmpm_messages
 
     !> A procedure that hears sentences.
-    function qsmpm_set_logger(handle, logger, user) bind(c) result(status)
+    integer(c_int) function qsmpm_set_logger(handle, logger, user) bind(c) result(status)
       import :: c_funptr, c_int, c_ptr
       type(c_ptr), value :: handle
       type(c_funptr), value :: logger
       type(c_ptr), value :: user
-      integer(c_int) :: status
     end function qsmpm_set_logger
 
     !> What the logger hears: 0 nothing, 1 sentences, 2 steps too.
-    function qsmpm_set_verbosity(handle, level) bind(c) result(status)
+    integer(c_int) function qsmpm_set_verbosity(handle, level) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
       integer(c_int), value :: level
-      integer(c_int) :: status
     end function qsmpm_set_verbosity
 
     !> Threads that the analysis may use.
-    function qsmpm_set_threads(handle, threads) bind(c) result(status)
+    integer(c_int) function qsmpm_set_threads(handle, threads) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
       integer(c_int), value :: threads
-      integer(c_int) :: status
     end function qsmpm_set_threads
 
     !> Read a deck from its file.
-    function qsmpm_read_deck(handle, path) bind(c) result(status)
+    integer(c_int) function qsmpm_read_deck(handle, path) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: path(*)
-      integer(c_int) :: status
     end function qsmpm_read_deck
 
     !> Read a deck that is at hand as text.
-    function qsmpm_parse_deck(handle, text, job) bind(c) result(status)
+    integer(c_int) function qsmpm_parse_deck(handle, text, job) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: text(*)
       character(kind=c_char), intent(in) :: job(*)
-      integer(c_int) :: status
     end function qsmpm_parse_deck
 
     !> Give a material of the deck a model of the program's own.
-    function qsmpm_set_material(handle, material, options, start, update, user) bind(c) result(status)
+    integer(c_int) function qsmpm_set_material(handle, material, options, start, update, user) bind(c) result(status)
       import :: c_char, c_funptr, c_int, c_ptr, qsmpm_model_options
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: material(*)
@@ -158,250 +146,220 @@ module qsmpm_c
       type(c_funptr), value :: start
       type(c_funptr), value :: update
       type(c_ptr), value :: user
-      integer(c_int) :: status
     end function qsmpm_set_material
 
     !> Mesh, seed and make ready to step.
-    function qsmpm_initialise(handle) bind(c) result(status)
+    integer(c_int) function qsmpm_initialise(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
-      integer(c_int) :: status
     end function qsmpm_initialise
 
     !> One accepted load step.
-    function qsmpm_advance(handle) bind(c) result(status)
+    integer(c_int) function qsmpm_advance(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
-      integer(c_int) :: status
     end function qsmpm_advance
 
     !> Step to a share of a stage.
-    function qsmpm_advance_to(handle, share) bind(c) result(status)
+    integer(c_int) function qsmpm_advance_to(handle, share) bind(c) result(status)
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       real(c_double), value :: share
-      integer(c_int) :: status
     end function qsmpm_advance_to
 
     !> Step to the end of the last stage.
-    function qsmpm_run(handle) bind(c) result(status)
+    integer(c_int) function qsmpm_run(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
-      integer(c_int) :: status
     end function qsmpm_run
 
     !> 1 when the last stage has ended.
-    function qsmpm_finished(handle) bind(c) result(status)
+    integer(c_int) function qsmpm_finished(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
-      integer(c_int) :: status
     end function qsmpm_finished
 
     !> From now on write results to a directory.
-    function qsmpm_record(handle, directory) bind(c) result(status)
+    integer(c_int) function qsmpm_record(handle, directory) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: directory(*)
-      integer(c_int) :: status
     end function qsmpm_record
 
     !> Close what is written.
-    function qsmpm_finish_record(handle) bind(c) result(status)
+    integer(c_int) function qsmpm_finish_record(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
-      integer(c_int) :: status
     end function qsmpm_finish_record
 
     !> Write the state to a file.
-    function qsmpm_save(handle, path) bind(c) result(status)
+    integer(c_int) function qsmpm_save(handle, path) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: path(*)
-      integer(c_int) :: status
     end function qsmpm_save
 
     !> Read the state from a file.
-    function qsmpm_load(handle, path) bind(c) result(status)
+    integer(c_int) function qsmpm_load(handle, path) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: path(*)
-      integer(c_int) :: status
     end function qsmpm_load
 
     !> Copy state, loads and stages, in memory.
-    function qsmpm_checkpoint(handle) bind(c) result(status)
+    integer(c_int) function qsmpm_checkpoint(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
-      integer(c_int) :: status
     end function qsmpm_checkpoint
 
     !> Put the copy back.
-    function qsmpm_restore_checkpoint(handle) bind(c) result(status)
+    integer(c_int) function qsmpm_restore_checkpoint(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
-      integer(c_int) :: status
     end function qsmpm_restore_checkpoint
 
     !> Add a stage behind the last one.
-    function qsmpm_add_stage(handle, name, steps) bind(c) result(status)
+    integer(c_int) function qsmpm_add_stage(handle, name, steps) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: name(*)
       integer(c_int), value :: steps
-      integer(c_int) :: status
     end function qsmpm_add_stage
 
     !> Add materials and phases as cards of the deck.
-    function qsmpm_add_cards(handle, cards) bind(c) result(status)
+    integer(c_int) function qsmpm_add_cards(handle, cards) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: cards(*)
-      integer(c_int) :: status
     end function qsmpm_add_cards
 
     !> End the present stage where it stands.
-    function qsmpm_end_stage(handle) bind(c) result(status)
+    integer(c_int) function qsmpm_end_stage(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
-      integer(c_int) :: status
     end function qsmpm_end_stage
 
     !> Load factor of the coming stage.
-    function qsmpm_set_load_factor(handle, factor) bind(c) result(status)
+    integer(c_int) function qsmpm_set_load_factor(handle, factor) bind(c) result(status)
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       real(c_double), value :: factor
-      integer(c_int) :: status
     end function qsmpm_set_load_factor
 
     !> Load steps of the coming stage.
-    function qsmpm_set_steps(handle, steps) bind(c) result(status)
+    integer(c_int) function qsmpm_set_steps(handle, steps) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
       integer(c_int), value :: steps
-      integer(c_int) :: status
     end function qsmpm_set_steps
 
     !> How long the coming stage lasts.
-    function qsmpm_set_time(handle, duration) bind(c) result(status)
+    integer(c_int) function qsmpm_set_time(handle, duration) bind(c) result(status)
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       real(c_double), value :: duration
-      integer(c_int) :: status
     end function qsmpm_set_time
 
     !> Time at the start of the coming stage.
-    function qsmpm_set_start_time(handle, time) bind(c) result(status)
+    integer(c_int) function qsmpm_set_start_time(handle, time) bind(c) result(status)
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       real(c_double), value :: time
-      integer(c_int) :: status
     end function qsmpm_set_start_time
 
     !> Gravity at the end of the coming stage (3).
-    function qsmpm_set_gravity(handle, vector) bind(c) result(status)
+    integer(c_int) function qsmpm_set_gravity(handle, vector) bind(c) result(status)
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       real(c_double), intent(in) :: vector(*)
-      integer(c_int) :: status
     end function qsmpm_set_gravity
 
     !> Traction at the end of the coming stage (3).
-    function qsmpm_set_traction(handle, surface, vector) bind(c) result(status)
+    integer(c_int) function qsmpm_set_traction(handle, surface, vector) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: surface(*)
       real(c_double), intent(in) :: vector(*)
-      integer(c_int) :: status
     end function qsmpm_set_traction
 
     !> Pressure at the end of the coming stage.
-    function qsmpm_set_pressure(handle, surface, pressure) bind(c) result(status)
+    integer(c_int) function qsmpm_set_pressure(handle, surface, pressure) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: surface(*)
       real(c_double), value :: pressure
-      integer(c_int) :: status
     end function qsmpm_set_pressure
 
     !> Displacement of a node set over the coming stage.
-    function qsmpm_set_displacement(handle, set, component, value) bind(c) result(status)
+    integer(c_int) function qsmpm_set_displacement(handle, set, component, value) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: set(*)
       integer(c_int), value :: component
       real(c_double), value :: value
-      integer(c_int) :: status
     end function qsmpm_set_displacement
 
     !> Held components of a node set from the coming stage on (3).
-    function qsmpm_set_fixity(handle, set, fixed) bind(c) result(status)
+    integer(c_int) function qsmpm_set_fixity(handle, set, fixed) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: set(*)
       integer(c_int), intent(in) :: fixed(*)
-      integer(c_int) :: status
     end function qsmpm_set_fixity
 
     !> Components and number of values.
-    function qsmpm_shape(handle, name, rows, columns) bind(c) result(status)
+    integer(c_int) function qsmpm_shape(handle, name, rows, columns) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: name(*)
       integer(c_int), intent(out) :: rows
       integer(c_int), intent(out) :: columns
-      integer(c_int) :: status
     end function qsmpm_shape
 
     !> How many numbers the values are.
-    function qsmpm_count(handle, name, number) bind(c) result(status)
+    integer(c_int) function qsmpm_count(handle, name, number) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: name(*)
       integer(c_int), intent(out) :: number
-      integer(c_int) :: status
     end function qsmpm_count
 
     !> Copy values.
-    function qsmpm_get(handle, name, values, number) bind(c) result(status)
+    integer(c_int) function qsmpm_get(handle, name, values, number) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: name(*)
       real(c_double), intent(inout) :: values(*)
       integer(c_int), value :: number
-      integer(c_int) :: status
     end function qsmpm_get
 
     !> Set values.
-    function qsmpm_set(handle, name, values, number) bind(c) result(status)
+    integer(c_int) function qsmpm_set(handle, name, values, number) bind(c) result(status)
       import :: c_char, c_double, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: name(*)
       real(c_double), intent(in) :: values(*)
       integer(c_int), value :: number
-      integer(c_int) :: status
     end function qsmpm_set
 
     !> Where values lie in memory.
-    function qsmpm_view(handle, name, values, rows, columns) bind(c) result(status)
+    integer(c_int) function qsmpm_view(handle, name, values, rows, columns) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: name(*)
       type(c_ptr), intent(out) :: values
       integer(c_int), intent(out) :: rows
       integer(c_int), intent(out) :: columns
-      integer(c_int) :: status
     end function qsmpm_view
 
     !> Name of one of a kind; its length, -1 for none.
-    function qsmpm_name(handle, kind, number, buffer, size) bind(c) result(status)
+    integer(c_int) function qsmpm_name(handle, kind, number, buffer, size) bind(c) result(status)
       import :: c_char, c_int, c_ptr
       type(c_ptr), value :: handle
       character(kind=c_char), intent(in) :: kind(*)
       integer(c_int), value :: number
       character(kind=c_char), intent(out) :: buffer(*)
       integer(c_int), value :: size
-      integer(c_int) :: status
     end function qsmpm_name
   end interface
 end module qsmpm_c

@@ -67,9 +67,8 @@ contains
   end subroutine find
 
   !> The handle as the library knows it.
-  function pointer_of(number) result(pointer)
+  type(c_ptr) function pointer_of(number) result(pointer)
     integer(c_intptr_t), intent(in) :: number
-    type(c_ptr) :: pointer
     type(analysis_type), pointer :: analysis
 
     pointer = c_null_ptr
@@ -78,9 +77,8 @@ contains
   end function pointer_of
 
   !> The handle of an analysis.
-  function number_of(analysis) result(number)
+  integer(c_intptr_t) function number_of(analysis) result(number)
     type(analysis_type), pointer, intent(in) :: analysis
-    integer(c_intptr_t) :: number
 
     number = transfer(c_loc(analysis), number)
   end function number_of
@@ -121,12 +119,11 @@ contains
   end subroutine start
 
   !> Call a law of the program.
-  function update(user, increment, stress, state, answer) bind(c) result(status)
+  integer(c_int) function update(user, increment, stress, state, answer) bind(c) result(status)
     type(c_ptr), value :: user
     type(qsmpm_increment), intent(in) :: increment
     real(c_double), intent(inout) :: stress(6), state(*)
     type(qsmpm_response), intent(inout) :: answer
-    integer(c_int) :: status
     type(law_type), pointer :: own
     character(len=255) :: message
     double precision :: tangent(6, 6), numbers(9)

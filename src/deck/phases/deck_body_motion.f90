@@ -6,12 +6,11 @@ module qsmpm_deck_body_motion
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_moves
-  use qsmpm_deck_rigid_bodies, only: rigid_body_names, turn_fields
+  use qsmpm_deck_rigid_bodies, only: turn_fields
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: bar_list, load_words
   use qsmpm_keyword_table, only: table_type, in_phase, many
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -127,14 +126,13 @@ contains
   !> Bodies that are moved, loaded and followed exist.
   subroutine check_moves(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: bodies(:)
     integer :: i, p
 
-    allocate (bodies, source=rigid_body_names(state))
     do p = 1, size(state%analysis%phases)
       do i = 1, size(state%analysis%phases(p)%moves)
         associate (move => state%analysis%phases(p)%moves(i))
-          call check_name(state, move%body, bodies, move%where, trim(merge('LOAD', 'MOVE', move%is_load)), 'rigid body')
+          call check_name(state, move%body, state%analysis%rigid_bodies, move%where, &
+            trim(merge('LOAD', 'MOVE', move%is_load)), 'rigid body')
           if (any(move%placed) .and. .not. may_turn(state%analysis%phases(:p), move%body)) &
             call state%error_from(move%where, 'LOAD', "the place in which the force acts does not matter: body '"// &
             move%body//"' may not turn; *LOAD, COMPONENT=MZ with 0 frees it")
@@ -142,7 +140,8 @@ contains
       end do
     end do
     associate (moving => state%analysis%moving_mesh)
-      if (moving%by_body) call check_name(state, moving%body, bodies, moving%where, 'MOVING MESH', 'rigid body')
+      if (moving%by_body) call check_name(state, moving%body, state%analysis%rigid_bodies, moving%where, &
+        'MOVING MESH', 'rigid body')
     end associate
     call check_moved_and_loaded(state)
   end subroutine check_moves

@@ -6,7 +6,6 @@ module qsmpm_deck_consolidation
   use qsmpm_load_description, only: consolidation_type
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_loads, only: consolidation_of
-  use qsmpm_text, only: add_word, string_type
   implicit none
   private
 
@@ -66,13 +65,8 @@ contains
   !> The sets exist; phases in which time goes on say how long they last.
   subroutine check_drainage(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: names(:)
     integer :: p, i
 
-    allocate (names(0))
-    do i = 1, size(state%analysis%node_sets)
-      call add_word(names, state%analysis%node_sets(i)%name)
-    end do
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p), card => state%analysis%phases(p)%consolidation)
         if (consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety .and. .not. &
@@ -81,7 +75,8 @@ contains
           'and pore water flows in it (*CONSOLIDATION): TIME=')
         if (.not. card%given) cycle
         do i = 1, size(card%sets)
-          call check_name(state, card%sets(i)%name, names, card%sets(i)%where, 'CONSOLIDATION', 'node set')
+          call check_name(state, card%sets(i)%name, state%analysis%node_sets, card%sets(i)%where, 'CONSOLIDATION', &
+            'node set')
         end do
       end associate
     end do

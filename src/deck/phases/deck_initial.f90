@@ -66,13 +66,7 @@ contains
     real(wp), allocatable, intent(inout) :: table(:, :)
     integer :: i, n
 
-    n = 0
-    if (allocated(table)) n = size(table, 2)
-    call fields%data('pressures by height, upwards; even between and beyond', 1, huge(1), when='TYPE=ISOTROPIC', rows=n)
-    if (.not. fields%writing) then
-      if (allocated(table)) deallocate (table)
-      allocate (table(2, n), source=0.0_wp)
-    end if
+    call fields%table('pressures by height, upwards; even between and beyond', 2, table, n, when='TYPE=ISOTROPIC')
     do i = 1, n
       call fields%row(i)
       call fields%number('y', table(1, i), 'height: the coordinate along which gravity acts, y without gravity')
@@ -86,13 +80,7 @@ contains
     real(wp), allocatable, intent(inout) :: table(:, :)
     integer :: i, n
 
-    n = 0
-    if (allocated(table)) n = size(table, 2)
-    call fields%data('stresses by height, upwards; even between and beyond', 1, huge(1), when='TYPE=GIVEN', rows=n)
-    if (.not. fields%writing) then
-      if (allocated(table)) deallocate (table)
-      allocate (table(7, n), source=0.0_wp)
-    end if
+    call fields%table('stresses by height, upwards; even between and beyond', 7, table, n, when='TYPE=GIVEN')
     do i = 1, n
       call fields%row(i)
       call fields%number('y', table(1, i), 'height: the coordinate along which gravity acts, y without gravity')

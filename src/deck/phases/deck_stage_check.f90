@@ -8,11 +8,10 @@ module qsmpm_deck_stage_check
   use qsmpm_method_description, only: basis_fem
   use qsmpm_phase_description, only: phase_type
   use qsmpm_source_line, only: source_line_type
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_kinds, only: wp
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_vertical, only: upwards
-  use qsmpm_text, only: string_type, add_word
   implicit none
   private
 
@@ -71,38 +70,14 @@ contains
     type(deck_state_type), intent(inout) :: state
     type(body_change_type), intent(in) :: changes(:)
     character(len=*), intent(in) :: keyword
-    type(string_type), allocatable :: bodies(:), materials(:)
     integer :: i
 
-    allocate (bodies(0), materials(0))
-    do i = 1, size(state%analysis%bodies)
-      call add_word(bodies, state%analysis%bodies(i)%name)
-    end do
-    do i = 1, size(state%analysis%materials)
-      call add_word(materials, state%analysis%materials(i)%name)
-    end do
     do i = 1, size(changes)
-      call check_one(state, changes(i)%body, bodies, changes(i)%where, keyword, 'body')
-      if (allocated(changes(i)%material)) &
-        call check_one(state, changes(i)%material, materials, changes(i)%where, keyword, 'material')
+      call check_name(state, changes(i)%body, state%analysis%bodies, changes(i)%where, keyword, 'body')
+      if (allocated(changes(i)%material)) call check_name(state, changes(i)%material, state%analysis%materials, &
+        changes(i)%where, keyword, 'material')
     end do
   end subroutine check_names
-
-  !> A name is among those there are; an empty one has been reported already.
-  subroutine check_one(state, name, names, where, keyword, what)
-    type(deck_state_type), intent(inout) :: state
-    character(len=*), intent(in) :: name
-    type(string_type), intent(in) :: names(:)
-    type(source_line_type), intent(in) :: where
-    character(len=*), intent(in) :: keyword, what
-    integer :: i
-
-    if (len(name) == 0) return
-    do i = 1, size(names)
-      if (names(i)%text == name) return
-    end do
-    call state%error_from(where, keyword, 'there is no '//what//" '"//name//"'"//did_you_mean(name, names))
-  end subroutine check_one
 
   !> What one phase changes can be changed.
   subroutine check_phase(state, p, before, now)

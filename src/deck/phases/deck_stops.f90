@@ -1,6 +1,7 @@
 !> *STOP: a phase ends where a history reaches a value. What histories and stops refer to is checked here.
 module qsmpm_deck_stops
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: add_names
   use qsmpm_history_description, only: quantity_discharge
   use qsmpm_phase_description, only: stop_type, phase_safety
   use qsmpm_card_fields, only: card_fields_type
@@ -67,32 +68,18 @@ contains
   !> Bodies and surfaces of histories exist; a surface that nothing supports has no reaction.
   subroutine check_histories(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: bodies(:), rigid(:), surfaces(:), props(:)
     integer :: i
 
-    allocate (bodies(0), rigid(0), surfaces(0), props(0))
-    do i = 1, size(state%analysis%props)
-      call add_word(props, state%analysis%props(i)%name)
-    end do
-    do i = 1, size(state%analysis%bodies)
-      call add_word(bodies, state%analysis%bodies(i)%name)
-    end do
-    do i = 1, size(state%analysis%rigid_bodies)
-      call add_word(rigid, state%analysis%rigid_bodies(i)%name)
-    end do
-    do i = 1, size(state%analysis%surfaces)
-      call add_word(surfaces, state%analysis%surfaces(i)%name)
-    end do
     do i = 1, size(state%analysis%histories)
-      associate (history => state%analysis%histories(i))
+      associate (history => state%analysis%histories(i), scene => state%analysis)
         if (is_taken_at(history%quantity, at_rigid_body)) then
-          call check_name(state, history%body, rigid, history%where, 'HISTORY', 'rigid body')
+          call check_name(state, history%body, scene%rigid_bodies, history%where, 'HISTORY', 'rigid body')
           cycle
         end if
-        call check_name(state, history%body, bodies, history%where, 'HISTORY', 'body')
-        call check_name(state, history%prop, props, history%where, 'HISTORY', 'prop')
+        call check_name(state, history%body, scene%bodies, history%where, 'HISTORY', 'body')
+        call check_name(state, history%prop, scene%props, history%where, 'HISTORY', 'prop')
         if (len(history%surface) == 0) cycle
-        call check_name(state, history%surface, surfaces, history%where, 'HISTORY', 'surface')
+        call check_name(state, history%surface, scene%surfaces, history%where, 'HISTORY', 'surface')
         if (history%quantity == quantity_discharge) cycle
         if (.not. is_supported(state, history%surface)) call state%error_from(history%where, 'HISTORY', &
           "no *SUPPORT or *CONTRACTION holds the surface '"//history%surface//"': it has no reaction")
@@ -123,9 +110,7 @@ contains
     integer :: i, p
 
     allocate (names(0))
-    do i = 1, size(state%analysis%histories)
-      call add_word(names, state%analysis%histories(i)%name)
-    end do
+    call add_names(state%analysis%histories, names)
     do p = 1, size(state%analysis%phases)
       associate (stops => state%analysis%phases(p)%stops)
         known = names

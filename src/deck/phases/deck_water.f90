@@ -1,17 +1,18 @@
 !> *WATER LEVEL: the level of the ground water from a phase on.
 module qsmpm_deck_water
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: add_names
   use qsmpm_load_description, only: water_level_type
   use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_water_levels
-  use qsmpm_deck_state, only: check_name, deck_state_type, did_you_mean
+  use qsmpm_deck_state, only: check_name, deck_state_type
   use qsmpm_keyword_table, only: table_type, in_phase, many
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: has_water
   use qsmpm_vertical, only: upwards, vertical_of
-  use qsmpm_text, only: string_type, add_word
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -65,14 +66,8 @@ contains
     type(water_level_type), intent(inout) :: level
     integer :: i, n
 
-    n = 0
-    if (allocated(level%line)) n = size(level%line, 2)
-    call fields%data('corners of the line, in order of x; it goes on level beyond them', 1, huge(1), when='TYPE=LINE', &
-      rows=n)
-    if (.not. fields%writing) then
-      if (allocated(level%line)) deallocate (level%line)
-      allocate (level%line(2, n), source=0.0_wp)
-    end if
+    call fields%table('corners of the line, in order of x; it goes on level beyond them', 2, level%line, n, &
+      when='TYPE=LINE')
     do i = 1, n
       call fields%row(i)
       call fields%number('x', level%line(1, i), 'horizontal coordinate: x, or y where gravity acts along x')
@@ -141,16 +136,11 @@ contains
   !> The bodies of levels exist; there is gravity that makes water heavy.
   subroutine check_water(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: bodies(:)
-    logical :: heavy, known
-    integer :: p, i, b
+    logical :: heavy
+    integer :: p, i
 
     call check_stops(state)
     call check_direction(state)
-    allocate (bodies(0))
-    do b = 1, size(state%analysis%bodies)
-      call add_word(bodies, state%analysis%bodies(b)%name)
-    end do
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
         heavy = is_heavy(state%analysis%phases, p)
@@ -159,12 +149,7 @@ contains
             if (.not. (heavy .or. level%none)) call state%error_from(level%where, 'WATER LEVEL', 'the water has no '// &
               'weight: there is no *GRAVITY up to this phase')
             call check_heads(state, level)
-            known = len(level%body) == 0
-            do b = 1, size(bodies)
-              known = known .or. bodies(b)%text == level%body
-            end do
-            if (.not. known) call state%error_from(level%where, 'WATER LEVEL', "there is no body '"//level%body// &
-              "'"//did_you_mean(level%body, bodies))
+            call check_name(state, level%body, state%analysis%bodies, level%where, 'WATER LEVEL', 'body')
           end associate
         end do
       end associate
@@ -180,12 +165,8 @@ contains
 
     if (.not. level%flows) return
     allocate (names(0))
-    do i = 1, size(state%analysis%node_sets)
-      call add_word(names, state%analysis%node_sets(i)%name)
-    end do
-    do i = 1, size(state%analysis%surfaces)
-      call add_word(names, state%analysis%surfaces(i)%name)
-    end do
+    call add_names(state%analysis%node_sets, names)
+    call add_names(state%analysis%surfaces, names)
     do i = 1, size(level%heads)
       call check_name(state, level%heads(i)%set, names, level%heads(i)%where, 'WATER LEVEL', 'node set or surface')
     end do

@@ -1,18 +1,19 @@
 !> Cards of bodies and their points: *BODY, *POINTS.
 module qsmpm_deck_bodies
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_body_description, only: body_box, body_polygon, body_region, body_polyhedron
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid, mesh_inline
   use qsmpm_element, only: element_from_name, allowed_counts
   use qsmpm_polygon, only: polygon_area
   use qsmpm_outline_check, only: outline_problem
-  use qsmpm_text, only: string_type, add_word, integer_text
+  use qsmpm_text, only: integer_text
   use qsmpm_path, only: directory_of, joined
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_bodies, list_points
   use qsmpm_deck_sets, only: box_fields, check_box
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean, beside_deck
+  use qsmpm_deck_state, only: deck_state_type, check_name, beside_deck
   use qsmpm_deck_words, only: bar_list, shape_words
   use qsmpm_keyword_table, only: table_type, in_model, many
   implicit none
@@ -63,13 +64,7 @@ contains
     real(wp), allocatable, intent(inout) :: polygon(:, :)
     integer :: i, n
 
-    n = 0
-    if (allocated(polygon)) n = size(polygon, 2)
-    call fields%data('vertices in order, either way round', 1, huge(1), when='SHAPE=POLYGON', rows=n)
-    if (.not. fields%writing) then
-      if (allocated(polygon)) deallocate (polygon)
-      allocate (polygon(2, n), source=0.0_wp)
-    end if
+    call fields%table('vertices in order, either way round', 2, polygon, n, when='SHAPE=POLYGON')
     do i = 1, n
       call fields%row(i)
       call fields%number('x', polygon(1, i), 'coordinate')
@@ -166,29 +161,17 @@ contains
   !> Give every body its number of points, when all bodies are known.
   subroutine give_points(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: names(:)
     integer :: i, b
-    logical :: found
 
-    allocate (names(0))
-    do b = 1, size(state%analysis%bodies)
-      call add_word(names, state%analysis%bodies(b)%name)
-      do i = 1, size(state%points)
-        if (len(state%points(i)%body) == 0) state%analysis%bodies(b)%points_per_element = &
-          state%points(i)%per_element
-      end do
+    do i = 1, size(state%points)
+      if (len(state%points(i)%body) == 0) state%analysis%bodies%points_per_element = state%points(i)%per_element
     end do
     do i = 1, size(state%points)
       call check_count(state, i)
       if (len(state%points(i)%body) == 0) cycle
-      found = .false.
-      do b = 1, size(names)
-        if (names(b)%text /= state%points(i)%body) cycle
-        found = .true.
-        state%analysis%bodies(b)%points_per_element = state%points(i)%per_element
-      end do
-      if (.not. found) call state%error_from(state%points(i)%where, 'POINTS', &
-        "there is no body '"//state%points(i)%body//"'"//did_you_mean(state%points(i)%body, names))
+      call check_name(state, state%points(i)%body, state%analysis%bodies, state%points(i)%where, 'POINTS', 'body')
+      b = place_named(state%analysis%bodies, state%points(i)%body)
+      if (b > 0) state%analysis%bodies(b)%points_per_element = state%points(i)%per_element
     end do
   end subroutine give_points
 

@@ -4,17 +4,14 @@ module qsmpm_deck_contact
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_contacts
-  use qsmpm_deck_rigid_bodies, only: rigid_body_names
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: bar_list, contact_words, patch_words
   use qsmpm_keyword_table, only: table_type, in_model, many
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type, add_word
   implicit none
   private
 
   public :: add_contact_keywords, check_contacts
-
 
 contains
 
@@ -87,21 +84,15 @@ contains
   !> Bodies and surfaces of contacts exist.
   subroutine check_contacts(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: bodies(:), surfaces(:)
     integer :: i
 
-    allocate (bodies, source=rigid_body_names(state))
-    allocate (surfaces(0))
-    do i = 1, size(state%analysis%surfaces)
-      call add_word(surfaces, state%analysis%surfaces(i)%name)
-    end do
     do i = 1, size(state%analysis%contacts)
       associate (contact => state%analysis%contacts(i))
-        call check_name(state, contact%body, bodies, contact%where, 'CONTACT', 'rigid body')
+        call check_name(state, contact%body, state%analysis%rigid_bodies, contact%where, 'CONTACT', 'rigid body')
         if (contact%place == contact_on_body) then
           call check_outline(state, i)
         else
-          call check_name(state, contact%surface, surfaces, contact%where, 'CONTACT', 'surface')
+          call check_name(state, contact%surface, state%analysis%surfaces, contact%where, 'CONTACT', 'surface')
           if (state%analysis%confinement > 0.0_wp) call state%error_from(contact%where, 'CONTACT', 'under a '// &
             '*CONFINING PRESSURE contact is asked for on the body: ON=BODY in place of SURFACE')
         end if

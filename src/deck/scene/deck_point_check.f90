@@ -5,10 +5,9 @@ module qsmpm_deck_point_check
   use qsmpm_mesh_description, only: mesh_none
   use qsmpm_source_line, only: source_line_type
   use qsmpm_error, only: error_type, error_deck, fail
-  use qsmpm_text, only: string_type, add_word
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_lines, only: read_whole_file
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: test_words
   use qsmpm_point_table, only: parse_targets
   use qsmpm_point_test, only: test_oedometer, test_drained, test_undrained, test_biaxial, test_shear, &
@@ -57,19 +56,17 @@ contains
   end subroutine check_point_deck
 
   !> Where the test was written.
-  pure function test_place(state) result(where)
+  pure type(source_line_type) function test_place(state) result(where)
     type(deck_state_type), intent(in) :: state
-    type(source_line_type) :: where
 
     where%file = state%analysis%point_test%file
     where%line = state%analysis%point_test%line
   end function test_place
 
   !> Where a stage was written.
-  pure function stage_place(state, number) result(where)
+  pure type(source_line_type) function stage_place(state, number) result(where)
     type(deck_state_type), intent(in) :: state
     integer, intent(in) :: number
-    type(source_line_type) :: where
 
     associate (stage => state%analysis%point_test%stages(number))
       where%file = stage%file
@@ -80,8 +77,6 @@ contains
   !> The material there is, or the one that is named.
   subroutine choose_material(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: names(:)
-    integer :: i
 
     associate (test => state%analysis%point_test, materials => state%analysis%materials)
       if (size(materials) == 0) return
@@ -91,13 +86,7 @@ contains
           'the deck has several materials; MATERIAL= tells which is tested')
         return
       end if
-      allocate (names(0))
-      do i = 1, size(materials)
-        if (materials(i)%name == test%material) return
-        call add_word(names, materials(i)%name)
-      end do
-      call state%error_from(test_place(state), 'POINT TEST', "there is no material '"//test%material//"'"// &
-        did_you_mean(test%material, names))
+      call check_name(state, test%material, materials, test_place(state), 'POINT TEST', 'material')
     end associate
   end subroutine choose_material
 

@@ -12,7 +12,8 @@ module qsmpm_deck_profile
   use qsmpm_strength_profile, only: strength_profile_type, profile_linear, profile_table, profile_field, &
     varies_stiffness, reference_strength, follows_stress
   use qsmpm_undrained_parameters, only: undrained_c
-  use qsmpm_text, only: string_type, split, stripped, squeezed, upper, read_real, integer_text, number_good
+  use qsmpm_text, only: string_type, split, stripped, squeezed, upper, without_return, read_real, integer_text, &
+    number_good
   implicit none
   private
 
@@ -169,7 +170,7 @@ contains
     sentence = ''
     call split(text, newline, lines)
     column = 0
-    call split(line_of(lines(1)%text), ',', cells)
+    call split(without_return(lines(1)%text), ',', cells)
     do k = 1, 5
       do i = 1, size(cells)
         if (upper(squeezed(cells(i)%text)) == trim(names(k))) column(k) = i
@@ -182,8 +183,8 @@ contains
     allocate (values(5, size(lines)), source=1.0_wp)
     n = 0
     do i = 2, size(lines)
-      if (len(stripped(line_of(lines(i)%text))) == 0) cycle
-      call split(line_of(lines(i)%text), ',', cells)
+      if (len(stripped(without_return(lines(i)%text))) == 0) cycle
+      call split(without_return(lines(i)%text), ',', cells)
       n = n + 1
       do k = 1, 5
         if (column(k) == 0) cycle
@@ -200,17 +201,6 @@ contains
     profile%strengths = values(4, :n)
     if (column(5) > 0) profile%moduli = values(5, :n)
   end subroutine parse_samples
-
-  !> A line without the return of other systems.
-  pure function line_of(text) result(line)
-    character(len=*), intent(in) :: text
-    character(len=:), allocatable :: line
-
-    line = text
-    if (len(line) > 0) then
-      if (line(len(line):) == achar(13)) line = line(:len(line) - 1)
-    end if
-  end function line_of
 
   !> What belongs to the profiles of complete materials.
   subroutine check_profiles(state)

@@ -8,7 +8,6 @@ module qsmpm_deck_props
   use qsmpm_keyword_table, only: table_type, in_model, in_phase, once, many
   use qsmpm_kinds, only: wp
   use qsmpm_prop_stages, only: prop_stage_type, prop_stage
-  use qsmpm_text, only: string_type, add_word
   implicit none
   private
 
@@ -146,22 +145,18 @@ contains
   !> Props that phases name exist; they are there when they are taken out, and bear the force that they are jacked to.
   subroutine check_props(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: names(:)
     type(prop_stage_type) :: stage
     logical :: used
     integer :: i, k, p
 
-    allocate (names(0))
-    do i = 1, size(state%analysis%props)
-      call add_word(names, state%analysis%props(i)%name)
-    end do
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
         do k = 1, size(phase%installed)
-          call check_name(state, phase%installed(k)%prop, names, phase%installed(k)%where, 'INSTALL', 'prop')
+          call check_name(state, phase%installed(k)%prop, state%analysis%props, phase%installed(k)%where, 'INSTALL', &
+            'prop')
         end do
         do k = 1, size(phase%removed)
-          call check_name(state, phase%removed(k)%prop, names, phase%removed(k)%where, 'REMOVE', 'prop')
+          call check_name(state, phase%removed(k)%prop, state%analysis%props, phase%removed(k)%where, 'REMOVE', 'prop')
         end do
       end associate
     end do

@@ -4,7 +4,6 @@ module qsmpm_deck_refine
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_keyword_table, only: table_type, in_model, once
-  use qsmpm_kinds, only: wp
   implicit none
   private
 
@@ -31,15 +30,10 @@ contains
     integer :: i, n
 
     associate (mesh => deck%analysis%mesh)
-      n = 0
-      if (allocated(mesh%refined)) n = size(mesh%refined, 2)
-      given = n > 0
+      given = .false.
+      if (allocated(mesh%refined)) given = size(mesh%refined, 2) > 0
       call fields%given(given)
-      call fields%data('boxes', 1, huge(1), rows=n)
-      if (.not. fields%writing) then
-        if (allocated(mesh%refined)) deallocate (mesh%refined)
-        allocate (mesh%refined(5, n), source=0.0_wp)
-      end if
+      call fields%table('boxes', 5, mesh%refined, n)
       do i = 1, n
         call fields%row(i)
         call fields%number('xmin', mesh%refined(1, i), 'least x')

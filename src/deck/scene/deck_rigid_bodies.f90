@@ -12,11 +12,11 @@ module qsmpm_deck_rigid_bodies
   use qsmpm_deck_words, only: bar_list, rigid_words
   use qsmpm_keyword_table, only: table_type, in_model, many
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type, add_word, upper
+  use qsmpm_text, only: upper
   implicit none
   private
 
-  public :: add_rigid_body_keywords, rigid_body_names, turn_fields
+  public :: add_rigid_body_keywords, turn_fields
 
 
 contains
@@ -133,16 +133,4 @@ contains
       end select
     end associate
   end subroutine finish_rigid_body
-
-  !> Names of the rigid bodies.
-  pure function rigid_body_names(state) result(names)
-    type(deck_state_type), intent(in) :: state
-    type(string_type), allocatable :: names(:)
-    integer :: b
-
-    allocate (names(0))
-    do b = 1, size(state%analysis%rigid_bodies)
-      call add_word(names, state%analysis%rigid_bodies(b)%name)
-    end do
-  end function rigid_body_names
 end module qsmpm_deck_rigid_bodies

@@ -226,13 +226,7 @@ contains
     type(surface_type), intent(inout) :: surface
     integer :: i, n
 
-    n = 0
-    if (allocated(surface%segments)) n = size(surface%segments, 2)
-    call fields%data('segments', 1, huge(1), when='TYPE=SEGMENT', rows=n)
-    if (.not. fields%writing) then
-      if (allocated(surface%segments)) deallocate (surface%segments)
-      allocate (surface%segments(4, n), source=0.0_wp)
-    end if
+    call fields%table('segments', 4, surface%segments, n, when='TYPE=SEGMENT')
     do i = 1, n
       call fields%row(i)
       call fields%number('x1', surface%segments(1, i), 'start')

@@ -4,13 +4,14 @@ module qsmpm_deck_undrained
   use qsmpm_material_description, only: material_type
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_drainage, only: set_drainage, is_drained_by, has_excess_pressure
   use qsmpm_keyword_table, only: table_type, in_material, in_phase, once
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
-  use qsmpm_text, only: string_type, add_word, real_text
+  use qsmpm_text, only: string_type, real_text
   use qsmpm_undrained_parameters, only: undrained_a, undrained_b, undrained_c, undrained_ratio
   implicit none
   private
@@ -165,22 +166,12 @@ contains
   subroutine check_drain_state(state, card)
     type(deck_state_type), intent(inout) :: state
     type(drain_state_type), intent(in) :: card
-    type(string_type), allocatable :: names(:)
-    integer :: b, i, m
-    logical :: named, wet
+    integer :: i, m
+    logical :: wet
 
-    allocate (names(0))
-    do b = 1, size(state%analysis%bodies)
-      call add_word(names, state%analysis%bodies(b)%name)
-    end do
     do i = 1, size(card%bodies)
-      named = .false.
-      do b = 1, size(names)
-        named = named .or. names(b)%text == card%bodies(i)%text
-      end do
-      if (named) cycle
-      call state%error_from(card%where, 'DRAIN STATE', "there is no body '"//card%bodies(i)%text//"'"// &
-        did_you_mean(card%bodies(i)%text, names))
+      if (place_named(state%analysis%bodies, card%bodies(i)%text) > 0) cycle
+      call check_name(state, card%bodies(i)%text, state%analysis%bodies, card%where, 'DRAIN STATE', 'body')
       return
     end do
     wet = .false.

@@ -68,9 +68,8 @@ module qsmpm_cam_clay
 contains
 
   !> The card.
-  pure function describe(self) result(law)
+  pure type(law_description_type) function describe(self) result(law)
     class(cam_clay_parameters_type), intent(in) :: self
-    type(law_description_type) :: law
 
     associate (unused => self)
     end associate

@@ -50,9 +50,8 @@ module qsmpm_drucker_prager
 contains
 
   !> The card.
-  pure function describe(self) result(law)
+  pure type(law_description_type) function describe(self) result(law)
     class(drucker_prager_parameters_type), intent(in) :: self
-    type(law_description_type) :: law
 
     law%keyword = 'DRUCKER PRAGER'
     law%sentence = 'Elasticity and the cone of Drucker and Prager instead of *ELASTIC and *MOHR COULOMB, with the '// &

@@ -13,6 +13,7 @@ module qsmpm_hardening_soil
   use qsmpm_hardening_soil_surfaces, only: surfaces_type, make_surfaces, stress_level, stress_power, shear_strain, &
     cap_size
   use qsmpm_law, only: status_ok, status_cut
+  use qsmpm_mohr_coulomb_return, only: falling_order
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
   implicit none
   private
@@ -218,16 +219,4 @@ contains
         (r%trial(1) - r%trial(3))/(2.0_wp*r%shear), 0.0_wp, 0.0_wp]
     end if
   end subroutine return_ordered
-
-  !> Positions of the largest, middle and smallest value.
-  pure function falling_order(values) result(order)
-    !> Values (3).
-    real(wp), intent(in) :: values(3)
-    integer :: order(3)
-
-    order = [1, 2, 3]
-    if (values(1) < values(2)) order(1:2) = [2, 1]
-    if (values(order(2)) < values(3)) order(2:3) = [3, order(2)]
-    if (values(order(1)) < values(order(2))) order(1:2) = order(2:1:-1)
-  end function falling_order
 end module qsmpm_hardening_soil

@@ -46,9 +46,8 @@ module qsmpm_hardening_soil_parameters
 contains
 
   !> The card.
-  pure function describe(self) result(law)
+  pure type(law_description_type) function describe(self) result(law)
     class(hardening_soil_data_type), intent(in) :: self
-    type(law_description_type) :: law
 
     law%keyword = 'HARDENING SOIL'
     law%sentence = 'Hardening soil instead of *ELASTIC and *MOHR COULOMB: a hyperbola in shear, a cap in '// &

@@ -69,9 +69,8 @@ module qsmpm_hoek_brown
 contains
 
   !> The card.
-  pure function describe(self) result(law)
+  pure type(law_description_type) function describe(self) result(law)
     class(hoek_brown_parameters_type), intent(in) :: self
-    type(law_description_type) :: law
 
     law%keyword = 'HOEK BROWN'
     law%sentence = 'Elasticity and the strength of a rock mass after Hoek and Brown (2002) instead of *ELASTIC and '// &

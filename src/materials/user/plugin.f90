@@ -5,7 +5,7 @@
 module qsmpm_plugin
   use, intrinsic :: iso_c_binding, only: c_int, c_char, c_ptr, c_funptr, c_null_char, c_associated
   use qsmpm_error, only: error_type, fail, error_user_material
-  use qsmpm_text, only: integer_text
+  use qsmpm_text, only: integer_text, upper
   implicit none
   private
 
@@ -17,31 +17,28 @@ module qsmpm_plugin
 
   interface
     !> dlopen(3) (plugin.c).
-    function c_open(path, message, length) bind(c, name='qsmpm_open_library') result(library)
+    type(c_ptr) function c_open(path, message, length) bind(c, name='qsmpm_open_library') result(library)
       import :: c_char, c_int, c_ptr
       character(kind=c_char), intent(in) :: path(*)
       character(kind=c_char), intent(inout) :: message(*)
       integer(c_int), value :: length
-      type(c_ptr) :: library
     end function c_open
 
     !> dlsym(3) (plugin.c).
-    function c_symbol(library, name) bind(c, name='qsmpm_library_symbol') result(procedure)
+    type(c_funptr) function c_symbol(library, name) bind(c, name='qsmpm_library_symbol') result(procedure)
       import :: c_char, c_ptr, c_funptr
       type(c_ptr), value :: library
       character(kind=c_char), intent(in) :: name(*)
-      type(c_funptr) :: procedure
     end function c_symbol
 
     !> Call a procedure that calls a model, with its data: 0, the number of a signal, -1 when the model has ended the
     !> process, or -2 when it has not returned and the run is to stop. A model that has not returned is not called again
     !> until it is looked up anew (plugin.c).
-    function guarded_call(model, procedure, data) bind(c, name='qsmpm_guarded') result(what)
+    integer(c_int) function guarded_call(model, procedure, data) bind(c, name='qsmpm_guarded') result(what)
       import :: c_int, c_ptr, c_funptr
       type(c_funptr), value :: model
       type(c_funptr), value :: procedure
       type(c_ptr), value :: data
-      integer(c_int) :: what
     end function guarded_call
 
     !> To be called when the files of a run are open: a model that ends the process is caught before they are
@@ -77,10 +74,9 @@ module qsmpm_plugin
     end subroutine leave_process
 
     !> Send standard output to nowhere, with a negative number, or back, with what that has returned (plugin.c).
-    function silence(saved) bind(c, name='qsmpm_silence') result(save_next)
+    integer(c_int) function silence(saved) bind(c, name='qsmpm_silence') result(save_next)
       import :: c_int
       integer(c_int), value :: saved
-      integer(c_int) :: save_next
     end function silence
   end interface
 
@@ -128,7 +124,7 @@ contains
     procedure = c_symbol(library, symbol//c_null_char)
     if (.not. c_associated(procedure)) procedure = c_symbol(library, name//'_'//c_null_char)
     if (.not. c_associated(procedure)) procedure = c_symbol(library, name//c_null_char)
-    if (.not. c_associated(procedure)) procedure = c_symbol(library, capitals(name)//c_null_char)
+    if (.not. c_associated(procedure)) procedure = c_symbol(library, upper(name)//c_null_char)
     if (.not. c_associated(procedure)) call fail(error, error_user_material, "the library '"//path// &
       "' has no procedure '"//symbol//"' (`nm -D --defined-only` lists those it has; module::name is one of a module)")
   end subroutine load_procedure
@@ -149,18 +145,6 @@ contains
 
     may_write = c_may_write(directory//c_null_char) /= 0
   end function may_write
-
-  !> Capital letters; every other character stays.
-  pure function capitals(text) result(large)
-    character(len=*), intent(in) :: text
-    character(len=len(text)) :: large
-    integer :: i
-
-    large = text
-    do i = 1, len(text)
-      if (text(i:i) >= 'a' .and. text(i:i) <= 'z') large(i:i) = achar(iachar(text(i:i)) - 32)
-    end do
-  end function capitals
 
   !> Small letters; every other character stays.
   pure function small(text) result(changed)

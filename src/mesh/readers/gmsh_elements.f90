@@ -23,10 +23,9 @@ module qsmpm_gmsh_elements
 contains
 
   !> Meaning of a type number.
-  pure function gmsh_type(number) result(meaning)
+  pure type(gmsh_type_type) function gmsh_type(number) result(meaning)
     !> Number in the file.
     integer, intent(in) :: number
-    type(gmsh_type_type) :: meaning
 
     select case (number)
     case (15)

@@ -178,12 +178,11 @@ contains
   end subroutine lengthen
 
   !> Place of a label among rising ones, 0 when it is not there.
-  pure function find_label(sorted, label) result(place)
+  pure integer function find_label(sorted, label) result(place)
     !> Labels in rising order.
     integer, intent(in) :: sorted(:)
     !> The label looked for.
     integer, intent(in) :: label
-    integer :: place
     integer :: low, high
 
     low = 1

@@ -134,9 +134,8 @@ contains
   end function unquoted
 
   !> Bytes behind the reader.
-  pure function bytes_left(file) result(bytes)
+  pure integer(long) function bytes_left(file) result(bytes)
     type(text_file_type), intent(in) :: file
-    integer(long) :: bytes
 
     bytes = max(0_long, len(file%bytes, kind=long) - file%place + 1)
   end function bytes_left
