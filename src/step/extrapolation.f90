@@ -4,7 +4,8 @@
 !>
 !> Both are kept as fields are, node by node, so that a restart file has them and new nodes begin with zero. The first
 !> step of a phase begins with nothing, and so does one behind damped sub-steps or an attempt that has failed; what is
-!> prescribed is in force from the start.
+!> prescribed is in force from the start. With laws from elsewhere the second one does too: a law that changes the stress
+!> where nothing is strained is found where nothing is strained yet.
 module qsmpm_extrapolation
   use qsmpm_agreement, only: any_of
   use qsmpm_equilibrium, only: target_type
@@ -39,7 +40,10 @@ contains
     share = attempt%fraction - model%state%progress%fraction
     if (damped) share = 1.0_wp
     if (step%from_rest .or. (damped .neqv. step%damped) .or. .not. share > 0.0_wp) return
-    if (.not. damped .and. model%state%progress%phase_steps == 0) return
+    associate (materials => model%analysis%materials)
+      if (.not. damped .and. model%state%progress%phase_steps < merge(2, 1, any(materials%user%given .or. &
+        materials%own_law))) return
+    end associate
     allocate (goal%guess, mold=goal%prescribed)
     goal%guess = 0.0_wp
     associate (fields => step%unknowns%fields, kept => model%state%kept)

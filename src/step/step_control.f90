@@ -432,8 +432,8 @@ contains
 
     rejected = loaded .and. .not. (limit%first > 0.0_wp .or. controls%limit_compliance > 0.0_wp) .and. &
       iterations > most_work*controls%max_iterations
-    if (rejected) call reject(integer_text(iterations)//' iterations find no equilibrium in the first step of loads '// &
-      'on rigid bodies', outcome)
+    if (rejected) call reject(integer_text(iterations)//' iterations find no equilibrium in the first step of '// &
+      'loads on rigid bodies', outcome)
   end subroutine reject_first
 
   !> Reject a load at which the ground flows out of the mesh in damped sub-steps: a shorter step to it ends there too.

@@ -178,8 +178,8 @@ contains
       call solve(model, step, solver, controls, substep_attempt(controls, damping, fraction, record%start, move), &
         record, outcome, solution, error)
       if (allocated(error)) return
-      call reject_first(controls, is_body_loaded(model%analysis%phases(model%state%progress%phase)), record%iterations, &
-        model%state%progress%limit, outcome, rejected)
+      call reject_first(controls, is_body_loaded(model%analysis%phases(model%state%progress%phase)), &
+        record%iterations, model%state%progress%limit, outcome, rejected)
       if (rejected) return
       if (solution%converged) then
         record%substeps = record%substeps + 1

@@ -11,7 +11,7 @@ module test_step_control
   use qsmpm_limit_load, only: compliance_type, limit_load_type
   use qsmpm_model, only: model_type
   use qsmpm_step_control, only: substep_damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
-    has_length_error, reequilibration_attempt, fades_slowly, reject_flowing, reject_overloaded, &
+    has_length_error, reequilibration_attempt, fades_slowly, reject_first, reject_flowing, reject_overloaded, &
     reequilibration_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
     reject_compliant, cause_of_end, lacks_support, largest_move, is_borne, must_equilibrate, retries_line_search, static_attempt, &
       substep_attempt
@@ -246,9 +246,35 @@ contains
       call tests%check('nor is a solve that fails before the body gives way', outcome%accepted)
       call reject_overloaded(controls, .true., .true., 2*controls%max_iterations + 1, more, limit, outcome)
       call tests%check('a long one that gives way is beyond the ground', outcome%at_limit .and. .not. outcome%accepted)
+      call check_first(tests, controls, limit)
     end associate
     call check_flowing(tests)
   end subroutine check_compliance
+
+  !> Before a step has told how compliant ground is at rest, one of many iterations under loads on bodies is too long.
+  subroutine check_first(tests, controls, known)
+    type(tests_type), intent(inout) :: tests
+    type(controls_type), intent(in) :: controls
+    !> Of a step that was accepted.
+    type(limit_load_type), intent(in) :: known
+    type(limit_load_type) :: none
+    type(controls_type) :: asked
+    type(outcome_type) :: outcome
+    logical :: rejected(5)
+
+    asked = controls
+    asked%limit_compliance = 10.0_wp
+    associate (many => 2*controls%max_iterations + 1)
+      call reject_first(controls, .true., many - 1, none, outcome, rejected(1))
+      call reject_first(controls, .false., many, none, outcome, rejected(2))
+      call reject_first(controls, .true., many, known, outcome, rejected(3))
+      call reject_first(asked, .true., many, none, outcome, rejected(4))
+      call tests%check('a first step of two is not rejected, nor one of other loads, nor a later one', .not. any(rejected(:4)))
+      outcome%accepted = .true.
+      call reject_first(controls, .true., many, none, outcome, rejected(5))
+      call tests%check('one of more is, and is no limit yet', rejected(5) .and. .not. (outcome%accepted .or. outcome%at_limit))
+    end associate
+  end subroutine check_first
 
   !> Ground that flows out of the mesh in sub-steps does not carry the load, however short the step.
   subroutine check_flowing(tests)
