@@ -20,6 +20,7 @@ module qsmpm_deck_references
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_k0, only: check_k0
+  use qsmpm_deck_ground_base, only: check_ground_base
   use qsmpm_deck_magnitudes, only: check_magnitudes, check_strengths
   use qsmpm_deck_body_motion, only: check_moves
   use qsmpm_deck_contact, only: check_contacts
@@ -79,6 +80,7 @@ contains
     call check_histories(state)
     call check_stops(state)
     if (state%messages%error_count() == 0) call check_magnitudes(state)
+    if (state%messages%error_count() == 0) call check_ground_base(state)
   end subroutine check_references
 
   !> What every deck must have.

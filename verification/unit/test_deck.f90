@@ -225,6 +225,11 @@ contains
     call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))
     call silent(block//'*PHASE, NAME=two|*FIX| base, X|*CONTROLS, LIMIT COMPLIANCE=10|*END PHASE|')
     call silent(block//'*PHASE, NAME=two|*GRAVITY| 0, -2|*CONTROLS, LIMIT COMPLIANCE=10|*END PHASE|')
+    call warned('', 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.1, 1|', 'FIX', "node set 'base' holds the base of the grid, "// &
+      'and the ground ends 0.1 above it, within a cell of 0.5: ')
+    call silent(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0, 1|'))
+    call silent(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.5, 1|'))
+    call silent(changed(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.1, 1|'), 'base, ALL', 'base, X'))
     call warned('', '45, 0, 1|', '45, 0, 1.01|', 'MOHR COULOMB', &
       'the tensile strength lies beyond the tip of the yield surface, c cot phi: it has no effect')
     call warned('', 'SCALE=-1', 'SCALE=0', 'HISTORY', "SCALE=0: the column 'u' will be zero throughout")
