@@ -12,7 +12,7 @@ metamorphic  metamorphic: scenes in other frames answer the same; frames (the de
 stability_map  map: tests where methods fail; stability (their files), mapping (how a method comes out)
 peers      peers: the same scenes in other programs; peers_scenes (their files), peers_model and peers_loads (what is taken
            from a run), peers_calculix and peers_kratos (the programs), peers_runs (runs kept), peers_compute, peers_judge
-view       view: bodies by a field; fields (values), bodies, body_net, outlines and plane_picture (in the plane), stage (VTK, in space)
+view       view: bodies by a field; fields (values), bodies, body_net, outlines, cells and plane_picture (in the plane), stage (VTK, in space)
 document   report: one page of everything; hypertext (its pieces)
 pictures   plot, points, figures
 

@@ -1,9 +1,10 @@
 """A plane body as a net of triangles over its material points, out to its true boundary.
 
 The net is made where the points started (Delaunay), one for each material; triangles wider than the points stand apart
-are gaps and left out. Points stand half a spacing inside the boundary: a rim of that width is put around, on the outline
-of the body where that is known, and moves with the deformation gradient of the triangles beside it. Triangles torn apart
-since are left out as well: no body bridges two.
+are gaps and left out. How far points stand apart is counted in extents of the cell each started in, along either axis: in
+long cells they are far from each other one way and near the other. Points stand half a spacing inside the boundary: a rim
+of that width is put around, on the outline of the body where that is known, and moves with the deformation gradient of the
+triangles beside it. Triangles torn apart since are left out as well: no body bridges two.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import matplotlib.tri as tri
 import numpy as np
 from scipy.spatial import cKDTree
 
-from qsmpm_verify.outlines import NOTHING, Outline, snapped
+from qsmpm_verify.outlines import Outline, snapped
 from qsmpm_verify.results import Array
 
 # A lattice has triangles of 0.71 spacings around their centre, neighbours of twice the spacing 1.1.
@@ -26,6 +27,8 @@ TORN = 3.0
 # Neighbours that started so much nearer than they are, on such a share of the points, started in one another.
 OVERLAP = 0.4
 LEAST_OVERLAP = 0.01
+# Places on the edge of a triangle that tell whether it lies inside.
+SHARES = (0.1, 0.3, 0.45, 0.55, 0.7, 0.9)
 # A rim that turned over or was drawn out is held at this many times its width at the start.
 LONGEST_RIM = 1.5
 # A rim that started on a side of the mesh is there as long as its point is not further than so many times its width.
@@ -43,14 +46,19 @@ class Net:
     outline: Array
 
 
-def spacings(start: Array) -> Array:
-    """Distance of each point to its neighbours: the mean of its two shortest edges in the net of all."""
-    edges = tri.Triangulation(*start.T).edges
-    lengths = np.linalg.norm(start[edges[:, 0]] - start[edges[:, 1]], axis=1)
-    order = np.argsort(np.concatenate([edges[:, 0], edges[:, 1]]), kind="stable")
-    ends = np.cumsum(np.bincount(np.concatenate([edges[:, 0], edges[:, 1]]), minlength=len(start)))[:-1]
-    groups = np.split(np.concatenate([lengths, lengths])[order], ends)
-    return np.array([np.sort(group)[:2].mean() if len(group) else 0.0 for group in groups])
+def spacings(start: Array, net: Array, extents: Array) -> Array:
+    """Distance of each point to its neighbours in extents of its cell: the mean of its two shortest edges in a net."""
+    edges = np.unique(np.sort(np.concatenate([net[:, [0, 1]], net[:, [1, 2]], net[:, [2, 0]]]), axis=1), axis=0)
+    ends = np.concatenate([edges[:, 0], edges[:, 1]])
+    apart = np.tile(start[edges[:, 0]] - start[edges[:, 1]], (2, 1))
+    lengths = np.linalg.norm(apart / extents[ends], axis=1)
+    order = np.lexsort((lengths, ends))
+    count = np.bincount(ends, minlength=len(start))
+    first = (np.cumsum(count) - count)[count > 0]
+    found = np.zeros(len(start))
+    # A point of a net has two edges or more.
+    found[count > 0] = 0.5 * (lengths[order[first]] + lengths[order[first + 1]])
+    return found
 
 
 def _areas(places: Array, triangles: Array) -> Array:
@@ -92,16 +100,17 @@ def _gradients(before: Array, now: Array, triangles: Array) -> Array:
     return total / weight[:, None, None]
 
 
-def _outward(before: Array, edges: Array, opposite: Array) -> tuple[Array, Array]:
+def _outward(before: Array, edges: Array, opposite: Array, extents: Array) -> tuple[Array, Array]:
     """Points of the boundary and what leads from each half a spacing out, further at corners.
 
-    The spacing across an edge is the height of its triangle, which is right on graded and stretched lattices too.
+    The spacing across an edge is the height of its triangle, in extents of the cell of its point: at a corner of long cells
+    both sides are as far away as each other.
     """
-    along = before[edges[:, 1]] - before[edges[:, 0]]
-    normals = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
-    height = np.abs(np.sum((before[opposite] - before[edges[:, 0]]) * normals, axis=1))
     total, width, count = np.zeros_like(before), np.zeros(len(before)), np.zeros(len(before))
     for corner in (edges[:, 0], edges[:, 1]):
+        along = (before[edges[:, 1]] - before[edges[:, 0]]) / extents[corner]
+        normals = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+        height = np.abs(np.sum((before[opposite] - before[edges[:, 0]]) / extents[corner] * normals, axis=1))
         np.add.at(total, corner, normals)
         np.add.at(width, corner, 0.5 * height)
         np.add.at(count, corner, 1.0)
@@ -109,7 +118,7 @@ def _outward(before: Array, edges: Array, opposite: Array) -> tuple[Array, Array
     mean = total[rim] / count[rim, None]
     # Both sides of a corner are half a spacing away from its points: the mean normal over its square; held at sharp ones.
     size = np.maximum(np.sum(mean**2, axis=1), 0.5)
-    return rim, (width[rim] / count[rim] / size)[:, None] * mean
+    return rim, (width[rim] / count[rim] / size)[:, None] * mean * extents[rim]
 
 
 def _skirts(places: Array, first: Array, last: Array, first_out: Array, last_out: Array) -> Array:
@@ -132,11 +141,11 @@ def _held(start: Array, width: Array, point: Array, edge: Array, sides: Array) -
     return edge
 
 
-def _with_rim(before: Array, now: Array, triangles: Array, spacing: Array, outline: Outline) -> Net:
-    """The net of the points with the rim around it."""
+def _with_rim(before: Array, now: Array, triangles: Array, spacing: Array, extents: Array, outline: Outline) -> Net:
+    """The net of the points, `spacing` (n, 2) apart along the axes, with the rim around it."""
     edges, opposite = _boundary(triangles)
-    rim, out = _outward(before, edges, opposite)
-    out = snapped(before[rim] + out, spacing[rim], outline.segments) - before[rim]
+    rim, out = _outward(before, edges, opposite, extents)
+    out = snapped(before[rim] + out, spacing[rim], outline, outline.owners(before[rim])) - before[rim]
     moved = np.einsum("pij,pj->pi", _gradients(before, now, triangles)[rim], out)
     length, most = np.linalg.norm(moved, axis=1), LONGEST_RIM * np.linalg.norm(out, axis=1)
     moved *= np.minimum(1.0, most / np.maximum(length, 1e-300))[:, None]
@@ -156,28 +165,54 @@ def _with_rim(before: Array, now: Array, triangles: Array, spacing: Array, outli
 
 
 def _lies_inside(outline: Outline, corners: Array) -> Array:
-    """Whether triangles lie in a body: their middles, and three places on each edge, which may cross a re-entrant corner."""
+    """Whether triangles lie in a body: their middles, and places on each edge, which may cross a re-entrant corner."""
     found = outline.inside(corners.mean(axis=1))
-    for share in (0.3, 0.5, 0.7):
+    # The middle of an edge may be where two bodies meet, which is in neither.
+    for share in SHARES:
         for k in range(3):
             found &= outline.inside((1 - share) * corners[:, k] + share * corners[:, (k + 1) % 3])
     return found
+
+
+def _bridges(outline: Outline, start: Array, triangles: Array) -> Array:
+    """Whether triangles reach from one body to another over what is in neither."""
+    owner = outline.owners(start)[triangles]
+    found = np.all(owner >= 0, axis=1) & (np.ptp(owner, axis=1) > 0)
+    found[found] = ~_lies_inside(outline, start[triangles[found]])
+    return found
+
+
+def _bodies(outline: Outline, start: Array, place: Array, triangles: Array, extents: Array, spacing: Array) -> Array:
+    """Which triangles are of a body and bridge no gap, of points that are `spacing` apart in `extents` of their cells."""
+    widest, narrowest = extents[triangles].max(axis=1), extents[triangles].min(axis=1)
+    local = np.maximum(spacing[triangles].max(axis=1), 1e-300)
+    scaled = start[triangles] / widest[:, None, :]
+    radius = _circumradii(scaled.reshape(-1, 2), np.arange(3 * len(triangles)).reshape(-1, 3)) / local
+    torn = np.abs(_areas(place, triangles)) > TORN * np.maximum(_areas(start, triangles), 0.5 * local**2 * widest.prod(axis=1))
+    near = (radius <= WIDEST) & ~torn
+    # Beside long cells the gap that short ones leave looks narrow.
+    doubtful = np.flatnonzero(near & (radius * (widest / narrowest).max(axis=1) > WIDEST))
+    doubtful = doubtful[outline.bare(start[triangles[doubtful]])]
+    near[doubtful] = _lies_inside(outline, start[triangles[doubtful]])
+    wide = np.flatnonzero((radius > WIDEST) & ~torn)
+    wide = wide[_lies_inside(outline, start[triangles[wide]])]
+    near[wide] = radius[wide] <= WIDEST_INSIDE
+    return near & ~_bridges(outline, start, triangles)
 
 
 def net_of(start: Array, place: Array, outline: Outline) -> Net | None:
     """The net of points that started at `start` and are at `place` (each of 2 columns); none of fewer than three."""
     if len(start) < 3 or np.linalg.matrix_rank(start - start[0], tol=1e-9 * np.ptp(start)) < 2:
         return None
-    spacing = spacings(start)
-    triangles = tri.Triangulation(*start.T).get_masked_triangles()
+    cells = outline.cells
+    triangles = tri.Triangulation(*(start if cells is None else cells.even(start)).T).get_masked_triangles()
+    extents = np.ones_like(start) if cells is None else cells.extents_at(start)
     turned = _areas(start, triangles) < 0
     triangles[turned] = triangles[turned][:, [0, 2, 1]]
     own = outline.of(start, triangles, _areas(start, triangles))
-    local = spacing[triangles].max(axis=1)
-    torn = np.abs(_areas(place, triangles)) > TORN * np.maximum(_areas(start, triangles), 0.5 * local**2)
-    widest = np.where(_lies_inside(own, start[triangles]), WIDEST_INSIDE, WIDEST)
-    kept = (_circumradii(start, triangles) <= widest * local) & ~torn
-    return _with_rim(start, place, triangles[kept], spacing, own) if kept.any() else None
+    spacing = spacings(start, triangles, extents)
+    kept = _bodies(own, start, place, triangles, extents, spacing)
+    return _with_rim(start, place, triangles[kept], spacing[:, None] * extents, extents, own) if kept.any() else None
 
 
 def _overlap(start: Array, place: Array) -> bool:
@@ -194,7 +229,7 @@ def nets_of(start: Array, place: Array, kinds: Array, outline: Outline) -> list[
     for kind in np.unique(kinds):
         members = np.flatnonzero(kinds == kind)
         if _overlap(start[members], place[members]):
-            net = net_of(place[members], place[members], NOTHING)
+            net = net_of(place[members], place[members], Outline(cells=outline.cells, filled=outline.filled))
         else:
             net = net_of(start[members], place[members], outline)
         if net is not None:

@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import matplotlib.tri as tri
 import numpy as np
 from matplotlib.path import Path as MplPath
 
+from qsmpm_verify.cells import Cells, cells_of
 from qsmpm_verify.results import Array, Mesh
 from qsmpm_verify.study.cards import Card, Deck, read_deck
 from qsmpm_verify.trouble import Trouble
-
-# Corners of the plane cells of VTK; they come first in a cell.
-CORNERS = {5: 3, 22: 3, 9: 4, 23: 4, 28: 4}
-
 
 def _polygon(body: Card) -> Array | None:
     """Corners of a body whose shape the deck tells."""
@@ -38,43 +34,70 @@ CORNER_REACH = 1.5
 # A polygon whose points span less than this share of its area is that of a body that is not there.
 LEAST_COVER = 0.3
 
+# Places all over a triangle, as shares of its corners.
+OVER = np.array([(i, j, 6 - i - j) for i in range(7) for j in range(7 - i)]) / 6
+
 
 @dataclass(frozen=True)
 class Outline:
-    """What is known of the bodies at the start: polygons, and cells with points with their bounds (n, 2 ends, 2).
+    """What is known of the bodies at the start: polygons, cells, and the bounds (n, 2 ends, 2) of those with points.
 
+    `filled` are the cells with points, and `of_cells` tells that bodies are of them; without it they are the polygons alone.
     `sides` are the lowest and highest coordinates of a mesh that stays where it is, (2, 2); soil does not leave it.
     """
 
     polygons: tuple[Array, ...] = ()
     bounds: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))
-    cells: tri.TriFinder | None = None
-    filled: Array | None = None
+    cells: Cells | None = None
+    filled: Array = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    of_cells: bool = False
     sides: Array | None = None
 
     @property
     def segments(self) -> Array:
         """Segments of all outlines, (n, 2 ends, 2)."""
-        return np.concatenate([*(np.stack([c, np.roll(c, -1, axis=0)], axis=1) for c in self.polygons), self.bounds])
+        return np.concatenate([*map(sides_of, self.polygons), self.bounds])
 
     def of(self, start: Array, triangles: Array, areas: Array) -> Outline:
         """What is left when bodies without these points are taken away: dug out, not built yet, or of another material."""
         held = (MplPath(corners).contains_points(start)[triangles].all(axis=1) for corners in self.polygons)
         kept = tuple(c for c, mine in zip(self.polygons, held) if np.sum(areas[mine]) > LEAST_COVER * _area(c))
-        return replace(self, polygons=kept)
+        return replace(self, polygons=kept, filled=self.filled if self.cells is None else _filled(self.cells, start))
 
     def inside(self, places: Array) -> Array:
         """Whether places lie in a body."""
         found = np.zeros(len(places), dtype=bool)
         for corners in self.polygons:
             found |= MplPath(corners).contains_points(places)
-        if self.cells is not None and self.filled is not None:
-            cell = np.asarray(self.cells(*places.T), dtype=int)
+        if self.cells is not None and self.of_cells:
+            cell = self.cells.at(places)
             found |= (cell >= 0) & self.filled[cell]
+        return found
+
+    def bare(self, triangles: Array) -> Array:
+        """Whether triangles (n, 3 corners, 2) lie over a cell without points."""
+        found = np.zeros(len(triangles), dtype=bool)
+        if self.cells is None:
+            return found
+        for share in OVER:
+            cell = self.cells.at(np.einsum("k,nkj->nj", share, triangles))
+            found |= (cell >= 0) & ~self.filled[cell]
+        return found
+
+    def owners(self, places: Array) -> Array:
+        """Number of the polygon each place lies in, the last one of several; -1 in none."""
+        found = np.full(len(places), -1)
+        for number, corners in enumerate(self.polygons):
+            found[MplPath(corners).contains_points(places)] = number
         return found
 
 
 NOTHING = Outline()
+
+
+def sides_of(corners: Array) -> Array:
+    """Sides of a polygon, (n, 2 ends, 2)."""
+    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
 def _area(corners: Array) -> float:
@@ -83,22 +106,22 @@ def _area(corners: Array) -> float:
     return 0.5 * abs(float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
 
 
-def _of_cells(mesh: Mesh, start: Array) -> Outline:
-    """The cells with points, and their edges that belong to one of them only."""
-    cells = [cell[: CORNERS[int(kind)]] for kind, cell in zip(mesh.types, mesh.cells) if int(kind) in CORNERS]
-    fans = np.array([[c[0], c[i], c[i + 1]] for c in cells for i in range(1, len(c) - 1)])
-    if not len(fans):
-        return NOTHING
-    owner = np.repeat(np.arange(len(cells)), [len(c) - 2 for c in cells])
-    finder = tri.Triangulation(mesh.nodes[:, 0], mesh.nodes[:, 1], fans).get_trifinder()
-    found = np.asarray(finder(*start.T), dtype=int)
-    filled = np.zeros(len(cells), dtype=bool)
-    filled[owner[found[found >= 0]]] = True
-    edges = np.array([(cells[c][i - 1], cells[c][i]) for c in np.flatnonzero(filled) for i in range(len(cells[c]))])
+def _filled(cells: Cells, start: Array) -> Array:
+    """Which cells have points."""
+    found = cells.at(start)
+    filled = np.zeros(len(cells.corners), dtype=bool)
+    filled[found[found >= 0]] = True
+    return filled
+
+
+def _of_cells(cells: Cells, filled: Array, nodes: Array) -> Array:
+    """Edges of the cells with points that belong to one of them only, (n, 2 ends, 2)."""
+    chosen = [cells.corners[c] for c in np.flatnonzero(filled)]
+    edges = np.array([(corners[i - 1], corners[i]) for corners in chosen for i in range(len(corners))])
     if not len(edges):
-        return NOTHING
+        return NOTHING.bounds
     _, first, counts = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
-    return Outline((), mesh.nodes[edges[first[counts == 1]], :2], finder, filled[owner])
+    return nodes[edges[first[counts == 1]], :2]
 
 
 def _moves(deck: Deck) -> bool:
@@ -108,6 +131,8 @@ def _moves(deck: Deck) -> bool:
 
 def outline_of(folder: Path, mesh: Mesh, start: Array) -> Outline:
     """What the deck and the mesh of a run tell of its bodies."""
+    cells = cells_of(mesh)
+    known = NOTHING if cells is None else Outline(cells=cells, filled=_filled(cells, start))
     for path in sorted(folder.glob("*.echo.inp"))[:1]:
         try:
             deck = read_deck(path)
@@ -115,29 +140,42 @@ def outline_of(folder: Path, mesh: Mesh, start: Array) -> Outline:
             break
         bodies = deck.all("BODY")
         corners = tuple(c for c in map(_polygon, bodies) if c is not None)
-        rest = _of_cells(mesh, start) if len(corners) < len(bodies) else NOTHING
         sides = None if _moves(deck) else np.stack([mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)])[:, :2]
-        return replace(rest, polygons=corners, sides=sides)
-    return NOTHING
+        known = replace(known, polygons=corners, sides=sides)
+        if cells is not None and len(corners) < len(bodies):
+            known = replace(known, bounds=_of_cells(cells, known.filled, mesh.nodes), of_cells=True)
+    return known
 
 
-def snapped(places: Array, reach: Array, segments: Array) -> Array:
-    """Places put on the nearest segment within their reach; the place nearest to a corner goes into it."""
-    if not len(segments) or not len(places):
+def snapped(places: Array, reach: Array, outline: Outline, owners: Array) -> Array:
+    """Places put on the outline within their reach along the axes (n, 2); the place nearest to a corner goes into it.
+
+    Those with an owner, the number of a polygon, go to its sides: in long cells another body may be nearer.
+    """
+    moved = places.copy()
+    for number in np.unique(owners):
+        mine = owners == number
+        moved[mine] = _beside(places[mine], reach[mine], outline.segments if number < 0 else sides_of(outline.polygons[number]))
+    for corner in np.unique(outline.segments.reshape(-1, 2), axis=0) if len(places) else []:
+        distance = np.linalg.norm((moved - corner) / reach, axis=1)
+        nearest = int(np.argmin(distance))
+        if distance[nearest] <= CORNER_REACH:
+            moved[nearest] = corner
+    return moved
+
+
+def _beside(places: Array, reach: Array, segments: Array) -> Array:
+    """Places put on the nearest segment within their reach."""
+    if not len(segments):
         return places
     moved = places.copy()
-    first, along = segments[:, 0], segments[:, 1] - segments[:, 0]
-    square = np.maximum(np.sum(along**2, axis=1), 1e-300)
     for i, place in enumerate(places):
-        share = np.clip(np.sum((place - first) * along, axis=1) / square, 0.0, 1.0)
+        first, along = segments[:, 0] / reach[i], (segments[:, 1] - segments[:, 0]) / reach[i]
+        square = np.maximum(np.sum(along**2, axis=1), 1e-300)
+        share = np.clip(np.sum((place / reach[i] - first) * along, axis=1) / square, 0.0, 1.0)
         feet = first + share[:, None] * along
-        distance = np.linalg.norm(feet - place, axis=1)
+        distance = np.linalg.norm(feet - place / reach[i], axis=1)
         nearest = int(np.argmin(distance))
-        if distance[nearest] <= reach[i]:
-            moved[i] = feet[nearest]
-    for corner in np.unique(segments.reshape(-1, 2), axis=0):
-        distance = np.linalg.norm(moved - corner, axis=1)
-        nearest = int(np.argmin(distance))
-        if distance[nearest] <= CORNER_REACH * reach[nearest]:
-            moved[nearest] = corner
+        if distance[nearest] <= 1.0:
+            moved[i] = feet[nearest] * reach[i]
     return moved

@@ -17,8 +17,9 @@ from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 from matplotlib.colors import BoundaryNorm, Normalize  # noqa: E402
 
 from qsmpm_verify.body_net import Net, nets_of  # noqa: E402
+from qsmpm_verify.cells import CORNERS  # noqa: E402
 from qsmpm_verify.flow_net import draw_net  # noqa: E402
-from qsmpm_verify.outlines import CORNERS, Outline  # noqa: E402
+from qsmpm_verify.outlines import Outline  # noqa: E402
 from qsmpm_verify.results import Array, Mesh  # noqa: E402
 from qsmpm_verify.surroundings import NOTHING, Surroundings  # noqa: E402
 

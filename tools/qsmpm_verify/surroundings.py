@@ -9,6 +9,12 @@ import numpy as np
 
 Array = np.ndarray
 
+# A side of a body is flat that is so many times as long as a surface point; one belongs to it that is not further from it
+# than so many times its length, with its normal turned by less than 60 degrees.
+FLAT = 4.0
+BESIDE = 2.0
+TURNED = 0.5
+
 
 @dataclass(frozen=True)
 class RigidBody:
@@ -27,6 +33,27 @@ class RigidBody:
         back = self.outline[::-1, :2] - reach * self.plane[1, :2]
         return np.concatenate([self.outline[:, :2], back])
 
+    def upright(self, places: Array, normals: Array, extent: float) -> Array:
+        """Normals of soil (n, 2) by those of the flat sides that the places belong to: at a rounded corner soil leans out."""
+        if self.outline is None or len(self.outline) < 2:
+            return normals
+        first = self.outline[:, :2]
+        along = np.roll(first, -1, axis=0) - first
+        length = np.linalg.norm(along, axis=1)
+        flat = length >= FLAT * extent
+        if not flat.any():
+            return normals
+        first, along = first[flat], along[flat] / length[flat, None]
+        way = places[:, None, :] - first
+        share = np.clip(np.einsum("pfj,fj->pf", way, along), 0.0, length[flat])
+        distance = np.linalg.norm(way - share[..., None] * along, axis=2)
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        aligned = normals @ across.T
+        fit = np.where(distance <= BESIDE * extent, np.abs(aligned), 0.0)
+        side, row = fit.argmax(axis=1), np.arange(len(places))
+        found = np.sign(aligned[row, side])[:, None] * across[side]
+        return np.where((fit[row, side] > TURNED)[:, None], found, normals)
+
 
 @dataclass(frozen=True)
 class Surroundings:
@@ -44,8 +71,8 @@ class Surroundings:
     def bars(self, scale: float) -> Array:
         """Bars of the pressure along the surface, (n, 4 corners, 2): from the soil into the body, `scale` long a unit.
 
-        They stand on the mean normal of as much of the surface to either side as the longest is high, less towards its
-        ends: round a corner they neither cross nor part.
+        They go along the mean normal of as much of the surface to either side as the longest is high, less towards its
+        ends: round a corner they neither cross nor part. Beside a flat side of the body the normal is that of the side.
         """
         if not self.contacts:
             return np.zeros((0, 4, 2))
@@ -55,10 +82,11 @@ class Surroundings:
         for body in np.unique(owner):
             mine = np.flatnonzero(owner == body)
             mine = mine[chain(self.contacts["position"][rows[mine], :2])]
-            bars[mine] = self._bars_of(rows[mine], scale)
+            number = int(body) - 1
+            bars[mine] = self._bars_of(rows[mine], scale, self.bodies[number] if 0 <= number < len(self.bodies) else RigidBody())
         return bars
 
-    def _bars_of(self, rows: Array, scale: float) -> Array:
+    def _bars_of(self, rows: Array, scale: float, body: RigidBody) -> Array:
         """Those of one body, in their order along the surface."""
         place, out, extent = self.contacts["position"][rows, :2], self.contacts["normal"][rows, :2], self.contacts["extent"][rows]
         height = scale * self.contacts["pressure"][rows]
@@ -67,6 +95,7 @@ class Surroundings:
         half = 0.5 * extent[:, None] * np.stack([-out[:, 1], out[:, 0]], axis=1)
         way = np.gradient(place, axis=0) if len(rows) > 1 else half
         forth = np.where(np.sum(way * half, axis=1) < 0, -0.5, 0.5) * extent
+        out = body.upright(place, out, float(extent.max()))
         feet, tops = [], []
         for sign in (-1, 1):
             along = middle + sign * forth

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from qsmpm_verify.body_net import Net, net_of, nets_of
+from qsmpm_verify.cells import cells_of
 from qsmpm_verify.outlines import NOTHING, Outline, outline_of, snapped
 from qsmpm_verify.results import Array, Mesh
 
@@ -23,11 +24,6 @@ def area(net: Net) -> float:
     """Area of the triangles where they are now, those turned over counted off."""
     a, b, c = (net.now[net.triangles[:, i]] for i in range(3))
     return float(0.5 * np.sum(np.linalg.det(np.stack([b - a, c - a], axis=1))))
-
-
-def segments_of(corners: Array) -> Array:
-    """Sides of a polygon."""
-    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
 class TestNet(unittest.TestCase):
@@ -139,6 +135,115 @@ class TestNet(unittest.TestCase):
         self.assertIsNone(net_of(start[:4], start[:4], NOTHING), "points of one line span no area")
 
 
+def quads(xs: Array, ys: Array) -> Mesh:
+    """Cells between columns and rows."""
+    n = len(xs)
+    nodes = np.array([[x, y, 0.0] for y in ys for x in xs])
+    cells = [np.array([k, k + 1, k + n + 1, k + n]) for j in range(len(ys) - 1) for k in range(j * n, j * n + n - 1)]
+    return Mesh(nodes, cells, np.full(len(cells), 9))
+
+
+def points_of(xs: Array, ys: Array, *corners: Array) -> Array:
+    """Two by two points in each cell, those in polygons."""
+    x, y = (np.sort(np.concatenate([0.75 * v[:-1] + 0.25 * v[1:], 0.25 * v[:-1] + 0.75 * v[1:]])) for v in (xs, ys))
+    start = np.stack([v.ravel() for v in np.meshgrid(x, y)], axis=1)
+    return start[Outline(corners).inside(start)]
+
+
+class TestCells(unittest.TestCase):
+    """Bodies in cells that are long one way, which guide what is near."""
+
+    def made(self, xs: Array, ys: Array, start: Array, *corners: Array, place: Array | None = None) -> Net:
+        cells = cells_of(quads(xs, ys))
+        assert cells is not None
+        filled = np.isin(np.arange(len(cells.corners)), cells.at(start))
+        net = net_of(start, start if place is None else place, Outline(corners, cells=cells, filled=filled))
+        assert net is not None
+        return net
+
+    def check(self, net: Net, size: float, around: float) -> None:
+        """Area and length of the outline."""
+        ends = net.now[net.outline]
+        self.assertAlmostEqual(area(net) / size, 1.0, delta=2e-3)
+        self.assertAlmostEqual(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()) / around, 1.0, delta=4e-3)
+
+    def test_a_block_in_cells_up_to_20_times_as_long_as_high_is_whole(self) -> None:
+        xs, ys = np.cumsum(np.concatenate([[0.0], np.geomspace(0.1, 2.0, 16)])), np.linspace(0, 3, 31)
+        start = points_of(xs, ys, box := np.array([[0, 0], [xs[-1], 0], [xs[-1], 3], [0, 3.0]]))
+        for outline in ((box,), ()):
+            self.check(self.made(xs, ys, start, *outline), 3 * xs[-1], 2 * (3 + xs[-1]))
+            self.check(self.made(ys, xs, start[:, ::-1], *(c[:, ::-1] for c in outline)), 3 * xs[-1], 2 * (3 + xs[-1]))
+
+    def test_starts_that_have_moved_in_long_cells_have_no_gaps(self) -> None:
+        xs, ys = np.linspace(0, 20, 11), np.linspace(0, 3, 31)
+        start = points_of(xs, ys, box := np.array([[0, 0], [20, 0], [20, 3], [0, 3.0]]))
+        inner = (np.abs(start - [10, 1.5]) < [9, 1.4]).all(axis=1)[:, None]
+        moved = start + inner * np.random.default_rng(2).uniform(-0.02, 0.02, start.shape)
+        self.check(self.made(xs, ys, moved, box), 60.0, 46.0)
+
+    def test_long_cells_that_lean_guide_as_well(self) -> None:
+        lean, ys = np.array([[1, 0.1], [0, 1]]), np.linspace(0, 3, 31)
+        for xs in (np.linspace(0, 20, 11), np.cumsum(np.concatenate([[0.0], np.geomspace(0.1, 1.0, 20)]))):
+            start = points_of(xs, ys, box := np.array([[0, 0], [xs[-1], 0], [xs[-1], 3], [0, 3.0]]))
+            inner = (np.abs(start - [0.5 * xs[-1], 1.5]) < [0.4 * xs[-1], 1.3]).all(axis=1)[:, None]
+            start = (start + inner * np.random.default_rng(2).uniform(-0.01, 0.01, start.shape)) @ lean.T
+            mesh = quads(xs, ys)
+            mesh.nodes[:, :2] = mesh.nodes[:, :2] @ lean.T
+            net = net_of(start, start, Outline((box @ lean.T,), cells=cells_of(mesh), filled=np.ones(len(mesh.cells), dtype=bool)))
+            assert net is not None
+            self.check(net, 3 * xs[-1], 2 * (xs[-1] + np.hypot(3, 0.3)))
+
+    def test_a_slope_in_long_cells_is_filled_to_its_face(self) -> None:
+        slope = np.array([[0, 0], [30, 0], [30, 4], [18, 4], [8, 11], [0, 11.0]])
+        xs, ys = np.linspace(0, 30, 16), np.linspace(0, 12, 101)
+        self.check(self.made(xs, ys, points_of(xs, ys, slope), slope), 211.0, 30 + 4 + 12 + np.hypot(10, 7) + 8 + 11)
+
+    def test_a_cut_of_narrow_cells_beside_long_ones_stays_open(self) -> None:
+        ground = np.array([[0, 0], [30, 0], [30, 9], [10.5, 9], [10.5, 6], [10, 6], [10, 9], [0, 9.0]])
+        pit = np.array([[10, 6], [10.5, 6], [10.5, 9], [10, 9.0]])
+        xs, ys = np.concatenate([np.linspace(0, 10, 5), np.linspace(10.125, 12, 16), np.linspace(15, 30, 6)]), np.linspace(0, 10, 81)
+        net = self.made(xs, ys, points_of(xs, ys, ground), ground, pit)
+        self.check(net, 268.5, 84.0)
+        middles = net.now[net.triangles].mean(axis=1)
+        self.assertFalse(np.any((np.abs(middles - [10.25, 7.5]) < [0.2, 1.3]).all(axis=1)))
+
+    def test_two_bodies_in_one_long_cell_are_not_bridged(self) -> None:
+        left, right = np.array([[0, 0], [17.2, 0], [17.2, 5], [0, 5.0]]), np.array([[17.8, 0], [40, 0], [40, 5], [17.8, 5.0]])
+        xs, ys = np.linspace(0, 40, 11), np.linspace(0, 6, 31)
+        net = self.made(xs, ys, points_of(xs, ys, left, right), left, right)
+        ends = net.now[net.triangles][..., 0]
+        self.assertFalse(np.any((ends.min(axis=1) < 17.3) & (ends.max(axis=1) > 17.7)))
+
+    def test_materials_whose_shapes_are_cells_are_not_bridged_over_a_wall(self) -> None:
+        xs, ys = np.linspace(0, 9, 10), np.linspace(0, 4, 5)
+        start = points_of(xs, ys, np.array([[0, 0], [9, 0], [9, 4], [0, 4.0]]))
+        cells = cells_of(quads(xs, ys))
+        wall = (np.abs(start[:, 0] - 4.5) < 0.5).astype(int)
+        nets = nets_of(start, start, wall, Outline(cells=cells, filled=np.ones(36, dtype=bool), of_cells=True))
+        self.assertAlmostEqual(sum(area(net) for net, _ in nets), 36.0, delta=0.1)
+
+    def test_a_body_torn_in_long_cells_is_not_bridged(self) -> None:
+        xs, ys = np.linspace(0, 20, 11), np.linspace(0, 3, 31)
+        start = points_of(xs, ys, box := np.array([[0, 0], [20, 0], [20, 3], [0, 3.0]]))
+        net = self.made(xs, ys, start, box, place=start + np.where(start[:, :1] > 10, [[4.0, 0]], [[0, 0.0]]))
+        self.check(net, 60.0, 52.0)
+
+    def test_cells_tell_where_a_place_is_and_count_in_columns_and_rows(self) -> None:
+        mesh = quads(np.array([0, 1, 5.0]), np.array([0, 2, 3.0]))
+        halves = [np.delete(c, k) for c in mesh.cells for k in (3, 1)]
+        places = np.array([[0.5, 1.0], [3.0, 2.5], [7.0, 1.0], [-1.0, 4.0]])
+        for found, count in ((cells_of(mesh), 4), (cells_of(Mesh(mesh.nodes, halves, np.full(8, 5))), 8)):
+            assert found is not None
+            self.assertEqual(((found.at(places) < 0).tolist(), len(found.corners)), ([False, False, True, True], count))
+            np.testing.assert_allclose(found.even(places), [[0.5, 0.5], [1.5, 1.5], [2.5, 0.5], [-1.0, 3.0]])
+            np.testing.assert_allclose(found.extents_at(places)[:3], [[1, 2], [4, 1], [4, 2]])
+        leaning = mesh.nodes + 0.1 * mesh.nodes[:, [1, 0, 2]]
+        turned = cells_of(Mesh(leaning, mesh.cells, mesh.types))
+        assert turned is not None
+        np.testing.assert_allclose(turned.even(places), places)
+        self.assertIsNone(cells_of(Mesh(mesh.nodes, mesh.cells, np.full(4, 12))))
+
+
 class TestOutlines(unittest.TestCase):
     """What the deck and the mesh tell of the bodies."""
 
@@ -165,8 +270,10 @@ class TestOutlines(unittest.TestCase):
     def test_places_go_to_the_outline_within_their_reach_and_one_into_each_corner(self) -> None:
         corners = np.array([[0, 0], [4, 0], [4, 4], [0, 4.0]])
         places = np.array([[2.0, 0.3], [3.8, 0.4], [2.0, 1.5]])
-        moved = snapped(places, np.array([0.5, 0.5, 0.5]), segments_of(corners))
+        moved = snapped(places, np.full((3, 2), 0.5), Outline((corners,)), np.array([0, 0, -1]))
         np.testing.assert_allclose(moved, [[2, 0], [4, 0.0], [2, 1.5]], atol=1e-12)
+        wide = snapped(np.array([[3.2, 2.0], [2.0, 3.2]]), np.tile([1.0, 0.4], (2, 1)), Outline((corners,)), np.array([0, 0]))
+        np.testing.assert_allclose(wide, [[4, 2], [2, 3.2]], atol=1e-12)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 
 from qsmpm_verify.cli import main
-from qsmpm_verify.surroundings import Surroundings, chain
+from qsmpm_verify.surroundings import RigidBody, Surroundings, chain
 
 
 def write_run(folder: Path) -> None:
@@ -89,6 +89,27 @@ class Bars(unittest.TestCase):
         areas = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
         self.assertTrue(np.all(areas > 0) or np.all(areas < 0))
         self.assertEqual(chain(place).tolist(), list(range(len(place))))
+
+    def test_bars_of_a_flat_foot_stand_upright_where_soil_leans_round_its_corner(self) -> None:
+        # a foot 2 wide and 1 high, its corners of radius 0.03; soil in reach of the corner has turned by up to 40 degrees
+        angles = np.radians(np.linspace(0, 90, 8))
+        round_off = 0.03 * np.stack([np.sin(angles), 1 - np.cos(angles)], axis=1) + [0.97, 0.0]
+        foot = np.concatenate([round_off, [[1.0, 1.0], [-1.0, 1.0]], round_off[::-1] * [-1, 1]])
+        lean = np.radians([0, 0, 0, 0, 0, 0, 2, -3, 12, 40])
+        place = np.stack([np.linspace(0.55, 1.0, 10), [*[0.0] * 9, 0.02]], axis=1)
+        contacts = {"position": place, "normal": np.stack([-np.sin(lean), np.cos(lean)], axis=1), "extent": np.full(10, 0.05),
+                    "pressure": np.linspace(1, 2, 10), "body": np.ones(10, dtype=int)}
+        turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+        for by in (np.eye(2), turn):
+            turned = contacts | {"position": place @ by.T, "normal": contacts["normal"] @ by.T}
+            bars = Surroundings((RigidBody((foot if by is turn else foot[::-1]) @ by.T),), turned).bars(0.3)
+            ways = 0.5 * (bars[:, 2] + bars[:, 3] - bars[:, 0] - bars[:, 1])
+            np.testing.assert_allclose(ways, 0.3 * contacts["pressure"][:, None] * by[:, 1], atol=1e-12)
+        # Feet stay on the soil, and a body with no flat side beside the soil leaves its normals.
+        np.testing.assert_allclose(bars[-1, 1] - bars[-1, 0], 0.05 * turn @ [-np.cos(lean[-1]), -np.sin(lean[-1])], atol=1e-12)
+        for body in (RigidBody(foot + [0.0, 0.2]), RigidBody(10 * round_off / 0.03 * 0.01)):
+            fan = Surroundings((body,), contacts).bars(0.3)
+            self.assertGreater(float(np.abs(fan[-1, 3] - fan[-1, 0])[0]), 0.1)
 
 
 if __name__ == "__main__":
