@@ -24,6 +24,8 @@ module qsmpm_locking_check
 
   !> Scatter that is worth a warning: above 1 loads are a fifth to a third too high, below this by less than a tenth.
   real(wp), parameter :: warned_from = 0.5_wp
+  !> Scatter that two digits show.
+  real(wp), parameter :: told_from = 5.0e-3_wp
   !> Points whose shear stress is a smaller share of their pressure yield in compression.
   real(wp), parameter :: least_shear = 0.05_wp
   !> Degree of the smooth stress.
@@ -48,7 +50,7 @@ contains
         call observer%note("warning: material '"//model%analysis%materials(m)%name//"' locks: "//differ// &
           ', and loads near failure come out too high, by 20 to 30 % where that is above 1; ask for '// &
           '*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE, or take smaller cells')
-      else if (scatter > 0.0_wp) then
+      else if (scatter >= told_from) then
         call observer%note("material '"//model%analysis%materials(m)%name//"': "//differ)
       end if
     end do

@@ -32,7 +32,8 @@ contains
       'creep in time', 'yield', 'nlgeom', 'refinement', 'stiff', 'soft', 'failure', 'strain softening', 'slope', &
       'footing', 'friction', 'total stress', 'movie', 'gmsh', 'python', 'bishop', 'monte carlo', 'liquefaction', 'ocr', &
       'rigid', 'c', 'speed', 'concrete', 'rain', 'volume loss', 'contraction', 'dxf', 'strut', 'prop', 'soil nail', &
-      'interface', 'dynamic', 'dynamics', 'tbm', 'lining', 'shoring', 'vibration']
+      'interface', 'dynamic', 'dynamics', 'tbm', 'lining', 'shoring', 'vibration', &
+      'volume-loss']
     character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', '*RIGID BODY', '*CONTACT', &
       '*DEACTIVATE', '*SAFETY', '*PROP', 'SEEPAGE', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
       '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', 'Excess', '*HISTORY', '*MOHR COULOMB', &
@@ -42,7 +43,7 @@ contains
       'POLYGON', '*RIGID BODY', '*CONTACT', 'FIELDS', '*FIELD', '*MESH', 'embedding', 'slices', 'reliability DECK', &
       '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'steady rain', &
       '*CONTRACTION', '*CONTRACTION', 'qsmpm-verify import', '*PROP', '*PROP', '*PROP', '*CONTACT', 'no inertia', 'no inertia', &
-      '*CONTRACTION', 'stiff', '*PROP', 'no inertia']
+      '*CONTRACTION', 'stiff', '*PROP', 'no inertia', '*CONTRACTION']
     character(len=:), allocatable :: text
     logical :: found
     integer :: k
