@@ -42,8 +42,8 @@ module qsmpm_seepage
   real(wp), parameter :: past = 1.0e-3_wp
   !> Share of the scale on the diagonal: the first, and the least that is not none.
   real(wp), parameter :: first_damping = 1.0e-2_wp, least_damping = 1.0e-4_wp
-  !> What pressure does to the water in full pores, over what it does in those that drain.
-  real(wp), parameter :: compressed = 1.0e-6_wp
+  !> Tangent of water that takes up nothing, over what a head makes of it.
+  real(wp), parameter :: yielding = 1.0e-10_wp
   !> What a node is.
   integer, parameter, public :: node_free = 0, node_head = 1, node_face = 2
 
@@ -350,32 +350,32 @@ contains
     end do
   end subroutine assemble
 
-  !> Water that the ground takes up in a step of time comes in too.
+  !> Water that the ground takes up in a step of time comes in too. Full and dry ground takes up none, however short the
+  !> step; the tangent alone has a little of it there, so that ground without a level has one pressure.
   pure subroutine store(flow, newton)
     type(seepage_type), intent(in) :: flow
     type(seepage_newton_type), intent(inout) :: newton
-    real(wp) :: rate
+    real(wp) :: rate, slope
     integer :: i
 
     do i = 1, size(newton%row)
       if (newton%row(i) == 0) cycle
       rate = flow%storage(i)/flow%interval
-      associate (pressure => flow%head(i) - flow%height(i), width => flow%reach(i))
-        newton%inflow(i) = newton%inflow(i) + rate*(filled_share(pressure, width) - flow%filled(i))
-        newton%scale(i) = newton%scale(i) + rate/width
-        call add_entry(newton%matrix, newton%row(i), newton%row(i), rate/width*merge(1.0_wp + compressed, compressed, &
-          pressure < 0.0_wp .and. pressure > -width))
+      associate (pressure => flow%head(i) - flow%height(i), reach => flow%reach(i))
+        newton%inflow(i) = newton%inflow(i) + rate*(filled_share(pressure, reach) - flow%filled(i))
+        slope = merge(rate/reach, 0.0_wp, pressure < 0.0_wp .and. pressure > -reach)
+        call add_entry(newton%matrix, newton%row(i), newton%row(i), slope + yielding*newton%scale(i))
+        newton%scale(i) = newton%scale(i) + slope
       end associate
     end do
   end subroutine store
 
-  !> S of a pressure: how much of its drainable pores is filled. All water gives way a little, so that ground without
-  !> a level has one pressure.
+  !> S of a pressure: how much of its drainable pores is filled.
   elemental real(wp) function filled_share(pressure, reach)
     !> As a height of water; height over which the ground fills.
     real(wp), intent(in) :: pressure, reach
 
-    filled_share = max(0.0_wp, min(1.0_wp, 1.0_wp + pressure/reach)) + compressed*pressure/reach
+    filled_share = max(0.0_wp, min(1.0_wp, 1.0_wp + pressure/reach))
   end function filled_share
 
   !> Flow between the corners of a cell for unit heads, saturated.

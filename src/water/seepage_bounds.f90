@@ -79,7 +79,7 @@ contains
       if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
         "neither an edge nor a node of the ground lies in '"//level%heads(i)%set//"'")
     end do
-    if (all(found) .and. .not. any(flow%kind == node_head .or. flow%rain > 0.0_wp)) &
+    if (all(found) .and. .not. (level%transient .or. any(flow%kind == node_head .or. flow%rain > 0.0_wp))) &
       call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
       'every level lies below its part of the bounds: no water comes in')
   end subroutine place_bounds

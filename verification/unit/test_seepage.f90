@@ -247,6 +247,12 @@ contains
     call follow_seepage(flow, row, [1.0_wp, 0.0_wp], [0.5_wp, 0.0_wp], 1.0e6_wp, error)
     call tests%close('in a long time the flow is the steady one', sum(flow%inflow, mask=row == 1), &
       sum(steady%inflow, mask=row == 1), 4.0e-3_wp)
+    flow = block_of(4, 8, 2.0_wp, 4.0_wp)
+    flow%head = 5.0_wp
+    call give_pores(spread(0.2_wp, 1, size(flow%depth)), flow)
+    call follow_seepage(flow, merge(1, 0, flow%position(2, :) > 4.0_wp - rounding), [5.0_wp], [9.0_wp], 1.0e-9_wp, error)
+    call tests%close('full ground under a level takes it at once', minval(flow%head), 9.0_wp, solved)
+    call tests%close('without a flow', maxval(abs(flow%inflow)), 0.0_wp, solved)
     flow = full
     call begin(flow)
     flow%permeability = 0.0_wp
@@ -290,6 +296,12 @@ contains
       .and. middle(2) > middle(3) + 0.1_wp .and. middle(3) > 1.0_wp)
     call tests%check('water flows out to where the level fell', discharge_in(model%analysis, 2, 'left') < -0.05_wp)
     call tests%check('steps in time are told', index(model%notes, 'at the end of the phase, after ') > 0)
+    call build(sides//sand//box//phase//steady//'*PHASE, NAME=waits, TIME=3|*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, '// &
+      'UNIT WEIGHT=10| top, 0|*END PHASE|', model)
+    call tests%close('without a level its water comes to rest', head_of_flow(model%analysis%phases(2)%water_levels(1)%field, &
+      [1.0_wp, 0.5_wp]), head_of_flow(model%analysis%phases(2)%water_levels(1)%field, [5.0_wp, 0.5_wp]), 2.0e-2_wp)
+    call refused_whole(tests, sides//sand//box//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| left, 1|'// &
+      '*END PHASE|', "'left' has a level already")
     call refused_whole(tests, sides//sand//box//phase//falls, 'begins from a flow, and no phase before has one')
     call refused_whole(tests, sides//sand//box//phase//steady//'*PHASE, NAME=falls|'//falls, 'takes time: *PHASE, TIME=')
     call refused_whole(tests, sides//sand//box//phase//steady//'*PHASE, NAME=dry|*WATER LEVEL, TYPE=NONE|*END PHASE|'// &

@@ -161,7 +161,7 @@ contains
     type(deck_state_type), intent(inout) :: state
     type(water_level_type), intent(in) :: level
     type(string_type), allocatable :: names(:)
-    integer :: i
+    integer :: i, k
 
     if (.not. level%flows) return
     allocate (names(0))
@@ -169,6 +169,8 @@ contains
     call add_names(state%analysis%surfaces, names)
     do i = 1, size(level%heads)
       call check_name(state, level%heads(i)%set, names, level%heads(i)%where, 'WATER LEVEL', 'node set or surface')
+      if (any([(level%heads(k)%set == level%heads(i)%set, k=1, i - 1)])) call state%error_from(level%heads(i)%where, &
+        'WATER LEVEL', "'"//level%heads(i)%set//"' has a level already")
     end do
   end subroutine check_heads
 
