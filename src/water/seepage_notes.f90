@@ -2,8 +2,9 @@
 !> ground has moved away from its flow.
 module qsmpm_seepage_notes
   use qsmpm_kinds, only: wp
-  use qsmpm_active_bodies, only: body_materials
+  use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_analysis, only: analysis_type, axisymmetric
+  use qsmpm_drainage, only: has_excess_pressure
   use qsmpm_load_description, only: water_level_type
   use qsmpm_model, only: model_type
   use qsmpm_rounded_text, only: rounded_text
@@ -11,6 +12,7 @@ module qsmpm_seepage_notes
   use qsmpm_seepage_bounds, only: seepage_scene_type
   use qsmpm_team, only: largest
   use qsmpm_text, only: integer_text
+  use qsmpm_undrained_parameters, only: drainage_none
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
@@ -47,7 +49,34 @@ contains
       'the water is not found with suction over less than '//rounded_text(flow%suction, 2)//' ('// &
       rounded_text(flow%wanted, 2)//' is meant): too much of it flows above its surface'//new_line('a')
     text = text//lift_note(analysis, number, level, scene, flow)
+    if (level%transient) text = text//undrained_note(analysis, number)
   end function flow_notes
+
+  !> The warning of soil that keeps an excess pressure of its own beside a flow in time; empty where there is none.
+  function undrained_note(analysis, number) result(text)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: number
+    character(len=:), allocatable :: text
+    integer :: material(size(analysis%bodies)), b
+    logical :: active(size(analysis%bodies))
+
+    text = ''
+    active = bodies_active(analysis, number)
+    material = body_materials(analysis, number)
+    do b = 1, size(active)
+      if (.not. active(b)) cycle
+      if (.not. has_excess_pressure(analysis, material(b))) cycle
+      associate (undrained => analysis%materials(material(b))%undrained)
+        if (allocated(undrained%drainage)) then
+          if (undrained%drainage(number) /= drainage_none) cycle
+        end if
+      end associate
+      text = "warning: phase '"//analysis%phases(number)%name//"': water leaves body '"//analysis%bodies(b)%name// &
+        "' in time, and its material is *UNDRAINED, which keeps an excess pressure beside that of the flow: take "// &
+        'one of them (*DRAIN STATE drains it from a phase on)'//new_line('a')
+      return
+    end do
+  end function undrained_note
 
   !> Steps in time, as words; empty in a steady flow.
   pure function in_steps(steps) result(text)

@@ -300,6 +300,12 @@ contains
       'UNIT WEIGHT=10| top, 0|*END PHASE|', model)
     call tests%close('without a level its water comes to rest', head_of_flow(model%analysis%phases(2)%water_levels(1)%field, &
       [1.0_wp, 0.5_wp]), head_of_flow(model%analysis%phases(2)%water_levels(1)%field, [5.0_wp, 0.5_wp]), 2.0e-2_wp)
+    call tests%check('of drained soil nothing is told', index(model%notes, '*UNDRAINED') == 0)
+    call build(sides//sand//'*UNDRAINED, TYPE=A|'//box//phase//steady//'*PHASE, NAME=falls, TIME=0.3|'//falls// &
+      '*PHASE, NAME=dry, TIME=1|*DRAIN STATE|'//falls, model)
+    call tests%check('soil that keeps an excess pressure beside the flow is told', index(model%notes, &
+      "warning: phase 'falls': water leaves body 'ground' in time, and its material is *UNDRAINED") > 0)
+    call tests%check('not where it is drained', index(model%notes, "phase 'dry': water leaves body") == 0)
     call refused_whole(tests, sides//sand//box//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| left, 1|'// &
       '*END PHASE|', "'left' has a level already")
     call refused_whole(tests, sides//sand//box//phase//falls, 'begins from a flow, and no phase before has one')
