@@ -59,7 +59,7 @@ ROOMS = {
     "contact": ["terms/contact/", "phases/contact_report", "contact/body_loads", "contact/body_points", "contact/contact_gaps", "step/penetration",
                 "materials/confinement"],
     "safety": ["phases/safety_", "safety/", "materials/strength_factor"],
-    "flow of water": ["water/seepage", "geometry/seepage_field", "water/consolidation", "terms/pore_flow"],
+    "flow of water": ["water/seepage", "water/transient_seepage", "geometry/seepage_field", "water/consolidation", "terms/pore_flow"],
     "first guess and cell pressure": ["step/extrapolation", "assembly/uniform_pressure"],
     "restart in parts": ["output/restart_parts", "output/restart_division"],
     "restart": ["output/restart", "base/hdf5_"],

@@ -36,8 +36,8 @@ module qsmpm_seepage
   integer, parameter :: most_iterations = 150
   !> Shortest share of a correction; what a damped one may raise the residual to.
   real(wp), parameter :: shortest = 1.0_wp/8.0_wp, most_rise = 1.2_wp
-  !> Iterations of a step in time, those with whole corrections, which may go round in circles, and how far past a kink
-  !> a correction goes, over the height that fills.
+  !> Iterations of a step in time, those with whole corrections, which may return to where they were, and how far past a
+  !> kink a correction goes, over the height that fills.
   integer, parameter :: most_in_time = 30, quick_in_time = 8
   real(wp), parameter :: past = 1.0e-3_wp
   !> Share of the scale on the diagonal: the first, and the least that is not none.
@@ -399,7 +399,7 @@ contains
   end function conductance_of
 
   !> Relative permeability of a cell and its derivative by the heads of its corners. In a step of time suction acts over
-  !> the height that the cell fills over, or water would hang in it, and a dry corner keeps out no more than one that
+  !> the height that the cell fills over, or water would stay in it, and a dry corner keeps out no more than one that
   !> begins to fill.
   pure subroutine let_through(flow, c, width, factor, by_head)
     type(seepage_type), intent(in) :: flow
@@ -420,7 +420,7 @@ contains
     end associate
   end subroutine let_through
 
-  !> Relative permeability of a cell and its derivative by the heads of its corners.
+  !> k_r of a cell, and its derivative, by the pressures of its corners.
   pure subroutine relative(pressure, width, factor, by_head)
     !> Of the corners, as heights of water.
     real(wp), intent(in) :: pressure(3)

@@ -5,7 +5,7 @@
 !>
 !> Steps are as long as their error allows: half of what the pressures differ by from those that the rates of the step
 !> before would have brought. The first one is a thousandth of the time and takes what is there at once. A step whose
-!> flow is not found is taken again by halves.
+!> flow is not found is taken again, a quarter as long.
 module qsmpm_transient_seepage
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type

@@ -221,7 +221,7 @@ contains
   !> suction over a cell, but for corners of cells that are dry.
   subroutine check_times(tests)
     type(tests_type), intent(inout) :: tests
-    type(seepage_type) :: full, steady, flow, at_start
+    type(seepage_type) :: full, steady, flow, at_start, fast
     type(error_type), allocatable :: error
     integer, allocatable :: row(:)
 
@@ -247,6 +247,14 @@ contains
     call follow_seepage(flow, row, [1.0_wp, 0.0_wp], [0.5_wp, 0.0_wp], 1.0e6_wp, error)
     call tests%close('in a long time the flow is the steady one', sum(flow%inflow, mask=row == 1), &
       sum(steady%inflow, mask=row == 1), 4.0e-3_wp)
+    fast = full
+    call begin(fast)
+    call follow_seepage(fast, row, [0.5_wp, 0.0_wp], [0.5_wp, 0.0_wp], 0.02_wp, error)
+    flow = full
+    call begin(flow)
+    call follow_seepage(flow, row, [1.0_wp, 0.0_wp], [0.5_wp, 0.0_wp], 0.02_wp, error)
+    call tests%check('a level that falls evenly leaves more water than one that is down at once', &
+      stored(flow) > stored(fast) + 0.05_wp*(stored(at_start) - stored(fast)))
     flow = block_of(4, 8, 2.0_wp, 4.0_wp)
     flow%head = 5.0_wp
     call give_pores(spread(0.2_wp, 1, size(flow%depth)), flow)

@@ -1,7 +1,7 @@
 """Water that flows: the heads that the program finds for a phase (docs/methods/seepage.md), linear on its own triangles.
 
-A deck of that one phase, and of those that a flow in time begins from, with all nodes held costs next to nothing, and its material points stay where they are drawn, three in a triangle: their
-heads give those of the corners without an error.
+A deck of that one phase, and of those that a flow in time begins from, with all nodes held costs next to nothing, and its material points stay where
+they are drawn, three in a triangle: their heads give those of the corners without an error.
 """
 
 from __future__ import annotations
