@@ -100,7 +100,6 @@ contains
     height = height_of(flow, newton)
     flow%wanted = flow%suction
     width = max(height, flow%suction)
-    flow%iterations = 0
     do
       before = flow%head
       call find_heads(flow, newton, width, height, merge(last_tolerance, way_tolerance, width <= flow%suction), error)

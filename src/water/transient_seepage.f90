@@ -65,7 +65,6 @@ contains
     call start_seepage(flow, newton, error)
     if (allocated(error)) return
     flow%wanted = flow%suction
-    flow%iterations = 0
     allocate (flow%filled(size(row)), source=0.0_wp)
     next = first*time
     reached = 0.0_wp
