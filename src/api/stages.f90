@@ -3,19 +3,18 @@
 !> restart files and a window that is rebuilt all know of them.
 module qsmpm_stages
   use qsmpm_kinds, only: wp
-  use qsmpm_named, only: place_named
+  use qsmpm_named, only: named_type, add_names, place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_load_description, only: fixity_type, prescription_type, traction_type
   use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_drainage, only: set_drainage
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_mesh_sets, only: find_set
   use qsmpm_model, only: model_type
   use qsmpm_phase_tree, only: lineage
   use qsmpm_vertical, only: upwards
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
-  use qsmpm_text, only: string_type, nearest_word, integer_text
+  use qsmpm_text, only: string_type, did_you_mean, integer_text
   use qsmpm_undrained_law, only: undrained_law_type
   implicit none
   private
@@ -80,7 +79,7 @@ contains
     type(traction_type) :: traction
     integer :: i, p
 
-    call check_surface(scene, surface, error)
+    call check_name(scene%surfaces, surface, 'surface', error)
     if (allocated(error)) return
     ! Who carries it stays as it was said last.
     do p = 1, number
@@ -108,7 +107,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(traction_type) :: traction
 
-    call check_surface(scene, surface, error)
+    call check_name(scene%surfaces, surface, 'surface', error)
     if (allocated(error)) return
     traction%surface = surface
     traction%follows = .true.
@@ -150,7 +149,7 @@ contains
     type(prescription_type) :: prescription
     integer :: i
 
-    call check_set(model, set, error)
+    call check_name(model%mesh%node_sets, set, 'node set', error)
     if (.not. allocated(error) .and. (component < 1 .or. component > model%mesh%dimension)) &
       call fail(error, error_other, 'component '//integer_text(component)//' is not one of the model')
     if (allocated(error)) return
@@ -185,7 +184,7 @@ contains
     type(fixity_type) :: fixity
     integer :: i
 
-    call check_set(model, set, error)
+    call check_name(model%mesh%node_sets, set, 'node set', error)
     ! Where all components are held, those that there are are meant.
     if (.not. allocated(error) .and. model%mesh%dimension == 2 .and. fixed(3) .and. .not. all(fixed)) &
       call fail(error, error_other, 'component 3 is not one of the model')
@@ -429,49 +428,19 @@ contains
     if (same_steps) same_steps = all(a%steps%kind == b%steps%kind .and. a%steps%axis == b%steps%axis)
   end function same_steps
 
-  !> Whether there is such a surface.
-  subroutine check_surface(scene, surface, error)
-    type(analysis_type), intent(in) :: scene
-    !> Name of the surface.
-    character(len=*), intent(in) :: surface
+  !> Whether there is such a surface or node set.
+  subroutine check_name(list, name, what, error)
+    class(named_type), intent(in) :: list(:)
+    character(len=*), intent(in) :: name
+    !> What it is the name of.
+    character(len=*), intent(in) :: what
     !> Set when there is none.
     type(error_type), allocatable, intent(out) :: error
-    type(string_type) :: names(size(scene%surfaces))
-    integer :: i
+    type(string_type), allocatable :: names(:)
 
-    do i = 1, size(names)
-      names(i)%text = scene%surfaces(i)%name
-      if (names(i)%text == surface) return
-    end do
-    call fail(error, error_other, "there is no surface '"//surface//"'"//suggestion(surface, names))
-  end subroutine check_surface
-
-  !> Whether there is such a node set.
-  subroutine check_set(model, set, error)
-    type(model_type), intent(in) :: model
-    !> Name of the set.
-    character(len=*), intent(in) :: set
-    !> Set when there is none.
-    type(error_type), allocatable, intent(out) :: error
-    type(string_type) :: names(size(model%mesh%node_sets))
-    integer :: i
-
-    if (find_set(model%mesh%node_sets, set) > 0) return
-    do i = 1, size(names)
-      names(i)%text = model%mesh%node_sets(i)%name
-    end do
-    call fail(error, error_other, "there is no node set '"//set//"'"//suggestion(set, names))
-  end subroutine check_set
-
-  !> The nearest known word as a question.
-  pure function suggestion(word, known) result(text)
-    !> The unknown word.
-    character(len=*), intent(in) :: word
-    !> Known words.
-    type(string_type), intent(in) :: known(:)
-    character(len=:), allocatable :: text
-
-    text = nearest_word(word, known)
-    if (len(text) > 0) text = ' (did you mean '//text//'?)'
-  end function suggestion
+    if (place_named(list, name) > 0) return
+    allocate (names(0))
+    call add_names(list, names)
+    call fail(error, error_other, 'there is no '//what//" '"//name//"'"//did_you_mean(name, names))
+  end subroutine check_name
 end module qsmpm_stages

@@ -8,7 +8,7 @@ module qsmpm_text
   private
 
   public :: string_type, upper, stripped, squeezed, without_return, split, json_string, edit_distance, nearest_word, &
-    read_integer, read_real, integer_text, real_text, same_bits, add_word
+    did_you_mean, read_integer, read_real, integer_text, real_text, same_bits, add_word
 
   !> What a word is, read as a number.
   integer, parameter, public :: number_good = 0, number_not = 1, number_not_finite = 2, &
@@ -209,6 +209,17 @@ contains
       end if
     end do
   end function nearest_word
+
+  !> The nearest known word as a question, empty when none is near.
+  pure function did_you_mean(word, known) result(text)
+    !> As of nearest_word.
+    character(len=*), intent(in) :: word
+    type(string_type), intent(in) :: known(:)
+    character(len=:), allocatable :: text
+
+    text = nearest_word(word, known)
+    if (len(text) > 0) text = ' (did you mean '//text//'?)'
+  end function did_you_mean
 
   !> Read a whole number that is the whole word.
   pure subroutine read_integer(word, value, outcome)

@@ -2,11 +2,10 @@
 !> lines. Defaults are filled in, so that the reader need not know them.
 module qsmpm_card_check
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type, add_word, upper, squeezed, split, read_integer, read_real, &
+  use qsmpm_text, only: did_you_mean, string_type, add_word, upper, squeezed, split, read_integer, read_real, &
     integer_text, number_good, number_not_finite, number_not_whole
-  use qsmpm_messages, only: message_list_type
-  use qsmpm_cards, only: card_type, row_type, parameter_type
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_cards, only: card_type, parameter_type
+  use qsmpm_deck_state, only: deck_state_type
   use qsmpm_renamed_words, only: renamed_parameter, by_converter
   use qsmpm_card_items, only: item_type, data_type, in_range, holds, value_text, kind_word, kind_integer, kind_real, &
     kind_flag

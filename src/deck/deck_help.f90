@@ -1,7 +1,6 @@
 !> The keyword table as text: help on the terminal, the list of keywords, the deck reference.
 module qsmpm_deck_help
-  use qsmpm_text, only: string_type, upper, squeezed
-  use qsmpm_deck_state, only: did_you_mean
+  use qsmpm_text, only: did_you_mean, string_type, upper, squeezed
   use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table

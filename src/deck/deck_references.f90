@@ -13,9 +13,9 @@ module qsmpm_deck_references
   use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_loads, only: acts, consolidation_of, is_loaded
   use qsmpm_phase_tree, only: has_parent, parent_of
-  use qsmpm_text, only: string_type
+  use qsmpm_text, only: did_you_mean, string_type
   use qsmpm_messages, only: severity_error
-  use qsmpm_deck_state, only: deck_state_type, check_name, did_you_mean
+  use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_props, only: check_props
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance

@@ -10,7 +10,7 @@ module qsmpm_deck_bodies
   use qsmpm_text, only: integer_text
   use qsmpm_path, only: directory_of, joined
   use qsmpm_cards, only: card_type
-  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_deck_objects, only: list_bodies, list_points
   use qsmpm_deck_sets, only: box_fields, check_box
   use qsmpm_deck_state, only: deck_state_type, check_name, beside_deck
@@ -62,14 +62,9 @@ contains
     class(card_fields_type), intent(inout) :: fields
     !> (2,n)
     real(wp), allocatable, intent(inout) :: polygon(:, :)
-    integer :: i, n
 
-    call fields%table('vertices in order, either way round', 2, polygon, n, when='SHAPE=POLYGON')
-    do i = 1, n
-      call fields%row(i)
-      call fields%number('x', polygon(1, i), 'coordinate')
-      call fields%number('y', polygon(2, i), 'coordinate')
-    end do
+    call fields%table('vertices in order, either way round', [column_type('x', 'coordinate'), &
+      column_type('y', 'coordinate')], polygon, when='SHAPE=POLYGON')
   end subroutine polygon_fields
 
   !> What a shape needs is there.

@@ -1,6 +1,6 @@
 !> *REFINE: boxes in which triangles that fit the scene are smaller than the cells of the grid.
 module qsmpm_deck_refine
-  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_keyword_table, only: table_type, in_model, once
@@ -27,21 +27,14 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
     logical :: given
-    integer :: i, n
 
     associate (mesh => deck%analysis%mesh)
       given = .false.
       if (allocated(mesh%refined)) given = size(mesh%refined, 2) > 0
       call fields%given(given)
-      call fields%table('boxes', 5, mesh%refined, n)
-      do i = 1, n
-        call fields%row(i)
-        call fields%number('xmin', mesh%refined(1, i), 'least x')
-        call fields%number('xmax', mesh%refined(2, i), 'largest x')
-        call fields%number('ymin', mesh%refined(3, i), 'least y')
-        call fields%number('ymax', mesh%refined(4, i), 'largest y')
-        call fields%number('width', mesh%refined(5, i), 'width of the triangles', range='(0, inf)')
-      end do
+      call fields%table('boxes', [column_type('xmin', 'least x'), column_type('xmax', 'largest x'), &
+        column_type('ymin', 'least y'), column_type('ymax', 'largest y'), &
+        column_type('width', 'width of the triangles', range='(0, inf)')], mesh%refined)
     end associate
   end subroutine refine_fields
 
