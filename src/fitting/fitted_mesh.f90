@@ -1,6 +1,6 @@
 !> Triangles that fit outlines, from the drawing to the mesh: the order of the steps, and the regions of the cells.
 module qsmpm_fitted_mesh
-  use qsmpm_kinds, only: wp, long
+  use qsmpm_kinds, only: wp
   use qsmpm_edge_division, only: ask_of_features, divide_edges, find_wedges
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_lattice, only: lattice_place, make_lattice, plane_place

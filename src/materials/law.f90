@@ -248,8 +248,6 @@ contains
     !> State (state_count).
     real(wp), intent(out) :: state(:)
 
-    associate (unused => place)
-    end associate
     call self%start(stress, state)
   end subroutine start_anywhere
 
@@ -259,9 +257,6 @@ contains
     !> Cauchy stress (4 or 6), and state (state_count).
     real(wp), intent(in) :: stress(:)
     real(wp), intent(inout) :: state(:)
-
-    associate (unused => self, neither => stress, nor => state)
-    end associate
   end subroutine keep_strength
 
   !> Take the share of the elastic tangent.
@@ -279,8 +274,6 @@ contains
     real(wp), intent(in) :: stress(:), state(:)
     real(wp) :: effective(size(stress))
 
-    associate (unused => self, neither => state)
-    end associate
     effective = stress
   end function whole_stress
 
@@ -290,8 +283,6 @@ contains
     !> Effective stress (4 or 6), and state (state_count).
     real(wp), intent(in) :: stress(:), state(:)
 
-    associate (unused => stress, neither => state)
-    end associate
     shear = self%shear_scale
   end function usual_shear
 
@@ -303,8 +294,6 @@ contains
     real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
     real(wp) :: compliance(2)
 
-    associate (unused => stress, unused_state => state, unused_ratio => volume_ratio, unused_change => volume_change)
-    end associate
     compliance = 0.5_wp/self%shear_scale
   end function usual_compliance
 end module qsmpm_law

@@ -151,9 +151,7 @@ contains
     integer :: m
 
     known = len(name) == 0
-    do m = 1, last - 1
-      known = known .or. state_place(model, m, name) > 0
-    end do
+    known = known .or. any([(state_place(model, m, name) > 0, m=1, last - 1)])
   end function known
 
   !> Place of a state variable in the state of a law, 0 when it has none of that name.

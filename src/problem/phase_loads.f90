@@ -19,9 +19,7 @@ contains
 
     is_loaded = .false.
     allocate (line, source=lineage(phases, number))
-    do i = 1, size(line)
-      is_loaded = is_loaded .or. acts(phases(line(i)))
-    end do
+    is_loaded = is_loaded .or. any([(acts(phases(line(i))), i=1, size(line))])
   end function is_loaded
 
   !> Whether pore water flows in time in any phase.
@@ -56,10 +54,8 @@ contains
       .or. any(abs(phase%supports%volume_loss) > 0.0_wp) .or. phase%consolidation%given
     if (allocated(phase%removed)) acts = acts .or. any(abs(phase%installed%force) > 0.0_wp) .or. size(phase%removed) > 0
     if (allocated(phase%moves)) acts = acts .or. size(phase%moves) > 0
-    do i = 1, size(phase%tractions)
-      acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &
-        + abs(phase%tractions(i)%gradient) > 0.0_wp
-    end do
+    acts = acts .or. any([(any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &
+      + abs(phase%tractions(i)%gradient) > 0.0_wp, i=1, size(phase%tractions))])
   end function acts
 
   !> Whether a phase loads rigid bodies and moves none.

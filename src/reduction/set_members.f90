@@ -226,12 +226,9 @@ contains
       used = used .or. analysis%histories(i)%set == name
     end do
     do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%fixities)
-        used = used .or. analysis%phases(p)%fixities(i)%set == name
-      end do
-      do i = 1, size(analysis%phases(p)%prescriptions)
-        used = used .or. analysis%phases(p)%prescriptions(i)%set == name
-      end do
+      used = used .or. any([(analysis%phases(p)%fixities(i)%set == name, i=1, size(analysis%phases(p)%fixities))])
+      used = used .or. any([(analysis%phases(p)%prescriptions(i)%set == name, i=1, &
+        size(analysis%phases(p)%prescriptions))])
     end do
   end function set_is_used
 

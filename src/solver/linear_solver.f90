@@ -64,29 +64,22 @@ module qsmpm_linear_solver
     procedure, non_overridable :: factorise
     procedure, non_overridable :: solve
     procedure, non_overridable :: destroy
-    procedure(pattern_interface), deferred :: analyse_pattern
-    procedure(values_interface), deferred :: factorise_values
+    procedure(matrix_interface), deferred :: analyse_pattern
+    procedure(matrix_interface), deferred :: factorise_values
     procedure(solve_interface), deferred :: solve_factorised
     procedure :: forget => forget_nothing
     procedure(release_interface), deferred :: release
   end type linear_solver_type
 
   abstract interface
-    !> Analyse the pattern; the values may not be set.
-    subroutine pattern_interface(self, matrix, error)
+    !> Analyse the pattern, the values may not be set; or factorise finite values of the analysed pattern, no row of
+    !> which is zero.
+    subroutine matrix_interface(self, matrix, error)
       import :: linear_solver_type, sparse_matrix_type, error_type
       class(linear_solver_type), intent(inout) :: self
       type(sparse_matrix_type), intent(in) :: matrix
       type(error_type), allocatable, intent(out) :: error
-    end subroutine pattern_interface
-
-    !> Factorise finite values of the analysed pattern, no row of which is zero.
-    subroutine values_interface(self, matrix, error)
-      import :: linear_solver_type, sparse_matrix_type, error_type
-      class(linear_solver_type), intent(inout) :: self
-      type(sparse_matrix_type), intent(in) :: matrix
-      type(error_type), allocatable, intent(out) :: error
-    end subroutine values_interface
+    end subroutine matrix_interface
 
     !> Solve with the factors for a finite right-hand side.
     subroutine solve_interface(self, rhs, x, error)
@@ -109,9 +102,6 @@ contains
   !> What a factorisation has left is not used again: a solver that holds much may give it back before the next one.
   subroutine forget_nothing(self)
     class(linear_solver_type), intent(inout) :: self
-
-    associate (unused => self)
-    end associate
   end subroutine forget_nothing
 
   !> Analyse a pattern; what was analysed or factorised before is given up.
@@ -287,9 +277,6 @@ contains
     !> The elements.
     logical, intent(in) :: mask(:)
 
-    do first_false = 1, size(mask)
-      if (.not. mask(first_false)) return
-    end do
-    first_false = 0
+    first_false = findloc(mask, .false., dim=1)
   end function first_false
 end module qsmpm_linear_solver

@@ -8,7 +8,7 @@
 module qsmpm_body_stages
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
-  use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages
+  use qsmpm_active_bodies, only: bodies_named, body_number, has_stages
   use qsmpm_body_description, only: body_change_type
   use qsmpm_mesh_description, only: select_outline
   use qsmpm_method_description, only: basis_fem
@@ -278,9 +278,8 @@ contains
     if (.not. (allocated(before%state_names) .and. allocated(behind%state_names))) return
     do i = 1, before%state_count
       if (before%state_names(i)%text == excess_pressure_name .or. len(before%state_names(i)%text) == 0) cycle
-      do k = 1, behind%state_count
-        is_forgotten = is_forgotten .or. before%state_names(i)%text == behind%state_names(k)%text
-      end do
+      is_forgotten = is_forgotten .or. any([(before%state_names(i)%text == behind%state_names(k)%text, k=1, &
+        behind%state_count)])
     end do
   end function is_forgotten
 

@@ -124,8 +124,6 @@ contains
     !> Perhaps a part of it.
     type(model_type), intent(in) :: model
 
-    associate (unused => self, unused_model => model)
-    end associate
     needs_no_model = .false.
   end function needs_no_model
 
@@ -134,9 +132,6 @@ contains
     class(observer_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
-
-    associate (unused => self, unused_model => model)
-    end associate
   end subroutine ignore_begin
 
   !> Ignore a mechanism.
@@ -144,9 +139,6 @@ contains
     class(observer_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
-
-    associate (unused => self, unused_model => model)
-    end associate
   end subroutine ignore_mechanism
 
   !> A result is a sentence.
@@ -163,9 +155,6 @@ contains
     type(model_type), intent(in) :: model
     type(step_record_type), intent(in) :: record
     type(error_type), allocatable, intent(out) :: error
-
-    associate (unused => self, unused_model => model, unused_record => record)
-    end associate
   end subroutine silent_accepted
 
   !> Ignore the end of a phase.
@@ -173,26 +162,18 @@ contains
     class(silent_observer_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
-
-    associate (unused => self, unused_model => model)
-    end associate
   end subroutine silent_phase_done
 
   !> Ignore a note.
   subroutine silent_note(self, text)
     class(silent_observer_type), intent(inout) :: self
     character(len=*), intent(in) :: text
-
-    associate (unused => self, unused_text => text)
-    end associate
   end subroutine silent_note
 
   !> Never ask to stop.
   logical function silent_stop_requested(self)
     class(silent_observer_type), intent(inout) :: self
 
-    associate (unused => self)
-    end associate
     silent_stop_requested = .false.
   end function silent_stop_requested
 end module qsmpm_observer

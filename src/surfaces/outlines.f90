@@ -219,11 +219,8 @@ contains
     real(wp), intent(in) :: margin
     integer :: i
 
-    leaves = .false.
-    do i = 1, size(corners, 1)
-      leaves = leaves .or. minval(corners(i, :)) < minval(mesh%coordinates(i, :)) - margin .or. &
-        maxval(corners(i, :)) > maxval(mesh%coordinates(i, :)) + margin
-    end do
+    leaves = any([(minval(corners(i, :)) < minval(mesh%coordinates(i, :)) - margin .or. maxval(corners(i, :)) &
+      > maxval(mesh%coordinates(i, :)) + margin, i=1, size(corners, 1))])
   end function leaves
 
   !> Whether a surface is one of loads on the outline of a body: supports hold the places where they began, contacts
@@ -236,14 +233,10 @@ contains
     associate (chosen => model%analysis%surfaces(surface))
       is_of_body = chosen%selection == select_outline
       if (is_of_body) is_of_body = chosen%body == model%analysis%bodies(body)%name
-      do i = 1, size(model%analysis%contacts)
-        is_of_body = is_of_body .and. model%analysis%contacts(i)%surface /= chosen%name
-      end do
-      do p = 1, size(model%analysis%phases)
-        do i = 1, size(model%analysis%phases(p)%supports)
-          is_of_body = is_of_body .and. model%analysis%phases(p)%supports(i)%surface /= chosen%name
-        end do
-      end do
+      is_of_body = is_of_body .and. all([(model%analysis%contacts(i)%surface /= chosen%name, i=1, &
+        size(model%analysis%contacts))])
+      is_of_body = is_of_body .and. all([(all([(model%analysis%phases(p)%supports(i)%surface /= chosen%name, i=1, &
+        size(model%analysis%phases(p)%supports))]), p=1, size(model%analysis%phases))])
     end associate
   end function is_of_body
 

@@ -128,10 +128,7 @@ contains
     call group_by_pressure(self, model, configuration%at_points)
     if (allocated(self%integration) .and. allocated(configuration%at_points%cell_size)) &
       call measure_cells(model%mesh, self%integration)
-    self%symmetric = .true.
-    do m = 1, size(model%laws)
-      self%symmetric = self%symmetric .and. model%laws(m)%is_symmetric()
-    end do
+    self%symmetric = all([(model%laws(m)%is_symmetric(), m=1, size(model%laws))])
     call prepare_soil_evaluation(self, model, configuration)
   end subroutine prepare
 
@@ -290,8 +287,6 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
 
-    associate (unused => displacement)
-    end associate
     force = force + self%evaluation%force
   end subroutine add_force
 
@@ -310,8 +305,6 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
 
-    associate (unused => displacement)
-    end associate
     force = force + self%evaluation%linear_force
   end subroutine add_linear_force
 

@@ -67,8 +67,6 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
 
-    associate (unused => displacement)
-    end associate
     if (allocated(self%force)) force = force + self%force
   end subroutine add_force
 end module qsmpm_unloading_points

@@ -39,10 +39,7 @@ contains
     type(analysis_type), intent(in) :: analysis
     integer :: p
 
-    has_water = .false.
-    do p = 1, size(analysis%phases)
-      has_water = has_water .or. size(analysis%phases(p)%water_levels) > 0
-    end do
+    has_water = any([(size(analysis%phases(p)%water_levels) > 0, p=1, size(analysis%phases))])
   end function has_water
 
   !> Whether the pores may carry a pressure: there is a water level, or a law with an excess pressure.
@@ -51,9 +48,7 @@ contains
     integer :: m
 
     has_pore_pressure = has_water(model%analysis) .or. has_consolidation(model%analysis%phases)
-    do m = 1, size(model%laws)
-      has_pore_pressure = has_pore_pressure .or. excess_place(model, m) > 0
-    end do
+    has_pore_pressure = has_pore_pressure .or. any([(excess_place(model, m) > 0, m=1, size(model%laws))])
   end function has_pore_pressure
 
   !> What flows in at a part of the bounds in a phase, by the flow that is in force; 0 where none is.

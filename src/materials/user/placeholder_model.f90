@@ -56,8 +56,6 @@ contains
     real(wp), intent(in) :: stress(6)
     real(wp), intent(out) :: state(:)
 
-    associate (unused => self, unused_too => stress)
-    end associate
     state = 0.0_wp
   end subroutine start
 
@@ -69,8 +67,6 @@ contains
     real(wp), intent(inout) :: state(:)
     type(soil_response_type), intent(inout) :: response
 
-    associate (unused => state)
-    end associate
     stress = stress + matmul(self%stiffness, increment%strain)
     response%tangent = self%stiffness
     response%status = status_ok

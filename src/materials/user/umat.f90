@@ -138,8 +138,6 @@ contains
     !> State (state_count).
     real(wp), intent(out) :: state(:)
 
-    associate (unused => stress)
-    end associate
     state(:self%state_count) = 0.0_wp
     call put_start(self%user, place, state(:self%state_count))
     call initial_state(self, self%sdvini, place, state(:self%state_count))

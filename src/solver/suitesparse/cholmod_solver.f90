@@ -89,8 +89,6 @@ contains
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
 
-    associate (unused => symmetric)
-    end associate
     allocate (cholmod_solver_type :: solver)
     solver%name = 'CHOLMOD'
     solver%symmetric = .true.
@@ -132,7 +130,6 @@ contains
       call library_error(status, error)
     else
       self%negative_pivots = 0
-      self%factor_operations = qsmpm_cholmod_operations(self%handle)
       self%factor_nonzeros = int(qsmpm_cholmod_factor_size(self%handle), long)
       self%factor_operations = qsmpm_cholmod_operations(self%handle)
       call judge_pivots(self, matrix, error)

@@ -108,8 +108,6 @@ contains
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
 
-    associate (unused => symmetric)
-    end associate
     allocate (umfpack_solver_type :: solver)
     solver%name = 'UMFPACK'
     solver%symmetric = .false.
