@@ -10,6 +10,7 @@ module qsmpm_stages
   use qsmpm_drainage, only: set_drainage
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_model, only: model_type
+  use qsmpm_phase_loads, only: load_in_force
   use qsmpm_phase_tree, only: lineage
   use qsmpm_vertical, only: upwards
   use qsmpm_reduction, only: expansion_type, reduction_check_type
@@ -209,6 +210,7 @@ contains
     real(wp), intent(in) :: share
     !> The stage moves a water level; it is then as it was.
     type(error_type), allocatable, intent(out) :: error
+    type(traction_type) :: before
     real(wp) :: factor, kept
     integer :: i
 
@@ -231,16 +233,15 @@ contains
       end if
       do i = 1, size(phase%tractions)
         associate (traction => phase%tractions(i))
+          before = load_before(scene, number, traction%surface, traction%follows)
           if (phase%initial%kind /= initial_keep) then
             traction%pressure = traction%pressure/kept
             traction%gradient = traction%gradient/kept
             traction%vector = traction%vector/kept
           else if (traction%follows) then
-            call reach_pressure(pressure_before(scene, number, traction%surface), share, phase%load_factor, factor, &
-              upwards(scene), traction)
+            call reach_pressure(before, share, phase%load_factor, factor, upwards(scene), traction)
           else
-            traction%vector = reached(traction_before(scene, number, traction%surface), &
-              phase%load_factor*traction%vector, share)/factor
+            traction%vector = reached(before%vector, phase%load_factor*traction%vector, share)/factor
           end if
         end associate
       end do
@@ -265,7 +266,7 @@ contains
       moves_water = size(phase%water_levels) > 0
       do i = 1, size(phase%tractions)
         moves_water = moves_water .or. phase%tractions(i)%of_water
-        before = pressure_before(scene, number, phase%tractions(i)%surface)
+        before = load_before(scene, number, phase%tractions(i)%surface, .true.)
         moves_water = moves_water .or. (phase%tractions(i)%follows .and. before%of_water)
       end do
     end associate
@@ -312,51 +313,20 @@ contains
     end do
   end function gravity_before
 
-  !> Dead traction at the end of the stages before one.
-  pure function traction_before(scene, number, surface) result(vector)
+  !> Dead traction or pressure at the end of the stages before one.
+  pure type(traction_type) function load_before(scene, number, surface, follows) result(load)
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
     !> Name of the surface.
     character(len=*), intent(in) :: surface
-    real(wp) :: vector(3)
+    !> The pressure.
+    logical, intent(in) :: follows
     integer, allocatable :: line(:)
-    integer :: p, i
-
-    vector = 0.0_wp
-    allocate (line, source=lineage(scene%phases, number))
-    do p = 1, size(line) - 1
-      do i = 1, size(scene%phases(line(p))%tractions)
-        associate (traction => scene%phases(line(p))%tractions(i))
-          if (traction%surface == surface .and. .not. traction%follows) &
-            vector = scene%phases(line(p))%load_factor*traction%vector
-        end associate
-      end do
-    end do
-  end function traction_before
-
-  !> Pressure at the end of the stages before one, with its load factor in it.
-  pure type(traction_type) function pressure_before(scene, number, surface) result(pressure)
-    type(analysis_type), intent(in) :: scene
-    !> Number of the stage.
-    integer, intent(in) :: number
-    !> Name of the surface.
-    character(len=*), intent(in) :: surface
-    integer, allocatable :: line(:)
-    integer :: p, i
 
     allocate (line, source=lineage(scene%phases, number))
-    do p = 1, size(line) - 1
-      do i = 1, size(scene%phases(line(p))%tractions)
-        associate (traction => scene%phases(line(p))%tractions(i), factor => scene%phases(line(p))%load_factor)
-          if (traction%surface /= surface .or. .not. traction%follows) cycle
-          pressure = traction
-          pressure%pressure = factor*traction%pressure
-          pressure%gradient = factor*traction%gradient
-        end associate
-      end do
-    end do
-  end function pressure_before
+    load = load_in_force(scene%phases, line(:size(line) - 1), surface, follows)
+  end function load_before
 
   !> Give the model the stages of the scene. A reduced model takes them only where its reductions hold with them too.
   subroutine take_over_stages(scene, expansion, model, error)

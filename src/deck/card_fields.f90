@@ -17,7 +17,7 @@ module qsmpm_card_fields
   use qsmpm_kinds, only: wp
   use qsmpm_source_line, only: source_line_type
   use qsmpm_law_parameters, only: field_visitor_type
-  use qsmpm_text, only: string_type, integer_text, real_text, read_integer, read_real, split, squeezed
+  use qsmpm_text, only: string_type, word_place, integer_text, real_text, read_integer, read_real, split, squeezed
   use qsmpm_card_items, only: item_type, data_type, in_range, kind_word, kind_name, kind_file, kind_integer, &
     kind_real, kind_flag
   implicit none
@@ -231,9 +231,8 @@ contains
     text = ''
     if (value > before .and. value - before <= size(list)) text = list(value - before)%text
     call self%word(name, text, words, sentence, needs, required, open, excludes)
-    do i = 1, size(list)
-      if (list(i)%text == text) value = before + i
-    end do
+    i = word_place(list, text)
+    if (i > 0) value = before + i
   end subroutine choice
 
   !> One of several words, kept as it is.

@@ -4,7 +4,7 @@ module qsmpm_deck_state
   use qsmpm_analysis, only: analysis_type
   use qsmpm_source_line, only: source_line_type
   use qsmpm_path, only: directory_of, joined, absolute_path
-  use qsmpm_text, only: string_type, did_you_mean
+  use qsmpm_text, only: string_type, word_place, did_you_mean
   use qsmpm_messages, only: message_list_type, line_origin_type, severity_error, severity_warning
   use qsmpm_cards, only: card_type, row_type
   implicit none
@@ -171,12 +171,8 @@ contains
     type(source_line_type), intent(in) :: where
     character(len=*), intent(in) :: keyword
     character(len=*), intent(in) :: what
-    integer :: i
 
-    if (len(name) == 0) return
-    do i = 1, size(names)
-      if (names(i)%text == name) return
-    end do
+    if (len(name) == 0 .or. word_place(names, name) > 0) return
     call state%error_from(where, keyword, 'there is no '//what//" '"//name//"'"// &
       did_you_mean(name, names))
   end subroutine check_word

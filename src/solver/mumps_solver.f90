@@ -10,7 +10,8 @@ module qsmpm_mumps_solver
   use qsmpm_error, only: error_type, fail, error_other, error_singular
   use qsmpm_team, only: solo_communicator
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at, text_of
+  use qsmpm_text, only: integer_text
+  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at
   use qsmpm_mumps_library, only: dmumps_struc, dmumps
   implicit none
   private
@@ -234,12 +235,12 @@ contains
     select case (mumps%infog(1))
     case (info_singular)
       call fail(error, error_singular, 'the matrix is singular: MUMPS found a pivot for '// &
-        text_of(mumps%infog(2))//' of '//text_of(mumps%n)//' equations only')
+        integer_text(mumps%infog(2))//' of '//integer_text(mumps%n)//' equations only')
     case (info_work_int, info_work_real, info_no_memory)
       call fail(error, error_other, 'MUMPS: no memory for the factors')
     case default
-      call fail(error, error_other, 'MUMPS failed with INFOG(1) = '//text_of(mumps%infog(1))// &
-        ', INFOG(2) = '//text_of(mumps%infog(2)))
+      call fail(error, error_other, 'MUMPS failed with INFOG(1) = '//integer_text(mumps%infog(1))// &
+        ', INFOG(2) = '//integer_text(mumps%infog(2)))
     end select
   end subroutine library_error
 end module qsmpm_mumps_solver

@@ -6,7 +6,8 @@ module qsmpm_single_solver
   use qsmpm_error, only: error_type, fail, error_other, error_singular
   use qsmpm_team, only: solo_communicator
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_solver, only: linear_solver_type, text_of
+  use qsmpm_text, only: integer_text
+  use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_mumps_solver, only: list_entries, count_of, set_controls, wants_space, job_begin, job_end, job_analyse, &
     job_factorise, job_solve, ordering_given, ordering_pord
   use qsmpm_mumps_library, only: smumps_struc, smumps
@@ -92,7 +93,7 @@ contains
     end do
     if (allocated(error)) return
     if (self%mumps%infog(28) > 0) call fail(error, error_singular, &
-      'the matrix is singular to single precision in equation '//text_of(self%mumps%pivnul_list(1)))
+      'the matrix is singular to single precision in equation '//integer_text(self%mumps%pivnul_list(1)))
     if (self%symmetric) self%negative_pivots = self%mumps%infog(12)
     self%factor_nonzeros = count_of(self%mumps%infog(9))
     self%factor_operations = real(self%mumps%rinfog(3), wp)
@@ -143,6 +144,6 @@ contains
     mumps%job = job
     call smumps(mumps)
     if (mumps%infog(1) < 0) call fail(error, error_singular, 'MUMPS in single precision failed with INFOG(1) = '// &
-      text_of(mumps%infog(1))//', INFOG(2) = '//text_of(mumps%infog(2)))
+      integer_text(mumps%infog(1))//', INFOG(2) = '//integer_text(mumps%infog(2)))
   end subroutine run
 end module qsmpm_single_solver

@@ -328,10 +328,7 @@ contains
     type(term_slot_type), intent(in) :: terms(:)
     integer :: t
 
-    points = 0
-    do t = 1, size(terms)
-      points = points + terms(t)%term%point_count
-    end do
+    points = sum([(terms(t)%term%point_count, t=1, size(terms))])
   end function evaluated_points
 
   !> Mark the nodes that a term holds against the ground.

@@ -12,8 +12,8 @@ module qsmpm_cholmod_solver
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_other
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at, indefinite_at, &
-    text_of
+  use qsmpm_text, only: integer_text
+  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at, indefinite_at
   implicit none
   private
 
@@ -192,7 +192,7 @@ contains
       call fail(error, error_other, &
         'CHOLMOD: the factor is too large for 32-bit integers; use MUMPS')
     case default
-      call fail(error, error_other, 'CHOLMOD failed with status '//text_of(int(status)))
+      call fail(error, error_other, 'CHOLMOD failed with status '//integer_text(int(status)))
     end select
   end subroutine library_error
 end module qsmpm_cholmod_solver
