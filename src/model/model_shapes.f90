@@ -7,6 +7,8 @@ module qsmpm_model_shapes
   use qsmpm_analysis, only: three_dimensional
   use qsmpm_body_description, only: body_type, body_box, body_polygon, body_region, body_polyhedron
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_mesh_description, only: mesh_fitted
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_polyhedron, only: make_polyhedron
@@ -16,6 +18,9 @@ module qsmpm_model_shapes
   private
 
   public :: shape_of
+
+  !> Share of a cell that fits outlines by which it may miss a body that holds it.
+  real(wp), parameter :: moved = 0.4_wp
 
 contains
 
@@ -50,6 +55,7 @@ contains
     case (body_polyhedron)
       call read_solid(body, shape, diagnostics)
     end select
+    if (model%analysis%mesh%kind == mesh_fitted .and. model%analysis%method%basis == basis_fem) shape%slack = moved
   end function shape_of
 
   !> The polyhedron of a body, from its file.

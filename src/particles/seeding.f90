@@ -72,7 +72,7 @@ contains
         if (.not. shape%region(c)) cycle
       end if
       call occupied_share(mesh, axisymmetric, shape, solid, c, share, centre)
-      rounding = nothing + 2.0_wp*shape%uncertainty/least_extent(mesh, c)
+      rounding = max(nothing + 2.0_wp*shape%uncertainty/least_extent(mesh, c), shape%slack)
       if (share <= rounding) cycle
       call choose_pattern(mesh%cell_kind(c), points_per_element, places, degree, pattern, error)
       if (allocated(error)) return
