@@ -1,9 +1,13 @@
 !> What a phase is told of the forces on its rigid bodies where it ends: of a body that it moves and that nothing has
 !> touched, or that carries nothing though soil is inside of it, and of a force against a steady push that falls in
-!> a step and stays low; of what it prescribes at nodes the last, where most of the reaction is lost.
+!> a step and stays low; of what it prescribes at nodes the last, where most of the reaction is lost, and of a reaction
+!> that rises on long after clay has given way.
 module qsmpm_contact_report
   use qsmpm_kinds, only: wp
   use qsmpm_contact_results, only: deepest_in
+  use qsmpm_law_parameters, only: law_description_type
+  use qsmpm_material_traits, only: may_yield, traits_of
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_own_part, only: own_of
@@ -27,6 +31,9 @@ module qsmpm_contact_report
   real(wp), parameter :: slight = 1.0e-4_wp
   !> Fall from a crest that makes a wave, as a share of the largest force, of which half is to come back.
   real(wp), parameter :: deep = 0.05_wp
+  !> Slope of the reaction over the steepest one from which ground has given way, and the rise from there that is told:
+  !> a footing on clay rises by 5 % more, on cells that the pushed nodes draw along by a third of their width by 25.
+  real(wp), parameter :: knee_slope = 0.1_wp, much_of_knee = 0.1_wp
   !> Gap and depth over the size of a cell: nearer soil does touch, deeper soil is inside.
   real(wp), parameter :: touching = 1.0e-3_wp, inside = 0.1_wp
 
@@ -49,6 +56,8 @@ module qsmpm_contact_report
     !> Waves: how many, the last crest and the lowest force behind it, and those of the largest.
     integer :: waves = 0
     real(wp) :: crest = 0.0_wp, trough = 0.0_wp, of_largest(2) = 0.0_wp
+    !> Share of the phase done, the steepest slope over it, and the force at which it had fallen, 0 for not yet.
+    real(wp) :: done = 0.0_wp, steepest = 0.0_wp, knee = 0.0_wp
   end type course_type
 
   !> How the bodies go in a phase.
@@ -99,7 +108,9 @@ contains
       call follow_force(check%of(b), model%state%progress%step, &
         -dot_product(force(:3), motion%displacement)/max(norm2(motion%displacement), tiny(1.0_wp)))
     end do
-    call follow_force(check%nodes, model%state%progress%step, force_of_push(model))
+    force(1) = force_of_push(model)
+    call follow_knee(check%nodes, model%state%progress%fraction, force(1))
+    call follow_force(check%nodes, model%state%progress%step, force(1))
   end subroutine check_contact
 
   !> Mean reaction along what is prescribed, weighted by it.
@@ -135,6 +146,21 @@ contains
     course%most = max(course%most, force)
     call follow_wave(course, max(force, 0.0_wp))
   end subroutine follow_force
+
+  !> The force at which its slope first falls to a share of the steepest one.
+  pure subroutine follow_knee(course, fraction, force)
+    type(course_type), intent(inout) :: course
+    !> Of the phase that is done.
+    real(wp), intent(in) :: fraction
+    real(wp), intent(in) :: force
+    real(wp) :: slope
+
+    if (.not. fraction > course%done) return
+    slope = (force - max(0.0_wp, course%before(2)))/(fraction - course%done)
+    course%done = fraction
+    course%steepest = max(course%steepest, slope)
+    if (.not. course%knee > 0.0_wp .and. slope < knee_slope*course%steepest) course%knee = force
+  end subroutine follow_knee
 
   !> A wave is counted where the force rises again; ground that pushes along resists nothing.
   pure subroutine follow_wave(course, force)
@@ -182,10 +208,29 @@ contains
           'the ground gives way, or contact is lost; smaller steps or cells tell', observer)
       end associate
     end do
+    call warn_of_rise(model, check%nodes, observer)
     call warn_of_falls(start_of(model)//': the mean reaction along what it prescribes', &
       model%state%progress%phase_steps, check%nodes, 'the ground gives way or has collapsed in the step, and what '// &
       'follows is another equilibrium; smaller steps or cells tell', observer)
   end subroutine end_contact_check
+
+  !> Warn of clay that carries more and more after it has given way, where cells go with the nodes that push it.
+  subroutine warn_of_rise(model, course, observer)
+    type(model_type), intent(in) :: model
+    type(course_type), intent(in) :: course
+    class(observer_type), intent(inout) :: observer
+    type(law_description_type) :: traits(size(model%analysis%materials))
+    integer :: m
+
+    if (model%analysis%method%basis /= basis_fem .or. .not. course%knee > 0.0_wp) return
+    if (.not. course%before(2) > (1.0_wp + much_of_knee)*course%knee) return
+    traits = [(traits_of(model%analysis%materials(m)), m=1, size(traits))]
+    if (any(may_yield(model%analysis%materials) .and. .not. traits%failure_keeps_volume)) return
+    call observer%note(start_of(model)//': the mean reaction along what it prescribes has risen by '// &
+      rounded_text(100.0_wp*(course%before(2)/course%knee - 1.0_wp), 2)//' % since the clay gave way: cells beside '// &
+      'pushed nodes are drawn along and hold the soil up; smaller cells, or a *RIGID BODY in the place of the '// &
+      'nodes, tell how much of it is true')
+  end subroutine warn_of_rise
 
   !> Tell of a force that has fallen in a phase, and forget it.
   subroutine warn_of_falls(start, steps, course, meaning, observer)
