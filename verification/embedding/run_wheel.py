@@ -10,11 +10,13 @@ from __future__ import annotations
 import argparse
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import sysconfig
 import tempfile
 import venv
+import zipfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 TOP = HERE.parents[1]
@@ -56,6 +58,22 @@ class Wheel:
         # What the package depends on is borrowed.
         site = next((self.environment / "lib").glob("python*/site-packages"))
         (site / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
+
+    def carries(self, build: pathlib.Path) -> None:
+        """A wheel of tools/wheel has every library but those of glibc, gcc and zlib inside, with licences, and runs."""
+        out = self.work / "carried"
+        call(TOP / "tools/wheel", build, "--out", out, cwd=self.work)
+        (wheel,) = out.glob("*manylinux*.whl")
+        names = zipfile.ZipFile(wheel).namelist()
+        expect(sum("licenses/libraries/" in name for name in names) > 5 and any("sboms/" in name for name in names), f"{names}")
+        site = next((self.environment / "lib").glob("python*/site-packages"))
+        call(sys.executable, "-m", "pip", f"--python={self.python}", "install", "--quiet", "--no-index", "--no-deps", "--force-reinstall",
+             wheel, cwd=self.work)
+        for inside in (site / "qsmpm/libqsmpm.so", site / "qsmpm.scripts/qsmpm"):
+            for line in call("ldd", inside, cwd=self.work).splitlines():
+                name, _, found = (word.strip() for word in line.partition("=>"))
+                expect(not found or found.startswith(str(site)) or re.match(r"lib(c|m|mvec|dl|rt|pthread|resolv|gcc_s|z)\.so", name), line)
+        self.runs()
 
     def make_all(self, *options: str) -> None:
         """`pip install .[verify]` compiles the library and fetches what it depends on."""
@@ -117,7 +135,7 @@ def main() -> int:
         wheel = Wheel(pathlib.Path(folder))
         uses = [("uses", wheel.finds_its_library), ("runs", wheel.runs), ("answers", wheel.answers),
                 ("programs", wheel.brings_its_programs)]
-        tests = [("make", lambda: wheel.make(given.build.resolve())), *uses]
+        tests = [("make", lambda: wheel.make(given.build.resolve())), *uses, ("carries", lambda: wheel.carries(given.build.resolve()))]
         if given.long:
             tests = [("pip install", wheel.make_all), *uses,
                      ("pip install without GPL", lambda: wheel.make_all("-C", "cmake.define.QSMPM_WITH_SUITESPARSE=OFF")),
