@@ -37,7 +37,7 @@ contains
     leads = team%rank == 0
     writes = leads .or. is_divided(model%part)
     associate (step => model%state%progress%step, output => model%analysis%output)
-      call add_picture(pictures, step, phase_time(model), is_divided(model%part))
+      call add_picture(pictures, step, phase_time(model))
       if (output%vtk .and. writes) then
         call write_points_picture(directory, 'points_'//numbered(step), model, estimate, error)
         if (.not. allocated(error)) call write_mesh_picture(directory, 'mesh_'//numbered(step), model, error)
