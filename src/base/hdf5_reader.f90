@@ -1,5 +1,5 @@
-!> Reading of HDF5 files. Those that end with a checksum (`qsmpm_seal`) are compared with it first: the library, which
-!> believes what it reads, sees none of them that was damaged. A failure is kept and reported by `close_reader`.
+!> Reading of HDF5 files. The library believes what it reads: who has a checksum (`qsmpm_seal`) compares it first. A
+!> failure is kept and reported by `close_reader`.
 module qsmpm_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5iis_valid_f, h5fopen_f, h5fclose_f, h5dopen_f, &
@@ -9,7 +9,6 @@ module qsmpm_hdf5_reader
     h5_integer_kind
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_seal, only: check_seal
   use qsmpm_text, only: string_type
   implicit none
   private
@@ -50,24 +49,16 @@ contains
   end subroutine open_library
 
   !> Open a file.
-  subroutine open_reader(reader, path, sealed)
+  subroutine open_reader(reader, path)
     !> The file.
     type(reader_type), intent(out) :: reader
     character(len=*), intent(in) :: path
-    !> Whether it ends with a checksum; as a rule it does.
-    logical, intent(in), optional :: sealed
-    logical :: look
+    logical :: there
     integer :: status
 
     reader%path = path
-    look = .true.
-    if (present(sealed)) look = sealed
-    if (look) then
-      call check_seal(path, reader%reason)
-      if (allocated(reader%reason)) return
-    end if
-    inquire (file=path, exist=look)
-    if (.not. look) then
+    inquire (file=path, exist=there)
+    if (.not. there) then
       reader%reason = 'there is no such file'
       return
     end if

@@ -7,7 +7,7 @@ module qsmpm_seal
   implicit none
   private
 
-  public :: seal_line, check_seal, sum_piece, seal_reason
+  public :: seal_line, sum_piece, seal_reason
 
   character(len=*), parameter :: head = 'qsmpm crc32 '
   !> Bytes of the line, and bytes read at a time.
@@ -22,19 +22,6 @@ contains
 
     line = head//crc32_text(sum)//new_line('a')
   end function seal_line
-
-  !> Compare a file with its last line.
-  subroutine check_seal(path, reason)
-    !> Name of the file.
-    character(len=*), intent(in) :: path
-    !> What is wrong with it; not allocated when nothing is.
-    character(len=:), allocatable, intent(out) :: reason
-    character(len=:), allocatable :: line
-    integer(int32) :: sum
-
-    call sum_piece(path, 1, 1, sum, line, reason)
-    if (.not. allocated(reason)) call seal_reason(sum, line, reason)
-  end subroutine check_seal
 
   !> What is wrong with the last line of a file.
   pure subroutine seal_reason(sum, line, reason)

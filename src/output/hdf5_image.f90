@@ -8,7 +8,7 @@
 !> times: the same state gives the same bytes. A failure is kept and reported by `save_image`. Reading is
 !> `qsmpm_hdf5_reader`; no other module uses the library.
 module qsmpm_hdf5_image
-  use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
   use hdf5, only: hid_t, hsize_t, size_t, h5pcreate_f, h5pclose_f, h5pset_fapl_core_f, h5pset_obj_track_times_f, &
     h5fcreate_f, h5fclose_f, h5fflush_f, h5fget_file_image_f, h5gcreate_f, h5gclose_f, h5screate_f, &
@@ -19,7 +19,7 @@ module qsmpm_hdf5_image
   use qsmpm_agreement, only: agree
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_hdf5_reader, only: open_library
-  use qsmpm_shared_file, only: shared_file_type, begin_shared, put_summed, commit_shared
+  use qsmpm_shared_file, only: shared_file_type, begin_shared, claim, put_at, commit_shared
   use qsmpm_team, only: team_type, largest, smallest, total
   implicit none
   private
@@ -102,11 +102,13 @@ contains
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: path
     !> (n)
-    real(wp), intent(in) :: values(:)
+    real(wp), contiguous, target, intent(in) :: values(:)
     logical, intent(in), optional :: rows
+    type(c_ptr) :: address
 
-    call put_values(image, path, h5t_native_double, shape(values, kind=hsize_t), &
-      transfer(values, [0_int8]), rows)
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call put_values(image, path, h5t_native_double, 8, shape(values, kind=hsize_t), address, rows)
   end subroutine put_reals_1
 
   !> Put a table of reals, (components, n) here and (n, components) in the order of C.
@@ -114,11 +116,13 @@ contains
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: path
     !> (components, n)
-    real(wp), intent(in) :: values(:, :)
+    real(wp), contiguous, target, intent(in) :: values(:, :)
     logical, intent(in), optional :: rows
+    type(c_ptr) :: address
 
-    call put_values(image, path, h5t_native_double, shape(values, kind=hsize_t), &
-      transfer(values, [0_int8]), rows)
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call put_values(image, path, h5t_native_double, 8, shape(values, kind=hsize_t), address, rows)
   end subroutine put_reals_2
 
   !> Put a row of integers.
@@ -126,11 +130,13 @@ contains
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: path
     !> (n)
-    integer, intent(in) :: values(:)
+    integer, contiguous, target, intent(in) :: values(:)
     logical, intent(in), optional :: rows
+    type(c_ptr) :: address
 
-    call put_values(image, path, h5t_native_integer, shape(values, kind=hsize_t), &
-      transfer(values, [0_int8]), rows)
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call put_values(image, path, h5t_native_integer, 4, shape(values, kind=hsize_t), address, rows)
   end subroutine put_integers_1
 
   !> Put a row of long integers.
@@ -138,24 +144,29 @@ contains
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: path
     !> (n)
-    integer(long), intent(in) :: values(:)
+    integer(long), contiguous, target, intent(in) :: values(:)
     logical, intent(in), optional :: rows
+    type(c_ptr) :: address
 
-    call put_values(image, path, h5kind_to_type(long, h5_integer_kind), &
-      shape(values, kind=hsize_t), transfer(values, [0_int8]), rows)
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call put_values(image, path, h5kind_to_type(long, h5_integer_kind), 8, shape(values, kind=hsize_t), address, rows)
   end subroutine put_longs
 
   !> Keep the values of a dataset until the file is written.
-  subroutine put_values(image, path, kind, dimensions, bytes, rows)
+  subroutine put_values(image, path, kind, width, dimensions, address, rows)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: path
-    !> HDF5 type.
+    !> HDF5 type, and bytes of a value.
     integer(hid_t), intent(in) :: kind
+    integer, intent(in) :: width
     !> Sizes, the fastest first.
     integer(hsize_t), intent(in) :: dimensions(:)
-    integer(int8), intent(in) :: bytes(:)
+    !> Of the values, where there are any.
+    type(c_ptr), intent(in) :: address
     logical, intent(in), optional :: rows
     type(dataset_type), allocatable :: more(:)
+    integer(int8), pointer, contiguous :: bytes(:)
     logical :: gives
 
     gives = image%team%rank == 0
@@ -171,7 +182,10 @@ contains
       dataset%kind = kind
       dataset%dimensions = dimensions
       if (.not. gives) dataset%dimensions(last) = 0
-      dataset%bytes = bytes(:merge(size(bytes, kind=long), 0_long, gives))
+      allocate (dataset%bytes(width*product(dataset%dimensions)))
+      if (size(dataset%bytes, kind=long) == 0) return
+      call c_f_pointer(address, bytes, [size(dataset%bytes, kind=long)])
+      dataset%bytes(:) = bytes
     end associate
   end subroutine put_values
 
@@ -237,34 +251,34 @@ contains
   end subroutine put_link
 
   !> Write the file and free its memory.
-  subroutine save_image(image, path, error, sealed)
+  subroutine save_image(image, path, sealed, error)
     !> The file.
     type(image_type), intent(inout) :: image
     !> Its name on the disk.
     character(len=*), intent(in) :: path
+    !> It ends with a line by which damage is known (`qsmpm_seal`).
+    logical, intent(in) :: sealed
     !> The same on all processes: it is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
-    !> It ends with a line by which damage is known (`qsmpm_seal`), as `qsmpm_hdf5_reader` wants it; no unless given.
-    logical, intent(in), optional :: sealed
     integer(int8), allocatable :: head(:)
     type(shared_file_type) :: file
-    logical :: seals
+    integer(long) :: places(0:image%count)
     integer :: i
 
-    seals = .false.
-    if (present(sealed)) seals = sealed
     call describe(image, head)
     if (allocated(image%reason)) call fail(error, error_other, "cannot make '"//path// &
       "': the HDF5 library failed at "//image%reason)
     call agree(image%team, error)
     if (allocated(error)) return
-    call begin_shared(file, image%team, path)
-    call put_summed(file, head(:merge(size(head), 0, image%team%rank == 0)))
+    call begin_shared(file, image%team, path, sealed)
+    head = head(:merge(size(head), 0, image%team%rank == 0))
+    call claim(file, [size(head, kind=long), (size(image%datasets(i)%bytes, kind=long), i=1, image%count)], places)
+    call put_at(file, places(0), head)
     do i = 1, image%count
-      call put_summed(file, image%datasets(i)%bytes)
+      call put_at(file, places(i), image%datasets(i)%bytes)
       deallocate (image%datasets(i)%bytes)
     end do
-    call commit_shared(file, error, seals)
+    call commit_shared(file, error)
   end subroutine save_image
 
   !> Make the bytes that describe the file and end the library's part in it.
@@ -303,13 +317,18 @@ contains
     type(h5o_info_t) :: info
     integer(hid_t) :: dataset, space
     integer(hsize_t), allocatable :: whole(:)
+    integer(long) :: rows(image%count)
     integer :: status(5), i
 
+    do i = 1, image%count
+      rows(i) = image%datasets(i)%dimensions(size(image%datasets(i)%dimensions))
+    end do
+    rows = total(image%team, rows)
     do i = 1, image%count
       associate (path => image%datasets(i)%path, dimensions => image%datasets(i)%dimensions)
         status = 0
         whole = dimensions
-        whole(size(whole)) = total(image%team, int(dimensions(size(whole)), long))
+        whole(size(whole)) = rows(i)
         call h5screate_simple_f(size(whole), whole, space, status(1))
         call h5dcreate_f(image%file, path, image%datasets(i)%kind, space, dataset, status(2), dcpl_id=list)
         call h5sclose_f(space, status(3))

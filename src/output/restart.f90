@@ -86,7 +86,7 @@ contains
         end associate
       end do
     end if
-    call save_image(image, path, error, sealed=.true.)
+    call save_image(image, path, .true., error)
   end subroutine write_restart
 
   !> Whether the file of a model has ends of phases: they are written whole.
@@ -144,7 +144,7 @@ contains
     reader%path = path
     if (allocated(reason)) call note_reason(reader, reason)
     call share_reason(readers, reader)
-    if (.not. allocated(reader%reason)) call open_reader(reader, path, sealed=.false.)
+    if (.not. allocated(reader%reason)) call open_reader(reader, path)
     call check_origin(reader, fingerprint)
     call find_group(reader, node_labels, in_rows)
     call share_reason(readers, reader)

@@ -29,7 +29,7 @@ module qsmpm_results
   implicit none
   private
 
-  public :: write_mesh_results, write_step_results, write_mechanism_results, write_results_index
+  public :: write_mesh_results, write_state, write_results_index
 
   !> Folder of the parts beside results.h5.
   character(len=*), parameter, public :: results_folder = 'results'
@@ -60,7 +60,7 @@ contains
       call put_mesh(image, model%mesh)
     end if
     call put_attribute(image, '/mesh', 'dimension', model%mesh%dimension)
-    call save_image(image, part_path(directory, 'mesh'), error)
+    call save_image(image, part_path(directory, 'mesh'), .false., error)
   end subroutine write_mesh_results
 
   !> Put a mesh; that of a process stands behind those of others.
@@ -85,37 +85,14 @@ contains
     call put_array(image, '/mesh/cell_labels', mesh%cell_label, rows=.true.)
   end subroutine put_mesh
 
-  !> Write the fields of a step.
-  subroutine write_step_results(directory, model, estimate, error)
-    !> Where the results are.
-    character(len=*), intent(in) :: directory
-    type(model_type), intent(in) :: model
-    !> Estimated error of its stresses.
-    type(stress_error_type), intent(in) :: estimate
-    !> Set when the file is not whole under its name.
-    type(error_type), allocatable, intent(out) :: error
-
-    call write_state(directory, numbered(model%state%progress%step), model, estimate, error)
-  end subroutine write_step_results
-
-  !> Write the fields of the way a body fails: displacements and strains of the state are those of it.
-  subroutine write_mechanism_results(directory, model, estimate, error)
-    !> Where the results are.
-    character(len=*), intent(in) :: directory
-    type(model_type), intent(in) :: model
-    !> Estimated error of its stresses.
-    type(stress_error_type), intent(in) :: estimate
-    !> Set when the file is not whole under its name.
-    type(error_type), allocatable, intent(out) :: error
-
-    call write_state(directory, mechanism_part//numbered(model%state%progress%phase), model, estimate, error)
-  end subroutine write_mechanism_results
-
-  !> Write the fields of a state.
+  !> Write the fields of a state, or of the way a body fails: displacements and strains of the state are those of it.
   subroutine write_state(directory, name, model, estimate, error)
+    !> Where the results are, and the number of the step, or that of the phase behind `mechanism_part`.
     character(len=*), intent(in) :: directory, name
     type(model_type), intent(in) :: model
+    !> Estimated error of its stresses.
     type(stress_error_type), intent(in) :: estimate
+    !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
 
@@ -132,7 +109,7 @@ contains
     end associate
     call put_points(image, model, estimate)
     call put_surroundings(image, '/step', model)
-    call save_image(image, part_path(directory, name), error)
+    call save_image(image, part_path(directory, name), .false., error)
   end subroutine write_state
 
   !> Put the material points, each process its own: the fields that they carry on some process.
@@ -199,7 +176,7 @@ contains
         results_folder//'/'//numbered(steps(i))//'.h5', '/step')
     end do
     if (present(phases)) call put_mechanisms(image, directory, phases)
-    call save_image(image, directory//'/results.h5', error)
+    call save_image(image, directory//'/results.h5', .false., error)
   end subroutine write_results_index
 
   !> Links to the mechanisms there are: a run that is continued finds those of the steps before.

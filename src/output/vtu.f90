@@ -4,13 +4,13 @@
 !> The picture writes its arrays when it is complete. The four sections are those of the file format; positions and
 !> cells must be given. Each process of a team writes a piece of the picture, with nodes at the borders of its own.
 module qsmpm_vtu
-  use, intrinsic :: iso_c_binding, only: c_loc
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
-  use qsmpm_file, only: put_bytes
+  use qsmpm_file, only: move_to, put_bytes
   use qsmpm_number_text, only: integer_text
-  use qsmpm_shared_file, only: shared_file_type, begin_shared, claim, claim_text, commit_shared, of_ranks
+  use qsmpm_shared_file, only: shared_file_type, begin_shared, claim, put_at, commit_shared, of_ranks
   use qsmpm_team, only: team_type
   implicit none
   private
@@ -66,9 +66,12 @@ contains
     type(vtu_type), intent(inout) :: vtu
     integer, intent(in) :: section
     character(len=*), intent(in) :: name
-    real(wp), intent(in) :: values(:, :)
+    real(wp), contiguous, target, intent(in) :: values(:, :)
+    type(c_ptr) :: address
 
-    call add(vtu, section, name, 'Float64', size(values, 1), transfer(values, [0_int8]))
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call add(vtu, section, name, 'Float64', size(values, 1), 8*size(values, kind=long), address)
   end subroutine add_reals
 
   !> Add integers.
@@ -76,9 +79,12 @@ contains
     type(vtu_type), intent(inout) :: vtu
     integer, intent(in) :: section
     character(len=*), intent(in) :: name
-    integer, intent(in) :: values(:)
+    integer, contiguous, target, intent(in) :: values(:)
+    type(c_ptr) :: address
 
-    call add(vtu, section, name, 'Int32', 1, transfer(values, [0_int8]))
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call add(vtu, section, name, 'Int32', 1, 4*size(values, kind=long), address)
   end subroutine add_integers
 
   !> Add long integers.
@@ -86,9 +92,12 @@ contains
     type(vtu_type), intent(inout) :: vtu
     integer, intent(in) :: section
     character(len=*), intent(in) :: name
-    integer(long), intent(in) :: values(:)
+    integer(long), contiguous, target, intent(in) :: values(:)
+    type(c_ptr) :: address
 
-    call add(vtu, section, name, 'Int64', 1, transfer(values, [0_int8]))
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call add(vtu, section, name, 'Int64', 1, 8*size(values, kind=long), address)
   end subroutine add_longs
 
   !> Add bytes.
@@ -96,25 +105,34 @@ contains
     type(vtu_type), intent(inout) :: vtu
     integer, intent(in) :: section
     character(len=*), intent(in) :: name
-    integer(int8), intent(in) :: values(:)
+    integer(int8), contiguous, target, intent(in) :: values(:)
+    type(c_ptr) :: address
 
-    call add(vtu, section, name, 'UInt8', 1, transfer(values, [0_int8]))
+    address = c_null_ptr
+    if (size(values) > 0) address = c_loc(values)
+    call add(vtu, section, name, 'UInt8', 1, 1*size(values, kind=long), address)
   end subroutine add_bytes
 
   !> Add the bytes of an array.
-  subroutine add(vtu, section, name, kind, components, bytes)
+  subroutine add(vtu, section, name, kind, components, count, address)
     type(vtu_type), intent(inout) :: vtu
     integer, intent(in) :: section, components
     !> Of the array, and VTK's name of its type.
     character(len=*), intent(in) :: name, kind
-    integer(int8), intent(in) :: bytes(:)
+    !> How many, and where they are, where there are any.
+    integer(long), intent(in) :: count
+    type(c_ptr), intent(in) :: address
+    integer(int8), pointer, contiguous :: bytes(:)
 
     vtu%array_count = vtu%array_count + 1
     associate (array => vtu%arrays(vtu%array_count))
       array%section = section
       array%words = 'type="'//kind//'" Name="'//name//'" NumberOfComponents="'//integer_text(components)//'"'// &
         names_of(components)
-      array%bytes = bytes
+      allocate (array%bytes(count))
+      if (count == 0) return
+      call c_f_pointer(address, bytes, [count])
+      array%bytes(:) = bytes
     end associate
   end subroutine add
 
@@ -130,7 +148,8 @@ contains
     !> The same on all processes: the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(shared_file_type) :: shared
-    integer(long) :: length, lengths(team%ranks)
+    character(len=:), allocatable :: head, piece, middle, tail
+    integer(long) :: length, lengths(team%ranks), places(5)
     integer :: section, i, arrays
 
     arrays = vtu%array_count
@@ -140,21 +159,25 @@ contains
       length = length + 8 + size(vtu%arrays(i)%bytes, kind=long)
     end do
     lengths = of_ranks(team, length)
-    call begin_shared(shared, team, path)
-    call claim_text(shared, of_first('<?xml version="1.0"?>'//newline// &
-      '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="'//byte_order()// &
-      '" header_type="UInt64">'//newline//'  <UnstructuredGrid>'//newline))
-    call claim_text(shared, piece_text(vtu, arrays, sum(lengths(:team%rank))))
-    call claim_text(shared, of_first('  </UnstructuredGrid>'//newline//'  <AppendedData encoding="raw">'//newline// &
-      '   _'))
-    call claim(shared, length)
+    head = of_first('<?xml version="1.0"?>'//newline//'<VTKFile type="UnstructuredGrid" version="1.0" byte_order="'// &
+      byte_order()//'" header_type="UInt64">'//newline//'  <UnstructuredGrid>'//newline)
+    piece = piece_text(vtu, arrays, sum(lengths(:team%rank)))
+    middle = of_first('  </UnstructuredGrid>'//newline//'  <AppendedData encoding="raw">'//newline//'   _')
+    tail = of_first(newline//'  </AppendedData>'//newline//'</VTKFile>'//newline)
+    call begin_shared(shared, team, path, sealed=.false.)
+    call claim(shared, [len(head, kind=long), len(piece, kind=long), len(middle, kind=long), length, &
+      len(tail, kind=long)], places)
+    call put_at(shared, places(1), transfer(head, [0_int8]))
+    call put_at(shared, places(2), transfer(piece, [0_int8]))
+    call put_at(shared, places(3), transfer(middle, [0_int8]))
+    call move_to(shared%file, places(4))
     do section = 1, size(section_name)
       do i = 1, arrays
         if (vtu%arrays(i)%section == section) call put_array(shared, vtu%arrays(i)%bytes)
       end do
     end do
-    call claim_text(shared, of_first(newline//'  </AppendedData>'//newline//'</VTKFile>'//newline))
-    call commit_shared(shared, error, sealed=.false.)
+    call put_at(shared, places(5), transfer(tail, [0_int8]))
+    call commit_shared(shared, error)
 
   contains
 

@@ -1,5 +1,5 @@
-!> A file that the processes of a team write together: one file, the same call alone. A process claims some bytes behind
-!> what is there, the claims of all stand behind one another in the order of their ranks, and each writes its own. What
+!> A file that the processes of a team write together: one file, the same call alone. They claim its stretches in one
+!> go; in a stretch the bytes of all stand behind one another in the order of their ranks, and each writes its own. What
 !> cannot be written on one process is the error of all when the file is committed; none waits for another before.
 module qsmpm_shared_file
   use, intrinsic :: iso_c_binding, only: c_loc
@@ -15,28 +15,33 @@ module qsmpm_shared_file
   implicit none
   private
 
-  public :: shared_file_type, begin_shared, claim, claim_text, put_summed, commit_shared, check_shared_seal, of_ranks
+  public :: shared_file_type, begin_shared, claim, put_at, commit_shared, check_shared_seal, of_ranks
 
   type :: shared_file_type
     type(team_type) :: team
     !> Where this process writes.
     type(file_type) :: file
-    !> Bytes claimed so far, and those of the last claim that stand behind the own ones.
-    integer(long) :: length = 0, later = 0
-    !> What the own bytes have added to the checksum of the file.
+    !> Bytes of the file, but for its last line.
+    integer(long) :: length = 0
+    !> It ends with a line by which damage is known (`qsmpm_seal`).
+    logical :: sealed = .false.
+    !> What the own bytes have added to its checksum.
     integer(int32) :: share = 0
   end type shared_file_type
 
 contains
 
   !> Begin a file, which gets its name when it is committed.
-  subroutine begin_shared(shared, team, path)
+  subroutine begin_shared(shared, team, path, sealed)
     type(shared_file_type), intent(out) :: shared
     type(team_type), intent(in) :: team
     character(len=*), intent(in) :: path
+    !> It is to end with a line by which damage is known; all of it is put with `put_at`.
+    logical, intent(in) :: sealed
     logical :: failed
 
     shared%team = team
+    shared%sealed = sealed
     if (team%rank == 0) call create_file(shared%file, path)
     ! The file is there when the first process has answered.
     failed = any_of(team, allocated(shared%file%reason))
@@ -55,51 +60,49 @@ contains
     numbers = total(team, numbers)
   end function of_ranks
 
-  !> Claim bytes behind what is there; what this process puts next stands in its own.
-  subroutine claim(shared, count)
+  !> Claim the stretches of the file, once.
+  subroutine claim(shared, counts, places)
     type(shared_file_type), intent(inout) :: shared
-    integer(long), intent(in) :: count
+    !> Bytes of this process in each (stretches), and how many stand before them in the file.
+    integer(long), intent(in) :: counts(:)
+    integer(long), intent(out) :: places(:)
+    integer(long) :: parts(shared%team%ranks, size(counts))
+    integer :: i
 
-    associate (counts => of_ranks(shared%team, count), own => shared%team%rank + 1)
-      call move_to(shared%file, shared%length + sum(counts(:own - 1)))
-      shared%later = sum(counts(own + 1:))
-      shared%length = shared%length + sum(counts)
-      shared%share = followed_by(shared%share, sum(counts))
-    end associate
+    parts = 0
+    parts(shared%team%rank + 1, :) = counts
+    parts = reshape(total(shared%team, reshape(parts, [size(parts)])), shape(parts))
+    do i = 1, size(counts)
+      places(i) = shared%length + sum(parts(:shared%team%rank, i))
+      shared%length = shared%length + sum(parts(:, i))
+    end do
   end subroutine claim
 
-  !> Claim room for a text of each process, and put it there.
-  subroutine claim_text(shared, text)
+  !> Put bytes where they have been claimed.
+  subroutine put_at(shared, place, bytes)
     type(shared_file_type), intent(inout) :: shared
-    character(len=*), intent(in) :: text
-
-    call claim(shared, len(text, kind=long))
-    call put_text(shared%file, text)
-  end subroutine claim_text
-
-  !> Claim room for bytes of each process, put them there and add them to the checksum.
-  subroutine put_summed(shared, bytes)
-    type(shared_file_type), intent(inout) :: shared
+    integer(long), intent(in) :: place
     integer(int8), contiguous, target, intent(in) :: bytes(:)
 
-    call claim(shared, size(bytes, kind=long))
-    if (size(bytes, kind=long) == 0) return
-    call put_bytes(shared%file, c_loc(bytes), size(bytes, kind=long))
-    shared%share = ieor(shared%share, followed_by(crc32(bytes), shared%later))
-  end subroutine put_summed
+    associate (count => size(bytes, kind=long))
+      if (count == 0) return
+      call move_to(shared%file, place)
+      call put_bytes(shared%file, c_loc(bytes), count)
+      if (shared%sealed) shared%share = ieor(shared%share, followed_by(crc32(bytes), shared%length - place - count))
+    end associate
+  end subroutine put_at
 
   !> Bring the file to the disk and give it its name; on failure the former file stays.
-  subroutine commit_shared(shared, error, sealed)
+  subroutine commit_shared(shared, error)
     type(shared_file_type), intent(inout) :: shared
     !> The same on all processes: the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
-    !> It ends with a line by which damage is known (`qsmpm_seal`); all of it was put with `put_summed`.
-    logical, intent(in) :: sealed
-    character(len=:), allocatable :: line
+    integer(int32) :: sum
 
-    if (sealed) then
-      line = seal_line(joined_sum(shared%team, shared%share))
-      call claim_text(shared, line(:merge(len(line), 0, shared%team%rank == 0)))
+    if (shared%sealed) then
+      sum = joined_sum(shared%team, shared%share)
+      call move_to(shared%file, shared%length)
+      if (shared%team%rank == 0) call put_text(shared%file, seal_line(sum))
     end if
     call finish_file(shared%file, error)
     call agree(shared%team, error)

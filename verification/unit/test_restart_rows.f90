@@ -147,7 +147,7 @@ contains
     call put_attribute(image, '/', 'fingerprint_1', mark(1))
     call put_attribute(image, '/', 'fingerprint_2', mark(2))
     call put_own(image, model)
-    call save_image(image, path, error, sealed=.true.)
+    call save_image(image, path, .true., error)
   end subroutine write_rows
 
   !> Number of the array that terms keep of nodes.
@@ -219,7 +219,7 @@ contains
     allocate (written, source=[11, 12, 13, 14, 15])
     call create_image(image)
     call put_array(image, 'numbers', written)
-    call save_image(image, path, error, sealed=.true.)
+    call save_image(image, path, .true., error)
     call tests%check('a dataset is written', .not. allocated(error))
     call open_reader(reader, path)
     call get_rows(reader, 'numbers', [2, 4], 5, rows)
