@@ -1,7 +1,7 @@
 !> Some rows of the datasets of an HDF5 file that is read (qsmpm_hdf5_reader): block by block, so that no more is in
 !> memory than what is wanted and one block. Blocks without a wanted row are not read.
 module qsmpm_hdf5_rows
-  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
   use hdf5, only: hid_t, hsize_t, h5dclose_f, h5dread_f, h5dget_space_f, h5sclose_f, h5screate_simple_f, &
     h5sselect_hyperslab_f, h5s_select_set_f, h5t_native_double, h5t_native_integer, h5kind_to_type, h5_integer_kind
@@ -62,11 +62,9 @@ contains
     integer, intent(in) :: rows(:), all_rows
     !> (components, rows)
     real(wp), contiguous, target, intent(inout) :: values(:, :)
-    type(c_ptr) :: address
 
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    if (size(rows) > 0) call read_rows(reader, path, h5t_native_double, rows, [size(values, 1), all_rows], 8, address)
+    if (size(rows) > 0) call read_rows(reader, path, h5t_native_double, rows, [size(values, 1), all_rows], 8, &
+      c_loc(values))
   end subroutine get_real_rows
 
   !> Rows of integers.

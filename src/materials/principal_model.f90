@@ -129,9 +129,6 @@ contains
     class(principal_model_type), intent(in) :: self
     !> (state_count)
     real(wp), intent(inout) :: state(:)
-
-    associate (unused => self, as_it_is => state)
-    end associate
   end subroutine same_state
 
   !> Mix stress, derivative and quotients with those of the model without strength. All enter a tangent linearly, so

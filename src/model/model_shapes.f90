@@ -2,12 +2,12 @@
 module qsmpm_model_shapes
   use, intrinsic :: iso_fortran_env, only: real32
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: three_dimensional
   use qsmpm_body_description, only: body_type, body_box, body_polygon, body_region, body_polyhedron
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
-  use qsmpm_mesh_sets, only: find_set
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_polyhedron, only: make_polyhedron
   use qsmpm_polyhedron_check, only: polyhedron_problem
@@ -41,7 +41,7 @@ contains
       end if
     case (body_region)
       allocate (shape%region(model%mesh%cell_count), source=.false.)
-      s = find_set(model%mesh%cell_sets, body%region)
+      s = place_named(model%mesh%cell_sets, body%region)
       if (s > 0) then
         shape%region(model%mesh%cell_sets(s)%items) = .true.
       else

@@ -104,11 +104,8 @@ contains
     !> (n)
     real(wp), contiguous, target, intent(in) :: values(:)
     logical, intent(in), optional :: rows
-    type(c_ptr) :: address
 
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call put_values(image, path, h5t_native_double, 8, shape(values, kind=hsize_t), address, rows)
+    call put_values(image, path, h5t_native_double, 8, shape(values, kind=hsize_t), c_loc(values), rows)
   end subroutine put_reals_1
 
   !> Put a table of reals, (components, n) here and (n, components) in the order of C.
@@ -118,11 +115,8 @@ contains
     !> (components, n)
     real(wp), contiguous, target, intent(in) :: values(:, :)
     logical, intent(in), optional :: rows
-    type(c_ptr) :: address
 
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call put_values(image, path, h5t_native_double, 8, shape(values, kind=hsize_t), address, rows)
+    call put_values(image, path, h5t_native_double, 8, shape(values, kind=hsize_t), c_loc(values), rows)
   end subroutine put_reals_2
 
   !> Put a row of integers.
@@ -132,11 +126,8 @@ contains
     !> (n)
     integer, contiguous, target, intent(in) :: values(:)
     logical, intent(in), optional :: rows
-    type(c_ptr) :: address
 
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call put_values(image, path, h5t_native_integer, 4, shape(values, kind=hsize_t), address, rows)
+    call put_values(image, path, h5t_native_integer, 4, shape(values, kind=hsize_t), c_loc(values), rows)
   end subroutine put_integers_1
 
   !> Put a row of long integers.
@@ -146,11 +137,9 @@ contains
     !> (n)
     integer(long), contiguous, target, intent(in) :: values(:)
     logical, intent(in), optional :: rows
-    type(c_ptr) :: address
 
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call put_values(image, path, h5kind_to_type(long, h5_integer_kind), 8, shape(values, kind=hsize_t), address, rows)
+    call put_values(image, path, h5kind_to_type(long, h5_integer_kind), 8, shape(values, kind=hsize_t), c_loc(values), &
+      rows)
   end subroutine put_longs
 
   !> Keep the values of a dataset until the file is written.

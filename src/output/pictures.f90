@@ -1,4 +1,4 @@
-!> Pictures of a state for ParaView: the material points as boxes of their volume (qsmpm_point_boxes), each a cell with
+!> Pictures of a state for ParaView: the material points as boxes of their volume (`box_corners`), each a cell with
 !> the fields of its point; the background mesh with what is in its cells.
 !>
 !> Of a model that is divided each process writes its own points and cells as a piece of the same file (qsmpm_vtu).
@@ -14,17 +14,26 @@ module qsmpm_pictures
   use qsmpm_mesh_part, only: take_cells
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided, own_of
-  use qsmpm_point_boxes, only: box_corners
   use qsmpm_stress_error, only: stress_error_type
   use qsmpm_vtu, only: vtu_type, start_vtu, add_array, write_vtu, section_cell_data, section_points, &
     section_cells
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_points, only: place_of
   implicit none
   private
 
-  public :: write_points_picture, write_mesh_picture
+  public :: write_points_picture, write_mesh_picture, box_corners
 
   !> VTK's numbers of a quadrilateral and a brick.
   integer(int8), parameter :: vtk_quad = 9_int8, vtk_brick = 12_int8
+
+  !> Corners in VTK's order, the first four in the plane.
+  real(wp), parameter :: corner(3, 8) = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, &
+    -1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, &
+    -1.0_wp, 1.0_wp, 1.0_wp], [3, 8])
+
+  !> Least side of a box over the largest, and of all [length]: points of the rule of a cut cell have sides of nothing.
+  real(wp), parameter :: flattest = 1.0e-3_wp, smallest = 1.0e-100_wp
 
 contains
 
@@ -48,6 +57,11 @@ contains
       own = pack([(i, i=1, points%count)], own_of(model%part%points, points%count))
       n = 2**model%mesh%dimension
       call start_vtu(vtu, size(own)*n, size(own))
+      ! The largest array comes first, while nothing else is held.
+      call box_corners(model, corners)
+      if (is_divided(model%part)) corners = corners(:, [((n*(own(i) - 1) + k, k=1, n), i=1, size(own))])
+      call add_array(vtu, section_points, 'corners', corners)
+      deallocate (corners)
       if (is_divided(model%part)) call add_array(vtu, section_cell_data, 'number', points%number(own))
       call list_results(model, estimate, list)
       do i = 1, list%count
@@ -55,8 +69,6 @@ contains
           call add_field(vtu, list%fields(i), own)
       end do
     end associate
-    call box_corners(model, corners)
-    call add_array(vtu, section_points, 'corners', corners(:, [((n*(own(i) - 1) + k, k=1, n), i=1, size(own))]))
     ! One cell a point, with corners of its own.
     call add_array(vtu, section_cells, 'connectivity', [(i, i=0, size(own)*n - 1)])
     call add_array(vtu, section_cells, 'offsets', [(i*n, i=1, size(own))])
@@ -127,4 +139,47 @@ contains
     call add_array(vtu, section_cells, 'offsets', mesh%cell_first(2:) - 1)
     call add_array(vtu, section_cells, 'types', [(int(vtk_type(mesh%cell_kind(c)), int8), c=1, mesh%cell_count)])
   end subroutine add_mesh_cells
+
+  !> Places of the corners of boxes as large as the volumes of their points, those of a point behind each other: four a
+  !> point in the plane, eight in space. Sides are those with which the point was laid out, times the stretch
+  !> (b_ii)^1/2 where points carry their strain, then all of them by one factor to the present volume. A point without
+  !> sides (image of a smaller model, rule of a cut cell) has a cube.
+  pure subroutine box_corners(model, places)
+    type(model_type), intent(in) :: model
+    !> (3, corners)
+    real(wp), allocatable, intent(out) :: places(:, :)
+    real(wp) :: half(3)
+    integer :: p, k, n
+
+    n = 2**model%mesh%dimension
+    associate (points => model%state%points)
+      allocate (places(3, n*points%count))
+      do p = 1, points%count
+        half = half_sides(model, p)
+        do k = 1, n
+          places(:, n*(p - 1) + k) = place_of(points, p) + half*corner(:, k)
+        end do
+      end do
+    end associate
+  end subroutine box_corners
+
+  !> Half the sides of the box of a point, the third 0 in the plane.
+  pure function half_sides(model, p) result(half)
+    type(model_type), intent(in) :: model
+    !> Number of the point.
+    integer, intent(in) :: p
+    real(wp) :: half(3), volume
+    integer :: d
+
+    d = model%mesh%dimension
+    half = 0.0_wp
+    associate (points => model%state%points)
+      volume = max(0.0_wp, points%volume(p))
+      if (model%analysis%model == axisymmetric) volume = volume/points%position(1, p)
+      half(:d) = points%half_size(:d, p)
+      if (size(points%left_cauchy_green, 2) == points%count) half(:d) = half(:d)*sqrt(points%left_cauchy_green(:d, p))
+      if (.not. minval(half(:d)) > max(flattest*maxval(half(:d)), smallest)) half(:d) = 0.5_wp
+      half(:d) = half(:d)*(volume/product(2.0_wp*half(:d)))**(1.0_wp/d)
+    end associate
+  end function half_sides
 end module qsmpm_pictures

@@ -4,7 +4,7 @@
 !> The picture writes its arrays when it is complete. The four sections are those of the file format; positions and
 !> cells must be given. Each process of a team writes a piece of the picture, with nodes at the borders of its own.
 module qsmpm_vtu
-  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
@@ -67,11 +67,8 @@ contains
     integer, intent(in) :: section
     character(len=*), intent(in) :: name
     real(wp), contiguous, target, intent(in) :: values(:, :)
-    type(c_ptr) :: address
 
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call add(vtu, section, name, 'Float64', size(values, 1), 8*size(values, kind=long), address)
+    call add(vtu, section, name, 'Float64', size(values, 1), 8*size(values, kind=long), c_loc(values))
   end subroutine add_reals
 
   !> Add integers.
@@ -80,11 +77,8 @@ contains
     integer, intent(in) :: section
     character(len=*), intent(in) :: name
     integer, contiguous, target, intent(in) :: values(:)
-    type(c_ptr) :: address
 
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call add(vtu, section, name, 'Int32', 1, 4*size(values, kind=long), address)
+    call add(vtu, section, name, 'Int32', 1, 4*size(values, kind=long), c_loc(values))
   end subroutine add_integers
 
   !> Add long integers.
@@ -93,11 +87,8 @@ contains
     integer, intent(in) :: section
     character(len=*), intent(in) :: name
     integer(long), contiguous, target, intent(in) :: values(:)
-    type(c_ptr) :: address
 
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call add(vtu, section, name, 'Int64', 1, 8*size(values, kind=long), address)
+    call add(vtu, section, name, 'Int64', 1, 8*size(values, kind=long), c_loc(values))
   end subroutine add_longs
 
   !> Add bytes.
@@ -106,11 +97,8 @@ contains
     integer, intent(in) :: section
     character(len=*), intent(in) :: name
     integer(int8), contiguous, target, intent(in) :: values(:)
-    type(c_ptr) :: address
 
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call add(vtu, section, name, 'UInt8', 1, 1*size(values, kind=long), address)
+    call add(vtu, section, name, 'UInt8', 1, 1*size(values, kind=long), c_loc(values))
   end subroutine add_bytes
 
   !> Add the bytes of an array.

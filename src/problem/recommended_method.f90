@@ -254,10 +254,8 @@ contains
     end do
     associate (body => analysis%bodies(b), axes => analysis%mesh%axes)
       if (body%kind == body_box) then
-        ends = .true.
-        do d = 1, merge(3, 2, analysis%model == three_dimensional)
-          ends = ends .and. is_line(axes(d)%lines, body%box(d, 1)) .and. is_line(axes(d)%lines, body%box(d, 2))
-        end do
+        ends = all([(is_line(axes(d)%lines, body%box(d, 1)) .and. is_line(axes(d)%lines, body%box(d, 2)), d=1, &
+          merge(3, 2, analysis%model == three_dimensional))])
       else if (body%kind == body_polygon) then
         n = size(body%polygon, 2)
         ends = .true.

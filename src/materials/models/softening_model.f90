@@ -110,8 +110,6 @@ contains
     real(wp) :: ratio
     logical :: ok
 
-    associate (unused => modulus)
-    end associate
     result%status = status_ok
     result%state(1) = state(1)
     call softened_strength(self%softening, state(1), strength, change)
