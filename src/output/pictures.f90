@@ -48,6 +48,11 @@ contains
       own = pack([(i, i=1, points%count)], own_of(model%part%points, points%count))
       n = 2**model%mesh%dimension
       call start_vtu(vtu, size(own)*n, size(own))
+      ! The largest array comes first, while nothing else is held.
+      call box_corners(model, corners)
+      if (is_divided(model%part)) corners = corners(:, [((n*(own(i) - 1) + k, k=1, n), i=1, size(own))])
+      call add_array(vtu, section_points, 'corners', corners)
+      deallocate (corners)
       if (is_divided(model%part)) call add_array(vtu, section_cell_data, 'number', points%number(own))
       call list_results(model, estimate, list)
       do i = 1, list%count
@@ -55,8 +60,6 @@ contains
           call add_field(vtu, list%fields(i), own)
       end do
     end associate
-    call box_corners(model, corners)
-    call add_array(vtu, section_points, 'corners', corners(:, [((n*(own(i) - 1) + k, k=1, n), i=1, size(own))]))
     ! One cell a point, with corners of its own.
     call add_array(vtu, section_cells, 'connectivity', [(i, i=0, size(own)*n - 1)])
     call add_array(vtu, section_cells, 'offsets', [(i*n, i=1, size(own))])
