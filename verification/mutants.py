@@ -11,8 +11,8 @@ with a limit in CPU seconds, until one fails.
     verification/mutants.py --long              200 mutants, 80 of them in the rooms of ROOMS
     verification/mutants.py --long --guarded    those 80 alone
     verification/mutants.py --room loads --room phases --count 30 --seed 3
-    verification/mutants.py --room "restart in parts" --ranks             asks the checks of several processes too
-    verification/mutants.py --room "restart in parts" --ranks parts. restarts.    those of some modules or names alone
+    verification/mutants.py --room "restart in rows" --ranks             asks the checks of several processes too
+    verification/mutants.py --room "restart in rows" --ranks joint_files. restarts.    those of some modules or names alone
 
 The checks of several processes are those of verification/distributed that are about the room (ABOUT), or all for a room
 that has no row there. They are asked of the mutants that no unit test notices and that they execute, the quickest first,
@@ -61,8 +61,8 @@ ROOMS = {
     "safety": ["phases/safety_", "safety/", "materials/strength_factor"],
     "flow of water": ["water/seepage", "water/transient_seepage", "geometry/seepage_field", "water/consolidation", "terms/pore_flow"],
     "first guess and cell pressure": ["step/extrapolation", "assembly/uniform_pressure"],
-    "restart in parts": ["output/restart_parts", "output/restart_division"],
-    "restart": ["output/restart", "base/hdf5_"],
+    "restart in rows": ["output/restart_rows", "output/restart_division", "parallel/shared_file"],
+    "restart": ["output/restart", "base/hdf5_", "output/hdf5_"],
 }
 ROOM_SHARE = 0.4
 LARGEST_SHARE = 0.05
@@ -70,10 +70,10 @@ LARGEST_SHARE = 0.05
 SPARE = 2.5
 # Checks of several processes (verification/distributed) that --ranks asks beside the short ones.
 LONG_CHECKS = ["restarts.moving", "restarts.fixity", "restarts.ground", "restarts.slope", "restarts.pit", "restarts.freed", "restarts.upset",
-               "restarts.misfits", "parts.refused_names", "shared_scenes.more_loaded_bodies"]
+               "restarts.misfits", "joint_files.refused_names", "shared_scenes.more_loaded_bodies"]
 # The checks that are about a room, by the starts of their names: the others take hours and say little of it.
 ABOUT = {
-    "restart in parts": ["parts.", "faults.killed", "many_ranks.stopped_and_continued", "restarts."],
+    "restart in rows": ["joint_files.", "faults.killed", "many_ranks.stopped_and_continued", "restarts."],
     "safety": ["shared_scenes.factor_of_safety", "restarts.slope"],
 }
 RANKS = "ranks: "

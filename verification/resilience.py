@@ -615,7 +615,7 @@ def resealed(checks: Checks, folder: pathlib.Path) -> None:
                                      ("points/stress", (0, 0), float("nan"), "material points"), ("points/volume", 3, -1.0, "material points"),
                                      ("points/body", 1, 0, "material points"), ("mesh/window", 3, 4000, "part of the grid"),
                                      ("mesh/reactions", (0, 0), float("inf"), "the mesh"), ("progress@phase", None, 3, "progress"),
-                                     ("progress@fraction", None, 1.5, "progress"), ("points@count", None, 3, "material points")):
+                                     ("progress@fraction", None, 1.5, "progress"), ("points@count", None, 3, "points has another size than it says")):
         shutil.copy(folder / "out" / "restart.h5", folder / "bad.h5")
         with h5py.File(folder / "bad.h5", "r+") as file:
             if "@" in name:

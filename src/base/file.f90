@@ -6,17 +6,17 @@
 !> not fit is cut off again. A failure is kept in the file and returned by the next `flush_file` or
 !> `commit_file`, so that the writers need no test after every number.
 module qsmpm_file
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_loc, c_long, c_null_char, &
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_loc, c_long, c_null_char, &
     c_null_ptr, c_ptr, c_size_t
   use qsmpm_kinds, only: long
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_posix, only: c_fclose, c_fflush, c_fileno, c_fopen, c_fsync, c_fwrite, remove_file, &
+  use qsmpm_posix, only: c_fclose, c_fflush, c_fileno, c_fopen, c_fseek, c_fsync, c_fwrite, remove_file, &
     rename_file, system_message, truncate_file
   implicit none
   private
 
-  public :: file_type, create_file, append_file, put_text, put_bytes, flush_file, commit_file, &
-    close_file, write_text, read_text, file_exists
+  public :: file_type, create_file, join_file, append_file, move_to, put_text, put_bytes, flush_file, finish_file, &
+    commit_file, discard_file, close_file, write_text, read_text, file_exists
 
   !> A file that is being written.
   type :: file_type
@@ -42,11 +42,38 @@ contains
     !> Final name.
     character(len=*), intent(in) :: path
 
+    call open_temporary(file, path, 'wb')
+  end subroutine create_file
+
+  !> Write into a file that another process has begun.
+  subroutine join_file(file, path)
+    type(file_type), intent(out) :: file
+    !> Final name.
+    character(len=*), intent(in) :: path
+
+    call open_temporary(file, path, 'r+b')
+  end subroutine join_file
+
+  !> Open a file under the name that it has while it is written.
+  subroutine open_temporary(file, path, mode)
+    type(file_type), intent(inout) :: file
+    !> Final name, and the mode of the C library.
+    character(len=*), intent(in) :: path, mode
+
     file%path = path
     file%temporary = path//'.tmp'
-    file%stream = c_fopen(file%temporary//c_null_char, 'wb'//c_null_char)
+    file%stream = c_fopen(file%temporary//c_null_char, mode//c_null_char)
     if (.not. c_associated(file%stream)) file%reason = system_message()
-  end subroutine create_file
+  end subroutine open_temporary
+
+  !> Go to a place, behind so many bytes; what is put next stands there.
+  subroutine move_to(file, place)
+    type(file_type), intent(inout) :: file
+    integer(long), intent(in) :: place
+
+    if (allocated(file%reason)) return
+    if (c_fseek(file%stream, int(place, c_long), 0_c_int) /= 0) file%reason = system_message()
+  end subroutine move_to
 
   !> Open a file that grows row by row, or begin it.
   subroutine append_file(file, path, length, error)
@@ -115,11 +142,21 @@ contains
     end if
     if (allocated(file%reason)) then
       call fail(error, error_other, failure(file))
-      call abandon(file)
+      call discard_file(file)
     else
       file%safe_bytes = file%bytes
     end if
   end subroutine flush_file
+
+  !> Bring a file to the disk, which has not its name yet.
+  subroutine finish_file(file, error)
+    type(file_type), intent(inout) :: file
+    !> Set when it is not whole.
+    type(error_type), allocatable, intent(out) :: error
+
+    call finish_stream(file)
+    if (allocated(file%reason)) call fail(error, error_other, failure(file))
+  end subroutine finish_file
 
   !> Bring a file to the disk and give it its name; on failure the former file stays.
   subroutine commit_file(file, error)
@@ -133,7 +170,7 @@ contains
     end if
     if (.not. allocated(file%reason)) return
     call fail(error, error_other, failure(file))
-    call abandon(file)
+    call discard_file(file)
   end subroutine commit_file
 
   !> Close a file that grew row by row; one that is not open is left alone.
@@ -146,7 +183,7 @@ contains
     call finish_stream(file)
     if (.not. allocated(file%reason)) return
     call fail(error, error_other, failure(file))
-    call abandon(file)
+    call discard_file(file)
   end subroutine close_file
 
   !> Flush, bring to the disk and close; keep the first failure.
@@ -167,7 +204,7 @@ contains
   end subroutine finish_stream
 
   !> Leave nothing half written: the temporary file goes, a growing file is cut to whole rows.
-  subroutine abandon(file)
+  subroutine discard_file(file)
     type(file_type), intent(inout) :: file
     integer :: ignored
 
@@ -178,7 +215,7 @@ contains
     else
       ignored = remove_file(file%temporary)
     end if
-  end subroutine abandon
+  end subroutine discard_file
 
   !> Sentence for a file that cannot be written.
   function failure(file) result(message)

@@ -1,21 +1,20 @@
-!> Reading of HDF5 files. Those that end with a checksum (`qsmpm_seal`) are compared with it first: the library, which
-!> believes what it reads, sees none of them that was damaged. A failure is kept and reported by `close_reader`.
+!> Reading of HDF5 files. The library believes what it reads: who has a checksum (`qsmpm_seal`) compares it first. A
+!> failure is kept and reported by `close_reader`.
 module qsmpm_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
-  use hdf5, only: hid_t, hsize_t, h5fopen_f, h5fclose_f, h5dopen_f, h5dclose_f, h5dread_f, h5dget_space_f, &
-    h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5aopen_by_name_f, h5aread_f, &
-    h5aclose_f, h5lexists_f, h5gget_info_by_name_f, h5lget_name_by_idx_f, h5_index_name_f, h5_iter_inc_f, &
-    h5f_acc_rdonly_f, h5t_native_double, h5t_native_integer, h5kind_to_type, h5_integer_kind, size_t
+  use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5iis_valid_f, h5fopen_f, h5fclose_f, h5dopen_f, &
+    h5dclose_f, h5dread_f, h5dget_space_f, h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, &
+    h5aopen_by_name_f, h5aread_f, h5aclose_f, h5lexists_f, h5gget_info_by_name_f, h5lget_name_by_idx_f, &
+    h5_index_name_f, h5_iter_inc_f, h5f_acc_rdonly_f, h5t_native_double, h5t_native_integer, h5kind_to_type, &
+    h5_integer_kind
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_hdf5_image, only: open_library
-  use qsmpm_seal, only: check_seal
   use qsmpm_text, only: string_type
   implicit none
   private
 
-  public :: reader_type, open_reader, get_array, get_attribute, find_group, list_group, note_reason, close_reader, &
-    open_dataset, compare_shape
+  public :: open_library, reader_type, open_reader, get_array, get_attribute, find_group, list_group, note_reason, &
+    close_reader, open_dataset, compare_shape
 
   !> A file that is being read.
   type :: reader_type
@@ -37,25 +36,29 @@ module qsmpm_hdf5_reader
 
 contains
 
+  !> Make the library ready, once: every further start would take memory for its types again.
+  subroutine open_library()
+    logical :: ready
+    integer :: status
+
+    call h5iis_valid_f(h5t_native_double, ready, status)
+    if (ready .and. status >= 0) return
+    call h5open_f(status)
+    ! Failures are reported by the caller's error, not by the library on the screen.
+    call h5eset_auto_f(0, status)
+  end subroutine open_library
+
   !> Open a file.
-  subroutine open_reader(reader, path, sealed)
+  subroutine open_reader(reader, path)
     !> The file.
     type(reader_type), intent(out) :: reader
     character(len=*), intent(in) :: path
-    !> Whether it ends with a checksum; as a rule it does.
-    logical, intent(in), optional :: sealed
-    logical :: look
+    logical :: there
     integer :: status
 
     reader%path = path
-    look = .true.
-    if (present(sealed)) look = sealed
-    if (look) then
-      call check_seal(path, reader%reason)
-      if (allocated(reader%reason)) return
-    end if
-    inquire (file=path, exist=look)
-    if (.not. look) then
+    inquire (file=path, exist=there)
+    if (.not. there) then
       reader%reason = 'there is no such file'
       return
     end if

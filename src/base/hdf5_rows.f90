@@ -1,9 +1,10 @@
 !> Some rows of the datasets of an HDF5 file that is read (qsmpm_hdf5_reader): block by block, so that no more is in
 !> memory than what is wanted and one block. Blocks without a wanted row are not read.
 module qsmpm_hdf5_rows
-  use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
+  use, intrinsic :: iso_fortran_env, only: int8
   use hdf5, only: hid_t, hsize_t, h5dclose_f, h5dread_f, h5dget_space_f, h5sclose_f, h5screate_simple_f, &
-    h5sselect_hyperslab_f, h5s_select_set_f, h5t_native_double, h5kind_to_type, h5_integer_kind
+    h5sselect_hyperslab_f, h5s_select_set_f, h5t_native_double, h5t_native_integer, h5kind_to_type, h5_integer_kind
   use qsmpm_kinds, only: wp, long
   use qsmpm_hdf5_reader, only: reader_type, open_dataset, compare_shape
   implicit none
@@ -60,23 +61,10 @@ contains
     character(len=*), intent(in) :: path
     integer, intent(in) :: rows(:), all_rows
     !> (components, rows)
-    real(wp), intent(inout) :: values(:, :)
-    real(wp), allocatable, target :: buffer(:, :)
-    integer(hid_t) :: dataset
-    integer :: i, j
+    real(wp), contiguous, target, intent(inout) :: values(:, :)
 
-    call open_rows(reader, path, [size(values, 1), all_rows], dataset)
-    if (dataset < 0) return
-    i = 1
-    do while (i <= size(rows))
-      j = last_of_block(rows, i)
-      allocate (buffer(size(values, 1), rows(j) - rows(i) + 1))
-      call read_block(reader, path, dataset, h5t_native_double, rows(i), shape(buffer), c_loc(buffer))
-      if (.not. allocated(reader%reason)) values(:, i:j) = buffer(:, rows(i:j) - rows(i) + 1)
-      deallocate (buffer)
-      i = j + 1
-    end do
-    call h5dclose_f(dataset, i)
+    if (size(rows) > 0) call read_rows(reader, path, h5t_native_double, rows, [size(values, 1), all_rows], 8, &
+      c_loc(values))
   end subroutine get_real_rows
 
   !> Rows of integers.
@@ -85,12 +73,9 @@ contains
     character(len=*), intent(in) :: path
     integer, intent(in) :: rows(:), all_rows
     !> (rows)
-    integer, intent(inout) :: values(:)
-    integer(long) :: long_values(size(values))
+    integer, contiguous, target, intent(inout) :: values(:)
 
-    long_values = values
-    call get_long_rows(reader, path, rows, all_rows, long_values)
-    values = int(long_values)
+    if (size(rows) > 0) call read_rows(reader, path, h5t_native_integer, rows, [all_rows], 4, c_loc(values))
   end subroutine get_integer_rows
 
   !> Rows of long integers.
@@ -99,25 +84,42 @@ contains
     character(len=*), intent(in) :: path
     integer, intent(in) :: rows(:), all_rows
     !> (rows)
-    integer(long), intent(inout) :: values(:)
-    integer(long), allocatable, target :: buffer(:)
-    integer(hid_t) :: dataset
-    integer :: i, j
+    integer(long), contiguous, target, intent(inout) :: values(:)
 
-    call open_rows(reader, path, [all_rows], dataset)
+    if (size(rows) > 0) call read_rows(reader, path, h5kind_to_type(long, h5_integer_kind), rows, [all_rows], 8, &
+      c_loc(values))
+  end subroutine get_long_rows
+
+  !> Read rows block by block, as bytes.
+  subroutine read_rows(reader, path, kind, rows, sizes, width, address)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: path
+    integer(hid_t), intent(in) :: kind
+    !> Rows that are wanted; components and rows of the dataset, and bytes of a value.
+    integer, intent(in) :: rows(:), sizes(:), width
+    !> Where they go, behind one another.
+    type(c_ptr), intent(in) :: address
+    integer(int8), pointer :: values(:, :)
+    integer(int8), allocatable, target :: buffer(:, :)
+    integer(hid_t) :: dataset
+    integer :: i, j, rank, row_bytes
+
+    call open_rows(reader, path, sizes, dataset)
     if (dataset < 0) return
+    rank = size(sizes)
+    row_bytes = width*product(sizes(:rank - 1))
+    if (row_bytes > 0) call c_f_pointer(address, values, [row_bytes, size(rows)])
     i = 1
-    do while (i <= size(rows))
+    do while (i <= size(rows) .and. row_bytes > 0)
       j = last_of_block(rows, i)
-      allocate (buffer(rows(j) - rows(i) + 1))
-      call read_block(reader, path, dataset, h5kind_to_type(long, h5_integer_kind), rows(i), shape(buffer), &
-        c_loc(buffer))
-      if (.not. allocated(reader%reason)) values(i:j) = buffer(rows(i:j) - rows(i) + 1)
+      allocate (buffer(row_bytes, rows(j) - rows(i) + 1))
+      call read_block(reader, path, dataset, kind, rows(i), [sizes(:rank - 1), size(buffer, 2)], c_loc(buffer))
+      if (.not. allocated(reader%reason)) values(:, i:j) = buffer(:, rows(i:j) - rows(i) + 1)
       deallocate (buffer)
       i = j + 1
     end do
     call h5dclose_f(dataset, i)
-  end subroutine get_long_rows
+  end subroutine read_rows
 
   !> Open a dataset that must have some sizes; negative where it cannot be read.
   subroutine open_rows(reader, path, sizes, dataset)

@@ -158,33 +158,6 @@ int qsmpm_remove_numbered(const char *directory, const char *prefix, const char 
     return result;
 }
 
-/* Whether name begins with prefix and ends with suffix. */
-static int is_between(const char *name, const char *prefix, const char *suffix)
-{
-    size_t length = strlen(name), start = strlen(prefix), end = strlen(suffix);
-
-    return length >= start + end && strncmp(name, prefix, start) == 0 && strcmp(name + length - end, suffix) == 0;
-}
-
-/* Remove the files prefix...suffix of a directory but those that begin with keep, which no name does where it is empty;
- * 0 when none is left (or no directory). */
-int qsmpm_remove_others(const char *directory, const char *prefix, const char *suffix, const char *keep)
-{
-    struct dirent *entry;
-    size_t length = strlen(keep);
-    int result = 0;
-    DIR *handle = opendir(directory);
-
-    if (handle == NULL) return errno == ENOENT ? 0 : -1;
-    while ((entry = readdir(handle)) != NULL) {
-        if (!is_between(entry->d_name, prefix, suffix)) continue;
-        if (length > 0 && strncmp(entry->d_name, keep, length) == 0) continue;
-        if (remove_entry(directory, entry->d_name) != 0) result = -1;
-    }
-    closedir(handle);
-    return result;
-}
-
 /* Whether a descriptor still is the file of that name: another process may have removed the name. */
 static int is_named(int descriptor, const char *path)
 {

@@ -9,8 +9,8 @@ module qsmpm_posix
   implicit none
   private
 
-  public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_fileno, c_fsync
-  public :: rename_file, remove_file, truncate_file, make_directory, remove_numbered, remove_others
+  public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_fileno, c_fseek, c_fsync
+  public :: rename_file, remove_file, truncate_file, make_directory, remove_numbered
   public :: lock_file, unlock_file
   public :: is_terminal, terminal_width, peak_memory
   public :: write_descriptor, system_message, watch_signals, signal_received, exit_process
@@ -52,6 +52,14 @@ module qsmpm_posix
       import :: c_int, c_ptr
       type(c_ptr), value :: stream
     end function c_fileno
+
+    !> fseek(3).
+    integer(c_int) function c_fseek(stream, place, from) bind(c, name='fseek')
+      import :: c_int, c_long, c_ptr
+      type(c_ptr), value :: stream
+      integer(c_long), value :: place
+      integer(c_int), value :: from
+    end function c_fseek
 
     !> fsync(2).
     integer(c_int) function c_fsync(descriptor) bind(c, name='fsync')
@@ -107,12 +115,6 @@ module qsmpm_posix
       character(kind=c_char), intent(in) :: before(*)
       character(kind=c_char), intent(in) :: after(*)
     end function c_remove_numbered
-
-    !> Remove all of some files of a directory but some (posix.c).
-    integer(c_int) function c_remove_others(directory, before, after, keep) bind(c, name='qsmpm_remove_others')
-      import :: c_int, c_char
-      character(kind=c_char), intent(in) :: directory(*), before(*), after(*), keep(*)
-    end function c_remove_others
 
     !> Lock a file (posix.c).
     integer(c_int) function c_lock_file(path, holder) bind(c, name='qsmpm_lock_file')
@@ -209,17 +211,6 @@ contains
     remove_numbered = int(c_remove_numbered(directory//c_null_char, before//c_null_char, &
       after//c_null_char))
   end function remove_numbered
-
-  !> Remove the files of a directory whose names begin with `before` and end with `after`, but those that begin with
-  !> `keep`; where that is empty none is kept.
-  integer function remove_others(directory, before, after, keep)
-    !> The directory; one that does not exist holds none.
-    character(len=*), intent(in) :: directory
-    character(len=*), intent(in) :: before, after, keep
-
-    remove_others = int(c_remove_others(directory//c_null_char, before//c_null_char, after//c_null_char, &
-      keep//c_null_char))
-  end function remove_others
 
   !> Lock a file until it is unlocked or the process ends, however it ends: its descriptor; -1 after a failure, -2 when
   !> another one has it.

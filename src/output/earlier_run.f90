@@ -2,9 +2,8 @@
 module qsmpm_earlier_run
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_exists
-  use qsmpm_posix, only: remove_file, remove_numbered, remove_others, system_message
+  use qsmpm_posix, only: remove_file, remove_numbered, system_message
   use qsmpm_folder_lock, only: make_folder
-  use qsmpm_part_files, only: parts_folder
   use qsmpm_results, only: mechanism_part, results_folder
   use qsmpm_safety_files, only: mechanism_mesh, mechanism_points
   implicit none
@@ -19,19 +18,18 @@ module qsmpm_earlier_run
 contains
 
   !> Remove what an earlier run left where this one does not continue it, and make the folders of this one.
-  subroutine make_place(directory, names, continued, in_results, in_parts, error)
+  subroutine make_place(directory, names, continued, in_results, error)
     character(len=*), intent(in) :: directory
     !> Files without a number.
     character(len=*), intent(in) :: names(:)
     logical, intent(in) :: continued
-    !> It writes HDF5 results; several processes write parts.
-    logical, intent(in) :: in_results, in_parts
+    !> It writes HDF5 results.
+    logical, intent(in) :: in_results
     !> Set when a file cannot be removed or a folder not made.
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. continued) call remove_earlier_run(directory, names, error)
     if (.not. allocated(error) .and. in_results) call make_folder(directory//'/'//results_folder, error)
-    if (.not. allocated(error) .and. in_parts) call make_folder(directory//'/'//parts_folder, error)
   end subroutine make_place
 
   !> Remove what an earlier run left, so that nothing of it is taken for a result of this one.
@@ -46,11 +44,7 @@ contains
     status = 0
     do i = 1, size(pictures)
       if (status == 0) status = remove_numbered(directory, trim(pictures(i)), '.vtu')
-      if (status == 0) status = remove_numbered(directory, trim(pictures(i)), '.pvtu')
-      if (status == 0) status = remove_others(directory//'/'//parts_folder, trim(pictures(i)), '.vtu', '')
     end do
-    if (status == 0) status = remove_others(directory//'/'//parts_folder, 'results_', '.h5', '')
-    if (status == 0) status = remove_others(directory//'/'//parts_folder, 'restart_', '.h5', '')
     if (status == 0) status = remove_numbered(directory//'/'//results_folder, '', '.h5')
     if (status == 0) status = remove_numbered(directory//'/'//results_folder, mechanism_part, '.h5')
     do i = 1, size(names)

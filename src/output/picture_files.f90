@@ -9,7 +9,7 @@ module qsmpm_picture_files
   use qsmpm_own_part, only: is_divided
   use qsmpm_picture_list, only: picture_list_type, add_picture, write_collection
   use qsmpm_pictures, only: write_points_picture, write_mesh_picture
-  use qsmpm_results, only: write_results_index, write_step_results
+  use qsmpm_results, only: write_results_index, write_state
   use qsmpm_safety_files, only: write_mechanism
   use qsmpm_stress_error, only: stress_error_type
   use qsmpm_team, only: team_type
@@ -37,7 +37,7 @@ contains
     leads = team%rank == 0
     writes = leads .or. is_divided(model%part)
     associate (step => model%state%progress%step, output => model%analysis%output)
-      call add_picture(pictures, step, phase_time(model), is_divided(model%part))
+      call add_picture(pictures, step, phase_time(model))
       if (output%vtk .and. writes) then
         call write_points_picture(directory, 'points_'//numbered(step), model, estimate, error)
         if (.not. allocated(error)) call write_mesh_picture(directory, 'mesh_'//numbered(step), model, error)
@@ -48,7 +48,7 @@ contains
       end if
       call agree(team, error)
       if (allocated(error) .or. .not. output%hdf5) return
-      if (writes) call write_step_results(directory, model, estimate, error)
+      if (writes) call write_state(directory, numbered(step), model, estimate, error)
       if (leads .and. .not. allocated(error)) &
         call write_results_index(directory, pictures%steps, error, size(model%analysis%phases))
       call agree(team, error)

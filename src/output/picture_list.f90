@@ -16,8 +16,6 @@ module qsmpm_picture_list
   !> Pictures in the order of their steps.
   type :: picture_list_type
     integer, allocatable :: steps(:)
-    !> Whether each is in pieces.
-    logical, allocatable :: in_pieces(:)
     !> Times (qsmpm_fields: phase_time) as text: the collections are rewritten after each picture.
     type(string_type), allocatable :: times(:)
   end type picture_list_type
@@ -29,21 +27,19 @@ module qsmpm_picture_list
 contains
 
   !> Enter a picture; one of the same step is replaced.
-  pure subroutine add_picture(list, step, time, in_pieces)
+  pure subroutine add_picture(list, step, time)
     type(picture_list_type), intent(inout) :: list
     !> Accepted steps so far.
     integer, intent(in) :: step
     !> Time of the picture.
     real(wp), intent(in) :: time
-    logical, intent(in) :: in_pieces
     logical, allocatable :: keep(:)
     type(string_type), allocatable :: times(:)
     integer :: i, kept
 
-    if (.not. allocated(list%steps)) allocate (list%steps(0), list%times(0), list%in_pieces(0))
+    if (.not. allocated(list%steps)) allocate (list%steps(0), list%times(0))
     keep = list%steps < step
     list%steps = [pack(list%steps, keep), step]
-    list%in_pieces = [pack(list%in_pieces, keep), in_pieces]
     kept = count(keep)
     allocate (times(kept + 1))
     do i = 1, kept
@@ -70,8 +66,7 @@ contains
       '<VTKFile type="Collection" version="0.1">'//newline//'  <Collection>'//newline)
     do i = 1, size(list%steps)
       call put_text(file, '    <DataSet '//time_mark//list%times(i)%text// &
-        '" group="" part="0" file="'//kind//'_'//numbered(list%steps(i))// &
-        trim(merge('.pvtu', '.vtu ', list%in_pieces(i)))//'"/>'//newline)
+        '" group="" part="0" file="'//kind//'_'//numbered(list%steps(i))//'.vtu"/>'//newline)
     end do
     call put_text(file, '  </Collection>'//newline//'</VTKFile>'//newline)
     call commit_file(file, error)
@@ -89,7 +84,7 @@ contains
     character(len=:), allocatable :: text
     integer :: first, last
 
-    allocate (list%steps(0), list%times(0), list%in_pieces(0))
+    allocate (list%steps(0), list%times(0))
     call read_text(directory//'/points.pvd', text, error)
     if (allocated(error)) return
     first = 1
@@ -117,6 +112,6 @@ contains
     word = line(index(line, step_mark) + len(step_mark):)
     read (word(:scan(word, '.') - 1), *, iostat=status(2)) step
     if (any(status /= 0)) return
-    if (step <= last_step) call add_picture(list, step, time, index(word, '.pvtu') > 0)
+    if (step <= last_step) call add_picture(list, step, time)
   end subroutine read_line
 end module qsmpm_picture_list

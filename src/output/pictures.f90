@@ -1,28 +1,22 @@
 !> Pictures of a state for ParaView: the material points as boxes of their volume (`box_corners`), each a cell with
 !> the fields of its point; the background mesh with what is in its cells.
 !>
-!> Of a model that is divided each process writes its own points and cells as a piece (qsmpm_part_files), and the first
-!> one the list of the pieces, `.pvtu` in place of `.vtu`. Points carry their `number` then.
+!> Of a model that is divided each process writes its own points and cells as a piece of the same file (qsmpm_vtu).
+!> Points carry their `number` then.
 module qsmpm_pictures
   use, intrinsic :: iso_fortran_env, only: int8
-  use qsmpm_kinds, only: wp, long
-  use qsmpm_agreement, only: agree, lowest_rank, spread_text
+  use qsmpm_kinds, only: wp
   use qsmpm_element, only: vtk_type
   use qsmpm_error, only: error_type
   use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_in_results
   use qsmpm_fields, only: padded, list_results, cell_fill, cell_point_count
-  use qsmpm_file, only: file_exists
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_part, only: take_cells
   use qsmpm_model, only: model_type
-  use qsmpm_own_part, only: is_divided
-  use qsmpm_part_files, only: part_name, remove_parts
-  use qsmpm_posix, only: remove_file
+  use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_stress_error, only: stress_error_type
-  use qsmpm_team, only: team_type, total
-  use qsmpm_text, only: string_type
-  use qsmpm_vtu, only: vtu_type, start_vtu, add_reals, add_integers, add_longs, add_bytes, write_vtu, &
-    pieces_head, write_pieces, section_cell_data, section_points, section_cells
+  use qsmpm_vtu, only: vtu_type, start_vtu, add_array, write_vtu, section_cell_data, section_points, &
+    section_cells
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_points, only: place_of
   implicit none
@@ -57,126 +51,45 @@ contains
     type(field_list_type) :: list
     real(wp), allocatable :: corners(:, :)
     integer, allocatable :: own(:)
-    integer(long), allocatable :: numbers(:)
-    integer :: i, k, corner_count, shown
+    integer :: i, k, n
 
     associate (points => model%state%points)
-      corner_count = 2**model%mesh%dimension
-      shown = points%count
-      if (is_divided(model%part)) then
-        own = pack([(i, i=1, points%count)], model%part%points)
-        shown = size(own)
-      end if
-      call start_vtu(vtu, shown*corner_count, shown)
-      if (allocated(own)) then
-        numbers = points%number(own)
-        call add_longs(vtu, section_cell_data, 'number', numbers)
-      end if
+      own = pack([(i, i=1, points%count)], own_of(model%part%points, points%count))
+      n = 2**model%mesh%dimension
+      call start_vtu(vtu, size(own)*n, size(own))
+      ! The largest array comes first, while nothing else is held.
+      call box_corners(model, corners)
+      if (is_divided(model%part)) corners = corners(:, [((n*(own(i) - 1) + k, k=1, n), i=1, size(own))])
+      call add_array(vtu, section_points, 'corners', corners)
+      deallocate (corners)
+      if (is_divided(model%part)) call add_array(vtu, section_cell_data, 'number', points%number(own))
       call list_results(model, estimate, list)
       do i = 1, list%count
-        if (list%fields(i)%shown >= shown_in_results) call add_field(vtu, list%fields(i), points%count, own)
+        if (list%fields(i)%shown >= shown_in_results .and. list%fields(i)%point_count() == points%count) &
+          call add_field(vtu, list%fields(i), own)
       end do
-      call box_corners(model, corners)
-      if (allocated(own)) corners = corners(:, [((corner_count*(own(i) - 1) + k, k=1, corner_count), i=1, shown)])
-      call add_reals(vtu, section_points, 'corners', corners)
-      call add_boxes(vtu, shown, model%mesh%dimension)
     end associate
-    call write_picture(directory, name, model%part%team, vtu, error)
+    ! One cell a point, with corners of its own.
+    call add_array(vtu, section_cells, 'connectivity', [(i, i=0, size(own)*n - 1)])
+    call add_array(vtu, section_cells, 'offsets', [(i*n, i=1, size(own))])
+    call add_array(vtu, section_cells, 'types', [(merge(vtk_quad, vtk_brick, n == 4), i=1, size(own))])
+    call write_vtu(vtu, directory//'/'//name//'.vtu', model%part%team, error)
   end subroutine write_points_picture
 
-  !> Write a picture, or the piece of this process and the list of all of them. One that is empty is not written.
-  subroutine write_picture(directory, name, team, vtu, error)
-    character(len=*), intent(in) :: directory, name
-    !> Who has a piece.
-    type(team_type), intent(in) :: team
-    type(vtu_type), intent(in) :: vtu
-    !> The same on all processes that have a piece.
-    type(error_type), allocatable, intent(out) :: error
-    real(wp) :: shown(team%ranks)
-    type(string_type), allocatable :: pieces(:)
-    character(len=:), allocatable :: head
-    integer :: k, r
-
-    if (team%ranks == 1) then
-      call write_vtu(vtu, directory//'/'//name//'.vtu', error)
-      if (.not. allocated(error)) call remove_former(directory, name, '.pvtu', 0)
-      return
-    end if
-    if (vtu%cell_count > 0) call write_vtu(vtu, directory//'/'//part_name(name, team%rank, '.vtu'), error)
-    call agree(team, error)
-    if (allocated(error)) return
-    shown = 0.0_wp
-    shown(team%rank + 1) = real(vtu%cell_count, wp)
-    shown = total(team, shown)
-    head = pieces_head(vtu)
-    call spread_text(team, mod(lowest_rank(team, vtu%cell_count > 0), team%ranks), head)
-    if (team%rank == 0) then
-      allocate (pieces(count(shown > 0.0_wp)))
-      k = 0
-      do r = 1, team%ranks
-        if (.not. shown(r) > 0.0_wp) cycle
-        k = k + 1
-        pieces(k)%text = part_name(name, r - 1, '.vtu')
-      end do
-      call write_pieces(directory//'/'//name//'.pvtu', head, pieces, error)
-      if (.not. allocated(error)) call remove_former(directory, name, '.vtu', team%ranks)
-    end if
-    call agree(team, error)
-  end subroutine write_picture
-
-  !> Remove what a run of other processes has left of the same picture.
-  subroutine remove_former(directory, name, ending, pieces)
-    character(len=*), intent(in) :: directory, name
-    !> Of the file that is no longer.
-    character(len=*), intent(in) :: ending
-    !> Number of pieces that stay.
-    integer, intent(in) :: pieces
-    integer :: ignored
-
-    if (file_exists(directory//'/'//name//ending)) ignored = remove_file(directory//'/'//name//ending)
-    call remove_parts(directory, name, pieces, '.vtu')
-  end subroutine remove_former
-
-  !> A field of all points or of some; none where the points do not carry it.
-  subroutine add_field(vtu, field, points, chosen)
+  !> A field of some points.
+  subroutine add_field(vtu, field, chosen)
     type(vtu_type), intent(inout) :: vtu
     type(field_type), intent(in) :: field
-    !> Number of points.
-    integer, intent(in) :: points
-    !> Those that are shown; all where it is not allocated.
-    integer, allocatable, intent(in) :: chosen(:)
+    integer, intent(in) :: chosen(:)
     real(wp), allocatable :: reals(:, :)
-    integer, allocatable :: labels(:)
 
-    if (field%point_count() /= points) return
     if (associated(field%labels)) then
-      allocate (labels, source=field%labels)
-      if (allocated(chosen)) labels = labels(chosen)
-      call add_integers(vtu, section_cell_data, trim(field%name), labels)
+      call add_array(vtu, section_cell_data, trim(field%name), field%labels(chosen))
     else
       call field%get_values(row_components(field%kind), reals)
-      if (allocated(chosen)) reals = reals(:, chosen)
-      call add_reals(vtu, section_cell_data, trim(field%name), reals)
+      call add_array(vtu, section_cell_data, trim(field%name), reals(:, chosen))
     end if
   end subroutine add_field
-
-  !> One cell a point, with corners of its own.
-  subroutine add_boxes(vtu, count, dimension)
-    !> The picture.
-    type(vtu_type), intent(inout) :: vtu
-    !> Number of points.
-    integer, intent(in) :: count, dimension
-    integer, allocatable :: integers(:)
-    integer(int8), allocatable :: bytes(:)
-    integer :: i
-
-    allocate (integers, source=[(i - 1, i=1, count*2**dimension)])
-    call add_integers(vtu, section_cells, 'connectivity', integers)
-    allocate (integers, source=[(i*2**dimension, i=1, count)])
-    call add_integers(vtu, section_cells, 'offsets', integers)
-    allocate (bytes(count), source=merge(vtk_quad, vtk_brick, dimension == 2))
-    call add_bytes(vtu, section_cells, 'types', bytes)
-  end subroutine add_boxes
 
   !> Write the background mesh at its present coordinates. Pieces have the nodes at their borders each.
   subroutine write_mesh_picture(directory, name, model, error)
@@ -189,7 +102,7 @@ contains
     type(vtu_type) :: vtu
     type(mesh_type) :: own
     real(wp), allocatable :: fill(:, :), places(:, :)
-    integer, allocatable :: points(:), active(:), cells(:), nodes(:)
+    integer, allocatable :: points(:), cells(:), nodes(:)
     integer :: c
 
     call cell_point_count(model, points)
@@ -202,18 +115,17 @@ contains
       fill = fill(:, cells)
       places = places(:, nodes)
     end if
-    allocate (active, source=merge(1, 0, points > 0))
     call start_vtu(vtu, size(places, 2), size(points))
-    call add_integers(vtu, section_cell_data, 'active', active)
-    call add_integers(vtu, section_cell_data, 'point_count', points)
-    call add_reals(vtu, section_cell_data, 'fill', fill)
-    call add_reals(vtu, section_points, 'position', places)
+    call add_array(vtu, section_cell_data, 'active', merge(1, 0, points > 0))
+    call add_array(vtu, section_cell_data, 'point_count', points)
+    call add_array(vtu, section_cell_data, 'fill', fill)
+    call add_array(vtu, section_points, 'position', places)
     if (is_divided(model%part)) then
       call add_mesh_cells(vtu, own)
     else
       call add_mesh_cells(vtu, model%mesh)
     end if
-    call write_picture(directory, name, model%part%team, vtu, error)
+    call write_vtu(vtu, directory//'/'//name//'.vtu', model%part%team, error)
   end subroutine write_mesh_picture
 
   !> The cells of a mesh; its node order is VTK's.
@@ -221,19 +133,11 @@ contains
     !> The picture.
     type(vtu_type), intent(inout) :: vtu
     type(mesh_type), intent(in) :: mesh
-    integer, allocatable :: integers(:)
-    integer(int8), allocatable :: bytes(:)
     integer :: c
 
-    allocate (integers, source=mesh%cell_nodes - 1)
-    call add_integers(vtu, section_cells, 'connectivity', integers)
-    allocate (integers, source=mesh%cell_first(2:) - 1)
-    call add_integers(vtu, section_cells, 'offsets', integers)
-    allocate (bytes(mesh%cell_count))
-    do c = 1, mesh%cell_count
-      bytes(c) = int(vtk_type(mesh%cell_kind(c)), int8)
-    end do
-    call add_bytes(vtu, section_cells, 'types', bytes)
+    call add_array(vtu, section_cells, 'connectivity', mesh%cell_nodes - 1)
+    call add_array(vtu, section_cells, 'offsets', mesh%cell_first(2:) - 1)
+    call add_array(vtu, section_cells, 'types', [(int(vtk_type(mesh%cell_kind(c)), int8), c=1, mesh%cell_count)])
   end subroutine add_mesh_cells
 
   !> Places of the corners of boxes as large as the volumes of their points, those of a point behind each other: four a

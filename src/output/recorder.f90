@@ -6,8 +6,8 @@
 !> Every file but `curves.csv` and `job.log`, which grow line by line, appears whole or not at all.
 !> The last line of the log is `qsmpm: finished` only when the run did.
 !>
-!> Each process of a team has a recorder. The first one writes; the others write their parts of pictures and restart
-!> files where the model is divided (qsmpm_part_files), and nothing else.
+!> Each process of a team has a recorder. The first one writes; the others write their rows of pictures, results and
+!> restart files where the model is divided (qsmpm_shared_file), and nothing else.
 module qsmpm_recorder
   use qsmpm_kinds, only: long
   use qsmpm_agreement, only: agree, any_of
@@ -167,7 +167,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (leads(recorder)) call make_place(recorder%directory, own_files, recorder%options%continued, &
-      model%analysis%output%hdf5, recorder%options%team%ranks > 1, error)
+      model%analysis%output%hdf5, error)
     if (recorder%options%continued) call read_timing(recorder%directory, recorder%earlier)
     call agree(recorder%options%team, error)
     if (allocated(error)) return

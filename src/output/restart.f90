@@ -5,29 +5,29 @@
 !> error, as is one whose arrays have other sizes, whose numbers are out of their ranges
 !> (`qsmpm_state_check`) or whose bytes do not give its checksum.
 !>
-!> The file of a model that is divided is in parts (qsmpm_restart_parts). Several processes divide the model by the file
-!> that they read (qsmpm_restart_division).
+!> Of a model that is divided each process gives its own rows (qsmpm_restart_rows). Several processes divide the model
+!> by the file that they read (qsmpm_restart_division).
 module qsmpm_restart
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: has_stages
   use qsmpm_agreement, only: agree
+  use qsmpm_cell_numbers, only: whole_of
   use qsmpm_error, only: error_type
-  use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
-    save_image
-  use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, find_group, note_reason, close_reader
-  use qsmpm_hdf5_rows, only: count_components
+  use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_attribute, save_image
+  use qsmpm_hdf5_reader, only: reader_type, open_reader, get_attribute, find_group, note_reason, close_reader
+  use qsmpm_hdf5_rows, only: count_rows
   use qsmpm_model, only: model_type, state_type, kept_phase_type, progress_type
   use qsmpm_number_text, only: integer_text
   use qsmpm_own_part, only: is_divided
   use qsmpm_phase_tree, only: is_wanted
-  use qsmpm_point_selection, only: select_points
   use qsmpm_points, only: points_type, surface_points_type, allocate_surface_points, allocate_watched
   use qsmpm_model_window, only: restore
-  use qsmpm_restart_division, only: read_divided
-  use qsmpm_restart_fields, only: put_carried, get_carried, put_kept, get_kept, get_mesh
-  use qsmpm_restart_parts, only: node_values_type, put_shared_state, put_own_state, save_restart_parts, &
-    remove_restart_parts, check_parts, share_reason, start_joined, finish_joined, lay_joined, put_node_values
-  use qsmpm_restart_progress, only: put_progress, get_progress
+  use qsmpm_restart_division, only: read_divided, size_points
+  use qsmpm_restart_fields, only: get_carried, get_kept, get_mesh
+  use qsmpm_restart_progress, only: get_progress
+  use qsmpm_restart_rows, only: node_values_type, node_labels, put_state, put_own, share_reason, get_node_values, &
+    lay_joined, put_node_values
+  use qsmpm_shared_file, only: check_shared_seal
   use qsmpm_state_check, only: check_state
   use qsmpm_team, only: team_type
   implicit none
@@ -35,8 +35,8 @@ module qsmpm_restart
 
   public :: write_restart, read_restart, writes_kept_phases, text_fingerprint
 
-  !> Layout of the file, in one piece or in parts; another one is refused.
-  integer, parameter :: layout = 18, layout_in_parts = 19
+  !> Layout of the file; another one is refused.
+  integer, parameter :: layout = 20
 
 contains
 
@@ -65,35 +65,28 @@ contains
     integer, intent(in) :: fingerprint(:)
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
-    type(image_type) :: image, part
+    type(image_type) :: image
     integer :: i
 
-    call create_image(image)
-    call put_attribute(image, '/', 'layout', merge(layout_in_parts, layout, is_divided(model%part)))
+    call create_image(image, model%part%team)
+    call put_attribute(image, '/', 'layout', layout)
     call put_attribute(image, '/', 'fingerprint_1', fingerprint(1))
     call put_attribute(image, '/', 'fingerprint_2', fingerprint(2))
     if (is_divided(model%part)) then
-      call put_shared_state(image, model)
+      call put_own(image, model)
     else
-      call put_state(image, '', model%state)
+      call put_state(image, '', model%state, .false.)
     end if
-    if (allocated(model%kept_phases) .and. model%part%team%rank == 0) then
+    if (allocated(model%kept_phases)) then
       do i = 1, size(model%kept_phases)
         associate (number => model%kept_phases(i)%phase)
           if (.not. is_in_file(model, model%state%progress%phase, number)) cycle
           call put_group(image, end_of(number))
-          call put_state(image, end_of(number), model%kept_phases(i)%state)
+          call put_state(image, end_of(number), model%kept_phases(i)%state, .false.)
         end associate
       end do
     end if
-    if (is_divided(model%part)) then
-      call create_image(part, 'qsmpm.part')
-      call put_own_state(part, model)
-      call save_restart_parts(model%part%team, part, path, image, error)
-    else
-      call save_image(image, path, error, sealed=.true.)
-      if (.not. allocated(error)) call remove_restart_parts(path)
-    end if
+    call save_image(image, path, .true., error)
   end subroutine write_restart
 
   !> Whether the file of a model has ends of phases: they are written whole.
@@ -126,36 +119,6 @@ contains
     group = '/phase_'//integer_text(number)
   end function end_of
 
-  !> Put a state in a group.
-  subroutine put_state(image, group, state)
-    type(image_type), intent(inout) :: image
-    !> Empty for the root.
-    character(len=*), intent(in) :: group
-    type(state_type), intent(in) :: state
-    integer, allocatable :: window(:)
-
-    call put_progress(image, group//'/progress', state%progress)
-    call put_carried(image, group//'/points', state%points)
-    call put_carried(image, group//'/surface', state%surface)
-    call put_carried(image, group//'/tracers', state%tracers)
-    call put_carried(image, group//'/watched', state%watched)
-    associate (inactive => state%inactive)
-      call put_carried(image, group//'/inactive_points', inactive%points)
-      call put_carried(image, group//'/unloading_points', inactive%unloading)
-      call put_carried(image, group//'/inactive_surface', inactive%surface)
-      call put_carried(image, group//'/unloading_surface', inactive%unloading_surface)
-      call put_carried(image, group//'/feet', inactive%feet)
-    end associate
-    call put_group(image, group//'/mesh')
-    allocate (window, source=[state%window%first, state%window%last])
-    call put_array(image, group//'/mesh/window', window)
-    call put_array(image, group//'/mesh/coordinates', state%coordinates)
-    call put_array(image, group//'/mesh/reactions', state%reactions)
-    call put_array(image, group//'/mesh/released', state%released)
-    call put_attribute(image, group//'/mesh', 'plate', state%plate)
-    call put_kept(image, group//'/terms', state%kept)
-  end subroutine put_state
-
   !> Read the state back. Alone, the model is unchanged after an error.
   subroutine read_restart(path, model, fingerprint, error, team)
     !> Name of the file.
@@ -173,34 +136,41 @@ contains
     type(state_type) :: state
     type(kept_phase_type), allocatable :: kept_phases(:)
     type(node_values_type) :: nodes
-    logical :: in_parts
+    character(len=:), allocatable :: reason
+    logical :: in_rows
 
     if (present(team)) readers = team
-    call open_reader(reader, path)
-    call check_origin(reader, fingerprint, in_parts)
+    call check_shared_seal(readers, path, reason)
+    reader%path = path
+    if (allocated(reason)) call note_reason(reader, reason)
     call share_reason(readers, reader)
-    if (in_parts .and. .not. allocated(reader%reason)) call check_parts(readers, reader)
+    if (.not. allocated(reader%reason)) call open_reader(reader, path)
+    call check_origin(reader, fingerprint)
+    call find_group(reader, node_labels, in_rows)
     call share_reason(readers, reader)
     if (readers%ranks > 1) then
-      call get_divided(reader, in_parts, readers, model, error)
+      call get_divided(reader, in_rows, readers, model, error)
       return
     end if
     state = model%state
-    if (in_parts) call start_joined(reader, model, state, nodes)
-    call get_state(reader, '', model, in_parts, state)
+    if (in_rows) then
+      state%window = whole_of(model)
+      call get_node_values(reader, state%kept, nodes)
+    end if
+    call get_state(reader, '', model, in_rows, state)
     call get_kept_phases(reader, model, state%progress%phase, kept_phases)
     call close_reader(reader, error)
     if (allocated(error)) return
-    if (in_parts) call lay_joined(model, state)
+    if (in_rows) call lay_joined(model, state)
     call restore(state, model)
-    if (in_parts) call put_node_values(model, nodes)
+    if (in_rows) call put_node_values(model, nodes)
     call move_alloc(kept_phases, model%kept_phases)
   end subroutine read_restart
 
   !> Divide the model by the state of an open file, with the ends of phases that are in it.
-  subroutine get_divided(reader, in_parts, team, model, error)
+  subroutine get_divided(reader, in_rows, team, model, error)
     type(reader_type), intent(inout) :: reader
-    logical, intent(in) :: in_parts
+    logical, intent(in) :: in_rows
     type(team_type), intent(in) :: team
     type(model_type), intent(inout) :: model
     !> The same on all processes.
@@ -223,7 +193,7 @@ contains
       end do
     end associate
     if (.not. (allocated(reader%reason) .or. allocated(error))) &
-      call read_divided(reader, '', in_parts, team, most, model, error)
+      call read_divided(reader, '', in_rows, team, most, model, error)
     call close_reader(reader, failure)
     if (allocated(failure)) call move_alloc(failure, error)
     call agree(team, error)
@@ -279,30 +249,27 @@ contains
   end function kept_numbers
 
   !> Get a state of a group.
-  subroutine get_state(reader, group, model, in_parts, state)
+  subroutine get_state(reader, group, model, in_rows, state)
     type(reader_type), intent(inout) :: reader
     !> Empty for the root.
     character(len=*), intent(in) :: group
     !> A model built from the same deck.
     type(model_type), intent(in) :: model
-    !> The rows of points are those of parts; nodal values are got elsewhere.
-    logical, intent(in) :: in_parts
+    !> Points and nodes are rows of several processes; nodal values are got elsewhere.
+    logical, intent(in) :: in_rows
     !> One of the model.
     type(state_type), intent(inout) :: state
-    integer, allocatable :: watched(:)
 
-    if (.not. in_parts) call get_mesh(reader, group, model, state)
+    if (.not. in_rows) call get_mesh(reader, group, model, state)
     call get_progress(reader, group//'/progress', state%progress)
     call get_points(reader, group, model, state)
     call get_carried(reader, group//'/tracers', state%tracers)
     ! As many as the phase in the file watches.
-    call get_array(reader, group//'/watched/cell', watched)
-    if (allocated(watched)) call allocate_watched(state%watched, model%mesh%dimension, size(watched))
+    call allocate_watched(state%watched, model%mesh%dimension, count_rows(reader, group//'/watched/cell'))
     call get_carried(reader, group//'/watched', state%watched)
     call get_attribute(reader, group//'/mesh', 'plate', state%plate)
-    call get_kept(reader, group//'/terms', state%kept, nodal=.not. in_parts)
+    call get_kept(reader, group//'/terms', state%kept, nodal=.not. in_rows)
     if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
-    if (in_parts) call finish_joined(state)
   end subroutine get_state
 
   !> Material and surface points, those that are there and the others: as many of each as the phase in the file has, and
@@ -335,60 +302,41 @@ contains
     integer :: left
 
     like = state%points
-    left = state%points%count + state%inactive%points%count + state%inactive%unloading%count
-    if (has_stages(model%analysis)) then
-      call size_points(group//'/points', state%points)
-      call size_points(group//'/inactive_points', state%inactive%points)
-      call size_points(group//'/unloading_points', state%inactive%unloading)
-      if (left < 0) call note_reason(reader, 'it has more material points than the bodies')
-    end if
-    call size_surface(group//'/surface', state%surface)
-    call size_surface(group//'/inactive_surface', state%inactive%surface)
-    call size_surface(group//'/unloading_surface', state%inactive%unloading_surface)
+    associate (inactive => state%inactive)
+      left = state%points%count + inactive%points%count + inactive%unloading%count
+      if (has_stages(model%analysis)) then
+        call size_points(reader, group//'/points', like, state%points)
+        call size_points(reader, group//'/inactive_points', like, inactive%points)
+        call size_points(reader, group//'/unloading_points', like, inactive%unloading)
+        if (state%points%count + inactive%points%count + inactive%unloading%count > left) &
+          call note_reason(reader, 'it has more material points than the bodies')
+      end if
+      call size_surface(group//'/surface', state%surface)
+      call size_surface(group//'/inactive_surface', inactive%surface)
+      call size_surface(group//'/unloading_surface', inactive%unloading_surface)
+    end associate
 
   contains
-
-    !> Room for material points.
-    subroutine size_points(name, points)
-      character(len=*), intent(in) :: name
-      type(points_type), intent(inout) :: points
-      type(points_type) :: sized
-      integer, allocatable :: cells(:)
-      integer :: states
-
-      call get_array(reader, name//'/cell', cells)
-      if (.not. allocated(cells)) return
-      left = left - size(cells)
-      ! Where no points are left they have carried what others do, or there have been none.
-      states = count_components(reader, name//'/state')
-      if (size(cells) == points%count .and. states == size(points%state, 1)) return
-      call select_points(like, spread(1, 1, size(cells)), sized)
-      points = sized
-    end subroutine size_points
 
     !> Room for surface points.
     subroutine size_surface(name, points)
       character(len=*), intent(in) :: name
       type(surface_points_type), intent(inout) :: points
-      integer, allocatable :: cells(:)
+      integer :: count
 
-      call get_array(reader, name//'/cell', cells)
-      if (.not. allocated(cells)) return
-      if (size(cells) /= points%count) call allocate_surface_points(points, size(like%position, 1), size(cells))
+      count = count_rows(reader, name//'/cell')
+      if (count /= points%count) call allocate_surface_points(points, size(like%position, 1), count)
     end subroutine size_surface
   end subroutine size_all_points
 
   !> Note when the file is not one of this program or of this deck.
-  subroutine check_origin(reader, fingerprint, in_parts)
+  subroutine check_origin(reader, fingerprint)
     !> The file.
     type(reader_type), intent(inout) :: reader
     !> Fingerprint of the resolved deck (2).
     integer, intent(in) :: fingerprint(:)
-    !> It is the index of parts.
-    logical, intent(out) :: in_parts
     integer :: found_layout, found(2)
 
-    in_parts = .false.
     call get_attribute(reader, '/', 'layout', found_layout)
     if (allocated(reader%reason)) then
       if (reader%file >= 0) reader%reason = 'it is not a restart file'
@@ -397,12 +345,10 @@ contains
     call get_attribute(reader, '/', 'fingerprint_1', found(1))
     call get_attribute(reader, '/', 'fingerprint_2', found(2))
     if (allocated(reader%reason)) return
-    in_parts = found_layout == layout_in_parts
-    if (found_layout /= layout .and. .not. in_parts) then
+    if (found_layout /= layout) then
       reader%reason = 'it was written by another version of the program'
     else if (any(found /= fingerprint)) then
       reader%reason = 'it was written by a run of another deck'
     end if
   end subroutine check_origin
-
 end module qsmpm_restart

@@ -22,7 +22,7 @@ module qsmpm_restart_division
   use qsmpm_point_selection, only: select_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points, allocate_watched
   use qsmpm_restart_fields, only: get_carried, get_kept, get_mesh, get_some
-  use qsmpm_restart_parts, only: node_values_type, get_node_values, put_node_values, share_reason
+  use qsmpm_restart_rows, only: node_values_type, get_node_values, put_node_values, share_reason
   use qsmpm_restart_progress, only: get_progress
   use qsmpm_state_check, only: check_state, places_reason
   use qsmpm_surface_refinement, only: needs_refining
@@ -30,19 +30,19 @@ module qsmpm_restart_division
   implicit none
   private
 
-  public :: read_divided
+  public :: read_divided, size_points
 
   character(len=*), parameter :: points_words = 'the material points', surface_words = 'the surface points'
 
 contains
 
   !> Get a state of a group, and divide the model by it. What the model was is lost.
-  subroutine read_divided(reader, group, in_parts, team, most, model, error)
+  subroutine read_divided(reader, group, in_rows, team, most, model, error)
     type(reader_type), intent(inout) :: reader
     !> Empty for the root.
     character(len=*), intent(in) :: group
-    !> The rows of points are those of parts.
-    logical, intent(in) :: in_parts
+    !> Points and nodes are rows of several processes.
+    logical, intent(in) :: in_rows
     type(team_type), intent(in) :: team
     !> Material points of all bodies.
     integer, intent(in) :: most
@@ -58,19 +58,19 @@ contains
 
     call enter_team(model, team)
     call drop_points(model, like)
-    call get_known_to_all(reader, group, in_parts, like, model, window, nodes)
+    call get_known_to_all(reader, group, in_rows, like, model, window, nodes)
     if (.not. has_boxes(model%analysis) .and. .not. allocated(reader%reason)) call look_at_whole(model)
     count = count_rows(reader, group//'/points/cell')
     call count_points(reader, group, count, most, model)
     call share_cells(reader, group//'/points', count, window, model, short)
     if (short) call refuse_short(team%ranks, error)
     if (short) return
-    call get_near(reader, group, in_parts, window, like, model)
+    call get_near(reader, group, in_rows, window, like, model)
     call note_reason(reader, check_state(model%state, model, whole_of(model)))
     call share_reason(team, reader)
     if (allocated(reader%reason)) return
     call settle_near(model)
-    if (in_parts) call put_node_values(model, nodes)
+    if (in_rows) call put_node_values(model, nodes)
     call fit_laws(model)
     if (any_of(team, needs_refining(model))) call join_model(model, error)
   end subroutine read_divided
@@ -96,22 +96,22 @@ contains
 
   !> Get what all processes know, and look at the part of the grid that it is numbered in. Cells are numbered as in the
   !> whole grid then.
-  subroutine get_known_to_all(reader, group, in_parts, like, model, window, nodes)
+  subroutine get_known_to_all(reader, group, in_rows, like, model, window, nodes)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
-    logical, intent(in) :: in_parts
+    logical, intent(in) :: in_rows
     type(points_type), intent(in) :: like
     type(model_type), intent(inout) :: model
     !> In which the file numbers its cells.
     type(window_type), intent(out) :: window
-    !> Nodal values where the file is in parts.
+    !> Nodal values where the file has rows of several processes.
     type(node_values_type), intent(out) :: nodes
     type(state_type) :: state
 
     state = model%state
     window = whole_of(model)
     call get_progress(reader, group//'/progress', state%progress)
-    if (in_parts) then
+    if (in_rows) then
       call get_node_values(reader, state%kept, nodes)
       state%reactions = 0.0_wp
       state%released = 0.0_wp
@@ -123,11 +123,11 @@ contains
     call get_attribute(reader, group//'/mesh', 'plate', state%plate)
     if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model, window))
     if (allocated(reader%reason)) return
-    if (.not. in_parts) then
+    if (.not. in_rows) then
       call return_to_window(model, window)
       call clear_nodal(model%state%kept, model%space%node_count)
     end if
-    call get_kept(reader, group//'/terms', model%state%kept, nodal=.not. in_parts)
+    call get_kept(reader, group//'/terms', model%state%kept, nodal=.not. in_rows)
     state%kept = model%state%kept
     model%state = state
     call number_all(model, window, whole_of(model))
@@ -147,8 +147,7 @@ contains
     call get_carried(reader, group//'/watched', state%watched)
     associate (inactive => state%inactive)
       call get_carried(reader, group//'/feet', inactive%feet)
-      call size_points(reader, group//'/inactive_points', count_rows(reader, group//'/inactive_points/cell'), like, &
-        inactive%points)
+      call size_points(reader, group//'/inactive_points', like, inactive%points)
       call get_carried(reader, group//'/inactive_points', inactive%points)
       count = count_rows(reader, group//'/inactive_surface/cell')
       call allocate_surface_points(inactive%surface, model%mesh%dimension, count)
@@ -156,19 +155,22 @@ contains
     end associate
   end subroutine get_places
 
-  !> Room for material points; where none are left they have carried what others do, or there have been none.
-  subroutine size_points(reader, name, count, like, points)
+  !> Room for as many material points as the file has in a set, or for some of them; where none are left they have
+  !> carried what others do, or there have been none.
+  subroutine size_points(reader, name, like, points, some)
     type(reader_type), intent(inout) :: reader
     !> The group of the set in the file.
     character(len=*), intent(in) :: name
-    integer, intent(in) :: count
     type(points_type), intent(in) :: like
     type(points_type), intent(inout) :: points
+    integer, intent(in), optional :: some
     type(points_type) :: sized
-    integer :: states
+    integer :: count, states
 
+    count = count_rows(reader, name//'/cell')
+    if (present(some)) count = some
     states = count_components(reader, name//'/state')
-    if (count == 0 .and. states == size(points%state, 1)) return
+    if (count == points%count .and. states == size(points%state, 1)) return
     call select_points(like, spread(1, 1, count), sized)
     points = sized
   end subroutine size_points
@@ -232,12 +234,12 @@ contains
     end function first_of
   end subroutine share_cells
 
-  !> Get the points that are own or in the ring, those of parts in the order that they have on one process; their cells
-  !> are numbered as in the whole grid then.
-  subroutine get_near(reader, group, in_parts, window, like, model)
+  !> Get the points that are own or in the ring, those of several processes in the order that they have on one; their
+  !> cells are numbered as in the whole grid then.
+  subroutine get_near(reader, group, in_rows, window, like, model)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
-    logical, intent(in) :: in_parts
+    logical, intent(in) :: in_rows
     type(window_type), intent(in) :: window
     type(points_type), intent(in) :: like
     type(model_type), intent(inout) :: model
@@ -266,12 +268,12 @@ contains
       call find_near(reader, group//name, window, lowest, words, ring, model, rows, count)
       select type (carried)
       type is (points_type)
-        call size_points(reader, group//name, size(rows), like, carried)
+        call size_points(reader, group//name, like, carried, size(rows))
       type is (surface_points_type)
         call allocate_surface_points(carried, model%mesh%dimension, size(rows))
       end select
       call get_some(reader, group//name, rows, count, carried)
-      if (in_parts) call sort_by_number(carried)
+      if (in_rows) call sort_by_number(carried)
       carried%cell = whole_cells(model, carried%cell, window)
     end subroutine get_set
   end subroutine get_near

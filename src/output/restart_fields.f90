@@ -8,8 +8,9 @@ module qsmpm_restart_fields
   use qsmpm_grid_window, only: window_type
   use qsmpm_model, only: model_type, state_type
   use qsmpm_state_check, only: window_reason
-  use qsmpm_field_list, only: field_type, field_list_type
+  use qsmpm_field_list, only: field_list_type
   use qsmpm_points, only: carried_type
+  use qsmpm_team, only: total
   implicit none
   private
 
@@ -18,22 +19,18 @@ module qsmpm_restart_fields
 contains
 
   !> Put what the terms keep.
-  subroutine put_kept(image, group, kept, nodal)
+  subroutine put_kept(image, group, kept, rows)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group
     type(kept_arrays_type), intent(in) :: kept
-    !> Put those too that have a column for each node; yes unless given.
-    logical, intent(in), optional :: nodal
-    logical :: all_put
+    !> Each process gives nodes of its own.
+    logical, intent(in) :: rows
     integer :: i
 
-    all_put = .true.
-    if (present(nodal)) all_put = nodal
     call put_group(image, group)
     call put_attribute(image, group, 'count', kept_count(kept))
     do i = 1, kept_count(kept)
-      if (kept%list(i)%nodal .and. .not. all_put) cycle
-      call put_array(image, group//'/'//kept%list(i)%name, kept%list(i)%values)
+      call put_array(image, group//'/'//kept%list(i)%name, kept%list(i)%values, rows .and. kept%list(i)%nodal)
     end do
   end subroutine put_kept
 
@@ -86,35 +83,35 @@ contains
   end subroutine get_mesh
 
   !> Put all fields of a carried set.
-  subroutine put_carried(image, group, carried)
+  subroutine put_carried(image, group, carried, rows)
     !> The file.
     type(image_type), intent(inout) :: image
     !> Name of its group.
     character(len=*), intent(in) :: group
     !> The set.
     class(carried_type), intent(in), target :: carried
+    !> Each process gives some of it; else it is known to all.
+    logical, intent(in) :: rows
     type(field_list_type) :: list
     real(wp), allocatable :: reals(:, :)
-    integer, allocatable :: labels(:)
-    integer(long), allocatable :: numbers(:)
     integer :: i
 
     call put_group(image, group)
-    call put_attribute(image, group, 'count', carried%count)
+    if (rows) then
+      call put_attribute(image, group, 'count', int(total(image%team, int(carried%count, long))))
+    else
+      call put_attribute(image, group, 'count', carried%count)
+    end if
     call carried%list_fields(list)
     do i = 1, list%count
-      associate (field => list%fields(i))
+      associate (field => list%fields(i), path => group//'/'//trim(list%fields(i)%name))
         if (associated(field%labels)) then
-          allocate (labels, source=field%labels)
-          call put_array(image, group//'/'//trim(field%name), labels)
-          deallocate (labels)
+          call put_array(image, path, field%labels, rows)
         else if (associated(field%numbers)) then
-          allocate (numbers, source=field%numbers)
-          call put_array(image, group//'/'//trim(field%name), numbers)
-          deallocate (numbers)
+          call put_array(image, path, field%numbers, rows)
         else
           call field%get_values(field%component_count(), reals)
-          call put_array(image, group//'/'//trim(field%name), reals)
+          call put_array(image, path, reals, rows)
         end if
       end associate
     end do
@@ -128,14 +125,9 @@ contains
     character(len=*), intent(in) :: group
     !> The set.
     class(carried_type), intent(inout), target :: carried
-    type(field_list_type) :: list
     integer :: i
 
-    call get_attribute(reader, group, 'count', carried%count)
-    call carried%list_fields(list)
-    do i = 1, list%count
-      if (.not. allocated(reader%reason)) call get_field(reader, group//'/'//trim(list%fields(i)%name), list%fields(i))
-    end do
+    call get_some(reader, group, [(i, i=1, size(carried%cell))], size(carried%cell), carried)
   end subroutine get_carried
 
   !> Get some of a carried set with all their fields.
@@ -156,9 +148,9 @@ contains
     do i = 1, list%count
       associate (field => list%fields(i), path => group//'/'//trim(list%fields(i)%name))
         if (allocated(reader%reason) .or. size(rows) == 0) exit
-        if (field%point_count() == 0) then
-          call get_field(reader, path, field)
-        else if (associated(field%labels)) then
+        ! What is not carried.
+        if (field%point_count() == 0) cycle
+        if (associated(field%labels)) then
           call get_rows(reader, path, rows, all_rows, field%labels)
         else if (associated(field%numbers)) then
           call get_rows(reader, path, rows, all_rows, field%numbers)
@@ -168,29 +160,4 @@ contains
       end associate
     end do
   end subroutine get_some
-
-  !> Get the values of a field.
-  subroutine get_field(reader, path, field)
-    type(reader_type), intent(inout) :: reader
-    !> Name of the dataset.
-    character(len=*), intent(in) :: path
-    type(field_type), intent(inout) :: field
-    real(wp), allocatable :: reals(:, :)
-    integer, allocatable :: labels(:)
-    integer(long), allocatable :: numbers(:)
-
-    if (associated(field%labels)) then
-      allocate (labels, source=field%labels)
-      call get_array(reader, path, labels)
-      if (.not. allocated(reader%reason)) field%labels = labels
-    else if (associated(field%numbers)) then
-      allocate (numbers, source=field%numbers)
-      call get_array(reader, path, numbers)
-      if (.not. allocated(reader%reason)) field%numbers = numbers
-    else if (associated(field%reals)) then
-      allocate (reals, source=field%reals)
-      call get_array(reader, path, reals)
-      if (.not. allocated(reader%reason)) field%reals = reals
-    end if
-  end subroutine get_field
 end module qsmpm_restart_fields

@@ -44,7 +44,7 @@ contains
       call put_attribute(image, group, 'lost_factor_above_'//integer_text(i), progress%bracket%lost_above(i))
     end do
     call put_attribute(image, group, 'factor_increment', progress%bracket%increment)
-    call put_array(image, group//'/factors', progress%factors)
+    if (allocated(progress%factors)) call put_array(image, group//'/factors', progress%factors)
     call put_attribute(image, group, 'stopped', merge(1, 0, progress%stopped))
     call put_ends(image, group, progress)
     associate (limit => progress%limit)
@@ -64,17 +64,12 @@ contains
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group
     type(progress_type), intent(in) :: progress
-    integer, allocatable :: reason(:)
-    real(wp), allocatable :: fraction(:), displacement(:)
 
     call put_attribute(image, group, 'ends', merge(1, 0, allocated(progress%ends)))
     if (.not. allocated(progress%ends)) return
-    reason = progress%ends%reason
-    fraction = progress%ends%fraction
-    displacement = progress%ends%displacement
-    call put_array(image, group//'/end_reason', reason)
-    call put_array(image, group//'/end_fraction', fraction)
-    call put_array(image, group//'/end_displacement', displacement)
+    call put_array(image, group//'/end_reason', progress%ends%reason)
+    call put_array(image, group//'/end_fraction', progress%ends%fraction)
+    call put_array(image, group//'/end_displacement', progress%ends%displacement)
   end subroutine put_ends
 
   !> Get where the analysis stood.

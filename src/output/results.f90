@@ -7,30 +7,29 @@
 !> file is written once and whole, a run of any length never rewrites what it has, and a run that
 !> was interrupted and continued leaves the same bytes as one that was not.
 !>
-!> Of a model that is divided each process writes its own points, contacts and cells to a part (qsmpm_part_files); the
-!> files above are indexes then, with the same names in them. Points carry their `number` beside what they carry alone.
+!> Of a model that is divided each process gives the rows of its own points, contacts, cells and nodes
+!> (qsmpm_hdf5_image). Points carry their `number` then beside what they carry alone.
 module qsmpm_results
   use qsmpm_kinds, only: wp, long
-  use qsmpm_agreement, only: agree
   use qsmpm_error, only: error_type
   use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_in_results
   use qsmpm_fields, only: padded, list_results
   use qsmpm_file, only: file_exists
-  use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
-    put_link, save_image, discard_image
+  use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, put_link, save_image
   use qsmpm_element, only: vtk_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_part, only: take_cells
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: numbered
-  use qsmpm_own_part, only: is_divided
-  use qsmpm_part_files, only: save_parts, rows_before
-  use qsmpm_surroundings, only: put_contacts, put_surroundings
+  use qsmpm_own_part, only: is_divided, own_of
+  use qsmpm_shared_file, only: of_ranks
+  use qsmpm_surroundings, only: put_surroundings
   use qsmpm_stress_error, only: stress_error_type
+  use qsmpm_team, only: total
   implicit none
   private
 
-  public :: write_mesh_results, write_step_results, write_mechanism_results, write_results_index
+  public :: write_mesh_results, write_state, write_results_index
 
   !> Folder of the parts beside results.h5.
   character(len=*), parameter, public :: results_folder = 'results'
@@ -40,112 +39,65 @@ module qsmpm_results
 contains
 
   !> Write the mesh as it was built: node coordinates, cells in compressed rows, VTK cell types,
-  !> labels of the input. Parts have the nodes of their own cells, those at borders each.
+  !> labels of the input. Processes give the nodes of their own cells, those at borders each.
   subroutine write_mesh_results(directory, model, error)
     !> Where the results are.
     character(len=*), intent(in) :: directory
     type(model_type), intent(in) :: model
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
-    type(image_type) :: image, part
+    type(image_type) :: image
     type(mesh_type) :: own
     integer, allocatable :: nodes(:)
     integer :: c
 
-    call create_image(image)
+    call create_image(image, model%part%team)
     call put_group(image, '/mesh')
     if (is_divided(model%part)) then
       call take_cells(model%mesh, pack([(c, c=1, model%mesh%cell_count)], model%part%cells), own, nodes)
-      call create_image(part, 'qsmpm.part')
-      call put_group(part, '/mesh')
-      call put_mesh(part, own, rows_before(model%part%team, own%node_count), &
-        rows_before(model%part%team, size(own%cell_nodes)), model%part%team%rank == 0)
-      call save_parts(model%part%team, part, directory, 'results_mesh', '../', image, error)
+      call put_mesh(image, own)
     else
-      call put_mesh(image, model%mesh, 0, 0, .true.)
+      call put_mesh(image, model%mesh)
     end if
     call put_attribute(image, '/mesh', 'dimension', model%mesh%dimension)
-    call save_index(model, image, part_path(directory, 'mesh'), error)
+    call save_image(image, part_path(directory, 'mesh'), .false., error)
   end subroutine write_mesh_results
 
-  !> Put a mesh, or a part behind others.
-  subroutine put_mesh(image, mesh, nodes_before, corners_before, is_first)
+  !> Put a mesh; that of a process stands behind those of others.
+  subroutine put_mesh(image, mesh)
     type(image_type), intent(inout) :: image
     type(mesh_type), intent(in) :: mesh
-    !> Nodes, and nodes of cells, of the parts before.
-    integer, intent(in) :: nodes_before, corners_before
-    logical, intent(in) :: is_first
     real(wp), allocatable :: reals(:, :)
-    integer, allocatable :: types(:), offsets(:), nodes(:)
+    integer(long), dimension(image%team%ranks) :: nodes, corners
     integer :: c
 
+    nodes = of_ranks(image%team, int(mesh%node_count, long))
+    corners = of_ranks(image%team, size(mesh%cell_nodes, kind=long))
     call padded(mesh%coordinates, 3, reals)
-    call put_array(image, '/mesh/coordinates', reals)
-    allocate (nodes, source=mesh%cell_nodes - 1 + nodes_before)
-    call put_array(image, '/mesh/cell_nodes', nodes)
-    allocate (offsets, source=mesh%cell_first(merge(1, 2, is_first):) - 1 + corners_before)
-    call put_array(image, '/mesh/cell_offsets', offsets)
-    allocate (types(mesh%cell_count))
-    do c = 1, mesh%cell_count
-      types(c) = vtk_type(mesh%cell_kind(c))
-    end do
-    call put_array(image, '/mesh/cell_types', types)
-    call put_array(image, '/mesh/node_labels', mesh%node_label)
-    call put_array(image, '/mesh/cell_labels', mesh%cell_label)
+    call put_array(image, '/mesh/coordinates', reals, rows=.true.)
+    associate (before => image%team%rank)
+      call put_array(image, '/mesh/cell_nodes', mesh%cell_nodes - 1 + int(sum(nodes(:before))), rows=.true.)
+      call put_array(image, '/mesh/cell_offsets', mesh%cell_first(merge(1, 2, before == 0):) - 1 + &
+        int(sum(corners(:before))), rows=.true.)
+    end associate
+    call put_array(image, '/mesh/cell_types', [(vtk_type(mesh%cell_kind(c)), c=1, mesh%cell_count)], rows=.true.)
+    call put_array(image, '/mesh/node_labels', mesh%node_label, rows=.true.)
+    call put_array(image, '/mesh/cell_labels', mesh%cell_label, rows=.true.)
   end subroutine put_mesh
 
-  !> Write what the first process has put together, alone or as the index of parts; a former error stays.
-  subroutine save_index(model, image, path, error)
-    type(model_type), intent(in) :: model
-    type(image_type), intent(inout) :: image
-    character(len=*), intent(in) :: path
-    !> The same on all processes that have a part.
-    type(error_type), allocatable, intent(inout) :: error
-
-    if (allocated(error) .or. model%part%team%rank > 0) then
-      call discard_image(image)
-    else
-      call save_image(image, path, error)
-    end if
-    call agree(model%part%team, error)
-  end subroutine save_index
-
-  !> Write the fields of a step.
-  subroutine write_step_results(directory, model, estimate, error)
-    !> Where the results are.
-    character(len=*), intent(in) :: directory
-    type(model_type), intent(in) :: model
-    !> Estimated error of its stresses.
-    type(stress_error_type), intent(in) :: estimate
-    !> Set when the file is not whole under its name.
-    type(error_type), allocatable, intent(out) :: error
-
-    call write_state(directory, numbered(model%state%progress%step), model, estimate, error)
-  end subroutine write_step_results
-
-  !> Write the fields of the way a body fails: displacements and strains of the state are those of it.
-  subroutine write_mechanism_results(directory, model, estimate, error)
-    !> Where the results are.
-    character(len=*), intent(in) :: directory
-    type(model_type), intent(in) :: model
-    !> Estimated error of its stresses.
-    type(stress_error_type), intent(in) :: estimate
-    !> Set when the file is not whole under its name.
-    type(error_type), allocatable, intent(out) :: error
-
-    call write_state(directory, mechanism_part//numbered(model%state%progress%phase), model, estimate, error)
-  end subroutine write_mechanism_results
-
-  !> Write the fields of a state.
+  !> Write the fields of a state, or of the way a body fails: displacements and strains of the state are those of it.
   subroutine write_state(directory, name, model, estimate, error)
+    !> Where the results are, and the number of the step, or that of the phase behind `mechanism_part`.
     character(len=*), intent(in) :: directory, name
     type(model_type), intent(in) :: model
+    !> Estimated error of its stresses.
     type(stress_error_type), intent(in) :: estimate
+    !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
-    type(image_type) :: image, part
+    type(image_type) :: image
 
     associate (progress => model%state%progress)
-      call create_image(image)
+      call create_image(image, model%part%team)
       call put_group(image, '/step')
       call put_attribute(image, '/step', 'step', progress%step)
       call put_attribute(image, '/step', 'phase', progress%phase)
@@ -155,84 +107,53 @@ contains
       call put_attribute(image, '/step', 'stress_error_surface', estimate%surface_mean)
       call put_group(image, '/step/points')
     end associate
-    if (.not. is_divided(model%part)) call put_points(image, model, estimate)
+    call put_points(image, model, estimate)
     call put_surroundings(image, '/step', model)
-    if (is_divided(model%part)) then
-      call create_image(part, 'qsmpm.part')
-      call put_group(part, '/step')
-      call put_group(part, '/step/points')
-      call put_points(part, model, estimate)
-      call put_own_contacts(part, model)
-      call save_parts(model%part%team, part, directory, 'results_'//name, '../', image, error)
-    end if
-    call save_index(model, image, part_path(directory, name), error)
+    call save_image(image, part_path(directory, name), .false., error)
   end subroutine write_state
 
-  !> Put the material points, of a part its own.
+  !> Put the material points, each process its own: the fields that they carry on some process.
   subroutine put_points(image, model, estimate)
     type(image_type), intent(inout) :: image
     type(model_type), intent(in) :: model
     type(stress_error_type), intent(in) :: estimate
     type(field_list_type) :: list
-    integer(long), allocatable :: numbers(:)
+    integer(long), allocatable :: carried(:)
     integer, allocatable :: own(:)
     integer :: i
 
     call list_results(model, estimate, list)
     associate (points => model%state%points)
-      if (is_divided(model%part)) then
-        own = pack([(i, i=1, points%count)], model%part%points)
-        numbers = points%number(own)
-        call put_array(image, '/step/points/number', numbers)
-      end if
+      own = pack([(i, i=1, points%count)], own_of(model%part%points, points%count))
+      if (is_divided(model%part)) call put_array(image, '/step/points/number', points%number(own), rows=.true.)
+      carried = total(image%team, [(merge(1_long, 0_long, list%fields(i)%point_count() == points%count .and. &
+        (points%count > 0 .or. .not. is_divided(model%part))), i=1, list%count)])
       do i = 1, list%count
-        if (list%fields(i)%shown >= shown_in_results) call put_field(image, list%fields(i), points%count, own)
+        if (list%fields(i)%shown >= shown_in_results .and. carried(i) > 0) call put_field(image, list%fields(i), own)
       end do
     end associate
   end subroutine put_points
 
-  !> Put a field of all points or of some; none where the points do not carry it, no rows in a part.
-  subroutine put_field(image, field, points, chosen)
+  !> Put a field of some points.
+  subroutine put_field(image, field, chosen)
     type(image_type), intent(inout) :: image
     type(field_type), intent(in) :: field
-    !> Number of points.
-    integer, intent(in) :: points
-    !> Those whose values are put; all where it is not allocated.
-    integer, allocatable, intent(in) :: chosen(:)
-    real(wp), allocatable :: table(:, :), row(:)
-    integer, allocatable :: labels(:)
+    integer, intent(in) :: chosen(:)
+    real(wp), allocatable :: table(:, :)
     character(len=:), allocatable :: path
-    logical :: selects
 
-    if (field%point_count() /= points .and. .not. allocated(chosen)) return
-    selects = field%point_count() == points .and. allocated(chosen)
     path = '/step/points/'//trim(field%name)
     if (associated(field%labels)) then
-      allocate (labels, source=field%labels)
-      if (selects) labels = labels(chosen)
-      call put_array(image, path, labels)
+      call put_array(image, path, field%labels(chosen), rows=.true.)
       return
     end if
     call field%get_values(row_components(field%kind), table)
-    if (selects) table = table(:, chosen)
     if (field%is_row) then
-      allocate (row, source=table(1, :))
-      call put_array(image, path, row)
+      call put_array(image, path, table(1, chosen), rows=.true.)
     else
-      call put_array(image, path, table)
+      call put_array(image, path, table(:, chosen), rows=.true.)
     end if
   end subroutine put_field
-
-  !> Put the rows of contacts of a part.
-  subroutine put_own_contacts(part, model)
-    type(image_type), intent(inout) :: part
-    type(model_type), intent(in) :: model
-
-    if (.not. allocated(model%rigid_shapes)) return
-    if (size(model%rigid_shapes) == 0 .or. size(model%contact_pairs) == 0) return
-    call put_group(part, '/step/contacts')
-    call put_contacts(part, '/step/contacts', model)
-  end subroutine put_own_contacts
 
   !> Write `results.h5`.
   subroutine write_results_index(directory, steps, error, phases)
@@ -255,7 +176,7 @@ contains
         results_folder//'/'//numbered(steps(i))//'.h5', '/step')
     end do
     if (present(phases)) call put_mechanisms(image, directory, phases)
-    call save_image(image, directory//'/results.h5', error)
+    call save_image(image, directory//'/results.h5', .false., error)
   end subroutine write_results_index
 
   !> Links to the mechanisms there are: a run that is continued finds those of the steps before.

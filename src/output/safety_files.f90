@@ -7,7 +7,7 @@ module qsmpm_safety_files
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text, numbered, real_text
   use qsmpm_pictures, only: write_points_picture, write_mesh_picture
-  use qsmpm_results, only: write_mechanism_results
+  use qsmpm_results, only: mechanism_part, write_state
   use qsmpm_strength_factor, only: flow_words
   use qsmpm_stress_error, only: stress_error_type
   implicit none
@@ -78,6 +78,6 @@ contains
       if (.not. allocated(error)) call write_mesh_picture(directory, mechanism_mesh//number, model, error)
     end if
     if (model%analysis%output%hdf5 .and. .not. allocated(error)) &
-      call write_mechanism_results(directory, model, estimate, error)
+      call write_state(directory, mechanism_part//number, model, estimate, error)
   end subroutine write_mechanism
 end module qsmpm_safety_files

@@ -18,7 +18,7 @@ module qsmpm_surroundings
   use qsmpm_hdf5_image, only: image_type, put_array, put_group
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: numbered
-  use qsmpm_own_part, only: own_of, is_divided
+  use qsmpm_own_part, only: own_of
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, placed_bodies
   use qsmpm_rigid_outline, only: outline_corners
   use qsmpm_rigid_pose, only: carry_along, placed_shape_type, rigid_pose_type
@@ -28,7 +28,7 @@ module qsmpm_surroundings
   implicit none
   private
 
-  public :: put_surroundings, put_contacts
+  public :: put_surroundings
 
   !> Places of contact as pictures show them (3, places), (places).
   type :: contact_picture_type
@@ -38,7 +38,7 @@ module qsmpm_surroundings
 
 contains
 
-  !> Put all there is below a group, but for the rows of contacts where the model is divided.
+  !> Put all there is below a group.
   subroutine put_surroundings(image, group, model)
     type(image_type), intent(inout) :: image
     !> The group of the step.
@@ -49,7 +49,7 @@ contains
       if (size(model%rigid_shapes) > 0) call put_bodies(image, group//'/rigid_bodies', model)
       if (size(model%contact_pairs) > 0) then
         call put_group(image, group//'/contacts')
-        if (.not. is_divided(model%part)) call put_contacts(image, group//'/contacts', model)
+        call put_contacts(image, group//'/contacts', model)
       end if
     end if
     call put_water(image, group//'/water', model)
@@ -61,7 +61,7 @@ contains
     character(len=*), intent(in) :: group
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: path
-    real(wp), allocatable :: row(:), corners(:, :)
+    real(wp), allocatable :: corners(:, :)
     type(rigid_pose_type) :: pose
     integer :: b
 
@@ -70,10 +70,8 @@ contains
       path = group//'/'//numbered(b)
       pose = pose_of(model, b)
       call put_group(image, path)
-      row = [pose%displacement, pose%rotation]
-      call put_array(image, path//'/pose', row)
-      row = force_on_body(model, b)
-      call put_array(image, path//'/force', row)
+      call put_array(image, path//'/pose', [pose%displacement, pose%rotation])
+      call put_array(image, path//'/force', force_on_body(model, b))
       associate (body => model%analysis%rigid_bodies(b))
         if (body%shape == rigid_plane) then
           corners = reshape([carried(model, b, body%place), carried(model, b, body%place + body%direction) &
@@ -81,8 +79,8 @@ contains
           corners(:, 2) = corners(:, 2)/norm2(corners(:, 2))
           call put_array(image, path//'/plane', corners)
         end if
-        row = [carried(model, b, body%place), body%radius]
-        if (body%shape == rigid_circle .and. model%mesh%dimension == 3) call put_array(image, path//'/ball', row)
+        if (body%shape == rigid_circle .and. model%mesh%dimension == 3) &
+          call put_array(image, path//'/ball', [carried(model, b, body%place), body%radius])
       end associate
       if (model%mesh%dimension /= 2) cycle
       call body_outline(model, b, corners)
@@ -139,14 +137,14 @@ contains
 
     call picture_surfaces(model, picture)
     if (model%part%team%rank == 0) call picture_outlines(model, picture)
-    call put_array(image, group//'/position', picture%position)
-    call put_array(image, group//'/normal', picture%normal)
-    call put_array(image, group//'/extent', picture%extent)
-    call put_array(image, group//'/pressure', picture%pressure)
-    call put_array(image, group//'/shear', picture%shear)
-    call put_array(image, group//'/slip', picture%slip)
-    call put_array(image, group//'/surface', picture%surface)
-    call put_array(image, group//'/body', picture%body)
+    call put_array(image, group//'/position', picture%position, rows=.true.)
+    call put_array(image, group//'/normal', picture%normal, rows=.true.)
+    call put_array(image, group//'/extent', picture%extent, rows=.true.)
+    call put_array(image, group//'/pressure', picture%pressure, rows=.true.)
+    call put_array(image, group//'/shear', picture%shear, rows=.true.)
+    call put_array(image, group//'/slip', picture%slip, rows=.true.)
+    call put_array(image, group//'/surface', picture%surface, rows=.true.)
+    call put_array(image, group//'/body', picture%body, rows=.true.)
   end subroutine put_contacts
 
   !> What is shown of surface points.

@@ -1,21 +1,21 @@
 !> VTK unstructured grids (.vtu): an XML head and the arrays behind it as raw bytes, each with its
 !> length in a 64-bit integer before it.
 !>
-!> Arrays are handed over to the picture (`move_alloc`), which writes them when it is complete. The
-!> four sections are those of the file format; positions and cells must be given. A picture in pieces (.pvtu) is a list
-!> of such files, which need not have the nodes at their borders once.
+!> The picture writes its arrays when it is complete. The four sections are those of the file format; positions and
+!> cells must be given. Each process of a team writes a piece of the picture, with nodes at the borders of its own.
 module qsmpm_vtu
-  use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
-  use qsmpm_file, only: file_type, create_file, put_text, put_bytes, commit_file, write_text
+  use qsmpm_file, only: move_to, put_bytes
   use qsmpm_number_text, only: integer_text
-  use qsmpm_text, only: string_type
+  use qsmpm_shared_file, only: shared_file_type, begin_shared, claim, put_at, commit_shared, of_ranks
+  use qsmpm_team, only: team_type
   implicit none
   private
 
-  public :: vtu_type, start_vtu, add_reals, add_integers, add_longs, add_bytes, write_vtu, pieces_head, write_pieces
+  public :: vtu_type, start_vtu, add_array, write_vtu
 
   !> Sections of the file, in its order.
   integer, parameter, public :: section_point_data = 1, section_cell_data = 2, &
@@ -26,14 +26,10 @@ module qsmpm_vtu
   integer, parameter :: most_arrays = 256
   character(len=1), parameter :: newline = new_line('a')
 
-  !> One array; exactly one of the four forms is allocated.
+  !> One array: its section, what its tag says of it, its bytes.
   type :: array_type
-    character(len=:), allocatable :: name
     integer :: section = 0
-    !> (components, n)
-    real(wp), allocatable :: reals(:, :)
-    integer, allocatable :: integers(:)
-    integer(long), allocatable :: longs(:)
+    character(len=:), allocatable :: words
     integer(int8), allocatable :: bytes(:)
   end type array_type
 
@@ -44,6 +40,11 @@ module qsmpm_vtu
     integer :: array_count = 0
     type(array_type) :: arrays(most_arrays)
   end type vtu_type
+
+  !> Add an array to a section (section_*): reals (components, n), the others (n).
+  interface add_array
+    module procedure :: add_reals, add_integers, add_longs, add_bytes
+  end interface add_array
 
 contains
 
@@ -60,197 +61,150 @@ contains
     vtu%cell_count = cell_count
   end subroutine start_vtu
 
-  !> Hand over an array of reals.
+  !> Add reals.
   subroutine add_reals(vtu, section, name, values)
-    !> The picture.
     type(vtu_type), intent(inout) :: vtu
-    !> One of the section_* values.
     integer, intent(in) :: section
-    !> Name of the field.
     character(len=*), intent(in) :: name
-    !> (components, n); gone afterwards.
-    real(wp), allocatable, intent(inout) :: values(:, :)
+    real(wp), contiguous, target, intent(in) :: values(:, :)
 
-    call add_array(vtu, section, name)
-    call move_alloc(values, vtu%arrays(vtu%array_count)%reals)
+    call add(vtu, section, name, 'Float64', size(values, 1), 8*size(values, kind=long), c_loc(values))
   end subroutine add_reals
 
-  !> Hand over an array of integers.
+  !> Add integers.
   subroutine add_integers(vtu, section, name, values)
-    !> The picture.
     type(vtu_type), intent(inout) :: vtu
-    !> One of the section_* values.
     integer, intent(in) :: section
-    !> Name of the field.
     character(len=*), intent(in) :: name
-    !> (n); gone afterwards.
-    integer, allocatable, intent(inout) :: values(:)
+    integer, contiguous, target, intent(in) :: values(:)
 
-    call add_array(vtu, section, name)
-    call move_alloc(values, vtu%arrays(vtu%array_count)%integers)
+    call add(vtu, section, name, 'Int32', 1, 4*size(values, kind=long), c_loc(values))
   end subroutine add_integers
 
-  !> Hand over an array of long integers.
+  !> Add long integers.
   subroutine add_longs(vtu, section, name, values)
-    !> The picture.
     type(vtu_type), intent(inout) :: vtu
-    !> One of the section_* values.
     integer, intent(in) :: section
-    !> Name of the field.
     character(len=*), intent(in) :: name
-    !> (n); gone afterwards.
-    integer(long), allocatable, intent(inout) :: values(:)
+    integer(long), contiguous, target, intent(in) :: values(:)
 
-    call add_array(vtu, section, name)
-    call move_alloc(values, vtu%arrays(vtu%array_count)%longs)
+    call add(vtu, section, name, 'Int64', 1, 8*size(values, kind=long), c_loc(values))
   end subroutine add_longs
 
-  !> Hand over an array of bytes.
+  !> Add bytes.
   subroutine add_bytes(vtu, section, name, values)
-    !> The picture.
     type(vtu_type), intent(inout) :: vtu
-    !> One of the section_* values.
     integer, intent(in) :: section
-    !> Name of the field.
     character(len=*), intent(in) :: name
-    !> (n); gone afterwards.
-    integer(int8), allocatable, intent(inout) :: values(:)
+    integer(int8), contiguous, target, intent(in) :: values(:)
 
-    call add_array(vtu, section, name)
-    call move_alloc(values, vtu%arrays(vtu%array_count)%bytes)
+    call add(vtu, section, name, 'UInt8', 1, 1*size(values, kind=long), c_loc(values))
   end subroutine add_bytes
 
-  !> Room for one more array.
-  subroutine add_array(vtu, section, name)
-    !> The picture.
+  !> Add the bytes of an array.
+  subroutine add(vtu, section, name, kind, components, count, address)
     type(vtu_type), intent(inout) :: vtu
-    !> One of the section_* values.
-    integer, intent(in) :: section
-    !> Name of the field.
-    character(len=*), intent(in) :: name
+    integer, intent(in) :: section, components
+    !> Of the array, and VTK's name of its type.
+    character(len=*), intent(in) :: name, kind
+    !> How many, and where they are, where there are any.
+    integer(long), intent(in) :: count
+    type(c_ptr), intent(in) :: address
+    integer(int8), pointer, contiguous :: bytes(:)
 
     vtu%array_count = vtu%array_count + 1
-    vtu%arrays(vtu%array_count)%section = section
-    vtu%arrays(vtu%array_count)%name = name
-  end subroutine add_array
+    associate (array => vtu%arrays(vtu%array_count))
+      array%section = section
+      array%words = 'type="'//kind//'" Name="'//name//'" NumberOfComponents="'//integer_text(components)//'"'// &
+        names_of(components)
+      allocate (array%bytes(count))
+      if (count == 0) return
+      call c_f_pointer(address, bytes, [count])
+      array%bytes(:) = bytes
+    end associate
+  end subroutine add
 
-  !> Write the picture.
-  subroutine write_vtu(vtu, path, error)
-    !> The picture.
+  !> Write the picture: what tells of all pieces, then their bytes. A process without a cell has no piece in that of a
+  !> team.
+  subroutine write_vtu(vtu, path, team, error)
+    !> The picture, or the piece of this process.
     type(vtu_type), intent(in) :: vtu
     !> Name of the file.
     character(len=*), intent(in) :: path
-    !> Set when the file is not whole under its name.
+    !> Who has a piece.
+    type(team_type), intent(in) :: team
+    !> The same on all processes: the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
-    type(file_type) :: file
-    integer :: section, i
+    type(shared_file_type) :: shared
+    character(len=:), allocatable :: head, piece, middle, tail
+    integer(long) :: length, lengths(team%ranks), places(5)
+    integer :: section, i, arrays
 
-    call create_file(file, path)
-    call put_text(file, head(vtu))
+    arrays = vtu%array_count
+    if (vtu%cell_count == 0 .and. team%ranks > 1) arrays = 0
+    length = 0
+    do i = 1, arrays
+      length = length + 8 + size(vtu%arrays(i)%bytes, kind=long)
+    end do
+    lengths = of_ranks(team, length)
+    head = of_first('<?xml version="1.0"?>'//newline//'<VTKFile type="UnstructuredGrid" version="1.0" byte_order="'// &
+      byte_order()//'" header_type="UInt64">'//newline//'  <UnstructuredGrid>'//newline)
+    piece = piece_text(vtu, arrays, sum(lengths(:team%rank)))
+    middle = of_first('  </UnstructuredGrid>'//newline//'  <AppendedData encoding="raw">'//newline//'   _')
+    tail = of_first(newline//'  </AppendedData>'//newline//'</VTKFile>'//newline)
+    call begin_shared(shared, team, path, sealed=.false.)
+    call claim(shared, [len(head, kind=long), len(piece, kind=long), len(middle, kind=long), length, &
+      len(tail, kind=long)], places)
+    call put_at(shared, places(1), transfer(head, [0_int8]))
+    call put_at(shared, places(2), transfer(piece, [0_int8]))
+    call put_at(shared, places(3), transfer(middle, [0_int8]))
+    call move_to(shared%file, places(4))
     do section = 1, size(section_name)
-      do i = 1, vtu%array_count
-        if (vtu%arrays(i)%section == section) call put_array(file, vtu%arrays(i))
+      do i = 1, arrays
+        if (vtu%arrays(i)%section == section) call put_array(shared, vtu%arrays(i)%bytes)
       end do
     end do
-    call put_text(file, newline//'  </AppendedData>'//newline//'</VTKFile>'//newline)
-    call commit_file(file, error)
+    call put_at(shared, places(5), transfer(tail, [0_int8]))
+    call commit_shared(shared, error)
+
+  contains
+
+    !> A text that the first process writes.
+    pure function of_first(text) result(own)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: own
+
+      own = text(:merge(len(text), 0, team%rank == 0))
+    end function of_first
   end subroutine write_vtu
 
-  !> The XML before the raw bytes.
-  function head(vtu) result(text)
-    !> The picture.
+  !> The XML of a piece; nothing where it has no arrays.
+  pure function piece_text(vtu, arrays, before) result(text)
     type(vtu_type), intent(in) :: vtu
+    integer, intent(in) :: arrays
+    !> Bytes of the pieces before.
+    integer(long), intent(in) :: before
     character(len=:), allocatable :: text
     integer(long) :: offset
     integer :: section, i
 
-    text = '<?xml version="1.0"?>'//newline// &
-      '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="'//byte_order()// &
-      '" header_type="UInt64">'//newline//'  <UnstructuredGrid>'//newline// &
-      '    <Piece NumberOfPoints="'//integer_text(vtu%point_count)// &
+    text = ''
+    if (arrays == 0) return
+    text = '    <Piece NumberOfPoints="'//integer_text(vtu%point_count)// &
       '" NumberOfCells="'//integer_text(vtu%cell_count)//'">'//newline
-    offset = 0
+    offset = before
     do section = 1, size(section_name)
       text = text//'      <'//trim(section_name(section))//'>'//newline
-      do i = 1, vtu%array_count
+      do i = 1, arrays
         if (vtu%arrays(i)%section /= section) cycle
-        text = text//array_tag(vtu%arrays(i), offset)//newline
-        offset = offset + 8 + byte_count(vtu%arrays(i))
+        text = text//'        <DataArray '//vtu%arrays(i)%words//' format="appended" offset="'//integer_text(offset)// &
+          '"/>'//newline
+        offset = offset + 8 + size(vtu%arrays(i)%bytes, kind=long)
       end do
       text = text//'      </'//trim(section_name(section))//'>'//newline
     end do
-    text = text//'    </Piece>'//newline//'  </UnstructuredGrid>'//newline// &
-      '  <AppendedData encoding="raw">'//newline//'   _'
-  end function head
-
-  !> What a picture in pieces says of their arrays: those of one of the pieces.
-  function pieces_head(vtu) result(text)
-    type(vtu_type), intent(in) :: vtu
-    character(len=:), allocatable :: text
-    integer :: section, i
-
-    text = '<?xml version="1.0"?>'//newline//'<VTKFile type="PUnstructuredGrid" version="1.0" byte_order="'// &
-      byte_order()//'" header_type="UInt64">'//newline//'  <PUnstructuredGrid GhostLevel="0">'//newline
-    do section = section_point_data, section_points
-      text = text//'    <P'//trim(section_name(section))//'>'//newline
-      do i = 1, vtu%array_count
-        if (vtu%arrays(i)%section /= section) cycle
-        text = text//'      <PDataArray '//array_words(vtu%arrays(i))//'/>'//newline
-      end do
-      text = text//'    </P'//trim(section_name(section))//'>'//newline
-    end do
-  end function pieces_head
-
-  !> Write the list of the pieces of a picture.
-  subroutine write_pieces(path, head, pieces, error)
-    character(len=*), intent(in) :: path
-    !> What they have (`pieces_head`).
-    character(len=*), intent(in) :: head
-    !> Their files, relative to this one.
-    type(string_type), intent(in) :: pieces(:)
-    !> Set when the file is not whole under its name.
-    type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: text
-    integer :: i
-
-    text = head
-    do i = 1, size(pieces)
-      text = text//'    <Piece Source="'//pieces(i)%text//'"/>'//newline
-    end do
-    call write_text(path, text//'  </PUnstructuredGrid>'//newline//'</VTKFile>'//newline, error)
-  end subroutine write_pieces
-
-  !> The tag that describes an array.
-  pure function array_tag(array, offset) result(tag)
-    type(array_type), intent(in) :: array
-    !> Its place behind the underscore, in bytes.
-    integer(long), intent(in) :: offset
-    character(len=:), allocatable :: tag
-
-    tag = '        <DataArray '//array_words(array)//' format="appended" offset="'//integer_text(offset)//'"/>'
-  end function array_tag
-
-  !> Type, name and components of an array.
-  pure function array_words(array) result(words)
-    type(array_type), intent(in) :: array
-    character(len=:), allocatable :: words
-    character(len=:), allocatable :: kind
-    integer :: components
-
-    components = 1
-    if (allocated(array%reals)) then
-      kind = 'Float64'
-      components = size(array%reals, 1)
-    else if (allocated(array%integers)) then
-      kind = 'Int32'
-    else if (allocated(array%longs)) then
-      kind = 'Int64'
-    else
-      kind = 'UInt8'
-    end if
-    words = 'type="'//kind//'" Name="'//array%name//'" NumberOfComponents="'//integer_text(components)//'"'// &
-      names_of(components)
-  end function array_words
+    text = text//'    </Piece>'//newline
+  end function piece_text
 
   !> Names of the components of a tensor: VTK's own order of the last two is another one.
   pure function names_of(components) result(text)
@@ -266,39 +220,15 @@ contains
     end do
   end function names_of
 
-  !> Bytes of an array without its length.
-  pure integer(long) function byte_count(array)
-    type(array_type), intent(in) :: array
-
-    if (allocated(array%reals)) then
-      byte_count = 8_long*size(array%reals, kind=long)
-    else if (allocated(array%integers)) then
-      byte_count = 4_long*size(array%integers, kind=long)
-    else if (allocated(array%longs)) then
-      byte_count = 8_long*size(array%longs, kind=long)
-    else
-      byte_count = size(array%bytes, kind=long)
-    end if
-  end function byte_count
-
   !> Write the length and the bytes of an array.
-  subroutine put_array(file, array)
-    type(file_type), intent(inout) :: file
-    type(array_type), intent(in), target :: array
+  subroutine put_array(shared, bytes)
+    type(shared_file_type), intent(inout) :: shared
+    integer(int8), contiguous, target, intent(in) :: bytes(:)
     integer(long), target :: length
 
-    length = byte_count(array)
-    call put_bytes(file, c_loc(length), 8_long)
-    if (length == 0) return
-    if (allocated(array%reals)) then
-      call put_bytes(file, c_loc(array%reals), length)
-    else if (allocated(array%integers)) then
-      call put_bytes(file, c_loc(array%integers), length)
-    else if (allocated(array%longs)) then
-      call put_bytes(file, c_loc(array%longs), length)
-    else
-      call put_bytes(file, c_loc(array%bytes), length)
-    end if
+    length = size(bytes, kind=long)
+    call put_bytes(shared%file, c_loc(length), 8_long)
+    if (length > 0) call put_bytes(shared%file, c_loc(bytes), length)
   end subroutine put_array
 
   !> How this machine orders the bytes of a number.

@@ -43,7 +43,7 @@ contains
     call find_part(path, step, part, error)
     if (.not. allocated(error)) call check_dimension(path, dimension, error)
     if (allocated(error)) return
-    call open_reader(reader, part, sealed=.false.)
+    call open_reader(reader, part)
     call get_array(reader, '/step/points/position', positions)
     call get_array(reader, '/step/points/stress', stresses)
     call close_as_deck(reader, error)
@@ -69,7 +69,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(reader_type) :: reader
 
-    call open_reader(reader, part, sealed=.false.)
+    call open_reader(reader, part)
     call get_array(reader, '/step/points/'//name, values)
     call get_array(reader, '/step/points/material', material)
     call close_as_deck(reader, error)
@@ -94,7 +94,7 @@ contains
     integer :: found
 
     found = dimension
-    call open_reader(reader, folder_of(path)//'mesh.h5', sealed=.false.)
+    call open_reader(reader, folder_of(path)//'mesh.h5')
     call get_attribute(reader, '/mesh', 'dimension', found)
     call close_as_deck(reader, error)
     if (allocated(error) .or. found == dimension) return
@@ -115,7 +115,7 @@ contains
     character(len=:), allocatable :: found
     integer :: i, number, status
 
-    call open_reader(reader, path, sealed=.false.)
+    call open_reader(reader, path)
     call list_group(reader, '/steps', names)
     call close_as_deck(reader, error)
     if (allocated(error)) return

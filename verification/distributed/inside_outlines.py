@@ -7,8 +7,8 @@ import re
 
 import h5py
 import numpy as np
+from joint_files import expect_same_results
 from many_ranks import CARRIED, agrees, plane
-from parts import expect_same_results
 from restarts import ends_at, goes_on, often
 from shared_scenes import LOADED, SAME
 from support import TOP, Check, Place, Run, distance, expect, expect_same_bytes, pit_on_squares

@@ -185,9 +185,9 @@ def ten_repeats(place: Place) -> None:
 
 
 def end_one(place: Place, deck: str, ranks: int, rows: int, by: signal.Signals, restart: bool = False, victim: int = -1,
-            after: float = 0.0) -> Run:  # fmt: skip
-    """Run a deck into the folder `long`, send a signal to one of its processes, the last one, when the curves have some rows, or
-    some seconds later; all end in time."""
+            after: float = 0.0, begun: str = "") -> Run:  # fmt: skip
+    """Run a deck into the folder `long`, send a signal to one of its processes, the last one, when the curves have some rows and a
+    file of some name is there, or some seconds later; all end in time."""
     path, folder = place.work / "long.inp", place.work / "long"
     path.write_text(deck)
     words = ["mpirun", "-n", str(ranks), str(place.build / "qsmpm-mpi"), "run", str(path), "--out", str(folder), "--quiet"]
@@ -199,6 +199,8 @@ def end_one(place: Place, deck: str, ranks: int, rows: int, by: signal.Signals, 
             time.sleep(0.02)
         found = subprocess.run(["pgrep", "-P", str(job.pid), "qsmpm-mpi"], capture_output=True, text=True, check=True)
         processes = sorted(int(p) for p in found.stdout.split())
+        while begun and not (folder / begun).exists():
+            expect(job.poll() is None, f"the run has ended with {job.returncode}")
         time.sleep(after)
         os.kill(processes[victim], by)
         told = time.monotonic()

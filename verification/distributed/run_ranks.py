@@ -16,19 +16,19 @@ import tempfile
 
 import faults
 import inside_outlines
+import joint_files
 import many_ranks
 import migration
 import more_scenes
 import named_scenes
 import one_rank
-import parts
 import phase_begins
 import restarts
 import shared_meshes
 import shared_scenes
 from support import TOP, Check, Place
 
-MODULES = [one_rank, many_ranks, migration, shared_scenes, more_scenes, shared_meshes, named_scenes, phase_begins, faults, parts,
+MODULES = [one_rank, many_ranks, migration, shared_scenes, more_scenes, shared_meshes, named_scenes, phase_begins, faults, joint_files,
            restarts, inside_outlines]
 CHECKS = [check for module in MODULES for check in module.CHECKS]
 LONG_CHECKS = [check for module in MODULES for check in module.LONG_CHECKS]

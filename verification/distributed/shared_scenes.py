@@ -5,8 +5,8 @@ from __future__ import annotations
 import shutil
 import signal
 
+from joint_files import expect_same_points
 from many_ranks import CARRIED, STANDARD, WEIGHT, agrees, end_one, plane
-from parts import expect_same_points
 from support import TOP, Check, Place, Run, distance, expect, expect_same_bytes, pit_on_squares, upset_exactly
 
 from qsmpm_verify.results import read_mechanism  # noqa: E402  (support.py has set the path)
@@ -118,7 +118,7 @@ def finds_bracket(place: Place, deck: str, ranks: int) -> None:
     # A try that is lost ends in no equilibrium: the rounding of sums grows with each of its sub-steps, 3.5e-2 seen.
     expect_same_points(one.fields, other.fields, "mechanism", near=LOST)
     pictures = sorted(p.name for p in shared.folder.glob("mechanism*"))
-    expect(pictures == ["mechanism_mesh_000002.pvtu", "mechanism_points_000002.pvtu"], f"{pictures}")
+    expect(pictures == ["mechanism_mesh_000002.vtu", "mechanism_points_000002.vtu"], f"{pictures}")
 
 
 def pit(steps: int) -> str:

@@ -51,7 +51,7 @@ program run_unit_tests
   use test_plan_items, only: collect_plan_items
   use test_plan_probe, only: collect_plan_probe
   use test_scene, only: collect_scene
-  use test_restart_parts, only: collect_restart_parts
+  use test_restart_rows, only: collect_restart_rows
   use test_revolved_profile, only: collect_revolved_profile
   use test_scene_results, only: collect_scene_results
   use test_simulation, only: collect_simulation
@@ -200,7 +200,7 @@ program run_unit_tests
   call register('plan_items', collect_plan_items)
   call register('plan_probe', collect_plan_probe)
   call register('scene', collect_scene)
-  call register('restart_parts', collect_restart_parts)
+  call register('restart_rows', collect_restart_rows)
   call register('revolved_profile', collect_revolved_profile)
   call register('scene_results', collect_scene_results)
   call register('simulation', collect_simulation)

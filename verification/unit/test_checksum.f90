@@ -1,7 +1,8 @@
 !> Tests of the checksum and of the last line of files that are read back.
 module test_checksum
   use, intrinsic :: iso_fortran_env, only: int8, int32
-  use qsmpm_checksum, only: crc32, crc32_text
+  use qsmpm_checksum, only: crc32, crc32_text, followed_by
+  use qsmpm_kinds, only: long
   use testing, only: tests_type
   implicit none
   private
@@ -23,6 +24,8 @@ contains
     call tests%check('the digits 1 to 9 give CBF43926', crc32_text(crc32(bytes)) == 'CBF43926')
     call tests%check('no bytes give 0', crc32(bytes(:0)) == 0_int32)
     call tests%check('pieces give the sum of the whole', crc32(bytes(5:), crc32(bytes(:4))) == crc32(bytes))
+    call tests%check('in any order too', ieor(followed_by(crc32(bytes(:4)), 5_long), crc32(bytes(5:))) == crc32(bytes))
+    call tests%check('what nothing follows stays', followed_by(crc32(bytes), 0_long) == crc32(bytes))
     seen = .true.
     do i = 1, 9
       do bit = 0, 7

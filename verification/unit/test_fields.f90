@@ -19,7 +19,8 @@ module test_fields
   use qsmpm_points, only: copy_points, start_strains, start_water
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_restart, only: read_restart, write_restart
-  use qsmpm_results, only: write_step_results, results_folder
+  use qsmpm_number_text, only: numbered
+  use qsmpm_results, only: write_state, results_folder
   use qsmpm_stress_error, only: stress_error_type
   use scene_samples, only: reduced, twin_deck
   use scratch_folder, only: make_folder, remove_folder
@@ -179,7 +180,7 @@ contains
     allocate (estimate%at_point(model%state%points%count), estimate%scale(model%state%points%count), source=0.5_wp)
     folder = directory//'/'//results_folder
     call make_results(folder, error)
-    if (.not. allocated(error)) call write_step_results(directory, model, estimate, error)
+    if (.not. allocated(error)) call write_state(directory, numbered(model%state%progress%step), model, estimate, error)
     if (.not. allocated(error)) call write_points_picture(directory, 'points', model, estimate, error)
     if (.not. allocated(error)) call read_text(folder//'/000000.h5', results, error)
     if (.not. allocated(error)) call read_text(directory//'/points.vtu', picture, error)

@@ -18,7 +18,8 @@ module test_initial_stresses
   use qsmpm_phase_report, only: start_text
   use qsmpm_posix, only: make_directory
   use qsmpm_reduction, only: reduce_column
-  use qsmpm_results, only: write_mesh_results, write_step_results, write_results_index
+  use qsmpm_number_text, only: numbered
+  use qsmpm_results, only: write_mesh_results, write_state, write_results_index
   use qsmpm_stress_error, only: stress_error_type
   use qsmpm_stress_at_rest, only: horizontal_at_rest, passive_ratio
   use deck_samples, only: joined
@@ -232,7 +233,7 @@ contains
     model%state%progress%step = 4
     made = make_directory(directory//'/results')
     call write_mesh_results(directory, model, error)
-    if (.not. allocated(error)) call write_step_results(directory, model, estimate, error)
+    if (.not. allocated(error)) call write_state(directory, numbered(model%state%progress%step), model, estimate, error)
     if (.not. allocated(error)) call write_results_index(directory, [4], error)
     if (allocated(error)) error stop 'the results of the test cannot be written'
   end subroutine write_run

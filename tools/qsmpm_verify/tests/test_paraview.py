@@ -34,9 +34,7 @@ class ForParaView(unittest.TestCase):
         self.folder = Path(temporary.name)
         write_state(self.folder, (0, 5))
         write_surroundings(self.folder)
-        # The second picture is one of several processes.
-        lines = "".join(f'<DataSet timestep="{t}" group="" part="0" file="points_{s:06d}.{end}"/>\n'
-                        for t, s, end in ((0, 0, "vtu"), (0.5, 5, "pvtu")))  # fmt: skip
+        lines = "".join(f'<DataSet timestep="{t}" group="" part="0" file="points_{s:06d}.vtu"/>\n' for t, s in ((0, 0), (0.5, 5)))
         (self.folder / "points.pvd").write_text(f"<Collection>\n{lines}</Collection>\n")
 
     def call(self, *words: str) -> tuple[int, str]:

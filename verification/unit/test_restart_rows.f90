@@ -1,6 +1,6 @@
-!> Tests of restart files in parts without message passing: a model shared by a team of one is written as its only part
-!> and read back, whole and by the team, bit for bit; parts that are missing, damaged or of another state are refused.
-module test_restart_parts
+!> Tests of restart files in rows of several processes without message passing: a model shared by a team of one is written
+!> as its rows and read back, whole and by the team, bit for bit; what cannot be of the analysis is refused.
+module test_restart_rows
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use qsmpm_analysis, only: analysis_type
   use qsmpm_cell_numbers, only: number_all, whole_cells, whole_of
@@ -21,7 +21,7 @@ module test_restart_parts
   use qsmpm_point_selection, only: select_points, select_surface_points
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_restart_division, only: read_divided
-  use qsmpm_restart_parts, only: check_parts, put_own_state, put_shared_state, save_restart_parts
+  use qsmpm_restart_rows, only: put_own
   use qsmpm_team, only: team_type
   use deck_samples, only: joined
   use scratch_folder, only: make_folder, remove_folder
@@ -30,22 +30,21 @@ module test_restart_parts
   implicit none
   private
 
-  public :: collect_restart_parts
+  public :: collect_restart_rows
 
   integer, parameter :: mark(2) = [5, -3]
-  !> Number that says that a file is in parts (qsmpm_restart).
-  integer, parameter :: layout = 19
+  !> Layout of the file (qsmpm_restart).
+  integer, parameter :: layout = 20
 
 contains
 
   !> All tests of the suite.
-  subroutine collect_restart_parts(tests)
+  subroutine collect_restart_rows(tests)
     type(tests_type), intent(inout) :: tests
     character(len=:), allocatable :: directory
 
-    call tests%start('restart_parts')
+    call tests%start('restart_rows')
     call make_folder(directory)
-    call execute_command_line('mkdir '//directory//'/parts')
     call check_whole(tests, directory//'/restart.h5')
     call check_team(tests, directory//'/restart.h5')
     call check_cells(tests, directory//'/restart.h5')
@@ -53,7 +52,7 @@ contains
     call check_refusals(tests, directory)
     call check_rows(tests, directory//'/rows.h5')
     call remove_folder(directory)
-  end subroutine collect_restart_parts
+  end subroutine collect_restart_rows
 
   !> A block beside a pit that is taken out, under a lift that waits; the second phase has begun. The soil has a state
   !> variable, its softening.
@@ -100,9 +99,9 @@ contains
     call start_phase(model)
   end subroutine build
 
-  !> Write the state of a model shared by a team of one, altered from what it began with, in parts. Alone nothing marks
-  !> what is own: all is.
-  subroutine write_parts(path, written, error, grid, wrong, set)
+  !> Write the state of a model shared by a team of one, altered from what it began with, as rows of several processes. Alone nothing
+  !> marks what is own: all is.
+  subroutine write_rows(path, written, error, grid, wrong, set)
     character(len=*), intent(in) :: path
     !> The state, of the whole model.
     class(state_type), allocatable, intent(out) :: written
@@ -111,7 +110,7 @@ contains
     character(len=*), intent(in), optional :: grid, set
     integer, intent(in), optional :: wrong
     class(model_type), allocatable :: model
-    type(image_type) :: index, part
+    type(image_type) :: image
     logical :: short
 
     allocate (model)
@@ -138,20 +137,18 @@ contains
       part%nodes = spread(.true., 1, model%space%node_count)
     end associate
     if (present(set)) call misplace(model, set, wrong)
-    ! Parts hold points in any order.
+    ! Rows stand in any order.
     call turn_round(model%state%points)
     call turn_round(model%state%inactive%unloading)
     call turn_surface_round(model%state%surface)
     call turn_surface_round(model%state%inactive%unloading_surface)
-    call create_image(index)
-    call put_attribute(index, '/', 'layout', layout)
-    call put_attribute(index, '/', 'fingerprint_1', mark(1))
-    call put_attribute(index, '/', 'fingerprint_2', mark(2))
-    call put_shared_state(index, model)
-    call create_image(part, 'qsmpm.part')
-    call put_own_state(part, model)
-    call save_restart_parts(team_type(), part, path, index, error)
-  end subroutine write_parts
+    call create_image(image)
+    call put_attribute(image, '/', 'layout', layout)
+    call put_attribute(image, '/', 'fingerprint_1', mark(1))
+    call put_attribute(image, '/', 'fingerprint_2', mark(2))
+    call put_own(image, model)
+    call save_image(image, path, .true., error)
+  end subroutine write_rows
 
   !> Number of the array that terms keep of nodes.
   pure integer function of_nodes(state) result(i)
@@ -222,7 +219,7 @@ contains
     allocate (written, source=[11, 12, 13, 14, 15])
     call create_image(image)
     call put_array(image, 'numbers', written)
-    call save_image(image, path, error, sealed=.true.)
+    call save_image(image, path, .true., error)
     call tests%check('a dataset is written', .not. allocated(error))
     call open_reader(reader, path)
     call get_rows(reader, 'numbers', [2, 4], 5, rows)
@@ -235,7 +232,7 @@ contains
     if (allocated(error)) call tests%check('which is said', index(error%message, 'another size') > 0)
   end subroutine check_rows
 
-  !> One process joins the parts.
+  !> One process joins the rows.
   subroutine check_whole(tests, path)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: path
@@ -247,12 +244,12 @@ contains
     allocate (fresh)
     call build(fresh)
     call spoil(fresh)
-    call write_parts(path, written, error)
+    call write_rows(path, written, error)
     if (.not. allocated(error)) call read_restart(path, fresh, mark, error)
-    call tests%check('a file in parts is written and read', .not. allocated(error))
+    call tests%check('a file in rows is written and read', .not. allocated(error))
     call tests%close('its strength is that of the file', fresh%strength%factor, written%progress%strength_factor, 0.0_wp)
     names = state_differences(written, fresh%state)
-    call tests%check('a state read from parts is the one written: '//names, len(names) == 0)
+    call tests%check('a state read from rows is the one written: '//names, len(names) == 0)
   end subroutine check_whole
 
   !> Nodal values of a model that has gone on: nothing of it is left behind a file that is read.
@@ -264,7 +261,7 @@ contains
     model%state%kept%list(of_nodes(model%state))%values = 9.0_wp
   end subroutine spoil
 
-  !> A team shares the parts.
+  !> A team shares the rows.
   subroutine check_team(tests, path)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: path
@@ -285,15 +282,14 @@ contains
     fresh%state%inactive%unloading%cell = -7
     fresh%state%inactive%surface%cell = -7
     fresh%state%inactive%unloading_surface%cell = -7
-    call write_parts(path, written, error)
+    call write_rows(path, written, error)
     call open_reader(reader, path)
-    call check_parts(team_type(), reader)
     call get_array(reader, '/mesh/node_labels', labels)
     call tests%check('all nodes of which something is known are in the file', size(labels) == size(written%reactions, 2) - 1)
     if (.not. allocated(error)) call read_divided(reader, '', .true., team_type(), written%points%count + &
       written%inactive%points%count + written%inactive%unloading%count, fresh, error)
     call close_reader(reader, failure)
-    call tests%check('a team shares a file in parts', .not. (allocated(error) .or. allocated(failure)))
+    call tests%check('a team shares a file in rows', .not. (allocated(error) .or. allocated(failure)))
     call tests%check('what waits is put aside', same_reals([fresh%part%waiting%position, &
       fresh%part%waiting_surface%position], [written%inactive%points%position, written%inactive%surface%position]))
     fresh%state%inactive%points = fresh%part%waiting
@@ -436,7 +432,7 @@ contains
     end do
   end subroutine check_alone
 
-  !> Cells are numbered as in the whole grid while the file is one of parts, and as in the window of a model again; what is
+  !> Cells are numbered as in the whole grid while the file has rows of several processes, and as in the window of a model again; what is
   !> in no cell of the grid is refused.
   subroutine check_cells(tests, path)
     type(tests_type), intent(inout) :: tests
@@ -450,7 +446,7 @@ contains
     allocate (model, fresh)
     call build(model, wide)
     call build(fresh, wide)
-    call write_parts(path, written, error, wide)
+    call write_rows(path, written, error, wide)
     if (.not. allocated(error)) call read_restart(path, fresh, mark, error)
     call tests%check('a part of a wide grid is written and read', .not. allocated(error))
     call tests%check('with values of its nodes', size(fresh%state%reactions, 2) == fresh%space%node_count .and. &
@@ -509,7 +505,7 @@ contains
     type(reader_type) :: reader
 
     allocate (fresh)
-    call write_parts(path, written, error, grid, cell, set)
+    call write_rows(path, written, error, grid, cell, set)
     call open_reader(reader, path)
     call build(fresh, grid)
     call read_divided(reader, '', .true., team_type(), written%points%count + written%inactive%points%count + &
@@ -520,56 +516,29 @@ contains
     call tests%close('and its strength is not put in force', fresh%strength%factor, 1.0_wp, 0.0_wp)
   end subroutine check_misfit
 
-  !> A part must be whole, of this file and there.
+  !> No room for a file is told, and the former one stays; the model stays as it is after one that is damaged.
   subroutine check_refusals(tests, directory)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: directory
-    class(state_type), allocatable :: written
+    class(state_type), allocatable :: written, before
+    class(model_type), allocatable :: fresh
     type(error_type), allocatable :: error
-    class(model_type), allocatable :: model
-    character(len=*), parameter :: all = 'parts/restart_*.h5', name = '$(cat name)'
     integer :: code
 
-    call write_parts(directory//'/restart.h5', written, error)
-    call execute_command_line('cd '//directory//' && ls '//all//' >name', exitstat=code)
-    call tests%check('there is one part', code == 0)
-    call execute_command_line('cd '//directory//' && cp name name1')
-    call write_parts(directory//'/restart.h5', written, error, set='stress', wrong=0)
-    call execute_command_line('cd '//directory//' && ls '//all//' >name && ! cmp -s name name1', exitstat=code)
-    call tests%check('parts of another state have other names', code == 0)
-    call refused(tests, directory, 'printf x >>'//name, 'damaged')
-    ! Whole by its own seal.
-    allocate (model)
-    call build(model)
-    call write_restart(directory//'/one.h5', model, mark, error)
-    call execute_command_line('ls '//directory//'/'//all//' 2>/dev/null', exitstat=code)
-    call tests%check('a file in one piece takes the place of parts', code /= 0)
-    call refused(tests, directory, 'cp one.h5 '//name, 'of another state')
-    call refused(tests, directory, 'rm '//name, 'missing')
-    call execute_command_line('cd '//directory//' && rmdir parts && cp one.h5 restart.h5', exitstat=code)
-    call write_parts(directory//'/restart.h5', written, error)
-    call tests%check('parts that find no room are told', code == 0 .and. allocated(error))
+    call write_rows(directory//'/restart.h5', written, error)
+    call execute_command_line('cd '//directory//' && cp restart.h5 one.h5 && ln -s /dev/full restart.h5.tmp', exitstat=code)
+    call write_rows(directory//'/restart.h5', written, error, set='stress', wrong=0)
+    call tests%check('a file that finds no room is told', code == 0 .and. allocated(error))
     call execute_command_line('cd '//directory//' && cmp -s one.h5 restart.h5', exitstat=code)
     call tests%check('and the former file stays', code == 0)
-  end subroutine check_refusals
-
-  !> A file is refused after something has been done to its part, and the model stays as it is.
-  subroutine refused(tests, directory, deed, word)
-    type(tests_type), intent(inout) :: tests
-    character(len=*), intent(in) :: directory, deed, word
-    class(model_type), allocatable :: fresh
-    class(state_type), allocatable :: before
-    type(error_type), allocatable :: error
-    logical :: named
-
+    call execute_command_line('cd '//directory//' && printf x | dd of=restart.h5 bs=1 seek=9000 conv=notrunc 2>dd', &
+      exitstat=code)
     allocate (fresh)
     call build(fresh)
     allocate (before, source=fresh%state)
-    call execute_command_line('cd '//directory//' && '//deed)
     call read_restart(directory//'/restart.h5', fresh, mark, error)
-    named = .false.
-    if (allocated(error)) named = index(error%message, 'its part') > 0
-    call tests%check('a part that is '//word//' is refused by name', named)
+    call tests%check('a file with a byte that was not written is refused', code == 0 .and. allocated(error))
+    if (allocated(error)) call tests%check('in words: '//error%message, index(error%message, 'damaged') > 0)
     call tests%check('and the model stays as it is', len(state_differences(before, fresh%state)) == 0)
-  end subroutine refused
-end module test_restart_parts
+  end subroutine check_refusals
+end module test_restart_rows
