@@ -58,8 +58,10 @@ contains
         sentence = 'residual cohesion and friction angle are both zero: no strength would be left'
       else if (.not. s%strain > 0.0_wp) then
         sentence = 'the plastic shear strain of the residual strength must be positive'
-      else if (s%regularisation /= regularise_none .and. .not. s%length > 0.0_wp) then
-        sentence = 'softening by cells or by a nonlocal strain needs the LENGTH in which its strain was measured'
+      else if (s%regularisation == regularise_cell .and. .not. s%length > 0.0_wp) then
+        sentence = 'softening by cells needs the LENGTH in which its strain was measured'
+      else if (s%regularisation == regularise_nonlocal .and. .not. s%length > 0.0_wp) then
+        sentence = 'softening by a nonlocal strain needs the LENGTH in which its strain was measured'
       else if (s%regularisation == regularise_nonlocal .and. .not. s%over > 1.0_wp) then
         sentence = 'OVER must be above 1: strain localises in one cell at 1'
       end if
