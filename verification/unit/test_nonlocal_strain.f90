@@ -11,6 +11,7 @@ module test_nonlocal_strain
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_nonlocal_field, only: nonlocal_field, gather_field
   use qsmpm_phase_start, only: start_phase
+  use qsmpm_sharing_limits, only: refuse_sharing
   use qsmpm_softening_parameters, only: softening_parameters_type, softening_exponential, softening_linear, &
     regularise_nonlocal
   use qsmpm_sparse_matrix, only: sparse_matrix_type
@@ -60,6 +61,7 @@ contains
     call check_constant(tests, 'splines', plane_splines)
     call check_constant(tests, 'rings', rings)
     call check_wide_cells(tests)
+    call check_sharing(tests)
     call check_kept(tests)
   end subroutine collect_nonlocal_strain
 
@@ -308,6 +310,18 @@ contains
     call tests%check('and soften by their size', .not. allocated(error) .and. &
       maxval(run%model%state%points%state(run%model%laws(1)%law%state_count - 1, :)) > 1.0e-3_wp)
   end subroutine check_wide_cells
+
+  !> Two processes refuse it by name.
+  subroutine check_sharing(tests)
+    type(tests_type), intent(inout) :: tests
+    class(simulation_type), allocatable :: run
+    type(error_type), allocatable :: error
+
+    call begin(plane_splines, run)
+    call refuse_sharing(run%model, 2, error)
+    call tests%check('several processes refuse it', allocated(error))
+    if (allocated(error)) call tests%check('by its name', index(error%message, 'REGULARISATION=NONLOCAL') > 0)
+  end subroutine check_sharing
 
   !> A run that goes on from a checkpoint or a restart file is the whole run, bit for bit, and the points have the field
   !> of the last step.
