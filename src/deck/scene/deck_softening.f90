@@ -4,6 +4,7 @@ module qsmpm_deck_softening
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_keyword_table, only: table_type, in_material, once
+  use qsmpm_phase_description, only: newton_modified
   use qsmpm_phase_loads, only: has_consolidation
   use qsmpm_softening_parameters, only: regularise_nonlocal, softening_error
   use qsmpm_undrained_parameters, only: undrained_c
@@ -84,6 +85,8 @@ contains
     associate (undrained => state%analysis%materials(m)%undrained)
       if (has_consolidation(state%analysis%phases)) then
         sentence = 'REGULARISATION=NONLOCAL is not for a deck with *CONSOLIDATION; take REGULARISATION=CELL'
+      else if (any(state%analysis%phases%controls%newton == newton_modified)) then
+        sentence = 'REGULARISATION=NONLOCAL wants the tangent of stress and field; take NEWTON=FULL in all phases'
       else if (undrained%given .and. undrained%kind /= undrained_c) then
         sentence = 'REGULARISATION=NONLOCAL is not for effective stresses of *UNDRAINED soil; take TYPE=C of that '// &
           'card, or REGULARISATION=CELL'
