@@ -10,10 +10,11 @@
 !> the tangent under its weight, which is the matrix of the lines of yielding bodies.
 program bench_solvers
   use, intrinsic :: iso_fortran_env, only: output_unit
+  use model_matrices, only: residual_norm
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_method_description, only: solver_band, solver_cholmod, solver_umfpack, solver_mumps, solver_krylov
-  use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count, residual_norm
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_krylov, only: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres
   use qsmpm_solver_choice, only: make_solver, solver_single

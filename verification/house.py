@@ -194,6 +194,25 @@ def stale_figures() -> list[str]:
                 found.append(f"{page.relative_to(TOP)}: {figure} of {to}")
     return found
 
+def unused_arguments(text: str) -> list[str]:
+    """Arguments that a procedure does not use, unless it is bound to a type, called from C, of an interface or handed on: the compiler
+    cannot tell these from a mistake and is not asked."""
+    code = re.sub(r"&\s*\n\s*&?", "", re.sub(r"!.*", "", re.sub(r"'[^'\n]*'|\"[^\"\n]*\"", "''", text)))
+    code = re.sub(r"^\s*(abstract )?interface\b.*?^\s*end interface", "", code, flags=re.M | re.S)
+    found = []
+    for kind, name, names, body in re.findall(
+            r"^(?!\s*end\b|\s*module (?:pure |subroutine|function|integer|real|logical|type))[\w()=,*: ]*?\b(subroutine|function) (\w+)\(([^()]*)\)"
+            r"((?:[^\n]*\n)*?)\s*end \1 \2\b", code, re.M):
+        free = re.sub(rf"\b(call|subroutine|function)\s+{name}\b|\b{name}\s*\(|\bpublic\b[^\n]*", "", code)
+        if re.search(rf"\b{name}\b(?!\s*=[^>=])", free.replace(f"end {kind} {name}", "")) or "bind(c" in body.split("\n")[0]:
+            continue
+        for argument in filter(None, re.split(r"[\s,]+", names)):
+            # Once in its declaration; one that is only cleared is of intent out.
+            if len(re.findall(rf"\b{argument}\b", body)) < 2 and not re.search(rf"intent\(out\)[^\n]*::[^\n]*\b{argument}\b", body):
+                found.append(f"{name}: {argument}")
+    return found
+
+
 
 def main() -> int:
     if "--readmes" in sys.argv:
@@ -209,7 +228,7 @@ def main() -> int:
     breaches: dict[str, list[str]] = {rule: [] for rule in [
         "one module or submodule a file, named as the file", "implicit none and private everywhere", "use with only everywhere",
         "a folder uses only folders before it, or of its floor", f"lines of at most {LONGEST_LINE} columns, no tabs",
-        f"files of at most {LONGEST_FILE} lines", "no variable outlives a call",
+        f"files of at most {LONGEST_FILE} lines", "no variable outlives a call", "arguments are used, but for those that kin of a procedure has",
         "the tests of the checkpoint know every component of the state",
         "routines that the theory names are where it says",
         "files that the mutants are drawn from exist",
@@ -243,6 +262,7 @@ def main() -> int:
                 breaches["implicit none and private everywhere"].append(name)
             for number, code in state_of(text):
                 breaches["no variable outlives a call"].append(f"{name}:{number}: {code[:80]}")
+            breaches["arguments are used, but for those that kin of a procedure has"] += [f"{name}: {found}" for found in unused_arguments(text)]
         lines = text.splitlines()
         if len(lines) > LONGEST_FILE:
             breaches[f"files of at most {LONGEST_FILE} lines"].append(f"{name}: {len(lines)}")

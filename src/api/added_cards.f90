@@ -104,10 +104,7 @@ contains
     character(len=*), intent(in) :: text
     integer :: i
 
-    line_count = 0
-    do i = 1, len(text)
-      if (text(i:i) == newline) line_count = line_count + 1
-    end do
+    line_count = count([(text(i:i) == newline, i=1, len(text))])
   end function line_count
 
   !> Sentences of the form `deck:line: ...` with the lines counted in the added cards; those of other lines are left

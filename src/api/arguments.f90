@@ -3,7 +3,7 @@
 module qsmpm_arguments
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_path, only: base_name
-  use qsmpm_text, only: string_type, add_word, nearest_word
+  use qsmpm_text, only: string_type, add_word, did_you_mean
   implicit none
   private
 
@@ -318,7 +318,6 @@ contains
     do i = 1, size(known)
       words(i)%text = trim(known(i))
     end do
-    text = nearest_word(word, words)
-    if (len(text) > 0) text = ' (did you mean '//text//'?)'
+    text = did_you_mean(word, words)
   end function suggestion
 end module qsmpm_arguments

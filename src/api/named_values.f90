@@ -13,7 +13,7 @@ module qsmpm_named_values
   use qsmpm_phase_times, only: time_in_phase
   use qsmpm_points, only: points_type, allocate_points, place_of
   use qsmpm_simulation, only: simulation_type
-  use qsmpm_text, only: string_type, nearest_word, integer_text
+  use qsmpm_text, only: string_type, did_you_mean, integer_text
   implicit none
   private
 
@@ -309,7 +309,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: names(:)
     character(len=name_length), allocatable :: known(:)
-    character(len=:), allocatable :: near
     integer :: i
 
     if (.not. simulation%ready) then
@@ -322,9 +321,7 @@ contains
     do i = 1, size(names)
       names(i)%text = trim(known(i))
     end do
-    near = nearest_word(name, names)
-    if (len(near) > 0) near = ' (did you mean '//near//'?)'
-    call fail(error, error_other, "there are no values '"//name//"'"//near)
+    call fail(error, error_other, "there are no values '"//name//"'"//did_you_mean(name, names))
   end subroutine check_name
 
   !> Set when the numbers differ.

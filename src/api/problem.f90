@@ -12,7 +12,7 @@ module qsmpm_problem
   use qsmpm_soil_model, only: soil_model_type
   use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
   use qsmpm_stopwatch, only: stopwatch_type, start_stopwatch, part_input
-  use qsmpm_text, only: string_type, integer_text, nearest_word
+  use qsmpm_text, only: string_type, integer_text, did_you_mean
   implicit none
   private
 
@@ -247,13 +247,11 @@ contains
     type(analysis_type), intent(in) :: analysis
     !> Name that is not there.
     character(len=*), intent(in) :: name
-    character(len=:), allocatable :: text, near
+    character(len=:), allocatable :: text
     type(string_type), allocatable :: names(:)
 
     allocate (names(0))
     call add_names(analysis%materials, names)
-    text = "a law is given to material '"//name//"', but the deck has none of that name"
-    near = nearest_word(name, names)
-    if (len(near) > 0) text = text//' (did you mean '//near//'?)'
+    text = "a law is given to material '"//name//"', but the deck has none of that name"//did_you_mean(name, names)
   end function unknown_text
 end module qsmpm_problem

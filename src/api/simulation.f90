@@ -54,18 +54,21 @@ contains
   end function coming_stage
 
   !> The coming stage, or an error.
-  subroutine find_coming(self, number, error)
+  subroutine find_coming(self, number, error, values)
     !> The analysis.
     class(simulation_type), intent(in) :: self
     integer, intent(out) :: number
     !> Set when there is none.
     type(error_type), allocatable, intent(out) :: error
+    !> What it is given; an error when one is not a finite number.
+    real(wp), intent(in), optional :: values(:)
 
     number = 0
     call need_model(self, error)
     if (allocated(error)) return
     number = self%coming_stage()
     if (number == 0) call fail(error, error_other, 'no stage is to come: add one, then give it its loads')
+    if (present(values) .and. .not. allocated(error)) call need_numbers(values, error)
   end subroutine find_coming
 
   !> Add a stage behind the last one. Loads and fixities stay as they are until they are changed.
@@ -126,8 +129,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
-    call find_coming(self, number, error)
-    if (.not. allocated(error)) call need_numbers([factor], error)
+    call find_coming(self, number, error, [factor])
     if (.not. allocated(error) .and. .not. factor > 0.0_wp) &
       call fail(error, error_other, 'the load factor of a stage is above 0')
     if (allocated(error)) return
@@ -162,8 +164,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
-    call find_coming(self, number, error)
-    if (.not. allocated(error)) call need_numbers([duration], error)
+    call find_coming(self, number, error, [duration])
     if (.not. allocated(error) .and. .not. duration > 0.0_wp) &
       call fail(error, error_other, 'a stage lasts longer than 0')
     if (allocated(error)) return
@@ -182,8 +183,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
-    call find_coming(self, number, error)
-    if (.not. allocated(error)) call need_numbers([time], error)
+    call find_coming(self, number, error, [time])
     if (allocated(error)) return
     self%scene%phases(number)%start_given = .true.
     self%scene%phases(number)%start_time = time
@@ -237,8 +237,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
-    call find_coming(self, number, error)
-    if (.not. allocated(error)) call need_numbers([pressure], error)
+    call find_coming(self, number, error, [pressure])
     if (.not. allocated(error)) call change_pressure(self%scene, number, surface, pressure, error)
     if (.not. allocated(error)) call self%take_over(error)
   end subroutine set_pressure
@@ -257,8 +256,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
-    call find_coming(self, number, error)
-    if (.not. allocated(error)) call need_numbers([value], error)
+    call find_coming(self, number, error, [value])
     if (.not. allocated(error)) &
       call change_displacement(self%model, self%scene%phases(number), set, component, value, error)
     if (.not. allocated(error)) call self%take_over(error)

@@ -3,19 +3,19 @@
 !> restart files and a window that is rebuilt all know of them.
 module qsmpm_stages
   use qsmpm_kinds, only: wp
-  use qsmpm_named, only: place_named
+  use qsmpm_named, only: named_type, add_names, place_named
   use qsmpm_analysis, only: analysis_type
   use qsmpm_load_description, only: fixity_type, prescription_type, traction_type
   use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_drainage, only: set_drainage
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_mesh_sets, only: find_set
   use qsmpm_model, only: model_type
+  use qsmpm_phase_loads, only: load_in_force
   use qsmpm_phase_tree, only: lineage
   use qsmpm_vertical, only: upwards
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
-  use qsmpm_text, only: string_type, nearest_word, integer_text
+  use qsmpm_text, only: string_type, did_you_mean, integer_text
   use qsmpm_undrained_law, only: undrained_law_type
   implicit none
   private
@@ -80,7 +80,7 @@ contains
     type(traction_type) :: traction
     integer :: i, p
 
-    call check_surface(scene, surface, error)
+    call check_name(scene%surfaces, surface, 'surface', error)
     if (allocated(error)) return
     ! Who carries it stays as it was said last.
     do p = 1, number
@@ -108,7 +108,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(traction_type) :: traction
 
-    call check_surface(scene, surface, error)
+    call check_name(scene%surfaces, surface, 'surface', error)
     if (allocated(error)) return
     traction%surface = surface
     traction%follows = .true.
@@ -150,7 +150,7 @@ contains
     type(prescription_type) :: prescription
     integer :: i
 
-    call check_set(model, set, error)
+    call check_name(model%mesh%node_sets, set, 'node set', error)
     if (.not. allocated(error) .and. (component < 1 .or. component > model%mesh%dimension)) &
       call fail(error, error_other, 'component '//integer_text(component)//' is not one of the model')
     if (allocated(error)) return
@@ -185,7 +185,7 @@ contains
     type(fixity_type) :: fixity
     integer :: i
 
-    call check_set(model, set, error)
+    call check_name(model%mesh%node_sets, set, 'node set', error)
     ! Where all components are held, those that there are are meant.
     if (.not. allocated(error) .and. model%mesh%dimension == 2 .and. fixed(3) .and. .not. all(fixed)) &
       call fail(error, error_other, 'component 3 is not one of the model')
@@ -210,6 +210,7 @@ contains
     real(wp), intent(in) :: share
     !> The stage moves a water level; it is then as it was.
     type(error_type), allocatable, intent(out) :: error
+    type(traction_type) :: before
     real(wp) :: factor, kept
     integer :: i
 
@@ -232,16 +233,15 @@ contains
       end if
       do i = 1, size(phase%tractions)
         associate (traction => phase%tractions(i))
+          before = load_before(scene, number, traction%surface, traction%follows)
           if (phase%initial%kind /= initial_keep) then
             traction%pressure = traction%pressure/kept
             traction%gradient = traction%gradient/kept
             traction%vector = traction%vector/kept
           else if (traction%follows) then
-            call reach_pressure(pressure_before(scene, number, traction%surface), share, phase%load_factor, factor, &
-              upwards(scene), traction)
+            call reach_pressure(before, share, phase%load_factor, factor, upwards(scene), traction)
           else
-            traction%vector = reached(traction_before(scene, number, traction%surface), &
-              phase%load_factor*traction%vector, share)/factor
+            traction%vector = reached(before%vector, phase%load_factor*traction%vector, share)/factor
           end if
         end associate
       end do
@@ -266,7 +266,7 @@ contains
       moves_water = size(phase%water_levels) > 0
       do i = 1, size(phase%tractions)
         moves_water = moves_water .or. phase%tractions(i)%of_water
-        before = pressure_before(scene, number, phase%tractions(i)%surface)
+        before = load_before(scene, number, phase%tractions(i)%surface, .true.)
         moves_water = moves_water .or. (phase%tractions(i)%follows .and. before%of_water)
       end do
     end associate
@@ -313,51 +313,20 @@ contains
     end do
   end function gravity_before
 
-  !> Dead traction at the end of the stages before one.
-  pure function traction_before(scene, number, surface) result(vector)
+  !> Dead traction or pressure at the end of the stages before one.
+  pure type(traction_type) function load_before(scene, number, surface, follows) result(load)
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
     !> Name of the surface.
     character(len=*), intent(in) :: surface
-    real(wp) :: vector(3)
+    !> The pressure.
+    logical, intent(in) :: follows
     integer, allocatable :: line(:)
-    integer :: p, i
-
-    vector = 0.0_wp
-    allocate (line, source=lineage(scene%phases, number))
-    do p = 1, size(line) - 1
-      do i = 1, size(scene%phases(line(p))%tractions)
-        associate (traction => scene%phases(line(p))%tractions(i))
-          if (traction%surface == surface .and. .not. traction%follows) &
-            vector = scene%phases(line(p))%load_factor*traction%vector
-        end associate
-      end do
-    end do
-  end function traction_before
-
-  !> Pressure at the end of the stages before one, with its load factor in it.
-  pure type(traction_type) function pressure_before(scene, number, surface) result(pressure)
-    type(analysis_type), intent(in) :: scene
-    !> Number of the stage.
-    integer, intent(in) :: number
-    !> Name of the surface.
-    character(len=*), intent(in) :: surface
-    integer, allocatable :: line(:)
-    integer :: p, i
 
     allocate (line, source=lineage(scene%phases, number))
-    do p = 1, size(line) - 1
-      do i = 1, size(scene%phases(line(p))%tractions)
-        associate (traction => scene%phases(line(p))%tractions(i), factor => scene%phases(line(p))%load_factor)
-          if (traction%surface /= surface .or. .not. traction%follows) cycle
-          pressure = traction
-          pressure%pressure = factor*traction%pressure
-          pressure%gradient = factor*traction%gradient
-        end associate
-      end do
-    end do
-  end function pressure_before
+    load = load_in_force(scene%phases, line(:size(line) - 1), surface, follows)
+  end function load_before
 
   !> Give the model the stages of the scene. A reduced model takes them only where its reductions hold with them too.
   subroutine take_over_stages(scene, expansion, model, error)
@@ -429,49 +398,19 @@ contains
     if (same_steps) same_steps = all(a%steps%kind == b%steps%kind .and. a%steps%axis == b%steps%axis)
   end function same_steps
 
-  !> Whether there is such a surface.
-  subroutine check_surface(scene, surface, error)
-    type(analysis_type), intent(in) :: scene
-    !> Name of the surface.
-    character(len=*), intent(in) :: surface
+  !> Whether there is such a surface or node set.
+  subroutine check_name(list, name, what, error)
+    class(named_type), intent(in) :: list(:)
+    character(len=*), intent(in) :: name
+    !> What it is the name of.
+    character(len=*), intent(in) :: what
     !> Set when there is none.
     type(error_type), allocatable, intent(out) :: error
-    type(string_type) :: names(size(scene%surfaces))
-    integer :: i
+    type(string_type), allocatable :: names(:)
 
-    do i = 1, size(names)
-      names(i)%text = scene%surfaces(i)%name
-      if (names(i)%text == surface) return
-    end do
-    call fail(error, error_other, "there is no surface '"//surface//"'"//suggestion(surface, names))
-  end subroutine check_surface
-
-  !> Whether there is such a node set.
-  subroutine check_set(model, set, error)
-    type(model_type), intent(in) :: model
-    !> Name of the set.
-    character(len=*), intent(in) :: set
-    !> Set when there is none.
-    type(error_type), allocatable, intent(out) :: error
-    type(string_type) :: names(size(model%mesh%node_sets))
-    integer :: i
-
-    if (find_set(model%mesh%node_sets, set) > 0) return
-    do i = 1, size(names)
-      names(i)%text = model%mesh%node_sets(i)%name
-    end do
-    call fail(error, error_other, "there is no node set '"//set//"'"//suggestion(set, names))
-  end subroutine check_set
-
-  !> The nearest known word as a question.
-  pure function suggestion(word, known) result(text)
-    !> The unknown word.
-    character(len=*), intent(in) :: word
-    !> Known words.
-    type(string_type), intent(in) :: known(:)
-    character(len=:), allocatable :: text
-
-    text = nearest_word(word, known)
-    if (len(text) > 0) text = ' (did you mean '//text//'?)'
-  end function suggestion
+    if (place_named(list, name) > 0) return
+    allocate (names(0))
+    call add_names(list, names)
+    call fail(error, error_other, 'there is no '//what//" '"//name//"'"//did_you_mean(name, names))
+  end subroutine check_name
 end module qsmpm_stages

@@ -168,9 +168,6 @@ contains
   subroutine clear(model, loop)
     type(model_type), intent(out) :: model
     type(step_loop_type), intent(out) :: loop
-
-    associate (unused => model, unused_loop => loop)
-    end associate
   end subroutine clear
 
   !> Set when there is no model.

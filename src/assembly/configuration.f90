@@ -92,10 +92,7 @@ contains
     type(model_type), intent(in) :: model
     integer :: m
 
-    asks = .false.
-    do m = 1, size(model%laws)
-      asks = asks .or. model%laws(m)%law%asks_where
-    end do
+    asks = any([(model%laws(m)%law%asks_where, m=1, size(model%laws))])
   end function any_law_asks_where
 
   !> Lumped volume of every node.

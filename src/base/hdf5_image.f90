@@ -115,12 +115,9 @@ contains
     character(len=*), intent(in) :: path
     !> (n)
     real(wp), allocatable, intent(in), target :: values(:)
-    type(c_ptr) :: address
 
     if (.not. allocated(values)) return
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call put_values(image, path, h5t_ieee_f64le, h5t_native_double, shape(values, kind=hsize_t), address)
+    call put_values(image, path, h5t_ieee_f64le, h5t_native_double, shape(values, kind=hsize_t), c_loc(values))
   end subroutine put_reals_1
 
   !> Put a table of reals, (components, n) here and (n, components) in the order of C.
@@ -129,12 +126,9 @@ contains
     character(len=*), intent(in) :: path
     !> (components, n)
     real(wp), allocatable, intent(in), target :: values(:, :)
-    type(c_ptr) :: address
 
     if (.not. allocated(values)) return
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call put_values(image, path, h5t_ieee_f64le, h5t_native_double, shape(values, kind=hsize_t), address)
+    call put_values(image, path, h5t_ieee_f64le, h5t_native_double, shape(values, kind=hsize_t), c_loc(values))
   end subroutine put_reals_2
 
   !> Put a row of integers.
@@ -143,12 +137,9 @@ contains
     character(len=*), intent(in) :: path
     !> (n)
     integer, allocatable, intent(in), target :: values(:)
-    type(c_ptr) :: address
 
     if (.not. allocated(values)) return
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call put_values(image, path, h5t_std_i32le, h5t_native_integer, shape(values, kind=hsize_t), address)
+    call put_values(image, path, h5t_std_i32le, h5t_native_integer, shape(values, kind=hsize_t), c_loc(values))
   end subroutine put_integers_1
 
   !> Put a row of long integers.
@@ -157,13 +148,10 @@ contains
     character(len=*), intent(in) :: path
     !> (n)
     integer(long), allocatable, intent(in), target :: values(:)
-    type(c_ptr) :: address
 
     if (.not. allocated(values)) return
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
     call put_values(image, path, h5t_std_i64le, h5kind_to_type(long, h5_integer_kind), shape(values, kind=hsize_t), &
-      address)
+      c_loc(values))
   end subroutine put_longs
 
   !> Put a table of integers.
@@ -172,12 +160,9 @@ contains
     character(len=*), intent(in) :: path
     !> (components, n)
     integer, allocatable, intent(in), target :: values(:, :)
-    type(c_ptr) :: address
 
     if (.not. allocated(values)) return
-    address = c_null_ptr
-    if (size(values) > 0) address = c_loc(values)
-    call put_values(image, path, h5t_std_i32le, h5t_native_integer, shape(values, kind=hsize_t), address)
+    call put_values(image, path, h5t_std_i32le, h5t_native_integer, shape(values, kind=hsize_t), c_loc(values))
   end subroutine put_integers_2
 
   !> Make a dataset and fill it.

@@ -2,7 +2,7 @@
 !>
 !> Every literal carries `_wp`; integers that count bytes or non-zeros are `long`.
 module qsmpm_kinds
-  use, intrinsic :: iso_fortran_env, only: real32, real64, int32, int64
+  use, intrinsic :: iso_fortran_env, only: real32, real64, int64
   implicit none
   private
 
@@ -10,8 +10,6 @@ module qsmpm_kinds
   integer, parameter, public :: wp = real64
   !> Single precision, for preconditioners only.
   integer, parameter, public :: sp = real32
-  !> Default integer as the C libraries (METIS, CHOLMOD int, MUMPS) know it.
-  integer, parameter, public :: int4 = int32
   !> Integer wide enough for byte and non-zero counts.
   integer, parameter, public :: long = int64
   !> Circle constant.

@@ -142,9 +142,9 @@ module qsmpm_posix
     end function c_terminal_width
 
     !> Largest memory of the process so far, in bytes (posix.c).
-    integer(c_long) function c_peak_memory() bind(c, name='qsmpm_peak_memory')
+    integer(c_long) function peak_memory() bind(c, name='qsmpm_peak_memory')
       import :: c_long
-    end function c_peak_memory
+    end function peak_memory
 
     !> Let SIGINT and SIGTERM only set a flag, once; a second signal ends the process (posix.c).
     subroutine watch_signals() bind(c, name='qsmpm_watch_signals')
@@ -256,11 +256,6 @@ contains
 
     terminal_width = int(c_terminal_width(int(descriptor, c_int)))
   end function terminal_width
-
-  !> Largest memory of the process so far [bytes].
-  integer(c_long) function peak_memory()
-    peak_memory = c_peak_memory()
-  end function peak_memory
 
   !> Write a text to a descriptor at once. What a closed pipe or a full disk does not take is lost.
   subroutine write_descriptor(descriptor, text)

@@ -8,7 +8,8 @@ module qsmpm_text
   private
 
   public :: string_type, upper, stripped, squeezed, without_return, split, json_string, edit_distance, nearest_word, &
-    read_integer, read_real, integer_text, real_text, same_bits, add_word
+    replaced, word_place, did_you_mean, integer_list, read_integer, read_real, integer_text, real_text, same_bits, &
+    add_word
 
   !> What a word is, read as a number.
   integer, parameter, public :: number_good = 0, number_not = 1, number_not_finite = 2, &
@@ -209,6 +210,59 @@ contains
       end if
     end do
   end function nearest_word
+
+  !> Whole numbers with commas between them.
+  pure function integer_list(values) result(text)
+    integer, intent(in) :: values(:)
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(values)
+      if (i > 1) text = text//', '
+      text = text//integer_text(values(i))
+    end do
+  end function integer_list
+
+  !> A text with another one in the place of each of a character.
+  pure function replaced(text, old, new) result(changed)
+    character(len=*), intent(in) :: text
+    character(len=1), intent(in) :: old
+    character(len=*), intent(in) :: new
+    character(len=:), allocatable :: changed
+    integer :: first, length
+
+    changed = ''
+    first = 1
+    do
+      length = index(text(first:), old) - 1
+      if (length < 0) exit
+      changed = changed//text(first:first + length - 1)//new
+      first = first + length + 1
+    end do
+    changed = changed//text(first:)
+  end function replaced
+
+  !> Place of a word in a list, 0 where it is not in it.
+  pure integer function word_place(list, word) result(place)
+    type(string_type), intent(in) :: list(:)
+    character(len=*), intent(in) :: word
+
+    do place = size(list), 1, -1
+      if (list(place)%text == word) return
+    end do
+  end function word_place
+
+  !> The nearest known word as a question, empty when none is near.
+  pure function did_you_mean(word, known) result(text)
+    !> As of nearest_word.
+    character(len=*), intent(in) :: word
+    type(string_type), intent(in) :: known(:)
+    character(len=:), allocatable :: text
+
+    text = nearest_word(word, known)
+    if (len(text) > 0) text = ' (did you mean '//text//'?)'
+  end function did_you_mean
 
   !> Read a whole number that is the whole word.
   pure subroutine read_integer(word, value, outcome)

@@ -11,7 +11,7 @@ module qsmpm_space_builder
   implicit none
   private
 
-  public :: element_space, spline_space, is_structured, reduced_knots_type
+  public :: element_space, spline_space, box_of_set, reduced_knots_type
 
   !> Lines of a grid along one axis where functions are only continuous.
   type :: reduced_knots_type
@@ -161,16 +161,4 @@ contains
     call tensor_nodes(space, first, count, items)
     call move_alloc(items, space%sets(set)%items)
   end subroutine nodes_of_set
-
-  !> True when a set of mesh nodes can carry constraints of a spline space.
-  pure logical function is_structured(mesh, cells, set)
-    type(mesh_type), intent(in) :: mesh
-    !> Number of cells along each axis.
-    integer, intent(in) :: cells(3)
-    !> Number of the set.
-    integer, intent(in) :: set
-    integer :: low(3), high(3)
-
-    call box_of_set(mesh, cells, set, low, high, is_structured)
-  end function is_structured
 end module qsmpm_space_builder

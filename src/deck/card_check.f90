@@ -2,11 +2,10 @@
 !> lines. Defaults are filled in, so that the reader need not know them.
 module qsmpm_card_check
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type, add_word, upper, squeezed, split, read_integer, read_real, &
-    integer_text, number_good, number_not_finite, number_not_whole
-  use qsmpm_messages, only: message_list_type
-  use qsmpm_cards, only: card_type, row_type, parameter_type
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_text, only: did_you_mean, replaced, word_place, string_type, add_word, upper, squeezed, split, &
+    read_integer, read_real, integer_text, number_good, number_not_finite, number_not_whole
+  use qsmpm_cards, only: card_type, parameter_type
+  use qsmpm_deck_state, only: deck_state_type
   use qsmpm_renamed_words, only: renamed_parameter, by_converter
   use qsmpm_card_items, only: item_type, data_type, in_range, holds, value_text, kind_word, kind_integer, kind_real, &
     kind_flag
@@ -121,18 +120,15 @@ contains
     character(len=*), intent(in) :: value
     character(len=:), allocatable :: problem
     type(string_type), allocatable :: words(:)
-    integer :: i
 
     problem = ''
     if (len(item%allowed) > 0) then
       call split(item%allowed, '|', words)
-      do i = 1, size(words)
-        if (upper(squeezed(value)) == words(i)%text) return
-      end do
+      if (word_place(words, upper(squeezed(value))) > 0) return
     end if
     select case (item%kind)
     case (kind_word)
-      problem = item%name//" '"//value//"' is not one of "//with_commas(item%allowed)// &
+      problem = item%name//" '"//value//"' is not one of "//replaced(item%allowed, '|', ', ')// &
         did_you_mean(upper(squeezed(value)), words)
     case (kind_integer, kind_real)
       problem = number_problem(item, value)
@@ -169,46 +165,19 @@ contains
     end select
   end function number_problem
 
-  !> A list with bars as one with commas.
-  pure function with_commas(bars) result(text)
-    character(len=*), intent(in) :: bars
-    character(len=:), allocatable :: text
-    integer :: i
-
-    text = ''
-    do i = 1, len(bars)
-      if (bars(i:i) == '|') then
-        text = text//', '
-      else
-        text = text//bars(i:i)
-      end if
-    end do
-  end function with_commas
-
   !> Parameters that are not given get their defaults, or an empty value.
   pure subroutine fill_defaults(entry, card)
     type(keyword_type), intent(in) :: entry
     type(card_type), intent(inout) :: card
-    type(parameter_type), allocatable :: all_of_them(:)
-    integer :: i, n, given
+    type(parameter_type) :: parameter
+    integer :: i
 
-    given = size(card%parameters)
-    n = given
-    allocate (all_of_them(given + size(entry%parameters)))
-    do i = 1, given
-      all_of_them(i) = card%parameters(i)
-    end do
+    parameter%given = .false.
     do i = 1, size(entry%parameters)
       if (card%find(entry%parameters(i)%name) > 0) cycle
-      n = n + 1
-      all_of_them(n)%name = entry%parameters(i)%name
-      all_of_them(n)%value = entry%parameters(i)%default
-      all_of_them(n)%given = .false.
-    end do
-    deallocate (card%parameters)
-    allocate (card%parameters(n))
-    do i = 1, n
-      card%parameters(i) = all_of_them(i)
+      parameter%name = entry%parameters(i)%name
+      parameter%value = entry%parameters(i)%default
+      card%parameters = [card%parameters, parameter]
     end do
   end subroutine fill_defaults
 

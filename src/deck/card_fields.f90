@@ -8,24 +8,31 @@
 !>         call fields%data('weight')
 !>         call fields%number('gamma', material%unit_weight, 'weight per volume', range='[0, inf)')
 !>
-!> Parameters come first. `data` or `table` begins data lines: what follows are their columns, in order, up to the next;
-!> where there is a number of rows, `row` begins each. A parameter may be left out unless it is `required`, a
-!> column only where `required` is false. The default of a parameter is the value the component has in a deck nothing
-!> was read into. A number outside its range and a choice that is none of its words are not set: they have no default
-!> and are not written.
+!> Parameters come first. `data` or `list` begins data lines: what follows are their columns, in order, up to the next;
+!> where there is a number of rows, `row` begins each. `table` is data lines of numbers with their columns. A parameter
+!> may be left out unless it is `required`, a column only where `required` is false. The default of a parameter is the
+!> value the component has in a deck nothing was read into. A number outside its range and a choice that is none of its
+!> words are not set: they have no default and are not written.
 module qsmpm_card_fields
   use qsmpm_kinds, only: wp
   use qsmpm_source_line, only: source_line_type
   use qsmpm_law_parameters, only: field_visitor_type
-  use qsmpm_text, only: string_type, integer_text, real_text, read_integer, read_real, split, squeezed
+  use qsmpm_text, only: string_type, word_place, integer_text, real_text, read_integer, read_real, split, squeezed
   use qsmpm_card_items, only: item_type, data_type, in_range, kind_word, kind_name, kind_file, kind_integer, &
     kind_real, kind_flag
   implicit none
   private
 
-  public :: card_fields_type
+  public :: card_fields_type, column_type
 
-  character(len=*), parameter :: no_or_yes = 'NO|YES'
+  !> A column of a table of numbers.
+  type :: column_type
+    character(len=8) :: name
+    character(len=100) :: sentence
+    !> Of models in space only.
+    logical :: third = .false.
+    character(len=12) :: range = ''
+  end type column_type
 
   !> What goes over the fields of a card; of the card of a soil law as that law says (qsmpm_law_parameters).
   type, abstract, extends(field_visitor_type) :: card_fields_type
@@ -58,6 +65,7 @@ module qsmpm_card_fields
     procedure :: file
     procedure :: data
     procedure :: table
+    procedure :: list
     procedure :: numbers
     procedure :: labels
     procedure :: words
@@ -223,9 +231,8 @@ contains
     text = ''
     if (value > before .and. value - before <= size(list)) text = list(value - before)%text
     call self%word(name, text, words, sentence, needs, required, open, excludes)
-    do i = 1, size(list)
-      if (list(i)%text == text) value = before + i
-    end do
+    i = word_place(list, text)
+    if (i > 0) value = before + i
   end subroutine choice
 
   !> One of several words, kept as it is.
@@ -246,18 +253,22 @@ contains
     call self%visit(item, value)
   end subroutine word
 
-  !> NO or YES.
-  subroutine answer(self, name, value, sentence, needs, open)
+  !> NO or YES, or two other words.
+  subroutine answer(self, name, value, sentence, needs, open, words)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
     logical, intent(inout) :: value
-    character(len=*), intent(in), optional :: needs
+    !> `words` with a bar between them.
+    character(len=*), intent(in), optional :: needs, words
     !> Without a default: where it is not given other parameters decide.
     logical, intent(in), optional :: open
+    character(len=:), allocatable :: both
     integer :: position
 
+    both = 'NO|YES'
+    if (present(words)) both = words
     position = merge(2, 1, value)
-    call self%choice(name, position, no_or_yes, sentence, needs=needs, open=open)
+    call self%choice(name, position, both, sentence, needs=needs, open=open)
     value = position == 2
   end subroutine answer
 
@@ -331,24 +342,45 @@ contains
     call self%begin_data(lines, rows)
   end subroutine data
 
-  !> Begin data lines that are the columns of a table of numbers.
-  subroutine table(self, sentence, columns, values, rows, when)
+  !> Data lines that are a table of numbers.
+  subroutine table(self, sentence, columns, values, when)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: sentence
-    integer, intent(in) :: columns
-    !> (columns, rows); zeros where the card is read or described.
+    type(column_type), intent(in) :: columns(:)
+    !> (columns, rows)
     real(wp), allocatable, intent(inout) :: values(:, :)
     !> As of `data`.
-    integer, intent(out) :: rows
     character(len=*), intent(in), optional :: when
+    integer :: rows, i, k
 
     rows = 0
     if (allocated(values)) rows = size(values, 2)
     call self%data(sentence, 1, huge(1), when, rows=rows)
-    if (self%writing) return
-    if (allocated(values)) deallocate (values)
-    allocate (values(columns, rows), source=0.0_wp)
+    if (.not. self%writing) then
+      if (allocated(values)) deallocate (values)
+      allocate (values(size(columns), rows), source=0.0_wp)
+    end if
+    do i = 1, rows
+      call self%row(i)
+      do k = 1, size(columns)
+        call self%number(trim(columns(k)%name), values(k, i), trim(columns(k)%sentence), trim(columns(k)%range), &
+          third=columns(k)%third)
+      end do
+    end do
   end subroutine table
+
+  !> Begin data lines that are items of a list, one a row; where there is none there is no card.
+  subroutine list(self, sentence, count)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: sentence
+    !> Items there are; those of the card where it is read, 1 where it is described.
+    integer, intent(inout) :: count
+    logical :: any_there
+
+    any_there = count > 0
+    call self%given(any_there)
+    call self%data(sentence, 1, huge(1), rows=count)
+  end subroutine list
 
   !> A number of a soil law.
   subroutine law_number(self, name, value, sentence, range, required)

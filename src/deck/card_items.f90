@@ -3,7 +3,7 @@
 !> mathematics: '(0, 0.5]', '[1, inf)'. Conditions are 'NAME' (given) or 'NAME=A|B' (value, given or default).
 module qsmpm_card_items
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type, stripped, split, read_real
+  use qsmpm_text, only: string_type, word_place, stripped, split, read_real
   use qsmpm_cards, only: card_type
   implicit none
   private
@@ -117,7 +117,7 @@ contains
     !> 'NAME', 'NAME=A|B' or empty.
     character(len=*), intent(in) :: condition
     type(string_type), allocatable :: words(:)
-    integer :: equals, i
+    integer :: equals
 
     holds = len(condition) == 0
     if (holds) return
@@ -127,8 +127,6 @@ contains
       return
     end if
     call split(condition(equals + 1:), '|', words)
-    do i = 1, size(words)
-      if (card%word(condition(:equals - 1)) == words(i)%text) holds = .true.
-    end do
+    holds = word_place(words, card%word(condition(:equals - 1))) > 0
   end function holds
 end module qsmpm_card_items

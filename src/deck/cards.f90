@@ -2,7 +2,7 @@
 !> deck without knowing any keyword; what they may say is checked elsewhere.
 module qsmpm_cards
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type, upper, squeezed, stripped, split, read_integer, read_real
+  use qsmpm_text, only: string_type, upper, squeezed, split, read_integer, read_real
   use qsmpm_messages, only: line_origin_type, message_list_type, severity_error
   use qsmpm_deck_lines, only: line_list_type, line_type, unquoted
   implicit none
@@ -58,10 +58,7 @@ contains
     type(message_list_type), intent(inout) :: messages
     integer :: i, c, last, starts
 
-    starts = 0
-    do i = 1, lines%count
-      if (is_keyword(lines%items(i))) starts = starts + 1
-    end do
+    starts = count([(is_keyword(lines%items(i)), i=1, lines%count)])
     if (allocated(cards)) deallocate (cards)
     allocate (cards(starts))
     i = 1
@@ -151,10 +148,7 @@ contains
     character(len=:), allocatable :: text
     integer :: i, quotes
 
-    quotes = 0
-    do i = 1, len(line%text)
-      if (line%text(i:i) == '"') quotes = quotes + 1
-    end do
+    quotes = count([(line%text(i:i) == '"', i=1, len(line%text))])
     good = mod(quotes, 2) == 0
     if (good) then
       call split(line%text, ',', pieces)
@@ -223,12 +217,8 @@ contains
   !> Whether nothing is wrong in its data lines, and there are some.
   pure logical function is_right(self)
     class(card_type), intent(in) :: self
-    integer :: i
 
-    is_right = size(self%rows) > 0
-    do i = 1, size(self%rows)
-      is_right = is_right .and. self%rows(i)%good
-    end do
+    is_right = size(self%rows) > 0 .and. all(self%rows%good)
   end function is_right
 
   !> Item of a data line as a whole number, 0 when it is none or missing.

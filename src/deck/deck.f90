@@ -8,12 +8,12 @@ module qsmpm_deck
   use qsmpm_basis_traits, only: usual_factor
   use qsmpm_carried_cards, only: note_card
   use qsmpm_recommended_method, only: decide_mesh, decide_method
-  use qsmpm_text, only: string_type, integer_text
+  use qsmpm_text, only: did_you_mean, string_type, integer_text
   use qsmpm_path, only: base_name
   use qsmpm_messages, only: message_list_type, message_text, severity_error
   use qsmpm_deck_lines, only: line_list_type, cut_lines, read_whole_file
   use qsmpm_cards, only: card_type, make_cards, word_at
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_objects, only: list_mesh, empty_deck, open_item, go_to_item, count_items, check_new_name
   use qsmpm_deck_words, only: position_of, model_words
   use qsmpm_card_visitors, only: card_reader_type, reader

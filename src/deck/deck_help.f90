@@ -1,7 +1,6 @@
 !> The keyword table as text: help on the terminal, the list of keywords, the deck reference.
 module qsmpm_deck_help
-  use qsmpm_text, only: string_type, upper, squeezed
-  use qsmpm_deck_state, only: did_you_mean
+  use qsmpm_text, only: did_you_mean, replaced, string_type, upper, squeezed
   use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table
@@ -132,13 +131,8 @@ contains
     !> Lines, each with its end.
     character(len=*), intent(in) :: lines, bullet
     character(len=:), allocatable :: text
-    integer :: i
 
-    text = bullet
-    do i = 1, len(lines)
-      text = text//lines(i:i)
-      if (lines(i:i) == newline .and. i < len(lines)) text = text//bullet
-    end do
+    text = bullet//replaced(lines(:len(lines) - 1), newline, newline//bullet)//newline
   end function bulleted
 
   !> Where a card may stand and how often.
@@ -214,17 +208,11 @@ contains
   pure function example_text(example, quote) result(text)
     character(len=*), intent(in) :: example, quote
     character(len=:), allocatable :: text
-    integer :: i
 
     if (len(quote) > 0) then
       text = '```'//newline//example//newline//'```'//newline
-      return
+    else
+      text = bulleted(example//newline, '    ')
     end if
-    text = '    '
-    do i = 1, len(example)
-      text = text//example(i:i)
-      if (example(i:i) == newline) text = text//'    '
-    end do
-    text = text//newline
   end function example_text
 end module qsmpm_deck_help

@@ -60,41 +60,31 @@ contains
   subroutine open_item(state, list)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: list
-    type(set_type) :: set
-    type(surface_type) :: surface
-    type(body_type) :: body
-    type(material_type) :: material
-    type(history_type) :: history
-    type(rigid_body_type) :: rigid_body
-    type(contact_type) :: contact
-    type(prop_type) :: prop
-    type(points_request_type) :: request
-    type(point_stage_type) :: stage
 
     associate (analysis => state%analysis)
       select case (list)
       case (list_node_sets)
-        analysis%node_sets = [analysis%node_sets, set]
+        analysis%node_sets = [analysis%node_sets, set_type()]
       case (list_element_sets)
-        analysis%element_sets = [analysis%element_sets, set]
+        analysis%element_sets = [analysis%element_sets, set_type()]
       case (list_surfaces)
-        analysis%surfaces = [analysis%surfaces, surface]
+        analysis%surfaces = [analysis%surfaces, surface_type()]
       case (list_bodies)
-        analysis%bodies = [analysis%bodies, body]
+        analysis%bodies = [analysis%bodies, body_type()]
       case (list_materials)
-        analysis%materials = [analysis%materials, material]
+        analysis%materials = [analysis%materials, material_type()]
       case (list_histories)
-        analysis%histories = [analysis%histories, history]
+        analysis%histories = [analysis%histories, history_type()]
       case (list_rigid_bodies)
-        analysis%rigid_bodies = [analysis%rigid_bodies, rigid_body]
+        analysis%rigid_bodies = [analysis%rigid_bodies, rigid_body_type()]
       case (list_contacts)
-        analysis%contacts = [analysis%contacts, contact]
+        analysis%contacts = [analysis%contacts, contact_type()]
       case (list_props)
-        analysis%props = [analysis%props, prop]
+        analysis%props = [analysis%props, prop_type()]
       case (list_points)
-        state%points = [state%points, request]
+        state%points = [state%points, points_request_type()]
       case (list_stages)
-        analysis%point_test%stages = [analysis%point_test%stages, stage]
+        analysis%point_test%stages = [analysis%point_test%stages, point_stage_type()]
       case (list_phases:)
         call open_phase_item(analysis, list)
       end select
@@ -106,10 +96,6 @@ contains
     type(analysis_type), intent(inout) :: analysis
     integer, intent(in) :: list
     type(phase_type) :: phase
-    type(traction_type) :: traction
-    type(support_type) :: support
-    type(water_level_type) :: level
-    type(rigid_move_type) :: move
 
     if (list == list_phases) then
       allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
@@ -122,13 +108,13 @@ contains
     associate (last => analysis%phases(size(analysis%phases)))
       select case (list)
       case (list_tractions)
-        last%tractions = [last%tractions, traction]
+        last%tractions = [last%tractions, traction_type()]
       case (list_supports)
-        last%supports = [last%supports, support]
+        last%supports = [last%supports, support_type()]
       case (list_water_levels)
-        last%water_levels = [last%water_levels, level]
+        last%water_levels = [last%water_levels, water_level_type()]
       case (list_moves)
-        last%moves = [last%moves, move]
+        last%moves = [last%moves, rigid_move_type()]
       end select
     end associate
   end subroutine open_phase_item

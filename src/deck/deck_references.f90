@@ -3,9 +3,10 @@
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: add_names, place_named
-  use qsmpm_body_description, only: body_region, body_all
+  use qsmpm_body_description, only: body_region, body_all, body_box, body_polygon
   use qsmpm_material_description, only: material_type
-  use qsmpm_mesh_description, only: mesh_none, mesh_file, mesh_fitted, select_outline, set_type
+  use qsmpm_mesh_description, only: mesh_none, mesh_file, mesh_fitted, select_outline, set_type, mesh_grid, &
+    select_plane
   use qsmpm_method_description, only: kinematics_jaumann, rate_paper
   use qsmpm_phase_description, only: initial_k0, initial_keep, initial_isotropic, initial_given, phase_safety
   use qsmpm_source_line, only: source_line_type
@@ -13,14 +14,13 @@ module qsmpm_deck_references
   use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_loads, only: acts, consolidation_of, is_loaded
   use qsmpm_phase_tree, only: has_parent, parent_of
-  use qsmpm_text, only: string_type
+  use qsmpm_text, only: did_you_mean, string_type
   use qsmpm_messages, only: severity_error
-  use qsmpm_deck_state, only: deck_state_type, check_name, did_you_mean
+  use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_props, only: check_props
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_k0, only: check_k0
-  use qsmpm_deck_ground_base, only: check_ground_base
   use qsmpm_deck_magnitudes, only: check_magnitudes, check_strengths
   use qsmpm_deck_body_motion, only: check_moves
   use qsmpm_deck_contact, only: check_contacts
@@ -35,10 +35,15 @@ module qsmpm_deck_references
   use qsmpm_deck_undrained, only: check_undrained
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
 
   public :: check_references
+
+  !> A gap that is none, over the cell beside the base.
+  real(wp), parameter :: closed = 1.0e-3_wp
 
 contains
 
@@ -364,4 +369,57 @@ contains
     axis = maxloc(abs(gravity), dim=1)
     rises = axis > 1 .and. gravity(axis) > 0.0_wp
   end function rises
+
+  !> Warn where a set that is held lies in the base of the grid, and the lowest ground less than a cell above it: cells
+  !> which it fills in part hang it up, and the stress there is wrong.
+  subroutine check_ground_base(state)
+    type(deck_state_type), intent(inout) :: state
+    real(wp) :: base, cell, gap
+    integer :: p, i, s, axis
+
+    associate (analysis => state%analysis)
+      if (all(analysis%mesh%kind /= [mesh_grid, mesh_fitted]) .or. .not. all(analysis%bodies%kind == body_box .or. &
+        analysis%bodies%kind == body_polygon)) return
+      axis = vertical_of(analysis)
+      if (size(analysis%bodies) == 0 .or. .not. allocated(analysis%mesh%axes(axis)%lines)) return
+      associate (lines => analysis%mesh%axes(axis)%lines)
+        base = merge(lines(1), lines(size(lines)), upwards(analysis) > 0.0_wp)
+        cell = merge(lines(2) - lines(1), lines(size(lines)) - lines(size(lines) - 1), upwards(analysis) > 0.0_wp)
+      end associate
+      gap = lowest(state, axis) - upwards(analysis)*base
+      if (gap <= closed*cell .or. gap >= cell) return
+      do p = 1, size(analysis%phases)
+        do i = 1, size(analysis%phases(p)%fixities)
+          associate (fixity => analysis%phases(p)%fixities(i))
+            s = place_named(analysis%node_sets, fixity%set)
+            if (s == 0 .or. .not. fixity%fixed(axis)) cycle
+            associate (set => analysis%node_sets(s))
+              if (set%selection /= select_plane .or. set%axis /= axis) cycle
+              if (abs(set%box(axis, 1) - base) > closed*cell) cycle
+            end associate
+            call state%warn(fixity%where, 'FIX', "node set '"//fixity%set//"' holds the base of the grid, and the "// &
+              'ground ends '//rounded_text(gap, 3)//' above it, within a cell of '//rounded_text(cell, 3)// &
+              ': what it stands on is cells that it fills in part; let a body or the grid end at the other')
+            return
+          end associate
+        end do
+      end do
+    end associate
+  end subroutine check_ground_base
+
+  !> Lowest place of all bodies, upwards.
+  pure real(wp) function lowest(state, axis)
+    type(deck_state_type), intent(in) :: state
+    integer, intent(in) :: axis
+    integer :: b
+
+    lowest = huge(1.0_wp)
+    do b = 1, size(state%analysis%bodies)
+      associate (body => state%analysis%bodies(b), up => upwards(state%analysis))
+        if (body%kind == body_box) lowest = min(lowest, minval(up*body%box(axis, :)))
+        if (body%kind == body_polygon .and. axis < 3) lowest = min(lowest, minval(up*body%polygon(axis, :)))
+        if (body%kind == body_polygon .and. axis == 3) lowest = -huge(1.0_wp)
+      end associate
+    end do
+  end function lowest
 end module qsmpm_deck_references

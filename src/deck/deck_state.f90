@@ -4,13 +4,13 @@ module qsmpm_deck_state
   use qsmpm_analysis, only: analysis_type
   use qsmpm_source_line, only: source_line_type
   use qsmpm_path, only: directory_of, joined, absolute_path
-  use qsmpm_text, only: string_type, nearest_word
+  use qsmpm_text, only: string_type, word_place, did_you_mean
   use qsmpm_messages, only: message_list_type, line_origin_type, severity_error, severity_warning
   use qsmpm_cards, only: card_type, row_type
   implicit none
   private
 
-  public :: deck_state_type, points_request_type, check_name, did_you_mean, source_line, beside_deck
+  public :: deck_state_type, points_request_type, check_name, source_line, beside_deck
 
   !> A *POINTS card, kept until all bodies are known.
   type :: points_request_type
@@ -46,6 +46,7 @@ module qsmpm_deck_state
     procedure :: report_error
     procedure :: error_at
     procedure :: error_from
+    procedure :: check_once
     procedure :: warn
   end type deck_state_type
 
@@ -94,6 +95,23 @@ contains
 
     call self%messages%add(severity_warning, place_of(self, where), keyword, sentence)
   end subroutine warn
+
+  !> No data line of a card names what one before it does.
+  pure subroutine check_once(self, card, what)
+    class(deck_state_type), intent(inout) :: self
+    type(card_type), intent(in) :: card
+    !> What the first items are.
+    character(len=*), intent(in) :: what
+    integer :: i, k
+
+    do i = 2, size(card%rows)
+      if (.not. card%rows(i)%good) cycle
+      associate (name => card%rows(i)%items(1)%text, before => pack([(k, k=1, i - 1)], card%rows(:i - 1)%good))
+        if (any([(card%rows(before(k))%items(1)%text == name, k=1, size(before))])) call self%error_at(card, &
+          card%rows(i), what//" '"//name//"' is given twice")
+      end associate
+    end do
+  end subroutine check_once
 
   !> The place of an item: its first occurrence, for a file included twice.
   pure type(line_origin_type) function place_of(self, where) result(place)
@@ -153,23 +171,9 @@ contains
     type(source_line_type), intent(in) :: where
     character(len=*), intent(in) :: keyword
     character(len=*), intent(in) :: what
-    integer :: i
 
-    if (len(name) == 0) return
-    do i = 1, size(names)
-      if (names(i)%text == name) return
-    end do
+    if (len(name) == 0 .or. word_place(names, name) > 0) return
     call state%error_from(where, keyword, 'there is no '//what//" '"//name//"'"// &
       did_you_mean(name, names))
   end subroutine check_word
-
-  !> The nearest known word as a question, empty when none is near.
-  pure function did_you_mean(word, known) result(text)
-    character(len=*), intent(in) :: word
-    type(string_type), intent(in) :: known(:)
-    character(len=:), allocatable :: text
-
-    text = nearest_word(word, known)
-    if (len(text) > 0) text = ' (did you mean '//text//'?)'
-  end function did_you_mean
 end module qsmpm_deck_state

@@ -76,11 +76,7 @@ contains
   pure integer function position_of(word, words) result(position)
     character(len=*), intent(in) :: word
     character(len=*), intent(in) :: words(:)
-    integer :: i
 
-    position = 0
-    do i = 1, size(words)
-      if (words(i) == word) position = i
-    end do
+    position = findloc(words, word, dim=1)
   end function position_of
 end module qsmpm_deck_words

@@ -2,11 +2,11 @@
 !> bits.
 module qsmpm_echo_lines
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: real_text, integer_text
+  use qsmpm_text, only: real_text
   implicit none
   private
 
-  public :: echo_type, quoted, numbers, integers
+  public :: echo_type, quoted, numbers
 
   character(len=1), parameter :: newline = new_line('a')
   !> Room that is made at once, so that long decks are not copied for every line.
@@ -39,19 +39,6 @@ contains
     self%text(self%length + 1:needed) = text//newline
     self%length = needed
   end subroutine line
-
-  !> Whole numbers with commas between them.
-  pure function integers(values) result(text)
-    integer, intent(in) :: values(:)
-    character(len=:), allocatable :: text
-    integer :: i
-
-    text = ''
-    do i = 1, size(values)
-      if (i > 1) text = text//', '
-      text = text//integer_text(values(i))
-    end do
-  end function integers
 
   !> Reals with commas between them.
   pure function numbers(values) result(text)

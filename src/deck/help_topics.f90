@@ -2,7 +2,7 @@
 !> nothing here does and what is nearest.
 !> The page docs/cannot.md is the same list of what is not there, with reasons.
 module qsmpm_help_topics
-  use qsmpm_text, only: string_type, split
+  use qsmpm_text, only: string_type, replaced, split
   implicit none
   private
 
@@ -27,21 +27,10 @@ contains
     allocate (known, source=topics())
     k = topic_of(known, word, .true.)
     if (k == 0) k = topic_of(known, word, .false.)
-    if (k == 0) k = topic_of(known, without_hyphens(word), .false.)
+    if (k == 0) k = topic_of(known, replaced(word, '-', ' '), .false.)
     text = ''
     if (k > 0) text = trim(known(k)%answer)
   end function topic_text
-
-  !> A word with blanks in the place of its hyphens.
-  pure function without_hyphens(word) result(text)
-    character(len=*), intent(in) :: word
-    character(len=len(word)) :: text
-    integer :: i
-
-    do i = 1, len(word)
-      text(i:i) = merge(' ', word(i:i), word(i:i) == '-')
-    end do
-  end function without_hyphens
 
   !> Whether a word in capitals is itself one that a topic answers to.
   pure logical function is_topic(word)

@@ -1,7 +1,7 @@
 !> The table of keywords: what a card is for, where it may stand, which procedure has its fields (qsmpm_card_fields)
 !> and which one finishes a card that was read. Check, reader, echo, help and deck reference go by it.
 module qsmpm_keyword_table
-  use qsmpm_text, only: string_type
+  use qsmpm_text, only: string_type, replaced
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_card_items, only: item_type, data_type
@@ -91,7 +91,7 @@ contains
       entry%section = section
       entry%times = times
       entry%sentence = sentence
-      entry%example = with_newlines(example)
+      entry%example = replaced(example, '|', new_line('a'))
       entry%fields => fields
       if (present(finish)) entry%finish => finish
       if (section == in_material) entry%list = list_materials
@@ -105,18 +105,6 @@ contains
       call move_alloc(describer%lines, entry%data)
     end associate
   end subroutine add
-
-  !> Bars as ends of lines.
-  pure function with_newlines(text) result(shown)
-    character(len=*), intent(in) :: text
-    character(len=len(text)) :: shown
-    integer :: i
-
-    shown = text
-    do i = 1, len(text)
-      if (text(i:i) == '|') shown(i:i) = new_line('a')
-    end do
-  end function with_newlines
 
   !> Room for one more entry.
   subroutine make_room(self)

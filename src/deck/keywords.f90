@@ -4,7 +4,6 @@ module qsmpm_keywords
   use qsmpm_keyword_table, only: table_type
   use qsmpm_deck_general, only: add_general_keywords, add_output_keywords
   use qsmpm_deck_grid, only: add_grid_keyword
-  use qsmpm_deck_refine, only: add_refine_keyword
   use qsmpm_deck_mesh, only: add_mesh_keywords
   use qsmpm_deck_sets, only: add_set_keywords
   use qsmpm_deck_bodies, only: add_body_keywords
@@ -28,7 +27,6 @@ contains
 
     call add_general_keywords(table)
     call add_grid_keyword(table)
-    call add_refine_keyword(table)
     call add_mesh_keywords(table)
     call add_set_keywords(table)
     call add_body_keywords(table)

@@ -5,7 +5,6 @@
 !> length are accepted, but no item between two commas that is longer than any word, path or sentence. What the
 !> lines mean is left to the cards.
 module qsmpm_deck_lines
-  use, intrinsic :: iso_fortran_env, only: iostat_end
   use qsmpm_text, only: string_type, stripped, squeezed, upper, split, without_return, integer_text
   use qsmpm_path, only: directory_of, joined
   use qsmpm_messages, only: line_origin_type, message_list_type, severity_error

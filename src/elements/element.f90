@@ -7,7 +7,7 @@ module qsmpm_element
   use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, &
     wedge15, element_kind_count, max_nodes, max_faces, element_name, element_from_name, &
     node_count, corner_count, local_dimension, face_count, vtk_type, linear_kind, element_order
-  use qsmpm_element_topology, only: face_corners, face_nodes, face_corner_count, face_node_count, mid_edges, &
+  use qsmpm_element_topology, only: face_corners, face_corner_count, mid_edges, &
     local_nodes, local_centre, inside_distance
   use qsmpm_element_shape, only: shape_functions, shape_gradients, shape_second_gradients, &
     element_geometry
@@ -21,7 +21,7 @@ module qsmpm_element
   public :: element_kind_count, max_nodes, max_faces, element_name, element_from_name
   public :: node_count, corner_count, local_dimension, face_count, vtk_type, linear_kind
   public :: element_order
-  public :: face_corners, face_nodes, face_corner_count, face_node_count, mid_edges
+  public :: face_corners, face_corner_count, mid_edges
   public :: local_nodes, local_centre, inside_distance
   public :: shape_functions, shape_gradients, shape_second_gradients, element_geometry
   public :: face_rule, face_area_vector

@@ -76,9 +76,7 @@ contains
     !> Name; trailing blanks do not count.
     character(len=*), intent(in) :: name
 
-    do kind = element_kind_count, 1, -1
-      if (name == elements(kind)%name) return
-    end do
+    kind = findloc(elements%name, name, dim=1)
   end function element_from_name
 
   !> Number of nodes.

@@ -12,7 +12,7 @@ module qsmpm_element_topology
   implicit none
   private
 
-  public :: face_corners, face_nodes, face_corner_count, face_node_count, mid_edges
+  public :: face_corners, face_corner_count, mid_edges
   public :: local_nodes, local_centre, inside_distance, face_frame
 
 contains
@@ -35,19 +35,6 @@ contains
       n = 2
     end select
   end function face_corner_count
-
-  !> Number of nodes of a face.
-  pure integer function face_node_count(kind, face) result(n)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local face number.
-    integer, intent(in) :: face
-
-    n = face_corner_count(kind, face)
-    if (element_order(kind) == 1) return
-    ! A closed polygon has as many edges as corners; an edge has one mid node.
-    n = merge(3, 2*n, n == 2)
-  end function face_node_count
 
   !> Local numbers of the corners of a face, seen from outside counter-clockwise.
   pure function face_corners(kind, face) result(corners)
@@ -74,31 +61,6 @@ contains
       corners = wedge_faces(:n, face)
     end select
   end function face_corners
-
-  !> Local numbers of all nodes of a face: corners, then the mid node behind each corner.
-  pure function face_nodes(kind, face) result(nodes)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local face number.
-    integer, intent(in) :: face
-    !> Local node numbers.
-    integer :: nodes(face_node_count(kind, face))
-
-    integer :: n, i, first, second, edge
-    integer :: edges(2, node_count(kind) - corner_count(kind))
-
-    n = face_corner_count(kind, face)
-    nodes(:n) = face_corners(kind, face)
-    edges = mid_edges(kind)
-    do i = 1, size(nodes) - n
-      first = nodes(i)
-      second = nodes(mod(i, n) + 1)
-      do edge = 1, size(edges, 2)
-        if (any(edges(:, edge) == first) .and. any(edges(:, edge) == second)) &
-          nodes(n + i) = corner_count(kind) + edge
-      end do
-    end do
-  end function face_nodes
 
   !> The two corners of the edge that each mid node halves; no columns for linear kinds.
   pure function mid_edges(kind) result(edges)

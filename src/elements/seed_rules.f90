@@ -8,6 +8,7 @@
 !> to show it.
 module qsmpm_seed_rules
   use qsmpm_kinds, only: wp
+  use qsmpm_text, only: integer_text
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, linear_kind, element_name, elements
   use qsmpm_line_rule, only: line_gauss, line_even
@@ -157,18 +158,15 @@ contains
     integer, intent(in) :: count
     character(len=:), allocatable :: message
 
-    character(len=12) :: number
     integer :: i, last
 
     last = allowed_size(kind)
     message = element_name(kind)//' takes '
     do i = 1, last
-      write (number, '(i0)') elements(kind)%counts(i)
       if (i > 1 .and. i < last) message = message//', '
       if (i == last) message = message//' or '
-      message = message//trim(number)
+      message = message//integer_text(elements(kind)%counts(i))
     end do
-    write (number, '(i0)') count
-    message = message//' points an element, not '//trim(number)
+    message = message//' points an element, not '//integer_text(count)
   end function wrong_count
 end module qsmpm_seed_rules

@@ -29,6 +29,7 @@ module qsmpm_stress_error
   use qsmpm_surface_pressure, only: pressure_at
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at, &
     stress_norm
+  use qsmpm_phase_loads, only: has_consolidation
   use qsmpm_points, only: carried_type, place_of
   use qsmpm_team, only: team_type, largest, total
   use qsmpm_traction_jump, only: across, add_traction_jump
@@ -102,7 +103,9 @@ contains
         if (.not. any(points%material == m)) cycle
         call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, m, degree_of(model), fields(m))
         call compare_points(model, fields(m), estimate)
-        call compare_surfaces(model, fields(m), neighbour, least, estimate, mismatch, covered)
+        ! Of ground that consolidates water carries a part of the traction, all of it at first.
+        if (.not. has_consolidation(model%analysis%phases)) &
+          call compare_surfaces(model, fields(m), neighbour, least, estimate, mismatch, covered)
         call add_resultants(model, fields(m), neighbour, held)
       end do
       call compare_materials(model, patches, fields, estimate)

@@ -6,11 +6,11 @@
 module qsmpm_triangle_refinement
   use qsmpm_kinds, only: wp, long, pi
   use qsmpm_edge_division, only: wedge_type
-  use qsmpm_lattice, only: lattice_type, in_circle, lattice_place, orientation, plane_place
+  use qsmpm_lattice, only: lattice_type, in_circle, orientation, plane_place
   use qsmpm_leaf_sizes, only: leaf_sizes_type, finest_size, leaf_size
   use qsmpm_outline_graph, only: outline_graph_type
   use qsmpm_triangulation, only: triangulation_type, cells_around, insert_node, insert_on_edge, locate, next_of, &
-    place_in_cell, previous_of, signed_area
+    previous_of, signed_area
   implicit none
   private
 

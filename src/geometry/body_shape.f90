@@ -20,6 +20,9 @@ module qsmpm_body_shape
     type(polyhedron_type), allocatable :: solid
     !> Length by which the bounds are uncertain: that of a file with few digits.
     real(wp) :: uncertainty = 0.0_wp
+    !> Share of a cell that may lie outside of a body which holds it: cells that fit outlines take places nearer than a
+    !> twentieth of a cell for one, and a body ends at the edges that they have then.
+    real(wp) :: slack = 0.0_wp
   end type body_shape_type
 
 contains

@@ -12,8 +12,8 @@ module qsmpm_initial_results
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_stress_results, only: read_state_results
   use qsmpm_team, only: largest
-  use qsmpm_rounded_text, only: rounded_text
-  use qsmpm_text, only: string_type
+  use qsmpm_rounded_text, only: rounded_place
+  use qsmpm_text, only: word_place
   implicit none
   private
 
@@ -43,7 +43,7 @@ contains
     type(point_bins_type) :: bins
     real(wp) :: distance, farthest, farthest_of_all
     character(len=:), allocatable :: place
-    integer :: p, worst, d, rank
+    integer :: p, worst, rank
 
     call make_bins(initial%places, bins)
     farthest = 1.0_wp
@@ -58,17 +58,14 @@ contains
         worst = p
       end do
       place = ''
-      if (worst > 0) place = rounded_text(points%position(1, worst))
-      do d = 2, merge(size(points%position, 1), 0, worst > 0)
-        place = place//', '//rounded_text(points%position(d, worst))
-      end do
+      if (worst > 0) place = rounded_place(points%position(:, worst))
     end associate
     farthest_of_all = largest(model%part%team, farthest)
     rank = lowest_rank(model%part%team, worst > 0 .and. farthest >= farthest_of_all)
     if (rank == model%part%team%ranks) return
     call spread_text(model%part%team, rank, place)
     call add_diagnostic(diagnostics, initial%where, '*INITIAL', "'"//initial%file//"' has no material point within "// &
-      'a cell of ('//place//'): that run had no material there; leave the body out by ACTIVE=NO and put it in '// &
+      'a cell of '//place//': that run had no material there; leave the body out by ACTIVE=NO and put it in '// &
       'place later, or give stresses by height')
   end subroutine check_distances
 
@@ -86,7 +83,7 @@ contains
       if (.not. allocated(laws(m)%law%state_names)) cycle
       do i = 1, size(laws(m)%law%state_names)
         associate (name => laws(m)%law%state_names(i)%text)
-          if (len(name) == 0 .or. place_among(initial%state_names, name) > 0) cycle
+          if (len(name) == 0 .or. word_place(initial%state_names, name) > 0) cycle
           call read_state_results(initial%part, name, values, initial%material_at_places, error)
           if (allocated(error)) then
             call add_diagnostic(diagnostics, initial%where, '*INITIAL', error%message)
@@ -104,16 +101,6 @@ contains
       "'"//initial%file//"' has no state variable of the materials of this model: leave out STATE=YES")
   end subroutine read_states
 
-  !> Place of a name in a list, 0 when it is not in it.
-  pure integer function place_among(names, name) result(place)
-    type(string_type), intent(in) :: names(:)
-    character(len=*), intent(in) :: name
-
-    do place = size(names), 1, -1
-      if (names(place)%text == name) return
-    end do
-  end function place_among
-
   !> State variables of the nearest place, where the material has the same number.
   subroutine take_states(model, initial)
     type(model_type), intent(inout) :: model
@@ -130,7 +117,7 @@ contains
         associate (law => model%laws(points%material(p))%law)
           if (.not. allocated(law%state_names)) cycle
           do i = 1, size(law%state_names)
-            k = place_among(initial%state_names, law%state_names(i)%text)
+            k = word_place(initial%state_names, law%state_names(i)%text)
             if (k > 0) points%state(i, p) = initial%state_at_places(k, from)
           end do
         end associate

@@ -11,8 +11,8 @@
 !> Stresses: 11,22,33,12,13,23 (3D, six) or 11,22,33,12 (2D, four). Tension positive.
 module qsmpm_law
   use qsmpm_kinds, only: wp
+  use qsmpm_text, only: string_type, word_place
   use qsmpm_confinement, only: add_confinement
-  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -147,6 +147,7 @@ module qsmpm_law
     procedure :: effective_stress => whole_stress
     !> Derivatives of a point that has been updated, where the law is nonlocal.
     procedure :: couple => couple_not
+    procedure :: state_place
     !> Elastic shear modulus of a step.
     procedure :: shear_modulus => usual_shear
     !> Elastic shear compliance of a step, by which results tell elastic from plastic strain.
@@ -274,8 +275,6 @@ contains
     !> State (state_count).
     real(wp), intent(out) :: state(:)
 
-    associate (unused => place)
-    end associate
     call self%start(stress, state)
   end subroutine start_anywhere
 
@@ -285,10 +284,16 @@ contains
     !> Cauchy stress (4 or 6), and state (state_count).
     real(wp), intent(in) :: stress(:)
     real(wp), intent(inout) :: state(:)
-
-    associate (unused => self, neither => stress, nor => state)
-    end associate
   end subroutine keep_strength
+
+  !> Place of a state variable in the state, 0 where it has none of that name.
+  pure integer function state_place(self, name) result(place)
+    class(law_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+
+    place = 0
+    if (allocated(self%state_names)) place = word_place(self%state_names, name)
+  end function state_place
 
   !> Take the share of the elastic tangent.
   subroutine set_blend(self, share)
@@ -305,8 +310,6 @@ contains
     real(wp), intent(in) :: stress(:), state(:)
     real(wp) :: effective(size(stress))
 
-    associate (unused => self, neither => state)
-    end associate
     effective = stress
   end function whole_stress
 
@@ -331,8 +334,6 @@ contains
     !> Effective stress (4 or 6), and state (state_count).
     real(wp), intent(in) :: stress(:), state(:)
 
-    associate (unused => stress, neither => state)
-    end associate
     shear = self%shear_scale
   end function usual_shear
 
@@ -344,8 +345,6 @@ contains
     real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
     real(wp) :: compliance(2)
 
-    associate (unused => stress, unused_state => state, unused_ratio => volume_ratio, unused_change => volume_change)
-    end associate
     compliance = 0.5_wp/self%shear_scale
   end function usual_compliance
 end module qsmpm_law

@@ -126,8 +126,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(law_description_type) :: law
 
-    associate (unused => by)
-    end associate
     law = self%describe()
     call fail(error, error_deck, '*'//law%keyword//' does not say which of its parameters are a strength that a '// &
       'factor may divide: name them by *STRENGTH CONSTANTS')
@@ -142,8 +140,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(law_description_type) :: law
 
-    associate (unused => named, neither => by)
-    end associate
     law = self%describe()
     call fail(error, error_deck, '*'//law%keyword//' wants no *STRENGTH CONSTANTS')
   end subroutine refuse_constants

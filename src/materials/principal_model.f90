@@ -142,9 +142,6 @@ contains
     class(principal_model_type), intent(in) :: self
     !> (state_count)
     real(wp), intent(inout) :: state(:)
-
-    associate (unused => self, as_it_is => state)
-    end associate
   end subroutine same_state
 
   !> No model but a nonlocal one knows of a field.

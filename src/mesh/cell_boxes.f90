@@ -15,7 +15,7 @@ module qsmpm_cell_boxes
   implicit none
   private
 
-  public :: box_owners_type, share_grid, share_cells, share_jointly, box_of, is_inside
+  public :: box_owners_type, share_grid, share_jointly, box_of, is_inside
 
   !> Owners of the cells of a grid.
   type, extends(cell_owners_type) :: box_owners_type
@@ -101,21 +101,6 @@ contains
       cell(i) = (((at(3) - 1)*cells(2) + at(2) - 1)*cells(1) + at(1) - 1)*self%pieces + 1
     end do
   end function homes
-
-  !> The boxes; fewer cells in a row than processes leave some without any (`short`).
-  subroutine share_cells(at, whole, boxes, short)
-    !> Cells in which what is shared lies (3, n).
-    integer, intent(in) :: at(:, :)
-    type(window_type), intent(in) :: whole
-    !> (ranks)
-    type(window_type), intent(out) :: boxes(:)
-    logical, intent(out) :: short
-    type(team_type) :: alone
-    integer :: weight(size(at, 2))
-
-    weight = 1
-    call share_jointly(alone, at, weight, whole, boxes, short)
-  end subroutine share_cells
 
   !> The same of what each process of a team knows a part of.
   subroutine share_jointly(team, at, weight, whole, boxes, short)

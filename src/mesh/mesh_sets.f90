@@ -7,7 +7,7 @@ module qsmpm_mesh_sets
   implicit none
   private
 
-  public :: nodes_in_box, nodes_on_plane, faces_in_box, cuts_faces, find_set, items_of, add_set, set_tolerance
+  public :: nodes_in_box, nodes_on_plane, faces_in_box, cuts_faces, items_of, add_set, set_tolerance
 
   !> A node lies on a plane when it is this close, as a share of the size of the mesh.
   real(wp), parameter :: closeness = 1.0e-8_wp
@@ -120,15 +120,6 @@ contains
     yes = all(inside(mesh%cell_nodes(mesh%cell_first(cell) - 1 + corners)))
   end function all_inside
 
-  !> Place of a name in a list of sets, 0 when it is not there.
-  pure integer function find_set(sets, name) result(place)
-    !> The list of sets.
-    type(index_set_type), intent(in) :: sets(:)
-    character(len=*), intent(in) :: name
-
-    place = place_named(sets, name)
-  end function find_set
-
   !> What a set of a name holds; nothing where there is none.
   pure function items_of(sets, name) result(items)
     !> The list of sets.
@@ -137,7 +128,7 @@ contains
     integer, allocatable :: items(:)
     integer :: place
 
-    place = find_set(sets, name)
+    place = place_named(sets, name)
     if (place > 0) items = sets(place)%items
     if (place == 0) allocate (items(0))
   end function items_of

@@ -4,13 +4,12 @@ module qsmpm_layer_warnings
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
   use qsmpm_analysis, only: analysis_type, three_dimensional
-  use qsmpm_body_description, only: body_type, body_box, body_polygon
+  use qsmpm_body_description, only: body_box, body_polygon
   use qsmpm_mesh_description, only: mesh_grid, mesh_fitted
   use qsmpm_method_description, only: basis_fem
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
-  use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_layer_interfaces, only: interface_type, find_interfaces
-  use qsmpm_material_traits, only: may_yield, traits_of
+  use qsmpm_layer_interfaces, only: fewest_cells, find_interfaces, interface_type, is_weaker, measure_body
+  use qsmpm_material_traits, only: may_yield
   use qsmpm_model, only: model_type
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_team, only: total
@@ -22,8 +21,6 @@ module qsmpm_layer_warnings
 
   !> Stress that is off by this share of it in cut cells is told: the limit of the scatter of a run.
   real(wp), parameter :: most_off = 0.13_wp
-  !> Cells that a weak body needs across it, and the share of its neighbour's strength below which it is weak.
-  real(wp), parameter :: fewest_cells = 3.0_wp, weak = 0.8_wp
   !> A body this much stiffer than all it touches bends by itself. Material points whose standard deviation is below
   !> this share of its thickness are one row across it; two rows have a quarter. One so many times as long as it is
   !> thick bends.
@@ -80,7 +77,7 @@ contains
       do b = 1, size(bodies)
         if (number(b) == 0 .or. .not. any(bodies(b)%kind == [body_box, body_polygon])) cycle
         if (may_yield(model%analysis%materials(number(b))) .or. is_held(b)) cycle
-        call measure(model%analysis, bodies(b), thick, long, cell, normal)
+        call measure_body(model%analysis, bodies(b), thick, long, cell, normal)
         if (.not. (thick < cell .and. long >= slender*thick)) cycle
         along = matmul(normal(:size(points%position, 1)), points%position(:, :points%count))
         associate (volume => merge(points%volume(:points%count), 0.0_wp, points%body(:points%count) == b))
@@ -145,89 +142,11 @@ contains
     else if (cuts) then
       figures = 'by 56 and 22 % along a weak seam of one and two cells that lies across them'
     end if
-    call measure(analysis, analysis%bodies(b), thick, long, cell, normal)
+    call measure_body(analysis, analysis%bodies(b), thick, long, cell, normal)
     if (.not. thick < (1.0_wp - 1.0e-6_wp)*fewest_cells*cell) return
     text = "warning: body '"//analysis%bodies(b)%name//"' is weaker than what it touches and "// &
       rounded_text(thick/cell)//' cells thick: failure along it is held up by the cells beside it, and limit loads '// &
       'and factors of safety come out too high ('//figures//'); '// &
       'cells of '//rounded_text(thick/fewest_cells)//' or smaller across it are needed'//new_line('a')
   end function thin_text
-
-  !> Whether a body is weaker than another as drawn or in a phase.
-  pure logical function is_weaker(analysis, b, other)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: b, other
-    type(law_description_type) :: mine, its
-    integer :: number(size(analysis%bodies)), p
-
-    is_weaker = .false.
-    do p = 0, size(analysis%phases)
-      number = body_materials(analysis, p)
-      if (min(number(b), number(other)) == 0) cycle
-      mine = traits_of(analysis%materials(number(b)))
-      its = traits_of(analysis%materials(number(other)))
-      if (.not. (mine%has_strength .and. its%has_strength)) cycle
-      is_weaker = is_weaker .or. (mine%cohesion <= its%cohesion .and. mine%friction_angle <= its%friction_angle .and. &
-        (mine%cohesion < weak*its%cohesion .or. mine%friction_angle < weak*its%friction_angle))
-    end do
-  end function is_weaker
-
-  !> Thickness and length of a body, the sides of a rectangle of its area and perimeter, and the size of cells across
-  !> it.
-  pure subroutine measure(analysis, body, thick, long, cell, normal)
-    type(analysis_type), intent(in) :: analysis
-    type(body_type), intent(in) :: body
-    real(wp), intent(out) :: thick, long, cell
-    !> Unit vector across it.
-    real(wp), intent(out) :: normal(3)
-    real(wp) :: area, around, edge(2), longest(2), bounds(3, 2)
-    integer :: i, n, axis
-
-    associate (axes => analysis%mesh%axes)
-      bounds = body%box
-      normal = 0.0_wp
-      if (body%kind == body_box) then
-        n = merge(3, 2, analysis%model == three_dimensional)
-        axis = minloc(bounds(:n, 2) - bounds(:n, 1), dim=1)
-        thick = bounds(axis, 2) - bounds(axis, 1)
-        long = maxval(bounds(:n, 2) - bounds(:n, 1))
-        cell = size_between(axes(axis)%lines, bounds(axis, :))
-        normal(axis) = 1.0_wp
-        return
-      end if
-      area = 0.0_wp
-      around = 0.0_wp
-      longest = 0.0_wp
-      n = size(body%polygon, 2)
-      do i = 1, n
-        associate (p => body%polygon(:, i), q => body%polygon(:, modulo(i, n) + 1))
-          edge = q - p
-          area = area + 0.5_wp*(p(1)*q(2) - p(2)*q(1))
-          around = around + norm2(edge)
-          if (norm2(edge) > norm2(longest)) longest = edge
-        end associate
-      end do
-      thick = around/4.0_wp - sqrt(max(0.0_wp, (around/4.0_wp)**2 - abs(area)))
-      long = around/2.0_wp - thick
-      longest = longest/norm2(longest)
-      normal(:2) = [-longest(2), longest(1)]
-      bounds(:2, 1) = minval(body%polygon, dim=2)
-      bounds(:2, 2) = maxval(body%polygon, dim=2)
-      cell = abs(longest(2))*size_between(axes(1)%lines, bounds(1, :)) + abs(longest(1))*size_between(axes(2)%lines, &
-        bounds(2, :))
-    end associate
-  end subroutine measure
-
-  !> Mean size of the cells that a range of an axis meets.
-  pure real(wp) function size_between(lines, range)
-    real(wp), intent(in) :: lines(:), range(2)
-    integer :: low, high, n
-    real(wp) :: near
-
-    n = size(lines)
-    near = 1.0e-6_wp*(lines(n) - lines(1))
-    low = max(1, min(n - 1, count(lines <= range(1) + near)))
-    high = max(low + 1, min(n, 1 + count(lines < range(2) - near)))
-    size_between = (lines(high) - lines(low))/real(high - low, wp)
-  end function size_between
 end module qsmpm_layer_warnings

@@ -275,7 +275,9 @@ contains
     if (held > (1.0_wp - outside)*drawn) return
     write (share, '(f12.1)') 100.0_wp*(1.0_wp - held/drawn)
     model%notes = model%notes//"warning: body '"//name//"': "//trim(adjustl(share))// &
-      ' % of it lies outside of the mesh and is left out'//new_line('a')
+      ' % of it lies outside of the mesh'
+    if (shape%slack > 0.0_wp) model%notes = model%notes//', or beyond a line nearer than a twentieth of a cell,'
+    model%notes = model%notes//' and is left out'//new_line('a')
   end subroutine report_outside
 
   !> Material points from the seeds: unstressed, at their places.

@@ -147,9 +147,7 @@ contains
     is_so = analysis%mesh%kind == mesh_grid .and. analysis%method%basis /= basis_fem .and. &
       .not. (analysis%mesh%perturbation > 0.0_wp .or. analysis%moving_mesh%active)
     if (is_so) is_so = any(analysis%mesh%element == ['QUAD4', 'HEX8 '])
-    do i = 1, size(analysis%contacts)
-      is_so = is_so .and. len(analysis%contacts(i)%surface) > 0
-    end do
+    is_so = is_so .and. all([(len(analysis%contacts(i)%surface) > 0, i=1, size(analysis%contacts))])
   end function is_divided_as_built
 
   !> Defaults that depend on other choices, and what is to be said of them.

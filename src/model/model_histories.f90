@@ -2,6 +2,7 @@
 !> the nearest material point for each stress, strain and state variable.
 module qsmpm_model_histories
   use qsmpm_kinds, only: wp, long
+  use qsmpm_named, only: place_named
   use qsmpm_history_description, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, &
     quantity_excess_pressure, quantity_discharge, quantity_stress, quantity_runout, history_type
   use qsmpm_source_line, only: source_line_type
@@ -25,7 +26,6 @@ module qsmpm_model_histories
   use qsmpm_element, only: face_count, inside_distance, local_centre, max_faces, max_nodes, node_count, &
     shape_functions
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_sets, only: find_set
   use qsmpm_seed_table, only: seed_table_type
   use qsmpm_team, only: smallest
   use qsmpm_rounded_text, only: rounded_text
@@ -63,7 +63,7 @@ contains
       material = 0
       do i = 1, size(histories)
         if (histories(i)%quantity == quantity_reaction .and. len(histories(i)%surface) == 0) then
-          if (find_set(model%mesh%node_sets, histories(i)%set) == 0) call add_diagnostic(diagnostics, &
+          if (place_named(model%mesh%node_sets, histories(i)%set) == 0) call add_diagnostic(diagnostics, &
             histories(i)%where, '*HISTORY', "there is no node set '"//histories(i)%set//"'")
         end if
         if (is_taken_at(histories(i)%quantity, at_point)) call pick_point(model, histories(i), i, material)

@@ -4,6 +4,7 @@
 !> no node there; it must have one in the whole grid, which is looked at when the model is built.
 module qsmpm_model_mesh
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type
   use qsmpm_fitted_background, only: fit_background
   use qsmpm_analysis, only: analysis_type, three_dimensional
@@ -22,7 +23,7 @@ module qsmpm_model_mesh
   use qsmpm_mesh_readers, only: read_mesh
   use qsmpm_inline_mesh, only: inline_mesh
   use qsmpm_mesh_topology, only: build_topology
-  use qsmpm_mesh_sets, only: nodes_in_box, nodes_on_plane, find_set, add_set, set_tolerance
+  use qsmpm_mesh_sets, only: nodes_in_box, nodes_on_plane, add_set, set_tolerance
   implicit none
   private
 
@@ -178,7 +179,7 @@ contains
     character(len=*), intent(in) :: keyword
     type(diagnostics_type), intent(inout) :: diagnostics
 
-    if (find_set(model%mesh%node_sets, name) == 0) &
+    if (place_named(model%mesh%node_sets, name) == 0) &
       call add_diagnostic(diagnostics, where, keyword, "there is no node set '"//name//"' in the deck or the mesh")
   end subroutine require
 

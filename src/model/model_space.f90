@@ -1,6 +1,7 @@
 !> The space of displacements that *METHOD asks for.
 module qsmpm_model_space
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_history_description, only: quantity_reaction
   use qsmpm_mesh_description, only: mesh_grid, set_type, select_plane, select_box
   use qsmpm_method_description, only: integrate_cells, basis_standard, basis_fem
@@ -8,7 +9,7 @@ module qsmpm_model_space
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_layer_interfaces, only: interface_type, find_interfaces
-  use qsmpm_mesh_sets, only: find_set, set_tolerance
+  use qsmpm_mesh_sets, only: set_tolerance
   use qsmpm_model, only: model_type
   use qsmpm_space_builder, only: element_space, spline_space, reduced_knots_type
   use qsmpm_grid_labels, only: place_of
@@ -160,7 +161,7 @@ contains
       character(len=*), intent(in) :: keyword
       integer :: s
 
-      s = find_set(model%mesh%node_sets, name)
+      s = place_named(model%mesh%node_sets, name)
       if (s == 0) return
       if (.not. constrained(s) .and. .not. boxes(s)%whole) &
         call add_diagnostic(diagnostics, where, keyword, no_box(name))
@@ -180,7 +181,7 @@ contains
     do i = 1, size(model%analysis%histories)
       associate (history => model%analysis%histories(i))
         if (history%quantity /= quantity_reaction) cycle
-        s = find_set(model%mesh%node_sets, history%set)
+        s = place_named(model%mesh%node_sets, history%set)
         if (s == 0) cycle
         if (constrained(s) .or. boxes(s)%whole) cycle
         call add_diagnostic(diagnostics, history%where, '*HISTORY', no_box(history%set))

@@ -11,6 +11,7 @@
 !> whose rows follow the set (*MOVING MESH) or the material (BASIS=FEM) needs no watch.
 module qsmpm_pushed_material
   use qsmpm_kinds, only: wp, long
+  use qsmpm_named, only: place_named
   use qsmpm_method_description, only: basis_fem
   use qsmpm_phase_description, only: phase_type
   use qsmpm_cell_numbers, only: whole_cells, window_cells
@@ -19,7 +20,6 @@ module qsmpm_pushed_material
   use qsmpm_exchange, only: hand_over
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
-  use qsmpm_mesh_sets, only: find_set
   use qsmpm_model, only: model_type
   use qsmpm_own_marks, only: mark_own
   use qsmpm_own_part, only: is_divided, own_cells
@@ -53,7 +53,7 @@ contains
       do i = 1, size(phase%prescriptions)
         associate (prescription => phase%prescriptions(i))
           if (.not. abs(prescription%value) > 0.0_wp .or. follows(model, prescription%component)) cycle
-          s = find_set(model%mesh%node_sets, prescription%set)
+          s = place_named(model%mesh%node_sets, prescription%set)
           if (s == 0) cycle
           associate (same => before%set == s .and. before%component == prescription%component .and. &
               before%pushed*prescription%value > 0.0_wp)
@@ -231,7 +231,7 @@ contains
     integer :: i, s
 
     do i = 1, size(phase%prescriptions)
-      s = find_set(mesh%node_sets, phase%prescriptions(i)%set)
+      s = place_named(mesh%node_sets, phase%prescriptions(i)%set)
       where (watched%set == s .and. watched%component == phase%prescriptions(i)%component) &
         watched%pushed = watched%pushed + share*phase%load_factor*phase%prescriptions(i)%value
     end do

@@ -4,7 +4,7 @@
 !> bytes in every run of a deck; a run that continues another cuts the file back to the rows of the
 !> state it starts from.
 module qsmpm_curves
-  use qsmpm_kinds, only: wp, long
+  use qsmpm_kinds, only: long
   use qsmpm_analysis, only: analysis_type, axisymmetric, three_dimensional
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_error, only: error_type, error_other, fail

@@ -150,26 +150,8 @@ contains
     character(len=*), intent(in) :: name
     integer :: m
 
-    known = len(name) == 0
-    do m = 1, last - 1
-      known = known .or. state_place(model, m, name) > 0
-    end do
+    known = len(name) == 0 .or. any([(model%laws(m)%law%state_place(name) > 0, m=1, last - 1)])
   end function known
-
-  !> Place of a state variable in the state of a law, 0 when it has none of that name.
-  pure integer function state_place(model, m, name)
-    type(model_type), intent(in) :: model
-    !> Number of the law.
-    integer, intent(in) :: m
-    character(len=*), intent(in) :: name
-    integer :: i
-
-    state_place = 0
-    if (.not. allocated(model%laws(m)%law%state_names)) return
-    do i = 1, size(model%laws(m)%law%state_names)
-      if (model%laws(m)%law%state_names(i)%text == name) state_place = i
-    end do
-  end function state_place
 
   !> A state variable at the material points, 0 at those whose law does not have it.
   subroutine state_values(model, name, values)
@@ -179,9 +161,7 @@ contains
     real(wp), allocatable, intent(out) :: values(:, :)
     integer :: place(size(model%laws)), m, p
 
-    do m = 1, size(model%laws)
-      place(m) = state_place(model, m, name)
-    end do
+    place = [(model%laws(m)%law%state_place(name), m=1, size(model%laws))]
     associate (points => model%state%points)
       allocate (values(1, points%count), source=0.0_wp)
       do p = 1, points%count

@@ -1,4 +1,4 @@
-!> Pictures of a state for ParaView: the material points as boxes of their volume (qsmpm_point_boxes), each a cell with
+!> Pictures of a state for ParaView: the material points as boxes of their volume (`box_corners`), each a cell with
 !> the fields of its point; the background mesh with what is in its cells.
 !>
 !> Of a model that is divided each process writes its own points and cells as a piece (qsmpm_part_files), and the first
@@ -17,20 +17,29 @@ module qsmpm_pictures
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
   use qsmpm_part_files, only: part_name, remove_parts
-  use qsmpm_point_boxes, only: box_corners
   use qsmpm_posix, only: remove_file
   use qsmpm_stress_error, only: stress_error_type
   use qsmpm_team, only: team_type, total
   use qsmpm_text, only: string_type
   use qsmpm_vtu, only: vtu_type, start_vtu, add_reals, add_integers, add_longs, add_bytes, write_vtu, &
     pieces_head, write_pieces, section_cell_data, section_points, section_cells
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_points, only: place_of
   implicit none
   private
 
-  public :: write_points_picture, write_mesh_picture
+  public :: write_points_picture, write_mesh_picture, box_corners
 
   !> VTK's numbers of a quadrilateral and a brick.
   integer(int8), parameter :: vtk_quad = 9_int8, vtk_brick = 12_int8
+
+  !> Corners in VTK's order, the first four in the plane.
+  real(wp), parameter :: corner(3, 8) = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, &
+    -1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, &
+    -1.0_wp, 1.0_wp, 1.0_wp], [3, 8])
+
+  !> Least side of a box over the largest, and of all [length]: points of the rule of a cut cell have sides of nothing.
+  real(wp), parameter :: flattest = 1.0e-3_wp, smallest = 1.0e-100_wp
 
 contains
 
@@ -226,4 +235,47 @@ contains
     end do
     call add_bytes(vtu, section_cells, 'types', bytes)
   end subroutine add_mesh_cells
+
+  !> Places of the corners of boxes as large as the volumes of their points, those of a point behind each other: four a
+  !> point in the plane, eight in space. Sides are those with which the point was laid out, times the stretch
+  !> (b_ii)^1/2 where points carry their strain, then all of them by one factor to the present volume. A point without
+  !> sides (image of a smaller model, rule of a cut cell) has a cube.
+  pure subroutine box_corners(model, places)
+    type(model_type), intent(in) :: model
+    !> (3, corners)
+    real(wp), allocatable, intent(out) :: places(:, :)
+    real(wp) :: half(3)
+    integer :: p, k, n
+
+    n = 2**model%mesh%dimension
+    associate (points => model%state%points)
+      allocate (places(3, n*points%count))
+      do p = 1, points%count
+        half = half_sides(model, p)
+        do k = 1, n
+          places(:, n*(p - 1) + k) = place_of(points, p) + half*corner(:, k)
+        end do
+      end do
+    end associate
+  end subroutine box_corners
+
+  !> Half the sides of the box of a point, the third 0 in the plane.
+  pure function half_sides(model, p) result(half)
+    type(model_type), intent(in) :: model
+    !> Number of the point.
+    integer, intent(in) :: p
+    real(wp) :: half(3), volume
+    integer :: d
+
+    d = model%mesh%dimension
+    half = 0.0_wp
+    associate (points => model%state%points)
+      volume = max(0.0_wp, points%volume(p))
+      if (model%analysis%model == axisymmetric) volume = volume/points%position(1, p)
+      half(:d) = points%half_size(:d, p)
+      if (size(points%left_cauchy_green, 2) == points%count) half(:d) = half(:d)*sqrt(points%left_cauchy_green(:d, p))
+      if (.not. minval(half(:d)) > max(flattest*maxval(half(:d)), smallest)) half(:d) = 0.5_wp
+      half(:d) = half(:d)*(volume/product(2.0_wp*half(:d)))**(1.0_wp/d)
+    end associate
+  end function half_sides
 end module qsmpm_pictures

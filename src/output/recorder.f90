@@ -9,7 +9,7 @@
 !> Each process of a team has a recorder. The first one writes; the others write their parts of pictures and restart
 !> files where the model is divided (qsmpm_part_files), and nothing else.
 module qsmpm_recorder
-  use qsmpm_kinds, only: wp, long
+  use qsmpm_kinds, only: long
   use qsmpm_agreement, only: agree, any_of
   use qsmpm_built_model, only: sizes_text
   use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
@@ -434,8 +434,6 @@ contains
   logical function stop_requested(self)
     class(recorder_type), intent(inout) :: self
 
-    associate (unused => self)
-    end associate
     stop_requested = signal_received() /= 0
   end function stop_requested
 

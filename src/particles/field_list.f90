@@ -7,6 +7,7 @@
 !> said by `list_fields` of qsmpm_points and by qsmpm_made_fields.
 module qsmpm_field_list
   use qsmpm_kinds, only: wp, long
+  use qsmpm_text, only: replaced
   implicit none
   private
 
@@ -217,12 +218,9 @@ contains
   !> The name with blanks, as messages say it.
   pure function spoken(self) result(text)
     class(field_type), intent(in) :: self
-    character(len=len_trim(self%name)) :: text
-    integer :: i
+    character(len=:), allocatable :: text
 
-    do i = 1, len(text)
-      text(i:i) = merge(' ', self%name(i:i), self%name(i:i) == '_')
-    end do
+    text = replaced(trim(self%name), '_', ' ')
   end function spoken
 
   !> A copy of the values as reals, with zeros behind their components.

@@ -16,7 +16,7 @@ module qsmpm_point_location
   implicit none
   private
 
-  public :: activation_type, activate, sort_points, add_active, classify_cells, relocate
+  public :: activation_type, sort_points, add_active, classify_cells, relocate
 
   !> Fill below which an active cell needs stabilising, and above which it may be integrated whole.
   real(wp), parameter, public :: boundary_fill = 0.6_wp
@@ -49,18 +49,6 @@ module qsmpm_point_location
   end type activation_type
 
 contains
-
-  !> Sort points into cells and classify the cells.
-  pure subroutine activate(mesh, cell_volume, points, activation)
-    type(mesh_type), intent(in) :: mesh
-    !> Volume of every cell (cell_count).
-    real(wp), intent(in) :: cell_volume(:)
-    type(points_type), intent(in) :: points
-    type(activation_type), intent(out) :: activation
-
-    call sort_points(mesh, cell_volume, points, activation)
-    call classify_cells(mesh, activation)
-  end subroutine activate
 
   !> Sort points into cells, and find how full these are.
   pure subroutine sort_points(mesh, cell_volume, points, activation, occupied)

@@ -283,10 +283,8 @@ contains
     call from%list_fields(source)
     call to%list_fields(copy)
     same = from%count == to%count
-    do i = 1, source%count
-      same = same .and. source%fields(i)%component_count() == copy%fields(i)%component_count() .and. &
-        source%fields(i)%point_count() == copy%fields(i)%point_count()
-    end do
+    same = same .and. all([(source%fields(i)%component_count() == copy%fields(i)%component_count() &
+      .and. source%fields(i)%point_count() == copy%fields(i)%point_count(), i=1, source%count)])
     if (same) then
       call copy_fields(source, copy)
     else

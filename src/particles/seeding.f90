@@ -11,7 +11,7 @@ module qsmpm_seeding
   use qsmpm_element_kinds, only: quad4, hex8, linear_kind, max_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: measure_at, volume_of
-  use qsmpm_body_shape, only: body_shape_type, is_unbounded
+  use qsmpm_body_shape, only: body_shape_type
   use qsmpm_cell_share, only: occupied_share, upright_prism, corners_of, solid_of
   use qsmpm_cell_pieces, only: prism_pieces, solid_pieces
   use qsmpm_piece_list, only: piece_list_type, merge_small_pieces
@@ -72,7 +72,7 @@ contains
         if (.not. shape%region(c)) cycle
       end if
       call occupied_share(mesh, axisymmetric, shape, solid, c, share, centre)
-      rounding = nothing + 2.0_wp*shape%uncertainty/least_extent(mesh, c)
+      rounding = max(nothing + 2.0_wp*shape%uncertainty/least_extent(mesh, c), shape%slack)
       if (share <= rounding) cycle
       call choose_pattern(mesh%cell_kind(c), points_per_element, places, degree, pattern, error)
       if (allocated(error)) return

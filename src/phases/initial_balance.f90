@@ -98,7 +98,7 @@ contains
     write (text, '(a,3(1x,es11.4))') ', most at', balance%position
     call fail(error, error_not_converged, "phase '"//phase%name//"': the "//stresses_of(phase)// &
       ' are not in equilibrium, '//balance_text(balance)//trim(text)//': '// &
-      cause_of(correction, is_beyond_strength(model)))
+      cause_of(correction, is_beyond_strength(model), size(model%analysis%rigid_bodies) > 0))
   end subroutine check_initial_balance
 
   !> Whether nothing but gravity acts in a phase, so that what moves in it tells of its initial stresses.
@@ -164,9 +164,11 @@ contains
 
   !> Why stresses may be out of balance by much, and what to do. Where elastic ground would hardly move, it is the soil
   !> that is soft where its stress is low.
-  pure function cause_of(correction, beyond_strength) result(words)
+  pure function cause_of(correction, beyond_strength, beside_bodies) result(words)
     type(correction_type), intent(in) :: correction
     logical, intent(in) :: beyond_strength
+    !> There are rigid bodies.
+    logical, intent(in) :: beside_bodies
     character(len=:), allocatable :: words
 
     if (beyond_strength) then
@@ -177,8 +179,11 @@ contains
         'there are too coarse for that. Take smaller cells, *METHOD, BASIS=GIMP, INTEGRATION=CELL, or let the grid '// &
         'end where the ground does'
     else
-      words = 'the ground or a layer of it is not level, *INITIAL gives another level, a load of the phase is not '// &
-        'in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). '//advice
+      words = 'the ground or a layer of it is not level, a side of it is not held, *INITIAL gives another level, '// &
+        'a load of the phase is not in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). '
+      if (beside_bodies) words = words//'Corners of rigid bodies are round (ROUND) and hold nothing: draw a body '// &
+        'beyond the ground that it stands beside. '
+      words = words//advice
     end if
   end function cause_of
 

@@ -27,7 +27,7 @@ module qsmpm_phase_report
   use qsmpm_step_control, only: outcome_type
   use qsmpm_sheared_ground, only: flow_notes, swollen_note
   use qsmpm_team, only: largest, total
-  use qsmpm_text, only: integer_text
+  use qsmpm_text, only: integer_list, integer_text
   use qsmpm_user_material, only: interface_umat, model_tangent_auto, model_tangent_numerical
   implicit none
   private
@@ -108,7 +108,7 @@ contains
       if (report%window == window) return
       report%window = window
       call observer%note('active window rebuilt around the material: '//integer_text(product(cells_of(window)))// &
-        ' cells of the grid, from cell '//index_text(window%first(:d))//' to '//index_text(window%last(:d)))
+        ' cells of the grid, from cell ('//integer_list(window%first(:d))//') to ('//integer_list(window%last(:d))//')')
     end associate
   end subroutine report_window
 
@@ -358,17 +358,4 @@ contains
     write (buffer, '(es11.4)') load_factor
     text = trim(adjustl(buffer))
   end function factor_text
-
-  !> Indices in parentheses.
-  pure function index_text(indices) result(text)
-    integer, intent(in) :: indices(:)
-    character(len=:), allocatable :: text
-    integer :: a
-
-    text = '('//integer_text(indices(1))
-    do a = 2, size(indices)
-      text = text//', '//integer_text(indices(a))
-    end do
-    text = text//')'
-  end function index_text
 end module qsmpm_phase_report

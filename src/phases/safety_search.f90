@@ -26,12 +26,15 @@ module qsmpm_safety_search
     is_balanced, is_beyond_help, is_dampable, static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_stepping, only: take_step
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
   public :: find_stable_factor, settle_lost_factor, end_search, tell_factor, &
     show_mechanism, set_strength, runout_factor, share_note
 
+  !> Stable factors of a search, at most.
+  integer, parameter :: most_factors = 60
   !> Sub-steps that show a mechanism, at most.
   integer, parameter :: most_substeps = 30
   !> A body gives way where the drag carries this share of what it did at a way so many times shorter.
@@ -62,6 +65,11 @@ contains
 
     do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance, has_named_strength(model)))
       if (any_of(model%part%team, observer%stop_requested())) exit
+      if (model%state%progress%phase_steps >= most_factors) then
+        call observer%note('the search ends after '//integer_text(most_factors)//' stable factors: equilibrium is '// &
+          'found only near to the last one')
+        exit
+      end if
       call try_factor(model, step, solver, search_phase(phase), next_factor(model%state%progress%bracket, &
         phase%safety%tolerance), observer, record, outcome, error)
       if (allocated(error) .or. outcome%accepted) return

@@ -1,7 +1,6 @@
 !> What a run leaves out: phases that have lost equilibrium or ended at their limit load, and those that start from
 !> them. The others are run; the run then ends with an error that names all of these.
 module qsmpm_unfinished_phases
-  use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: phase_type, ended_by_limit, ended_by_loss, phase_safety
   use qsmpm_error, only: error_type, error_left_mesh, error_not_converged, error_singular, fail
   use qsmpm_limit_load, only: limit_loads, limit_text

@@ -128,8 +128,7 @@ contains
     if (.not. allocated(analysis%phases(phase)%activations)) return
     leaves = any(analysis%phases(phase)%activations%fill == fill_shape)
     coming = bodies_named(analysis, analysis%phases(phase)%activations)
-    do p = 1, size(analysis%phases)
-      leaves = leaves .or. any(coming .and. bodies_named(analysis, analysis%phases(p)%deactivations))
-    end do
+    leaves = leaves .or. any([(any(coming .and. bodies_named(analysis, analysis%phases(p)%deactivations)), p=1, &
+      size(analysis%phases))])
   end function leaves_cells
 end module qsmpm_active_bodies

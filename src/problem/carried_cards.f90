@@ -4,7 +4,7 @@
 module qsmpm_carried_cards
   use qsmpm_analysis, only: analysis_type
   use qsmpm_history_quantities, only: is_carried
-  use qsmpm_text, only: string_type
+  use qsmpm_text, only: string_type, word_place
   implicit none
   private
 
@@ -47,12 +47,8 @@ contains
   pure subroutine note_card(analysis, keyword)
     type(analysis_type), intent(inout) :: analysis
     character(len=*), intent(in) :: keyword
-    integer :: i
 
     if (.not. allocated(analysis%cards)) allocate (analysis%cards(0))
-    do i = 1, size(analysis%cards)
-      if (analysis%cards(i)%text == keyword) return
-    end do
-    analysis%cards = [analysis%cards, string_type(keyword)]
+    if (word_place(analysis%cards, keyword) == 0) analysis%cards = [analysis%cards, string_type(keyword)]
   end subroutine note_card
 end module qsmpm_carried_cards

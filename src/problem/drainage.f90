@@ -53,9 +53,7 @@ contains
     is_drained = .false.
     do b = 1, size(analysis%bodies)
       if (analysis%bodies(b)%material /= analysis%materials(material)%name) cycle
-      do i = 1, size(card%bodies)
-        is_drained = is_drained .or. card%bodies(i)%text == analysis%bodies(b)%name
-      end do
+      is_drained = is_drained .or. any([(card%bodies(i)%text == analysis%bodies(b)%name, i=1, size(card%bodies))])
     end do
   end function is_drained_by
 

@@ -1,16 +1,23 @@
 !> Where bodies of different stiffness meet, as a deck draws them.
 !>
 !> Across an interface the strain jumps. Functions that are smooth there cannot follow: splines need it to lie on lines
-!> of the grid, where qsmpm_model_space makes them only continuous (docs/methods/bodies.md, "Layers").
+!> of the grid, where qsmpm_model_space makes them only continuous (docs/methods/bodies.md, "Layers"). And which bodies
+!> are weaker than what they touch, and how thick they are.
 module qsmpm_layer_interfaces
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_body_description, only: body_type, body_box, body_polygon
+  use qsmpm_law_parameters, only: law_description_type
+  use qsmpm_material_traits, only: may_yield, traits_of
   implicit none
   private
 
-  public :: interface_type, find_interfaces
+  public :: interface_type, find_interfaces, thin_seam, is_weaker, measure_body
+
+  !> Cells that a weak body needs across it, and the share of its neighbour's strength below which it is weak.
+  real(wp), parameter, public :: fewest_cells = 3.0_wp
+  real(wp), parameter :: weak = 0.8_wp
 
   !> Young's modulus over that of the neighbour from which an interface counts.
   real(wp), parameter :: least_ratio = 1.1_wp
@@ -175,4 +182,104 @@ contains
 
     overlap = min(maxval(one), maxval(other)) - max(minval(one), minval(other))
   end function overlap
+
+  !> A body that is weaker than what it touches and thinner than cells of the grid resolve, 0 for none.
+  pure integer function thin_seam(analysis) result(seam)
+    type(analysis_type), intent(in) :: analysis
+    type(interface_type), allocatable :: found(:)
+    real(wp) :: thick, long, cell, normal(3)
+    integer :: i, k
+
+    call find_interfaces(analysis, found, contacts=.true.)
+    do i = 1, size(found)
+      do k = 1, 2
+        seam = found(i)%bodies(k)
+        if (.not. is_weaker(analysis, seam, found(i)%bodies(3 - k))) cycle
+        call measure_body(analysis, analysis%bodies(seam), thick, long, cell, normal)
+        if (thick < (1.0_wp - near_share)*fewest_cells*cell) return
+      end do
+    end do
+    seam = 0
+  end function thin_seam
+
+  !> Whether a body is weaker than another as drawn or in a phase.
+  pure logical function is_weaker(analysis, b, other)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: b, other
+    type(law_description_type) :: mine, its
+    integer :: number(size(analysis%bodies)), p
+
+    is_weaker = .false.
+    do p = 0, size(analysis%phases)
+      number = body_materials(analysis, p)
+      if (min(number(b), number(other)) == 0) cycle
+      mine = traits_of(analysis%materials(number(b)))
+      its = traits_of(analysis%materials(number(other)))
+      if (.not. mine%has_strength) cycle
+      ! What cannot yield is stronger than any.
+      is_weaker = is_weaker .or. .not. may_yield(analysis%materials(number(other)))
+      if (.not. its%has_strength) cycle
+      is_weaker = is_weaker .or. (mine%cohesion <= its%cohesion .and. mine%friction_angle <= its%friction_angle .and. &
+        (mine%cohesion < weak*its%cohesion .or. mine%friction_angle < weak*its%friction_angle))
+    end do
+  end function is_weaker
+
+  !> Thickness and length of a body, the sides of a rectangle of its area and perimeter, and the size of cells across
+  !> it.
+  pure subroutine measure_body(analysis, body, thick, long, cell, normal)
+    type(analysis_type), intent(in) :: analysis
+    type(body_type), intent(in) :: body
+    real(wp), intent(out) :: thick, long, cell
+    !> Unit vector across it.
+    real(wp), intent(out) :: normal(3)
+    real(wp) :: area, around, edge(2), longest(2), bounds(3, 2)
+    integer :: i, n, axis
+
+    associate (axes => analysis%mesh%axes)
+      bounds = body%box
+      normal = 0.0_wp
+      if (body%kind == body_box) then
+        n = merge(3, 2, analysis%model == three_dimensional)
+        axis = minloc(bounds(:n, 2) - bounds(:n, 1), dim=1)
+        thick = bounds(axis, 2) - bounds(axis, 1)
+        long = maxval(bounds(:n, 2) - bounds(:n, 1))
+        cell = size_between(axes(axis)%lines, bounds(axis, :))
+        normal(axis) = 1.0_wp
+        return
+      end if
+      area = 0.0_wp
+      around = 0.0_wp
+      longest = 0.0_wp
+      n = size(body%polygon, 2)
+      do i = 1, n
+        associate (p => body%polygon(:, i), q => body%polygon(:, modulo(i, n) + 1))
+          edge = q - p
+          area = area + 0.5_wp*(p(1)*q(2) - p(2)*q(1))
+          around = around + norm2(edge)
+          if (norm2(edge) > norm2(longest)) longest = edge
+        end associate
+      end do
+      thick = around/4.0_wp - sqrt(max(0.0_wp, (around/4.0_wp)**2 - abs(area)))
+      long = around/2.0_wp - thick
+      longest = longest/norm2(longest)
+      normal(:2) = [-longest(2), longest(1)]
+      bounds(:2, 1) = minval(body%polygon, dim=2)
+      bounds(:2, 2) = maxval(body%polygon, dim=2)
+      cell = abs(longest(2))*size_between(axes(1)%lines, bounds(1, :)) + abs(longest(1))*size_between(axes(2)%lines, &
+        bounds(2, :))
+    end associate
+  end subroutine measure_body
+
+  !> Mean size of the cells that a range of an axis meets.
+  pure real(wp) function size_between(lines, range)
+    real(wp), intent(in) :: lines(:), range(2)
+    integer :: low, high, n
+    real(wp) :: near
+
+    n = size(lines)
+    near = 1.0e-6_wp*(lines(n) - lines(1))
+    low = max(1, min(n - 1, count(lines <= range(1) + near)))
+    high = max(low + 1, min(n, 1 + count(lines < range(2) - near)))
+    size_between = (lines(high) - lines(low))/real(high - low, wp)
+  end function size_between
 end module qsmpm_layer_interfaces

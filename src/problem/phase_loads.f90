@@ -1,12 +1,13 @@
-!> Whether phases put loads on the model.
+!> Whether phases put loads on the model, and which are in force.
 module qsmpm_phase_loads
   use qsmpm_kinds, only: wp
+  use qsmpm_load_description, only: traction_type
   use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_tree, only: lineage
   implicit none
   private
 
-  public :: acts, consolidation_of, has_consolidation, is_loaded, is_body_loaded
+  public :: acts, consolidation_of, has_consolidation, is_loaded, is_body_loaded, load_in_force
 
 contains
 
@@ -17,11 +18,8 @@ contains
     integer, allocatable :: line(:)
     integer :: i
 
-    is_loaded = .false.
     allocate (line, source=lineage(phases, number))
-    do i = 1, size(line)
-      is_loaded = is_loaded .or. acts(phases(line(i)))
-    end do
+    is_loaded = any([(acts(phases(line(i))), i=1, size(line))])
   end function is_loaded
 
   !> Whether pore water flows in time in any phase.
@@ -56,11 +54,33 @@ contains
       .or. any(abs(phase%supports%volume_loss) > 0.0_wp) .or. phase%consolidation%given
     if (allocated(phase%removed)) acts = acts .or. any(abs(phase%installed%force) > 0.0_wp) .or. size(phase%removed) > 0
     if (allocated(phase%moves)) acts = acts .or. size(phase%moves) > 0
-    do i = 1, size(phase%tractions)
-      acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &
-        + abs(phase%tractions(i)%gradient) > 0.0_wp
-    end do
+    acts = acts .or. any([(any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &
+      + abs(phase%tractions(i)%gradient) > 0.0_wp, i=1, size(phase%tractions))])
   end function acts
+
+  !> The last traction or pressure that some phases put on a surface, their load factor in it; none of both is 0.
+  pure type(traction_type) function load_in_force(phases, path, surface, follows) result(last)
+    type(phase_type), intent(in) :: phases(:)
+    !> Numbers of the phases, one after the other.
+    integer, intent(in) :: path(:)
+    !> Name of the surface.
+    character(len=*), intent(in) :: surface
+    !> A pressure is looked for.
+    logical, intent(in) :: follows
+    integer :: p, i
+
+    do p = 1, size(path)
+      associate (phase => phases(path(p)))
+        do i = 1, size(phase%tractions)
+          if (phase%tractions(i)%surface /= surface .or. (phase%tractions(i)%follows .neqv. follows)) cycle
+          last = phase%tractions(i)
+          last%vector = phase%load_factor*last%vector
+          last%pressure = phase%load_factor*last%pressure
+          last%gradient = phase%load_factor*last%gradient
+        end do
+      end associate
+    end do
+  end function load_in_force
 
   !> Whether a phase loads rigid bodies and moves none.
   pure logical function is_body_loaded(phase)

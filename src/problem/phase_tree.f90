@@ -50,9 +50,6 @@ contains
     integer, intent(in) :: number, later
     integer :: p
 
-    is_wanted = .false.
-    do p = later + 1, size(phases)
-      is_wanted = is_wanted .or. parent_of(phases, p) == number
-    end do
+    is_wanted = any([(parent_of(phases, p) == number, p=later + 1, size(phases))])
   end function is_wanted
 end module qsmpm_phase_tree

@@ -4,8 +4,8 @@
 module qsmpm_point_table
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
-  use qsmpm_text, only: string_type, upper, stripped, squeezed, split, without_return, read_real, integer_text, &
-    number_good
+  use qsmpm_text, only: replaced, string_type, upper, stripped, squeezed, split, without_return, read_real, &
+    integer_text, number_good
   use qsmpm_point_test, only: driven_words, driven_stress, driven_axial_stress, driven_deviator, driven_cell_pressure, &
     driven_shear_stress, driven_normal_stress, driven_pressure
   implicit none
@@ -179,14 +179,10 @@ contains
     character(len=:), allocatable, intent(out) :: name
     !> Its unit, empty when there is none.
     character(len=:), allocatable, intent(out) :: unit
-    integer :: open, close, i
+    integer :: open, close
 
     open = scan(text//'[', '[')
-    name = text(:open - 1)
-    do i = 1, len(name)
-      if (name(i:i) == '_') name(i:i) = ' '
-    end do
-    name = upper(squeezed(name))
+    name = upper(squeezed(replaced(text(:open - 1), '_', ' ')))
     unit = ''
     close = index(text, ']')
     if (close > open) unit = stripped(text(open + 1:close - 1))

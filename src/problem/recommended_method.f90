@@ -24,6 +24,7 @@ module qsmpm_recommended_method
     basis_spline2, basis_spline2g, integrate_points, integrate_cells, stabilise_background, stabilise_ghost, &
     stabilise_none
   use qsmpm_element, only: allowed_counts, tri6
+  use qsmpm_layer_interfaces, only: thin_seam
   use qsmpm_material_traits, only: may_yield
   implicit none
   private
@@ -119,6 +120,9 @@ contains
       analysis%method_reason = 'BASIS=FEM on '//analysis%mesh%element//' that fit the outlines and go with the ground'
       if (allocated(analysis%backgrounds)) analysis%method_reason = analysis%method_reason// &
         '; when they are worn the run goes on with splines on the grid'
+      b = thin_seam(analysis)
+      if (b > 0) analysis%method_reason = analysis%method_reason//"; it ends where they are worn, for body '"// &
+        analysis%bodies(b)%name//"' is weaker than what it touches and too thin for the grid"
     else
       call take(analysis%method, basis_standard, integrate_cells, stabilise_background, &
         analysis%method%stabilisation_factor)
@@ -130,7 +134,7 @@ contains
   end subroutine decide_method
 
   !> The grid of splines that follows when triangles are worn, where nothing is pushed by nodes that they have and it
-  !> does not.
+  !> does not, and no weak seam is too thin for it: it would be held up by what is beside it within its cells.
   pure subroutine prepare_grid(analysis)
     type(analysis_type), intent(inout) :: analysis
     type(analysis_type) :: grid
@@ -138,6 +142,7 @@ contains
 
     if (analysis%mesh%kind /= mesh_fitted .or. .not. (analysis%mesh%refits .and. allocated(analysis%phases))) return
     if (leaves_its_cells(analysis) .or. has_consolidation(analysis%phases)) return
+    if (thin_seam(analysis) > 0) return
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%prescriptions)
         if (abs(analysis%phases(p)%prescriptions(i)%value) > 0.0_wp) return
@@ -254,10 +259,8 @@ contains
     end do
     associate (body => analysis%bodies(b), axes => analysis%mesh%axes)
       if (body%kind == body_box) then
-        ends = .true.
-        do d = 1, merge(3, 2, analysis%model == three_dimensional)
-          ends = ends .and. is_line(axes(d)%lines, body%box(d, 1)) .and. is_line(axes(d)%lines, body%box(d, 2))
-        end do
+        ends = all([(is_line(axes(d)%lines, body%box(d, 1)) .and. is_line(axes(d)%lines, body%box(d, 2)), d=1, &
+          merge(3, 2, analysis%model == three_dimensional))])
       else if (body%kind == body_polygon) then
         n = size(body%polygon, 2)
         ends = .true.

@@ -7,7 +7,7 @@
 module qsmpm_stress_file
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_text, only: string_type, split, stripped, read_real, integer_text, number_good
+  use qsmpm_text, only: string_type, split, stripped, read_real, number_good
   use qsmpm_text_file, only: text_file_type, open_text, next_line, file_error
   implicit none
   private

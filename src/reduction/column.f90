@@ -9,11 +9,9 @@ module qsmpm_column
   use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_reaction
-  use qsmpm_load_description, only: fixity_type
-  use qsmpm_mesh_description, only: set_type, select_plane
   use qsmpm_reduction, only: reduction_type, reduce_column, refuse, place_text, begin_reduction, &
     require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, drop_unused_sets, &
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, keep_supports, drop_unused_sets, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
   use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
@@ -105,6 +103,7 @@ contains
     !> The way back.
     type(reduction_type), intent(out) :: step
     type(members_type) :: members
+    integer :: s
 
     call begin_reduction(analysis, reduce_column, 1, step)
     call find_members(analysis, members)
@@ -114,7 +113,9 @@ contains
     call column_histories(analysis, members, step)
     call flatten_rigid_bodies(analysis, [1])
     call share_loads(analysis, step%factor)
-    call hold_sides(analysis, members)
+    ! What is freed of a side has been proved to be held again.
+    call keep_supports(analysis, [(covers_axis(members, s, 1), s=1, size(analysis%node_sets))], 1, &
+      analysis%mesh%axes(1)%lines(:2), side_names)
     call move_sides(analysis, members)
     call drop_unused_sets(analysis)
     call keep_used_surfaces(analysis)
@@ -162,40 +163,6 @@ contains
     in_first = lines(1) + (lines(2) - lines(1))*(x - lines(i))/(lines(i + 1) - lines(i))
     in_first = max(lines(1), min(lines(2), in_first))
   end function in_first
-
-  !> Fixities of sets that depend on x go, both sides are held in every phase. What is freed of a side
-  !> has been proved to be held again.
-  pure subroutine hold_sides(analysis, members)
-    !> The scene.
-    type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
-    type(members_type), intent(in) :: members
-    type(fixity_type), allocatable :: kept(:)
-    type(fixity_type) :: roller
-    type(set_type) :: side
-    integer :: p, i, k
-
-    do k = 1, 2
-      side%name = trim(side_names(k))
-      side%selection = select_plane
-      side%axis = 1
-      side%box(1, 1) = analysis%mesh%axes(1)%lines(k)
-      analysis%node_sets = [analysis%node_sets, side]
-    end do
-    roller%fixed = [.true., .false., .false.]
-    do p = 1, size(analysis%phases)
-      allocate (kept(0))
-      do i = 1, size(analysis%phases(p)%fixities)
-        if (covers_axis(members, place_named(analysis%node_sets, analysis%phases(p)%fixities(i)%set), 1)) &
-          kept = [kept, analysis%phases(p)%fixities(i)]
-      end do
-      do k = 1, 2
-        roller%set = trim(side_names(k))
-        kept = [kept, roller]
-      end do
-      call move_alloc(kept, analysis%phases(p)%fixities)
-    end do
-  end subroutine hold_sides
 
   !> Sets on a side that a history reads go with the side.
   pure subroutine move_sides(analysis, members)

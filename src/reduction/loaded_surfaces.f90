@@ -32,12 +32,8 @@ contains
       end do
     end if
     do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%tractions)
-        used = used .or. analysis%phases(p)%tractions(i)%surface == name
-      end do
-      do i = 1, size(analysis%phases(p)%supports)
-        used = used .or. analysis%phases(p)%supports(i)%surface == name
-      end do
+      used = used .or. any([(analysis%phases(p)%tractions(i)%surface == name, i=1, size(analysis%phases(p)%tractions))])
+      used = used .or. any([(analysis%phases(p)%supports(i)%surface == name, i=1, size(analysis%phases(p)%supports))])
     end do
   end function surface_is_used
 

@@ -183,10 +183,8 @@ contains
     integer, intent(in) :: kind
     integer :: k
 
-    given = .false.
-    do k = 1, size(phase%supports)
-      given = given .or. (phase%supports(k)%surface == surface .and. phase%supports(k)%kind == kind)
-    end do
+    given = any([(phase%supports(k)%surface == surface .and. phase%supports(k)%kind == kind, k=1, &
+      size(phase%supports))])
   end function support_is_given
 
   !> Whether cutting at the plane may give a surface new faces: its box reaches the plane and is not

@@ -8,11 +8,11 @@ module qsmpm_mirror_half
   use qsmpm_body_description, only: body_type, body_box, body_polygon
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_strain, &
     quantity_reaction
-  use qsmpm_load_description, only: fixity_type, prescription_type, traction_type, support_type
-  use qsmpm_mesh_description, only: set_type, select_plane, select_box, select_segment, select_outline
+  use qsmpm_load_description, only: traction_type, support_type
+  use qsmpm_mesh_description, only: select_plane, select_box, select_segment, select_outline
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, drop_unused_sets, scene_tolerance
+  use qsmpm_set_members, only: members_type, find_members, keep_supports, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
   use qsmpm_mirror, only: set_side, side_both, side_other
   use qsmpm_mirror_stages, only: drop_absent
@@ -36,18 +36,19 @@ contains
     !> The way back.
     type(reduction_type), intent(out) :: step
     type(members_type) :: members
-    integer :: n
+    integer :: n, s
 
     call begin_reduction(analysis, reduce_mirror, axis, step)
     call find_members(analysis, members)
     step%factor = 2.0_wp
     step%plane = mirror_plane(analysis, axis)
     call half_histories(analysis, members, axis, step)
-    call half_supports(analysis, members, axis)
+    call half_sets(analysis, members, axis, step%plane)
+    call keep_supports(analysis, [(set_side(members, s, axis) /= side_other, s=1, size(analysis%node_sets))], axis, &
+      [step%plane], plane_names(axis:axis))
     call half_surfaces(analysis, axis, step%plane)
     call half_rigid_bodies(analysis, axis)
     call half_bodies(analysis, axis, step)
-    call half_sets(analysis, members, axis, step%plane)
     call drop_unused_sets(analysis)
     call keep_used_surfaces(analysis)
     n = size(analysis%mesh%axes(axis)%lines)/2 + 1
@@ -103,38 +104,6 @@ contains
 
     is_odd = component == 5 .or. (component == 4 .and. axis == 1) .or. (component == 6 .and. axis == 3)
   end function is_odd
-
-  !> What holds or moves nothing in the half is left out; the plane is held in every phase.
-  pure subroutine half_supports(analysis, members, axis)
-    !> The scene.
-    type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
-    type(members_type), intent(in) :: members
-    integer, intent(in) :: axis
-    type(fixity_type), allocatable :: fixities(:)
-    type(prescription_type), allocatable :: prescriptions(:)
-    type(fixity_type) :: roller
-    integer :: p, i
-
-    roller%set = plane_names(axis)
-    roller%fixed(axis) = .true.
-    do p = 1, size(analysis%phases)
-      allocate (fixities(0), prescriptions(0))
-      associate (phase => analysis%phases(p))
-        do i = 1, size(phase%fixities)
-          if (set_side(members, place_named(analysis%node_sets, phase%fixities(i)%set), axis) /= side_other) &
-            fixities = [fixities, phase%fixities(i)]
-        end do
-        fixities = [fixities, roller]
-        do i = 1, size(phase%prescriptions)
-          if (set_side(members, place_named(analysis%node_sets, phase%prescriptions(i)%set), axis) /= side_other) &
-            prescriptions = [prescriptions, phase%prescriptions(i)]
-        end do
-        call move_alloc(fixities, phase%fixities)
-        call move_alloc(prescriptions, phase%prescriptions)
-      end associate
-    end do
-  end subroutine half_supports
 
   !> Loads and supports of surfaces that lie beyond the plane are left out.
   pure subroutine half_surfaces(analysis, axis, plane)
@@ -229,7 +198,7 @@ contains
     call move_alloc(image, step%image_body)
   end subroutine half_bodies
 
-  !> Sets that a reaction is read of beyond the plane go to the other side; the plane is a set.
+  !> Sets that a reaction is read of beyond the plane go to the other side.
   pure subroutine half_sets(analysis, members, axis, plane)
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
@@ -238,7 +207,6 @@ contains
     integer, intent(in) :: axis
     !> Coordinate of the plane.
     real(wp), intent(in) :: plane
-    type(set_type) :: middle
     integer :: s
 
     do s = 1, size(analysis%node_sets)
@@ -248,10 +216,5 @@ contains
         if (set%selection == select_box) set%box = mirrored_box(set%box, axis, plane)
       end associate
     end do
-    middle%name = plane_names(axis)
-    middle%selection = select_plane
-    middle%axis = axis
-    middle%box(axis, 1) = plane
-    analysis%node_sets = [analysis%node_sets, middle]
   end subroutine half_sets
 end module qsmpm_mirror_half

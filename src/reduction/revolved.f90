@@ -348,10 +348,8 @@ contains
       round = surface%selection == select_outline .and. (surface%boxed .or. .not. level)
       if (.not. round .or. .not. surface%boxed) return
       widest = maxval(solid%widest)
-      do i = 1, 2
-        round = round .and. surface%box(2*i - 1, 2) >= solid%centre(i) + widest .and. &
-          surface%box(2*i - 1, 1) <= solid%centre(i) - merge(0.0_wp, widest, solid%cut(i))
-      end do
+      round = round .and. all([(surface%box(2*i - 1, 2) >= solid%centre(i) + widest .and. surface%box(2*i - 1, 1) &
+        <= solid%centre(i) - merge(0.0_wp, widest, solid%cut(i)), i=1, 2)])
       if (level) round = round .and. surface%box(2, 2) - surface%box(2, 1) <= scene_tolerance(analysis)
     end associate
   end function surface_is_round

@@ -2,14 +2,11 @@
 !> y, and the way back.
 module qsmpm_revolved_half
   use qsmpm_kinds, only: wp
-  use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, axisymmetric
   use qsmpm_history_description, only: quantity_position, quantity_stress, quantity_strain, quantity_reaction
-  use qsmpm_load_description, only: fixity_type
-  use qsmpm_mesh_description, only: set_type, select_plane
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, drop_unused_sets, scene_tolerance
+  use qsmpm_set_members, only: members_type, find_members, keep_supports, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
   use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
   use qsmpm_revolved, only: revolved_solid_type, is_level
@@ -32,7 +29,7 @@ contains
     !> The way back.
     type(reduction_type), intent(out) :: step
     type(members_type) :: members
-    integer :: s, b
+    integer :: s, b, p
 
     call begin_reduction(analysis, reduce_revolved, 0, step)
     call find_members(analysis, members)
@@ -40,14 +37,16 @@ contains
     step%centre = solid%centre
     step%sector = solid%sector
     call round_histories(analysis, solid, step)
-    call round_supports(analysis, members)
     call flatten_rigid_bodies(analysis, [1, 3])
     call share_loads(analysis, step%factor)
     do s = 1, size(analysis%node_sets)
       analysis%node_sets(s)%box(1, :) = [-solid%radius, 2.0_wp*solid%radius]
       analysis%node_sets(s)%box(3, :) = 0.0_wp
     end do
-    call hold_axis(analysis)
+    call keep_supports(analysis, [(is_level(members, s), s=1, size(analysis%node_sets))], 1, [0.0_wp], [axis_name])
+    do p = 1, size(analysis%phases)
+      analysis%phases(p)%fixities%fixed(3) = .false.
+    end do
     call drop_unused_sets(analysis)
     call keep_used_surfaces(analysis)
     do s = 1, size(analysis%surfaces)
@@ -86,45 +85,6 @@ contains
     deallocate (analysis%mesh%axes(1)%lines, analysis%mesh%axes(3)%lines)
     allocate (analysis%mesh%axes(1)%lines(n), source=lines(:n))
   end subroutine radial_lines
-
-  !> Supports by radius and height: level sets only.
-  pure subroutine round_supports(analysis, members)
-    !> The scene.
-    type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
-    type(members_type), intent(in) :: members
-    type(fixity_type), allocatable :: kept(:)
-    integer :: p, i
-
-    do p = 1, size(analysis%phases)
-      allocate (kept(0))
-      do i = 1, size(analysis%phases(p)%fixities)
-        if (.not. is_level(members, place_named(analysis%node_sets, analysis%phases(p)%fixities(i)%set))) cycle
-        kept = [kept, analysis%phases(p)%fixities(i)]
-        kept(size(kept))%fixed(3) = .false.
-      end do
-      call move_alloc(kept, analysis%phases(p)%fixities)
-    end do
-  end subroutine round_supports
-
-  !> The axis is held along the radius in every phase.
-  pure subroutine hold_axis(analysis)
-    !> The scene.
-    type(analysis_type), intent(inout) :: analysis
-    type(set_type) :: axis
-    type(fixity_type) :: roller
-    integer :: p
-
-    axis%name = axis_name
-    axis%selection = select_plane
-    axis%axis = 1
-    analysis%node_sets = [analysis%node_sets, axis]
-    roller%set = axis_name
-    roller%fixed(1) = .true.
-    do p = 1, size(analysis%phases)
-      analysis%phases(p)%fixities = [analysis%phases(p)%fixities, roller]
-    end do
-  end subroutine hold_axis
 
   !> Histories by radius and height.
   pure subroutine round_histories(analysis, solid, step)

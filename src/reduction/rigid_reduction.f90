@@ -8,7 +8,6 @@ module qsmpm_rigid_reduction
     quantity_body_rotation
   use qsmpm_structures, only: rigid_body_type, contact_type, rigid_move_type
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
-  use qsmpm_reduction, only: reduction_type
   use qsmpm_rigid_symmetry, only: rigid_partner, rigid_side, rigid_above
   implicit none
   private

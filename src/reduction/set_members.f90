@@ -9,6 +9,7 @@ module qsmpm_set_members
   use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_history_description, only: quantity_reaction
+  use qsmpm_load_description, only: fixity_type, prescription_type
   use qsmpm_mesh_description, only: set_type, axis_type, select_plane, select_box
   use qsmpm_element_kinds, only: element_from_name, element_order
   use qsmpm_phase_tree, only: lineage
@@ -17,7 +18,7 @@ module qsmpm_set_members
   private
 
   public :: members_type, find_members, contains_node, covers_axis, representatives, node_state, &
-    scene_tolerance, set_is_used, drop_unused_sets
+    scene_tolerance, keep_supports, drop_unused_sets
 
   !> Entries along one axis.
   type :: member_table_type
@@ -226,14 +227,55 @@ contains
       used = used .or. analysis%histories(i)%set == name
     end do
     do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%fixities)
-        used = used .or. analysis%phases(p)%fixities(i)%set == name
-      end do
-      do i = 1, size(analysis%phases(p)%prescriptions)
-        used = used .or. analysis%phases(p)%prescriptions(i)%set == name
-      end do
+      used = used .or. any([(analysis%phases(p)%fixities(i)%set == name, i=1, size(analysis%phases(p)%fixities))])
+      used = used .or. any([(analysis%phases(p)%prescriptions(i)%set == name, i=1, &
+        size(analysis%phases(p)%prescriptions))])
     end do
   end function set_is_used
+
+  !> Of the supports of all phases those of some sets stay, and planes are held along their normal in all of them.
+  pure subroutine keep_supports(analysis, stays, axis, places, names)
+    !> The scene; it gets sets of the planes.
+    type(analysis_type), intent(inout) :: analysis
+    !> What holds or moves these stays (node sets).
+    logical, intent(in) :: stays(:)
+    !> Normal of the planes, their coordinates and names, which no deck can write without quotes.
+    integer, intent(in) :: axis
+    real(wp), intent(in) :: places(:)
+    character(len=*), intent(in) :: names(:)
+    type(fixity_type), allocatable :: fixities(:)
+    type(prescription_type), allocatable :: prescriptions(:)
+    type(fixity_type) :: roller
+    type(set_type) :: plane
+    integer :: p, i, k
+
+    roller%fixed(axis) = .true.
+    do p = 1, size(analysis%phases)
+      allocate (fixities(0), prescriptions(0))
+      associate (phase => analysis%phases(p), sets => analysis%node_sets)
+        do i = 1, size(phase%fixities)
+          if (stays(place_named(sets, phase%fixities(i)%set))) fixities = [fixities, phase%fixities(i)]
+        end do
+        do k = 1, size(names)
+          roller%set = trim(names(k))
+          fixities = [fixities, roller]
+        end do
+        do i = 1, size(phase%prescriptions)
+          if (stays(place_named(sets, phase%prescriptions(i)%set))) prescriptions = &
+            [prescriptions, phase%prescriptions(i)]
+        end do
+        call move_alloc(fixities, phase%fixities)
+        call move_alloc(prescriptions, phase%prescriptions)
+      end associate
+    end do
+    plane%selection = select_plane
+    plane%axis = axis
+    do k = 1, size(names)
+      plane%name = trim(names(k))
+      plane%box(axis, 1) = places(k)
+      analysis%node_sets = [analysis%node_sets, plane]
+    end do
+  end subroutine keep_supports
 
   !> Leave out the node sets nothing refers to, and all element sets.
   pure subroutine drop_unused_sets(analysis)

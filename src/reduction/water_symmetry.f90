@@ -73,9 +73,6 @@ contains
     table%present = .true.
     table%x = level%line(1, :)
     table%height = level%line(2, :)
-    yes = .true.
-    do i = 1, size(table%x)
-      yes = yes .and. abs(level_at(table, [2.0_wp*plane - table%x(i)]) - table%height(i)) <= tolerance
-    end do
+    yes = all([(abs(level_at(table, [2.0_wp*plane - table%x(i)]) - table%height(i)) <= tolerance, i=1, size(table%x))])
   end function is_own_image
 end module qsmpm_water_symmetry

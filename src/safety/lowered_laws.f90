@@ -137,10 +137,7 @@ contains
     integer :: m
 
     active = materials_active(model%analysis, model%state%progress%phase)
-    named = .false.
-    do m = 1, size(active)
-      named = named .or. (active(m) .and. allocated(model%analysis%materials(m)%strength_constants))
-    end do
+    named = any([(active(m) .and. allocated(model%analysis%materials(m)%strength_constants), m=1, size(active))])
   end function has_named_strength
 
   !> Safety phases want materials whose strength can be lowered, those that a body has then. What is a law at the weak

@@ -2,10 +2,12 @@
 !> which it was lost.
 !>
 !>   first     F = 1
-!>   stable    F + dF next; dF grows by half where equilibrium was easily found
+!>   stable    F + dF next; dF grows by half where equilibrium was easily found, fourfold where F had been lost before,
+!>             and is F/10 at the least from F = 3 on where none was lost
 !>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less
 !>   between   never beyond the middle of the bracket
-!>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1
+!>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1; after 60 stable factors
+!>             without any of these what is known (qsmpm_safety_search)
 !>
 !> A factor that was lost and is passed all the same leaves the next one above it that was lost as the end of the
 !> bracket.
@@ -25,7 +27,9 @@ module qsmpm_safety_bracket
   public :: bracket_type, next_factor, note_stable, note_lost, take_again, is_closed, bracket_text
 
   !> First dF, its growth, and the ends of the search.
-  real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp
+  real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp, growth_when_passed = 4.0_wp
+  !> Factor from which dF is at least this share of it.
+  real(wp), parameter :: far_factor = 3.0_wp, least_share = 0.1_wp
   real(wp), parameter, public :: largest_factor = 10.0_wp, smallest_factor = 0.1_wp
   !> Round-off of a factor.
   real(wp), parameter :: rounding = 1.0e-9_wp
@@ -76,7 +80,13 @@ contains
     logical, intent(in) :: easy
     type(bracket_type), intent(inout) :: bracket
 
-    if (easy .and. bracket%stable > 0.0_wp) bracket%increment = growth*bracket%increment
+    if (bracket%lost > 0.0_wp .and. .not. bracket%lost > factor) then
+      bracket%increment = growth_when_passed*bracket%increment
+    else if (easy .and. bracket%stable > 0.0_wp) then
+      bracket%increment = growth*bracket%increment
+    end if
+    if (factor >= far_factor .and. .not. bracket%lost > 0.0_wp) bracket%increment = max(bracket%increment, &
+      least_share*factor)
     bracket%stable = factor
     bracket%from_stable = .false.
     bracket%mechanism = .false.

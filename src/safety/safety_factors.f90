@@ -18,9 +18,7 @@ contains
 
     has_factor = .false.
     if (.not. allocated(progress%factors)) return
-    do i = 1, size(progress%factors, 2)
-      has_factor = has_factor .or. nint(progress%factors(1, i)) == progress%phase
-    end do
+    has_factor = has_factor .or. any([(nint(progress%factors(1, i)) == progress%phase, i=1, size(progress%factors, 2))])
   end function has_factor
 
   !> The present phase has found its factor.

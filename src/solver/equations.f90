@@ -9,9 +9,8 @@ module qsmpm_equations
   use qsmpm_kinds, only: wp
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_node_graph, only: connectivity_type, node_graph, node_distance
-  use qsmpm_node_ordering, only: order_metis, order_bandwidth
+  use qsmpm_node_ordering, only: order_metis, order_bandwidth, narrow_by_sweeps
   use qsmpm_sorting, only: sort, place_in_order
-  use qsmpm_sweep_ordering, only: narrow_by_sweeps
   use qsmpm_solver_choice, only: choose_solver, most_for_band
   use qsmpm_solver_list, only: solver_row_type, solver_row
   use qsmpm_error, only: error_type

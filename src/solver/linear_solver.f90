@@ -17,10 +17,11 @@ module qsmpm_linear_solver
   use qsmpm_error, only: error_type, fail, error_other, error_singular
   use qsmpm_node_blocks, only: node_blocks_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type, row_sums, first_not_finite
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
-  public :: linear_solver_type, pivot_floor, text_of, singular_at, indefinite_at
+  public :: linear_solver_type, pivot_floor, singular_at, indefinite_at
 
   !> A direct solver.
   type, abstract :: linear_solver_type
@@ -64,29 +65,22 @@ module qsmpm_linear_solver
     procedure, non_overridable :: factorise
     procedure, non_overridable :: solve
     procedure, non_overridable :: destroy
-    procedure(pattern_interface), deferred :: analyse_pattern
-    procedure(values_interface), deferred :: factorise_values
+    procedure(matrix_interface), deferred :: analyse_pattern
+    procedure(matrix_interface), deferred :: factorise_values
     procedure(solve_interface), deferred :: solve_factorised
     procedure :: forget => forget_nothing
     procedure(release_interface), deferred :: release
   end type linear_solver_type
 
   abstract interface
-    !> Analyse the pattern; the values may not be set.
-    subroutine pattern_interface(self, matrix, error)
+    !> Analyse the pattern, the values may not be set; or factorise finite values of the analysed pattern, no row of
+    !> which is zero.
+    subroutine matrix_interface(self, matrix, error)
       import :: linear_solver_type, sparse_matrix_type, error_type
       class(linear_solver_type), intent(inout) :: self
       type(sparse_matrix_type), intent(in) :: matrix
       type(error_type), allocatable, intent(out) :: error
-    end subroutine pattern_interface
-
-    !> Factorise finite values of the analysed pattern, no row of which is zero.
-    subroutine values_interface(self, matrix, error)
-      import :: linear_solver_type, sparse_matrix_type, error_type
-      class(linear_solver_type), intent(inout) :: self
-      type(sparse_matrix_type), intent(in) :: matrix
-      type(error_type), allocatable, intent(out) :: error
-    end subroutine values_interface
+    end subroutine matrix_interface
 
     !> Solve with the factors for a finite right-hand side.
     subroutine solve_interface(self, rhs, x, error)
@@ -109,9 +103,6 @@ contains
   !> What a factorisation has left is not used again: a solver that holds much may give it back before the next one.
   subroutine forget_nothing(self)
     class(linear_solver_type), intent(inout) :: self
-
-    associate (unused => self)
-    end associate
   end subroutine forget_nothing
 
   !> Analyse a pattern; what was analysed or factorised before is given up.
@@ -164,14 +155,14 @@ contains
     row = first_not_finite(matrix)
     if (row > 0) then
       call fail(error, error_singular, 'the matrix has a value that is not finite in equation '// &
-        text_of(row))
+        integer_text(row))
       return
     end if
     call row_sums(matrix, sums)
     row = first_false(sums > 0.0_wp)
     if (row > 0) then
       call fail(error, error_singular, &
-        'the matrix is singular: equation '//text_of(row)//' is zero')
+        'the matrix is singular: equation '//integer_text(row)//' is zero')
       return
     end if
     self%norm = maxval(sums)
@@ -197,7 +188,7 @@ contains
     else if (.not. all(ieee_is_finite(rhs))) then
       call fail(error, error_other, &
         'the right-hand side has a value that is not finite in equation '// &
-        text_of(first_false(ieee_is_finite(rhs))))
+        integer_text(first_false(ieee_is_finite(rhs))))
     else
       call self%solve_factorised(rhs, x, error)
       if (.not. allocated(error)) call judge_solution(self%norm, rhs, x, error)
@@ -256,7 +247,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call fail(error, error_singular, &
-      'the matrix is singular: nothing is left of the pivot of equation '//text_of(equation))
+      'the matrix is singular: nothing is left of the pivot of equation '//integer_text(equation))
   end subroutine singular_at
 
   !> The error of a matrix that is not positive definite.
@@ -266,30 +257,15 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call fail(error, error_singular, &
-      'the matrix is not positive definite: the pivot of equation '//text_of(equation)// &
+      'the matrix is not positive definite: the pivot of equation '//integer_text(equation)// &
       ' is not positive')
   end subroutine indefinite_at
-
-  !> An integer as text.
-  pure function text_of(number) result(text)
-    integer, intent(in) :: number
-    !> Its digits.
-    character(len=:), allocatable :: text
-
-    character(len=12) :: buffer
-
-    write (buffer, '(i0)') number
-    text = trim(buffer)
-  end function text_of
 
   !> Position of the first false element; 0 when all are true.
   pure integer function first_false(mask)
     !> The elements.
     logical, intent(in) :: mask(:)
 
-    do first_false = 1, size(mask)
-      if (.not. mask(first_false)) return
-    end do
-    first_false = 0
+    first_false = findloc(mask, .false., dim=1)
   end function first_false
 end module qsmpm_linear_solver

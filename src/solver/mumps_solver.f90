@@ -10,14 +10,15 @@ module qsmpm_mumps_solver
   use qsmpm_error, only: error_type, fail, error_other, error_singular
   use qsmpm_team, only: solo_communicator
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at, text_of
+  use qsmpm_text, only: integer_text
+  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at
   use qsmpm_mumps_library, only: dmumps_struc, dmumps
   implicit none
   private
 
   public :: make_mumps_solver
   ! Shared with the solver of single precision.
-  public :: list_entries, count_of
+  public :: list_entries, count_of, set_controls, wants_space
 
   !> Values of JOB.
   integer, parameter, public :: job_begin = -1, job_end = -2, job_analyse = 1, job_factorise = 2, &
@@ -27,10 +28,9 @@ module qsmpm_mumps_solver
   !> Ordering of MUMPS itself that does not change from run to run.
   integer, parameter, public :: ordering_pord = 4
   !> Values of INFOG(1).
-  integer, parameter, public :: info_work_int = -8, info_work_real = -9, info_singular = -10, &
-    info_no_memory = -13
+  integer, parameter :: info_work_int = -8, info_work_real = -9, info_singular = -10, info_no_memory = -13
   !> Percentage of extra work space, first and largest; doubled in between when MUMPS asks for more.
-  integer, parameter, public :: extra_space_first = 30, extra_space_last = 2000
+  integer, parameter :: extra_space_first = 30, extra_space_last = 2000
 
   !> A MUMPS instance, and the places of its entries in the compressed rows.
   type, extends(linear_solver_type) :: mumps_solver_type
@@ -79,13 +79,14 @@ contains
       call library_error(self%mumps, error)
       return
     end if
-    call set_controls(self%mumps, matrix%n)
+    self%mumps%n = matrix%n
+    call set_controls(self%mumps%icntl, merge(ordering_pord, ordering_given, self%orders_itself))
+    self%mumps%cntl(3) = pivot_floor(matrix%n)
     call list_entries(matrix, self%symmetric, self%mumps%irn, self%mumps%jcn, self%place)
     self%mumps%nnz = size(self%mumps%irn, kind=long)
     allocate (self%mumps%a(size(self%mumps%irn)))
     allocate (self%mumps%perm_in(matrix%n), self%mumps%rhs(matrix%n))
     self%mumps%perm_in = [(i, i=1, matrix%n)]
-    if (self%orders_itself) self%mumps%icntl(7) = ordering_pord
     call run(self%mumps, job_analyse)
     if (self%mumps%infog(1) < 0) then
       call library_error(self%mumps, error)
@@ -94,23 +95,29 @@ contains
     end if
   end subroutine analyse_pattern
 
-  !> Silence, given order, no permutation for large diagonals, null pivots detected.
-  subroutine set_controls(mumps, n)
-    type(dmumps_struc), intent(inout) :: mumps
-    !> Number of equations.
-    integer, intent(in) :: n
+  !> Silence, an order, no permutation for large diagonals, null pivots detected.
+  pure subroutine set_controls(icntl, ordering)
+    integer, intent(inout) :: icntl(:)
+    !> ordering_given or ordering_pord.
+    integer, intent(in) :: ordering
 
-    mumps%n = n
-    mumps%icntl(1:3) = 0
-    mumps%icntl(4) = 0
-    mumps%icntl(6) = 0
-    mumps%icntl(7) = ordering_given
-    mumps%icntl(12) = 1
-    mumps%icntl(14) = extra_space_first
-    mumps%icntl(24) = 1
-    mumps%icntl(28) = 1
-    mumps%cntl(3) = pivot_floor(n)
+    icntl(1:4) = 0
+    icntl(6) = 0
+    icntl(7) = ordering
+    icntl(12) = 1
+    icntl(14) = extra_space_first
+    icntl(24) = 1
+    icntl(28) = 1
   end subroutine set_controls
+
+  !> Whether a factorisation may be tried again, in more space.
+  logical function wants_space(infog, icntl)
+    integer, intent(in) :: infog(:)
+    integer, intent(inout) :: icntl(:)
+
+    wants_space = any(infog(1) == [info_work_int, info_work_real]) .and. icntl(14) < extra_space_last
+    if (wants_space) icntl(14) = min(2*icntl(14), extra_space_last)
+  end function wants_space
 
   !> Rows and columns of the entries MUMPS wants: all, or the upper triangle of a symmetric matrix.
   subroutine list_entries(matrix, symmetric, rows, columns, place)
@@ -157,9 +164,7 @@ contains
     end if
     do
       call run(self%mumps, job_factorise)
-      if (self%mumps%infog(1) /= info_work_int .and. self%mumps%infog(1) /= info_work_real) exit
-      if (self%mumps%icntl(14) >= extra_space_last) exit
-      self%mumps%icntl(14) = min(2*self%mumps%icntl(14), extra_space_last)
+      if (.not. wants_space(self%mumps%infog, self%mumps%icntl)) exit
     end do
     if (self%mumps%infog(1) < 0) then
       call library_error(self%mumps, error)
@@ -230,12 +235,12 @@ contains
     select case (mumps%infog(1))
     case (info_singular)
       call fail(error, error_singular, 'the matrix is singular: MUMPS found a pivot for '// &
-        text_of(mumps%infog(2))//' of '//text_of(mumps%n)//' equations only')
+        integer_text(mumps%infog(2))//' of '//integer_text(mumps%n)//' equations only')
     case (info_work_int, info_work_real, info_no_memory)
       call fail(error, error_other, 'MUMPS: no memory for the factors')
     case default
-      call fail(error, error_other, 'MUMPS failed with INFOG(1) = '//text_of(mumps%infog(1))// &
-        ', INFOG(2) = '//text_of(mumps%infog(2)))
+      call fail(error, error_other, 'MUMPS failed with INFOG(1) = '//integer_text(mumps%infog(1))// &
+        ', INFOG(2) = '//integer_text(mumps%infog(2)))
     end select
   end subroutine library_error
 end module qsmpm_mumps_solver

@@ -6,9 +6,10 @@ module qsmpm_single_solver
   use qsmpm_error, only: error_type, fail, error_other, error_singular
   use qsmpm_team, only: solo_communicator
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_solver, only: linear_solver_type, text_of
-  use qsmpm_mumps_solver, only: list_entries, count_of, job_begin, job_end, job_analyse, job_factorise, &
-    job_solve, ordering_given, ordering_pord, info_work_int, info_work_real, extra_space_first, extra_space_last
+  use qsmpm_text, only: integer_text
+  use qsmpm_linear_solver, only: linear_solver_type
+  use qsmpm_mumps_solver, only: list_entries, count_of, set_controls, wants_space, job_begin, job_end, job_analyse, &
+    job_factorise, job_solve, ordering_given, ordering_pord
   use qsmpm_mumps_library, only: smumps_struc, smumps
   implicit none
   private
@@ -63,13 +64,7 @@ contains
     call run(self%mumps, job_begin, error)
     if (allocated(error)) return
     self%mumps%n = matrix%n
-    self%mumps%icntl(1:4) = 0
-    self%mumps%icntl(6) = 0
-    self%mumps%icntl(7) = merge(ordering_pord, ordering_given, self%orders_itself)
-    self%mumps%icntl(12) = 1
-    self%mumps%icntl(14) = extra_space_first
-    self%mumps%icntl(24) = 1
-    self%mumps%icntl(28) = 1
+    call set_controls(self%mumps%icntl, merge(ordering_pord, ordering_given, self%orders_itself))
     call list_entries(matrix, self%symmetric, self%mumps%irn, self%mumps%jcn, self%place)
     self%mumps%nnz = size(self%mumps%irn, kind=long)
     allocate (self%mumps%a(size(self%mumps%irn)), self%mumps%perm_in(matrix%n), self%mumps%rhs(matrix%n))
@@ -94,13 +89,11 @@ contains
     end if
     do
       call run(self%mumps, job_factorise, error)
-      if (self%mumps%infog(1) /= info_work_int .and. self%mumps%infog(1) /= info_work_real) exit
-      if (self%mumps%icntl(14) >= extra_space_last) exit
-      self%mumps%icntl(14) = min(2*self%mumps%icntl(14), extra_space_last)
+      if (.not. wants_space(self%mumps%infog, self%mumps%icntl)) exit
     end do
     if (allocated(error)) return
     if (self%mumps%infog(28) > 0) call fail(error, error_singular, &
-      'the matrix is singular to single precision in equation '//text_of(self%mumps%pivnul_list(1)))
+      'the matrix is singular to single precision in equation '//integer_text(self%mumps%pivnul_list(1)))
     if (self%symmetric) self%negative_pivots = self%mumps%infog(12)
     self%factor_nonzeros = count_of(self%mumps%infog(9))
     self%factor_operations = real(self%mumps%rinfog(3), wp)
@@ -151,6 +144,6 @@ contains
     mumps%job = job
     call smumps(mumps)
     if (mumps%infog(1) < 0) call fail(error, error_singular, 'MUMPS in single precision failed with INFOG(1) = '// &
-      text_of(mumps%infog(1))//', INFOG(2) = '//text_of(mumps%infog(2)))
+      integer_text(mumps%infog(1))//', INFOG(2) = '//integer_text(mumps%infog(2)))
   end subroutine run
 end module qsmpm_single_solver

@@ -64,13 +64,9 @@ contains
   pure integer function solver_number(word)
     character(len=*), intent(in) :: word
     type(solver_row_type), allocatable :: list(:)
-    integer :: i
 
     allocate (list, source=solver_list())
-    solver_number = 0
-    do i = 1, size(list)
-      if (list(i)%word == word) solver_number = i
-    end do
+    solver_number = findloc(list%word, word, dim=1)
   end function solver_number
 
   !> The words of the deck with bars between them, from kind 0 on.

@@ -11,8 +11,7 @@ module qsmpm_sparse_matrix
   implicit none
   private
 
-  public :: sparse_matrix_type, multiply, residual_norm, bandwidth, entry_count, row_sums, &
-    first_not_finite
+  public :: sparse_matrix_type, multiply, bandwidth, entry_count, row_sums, first_not_finite
 
   !> A square matrix in compressed rows.
   type :: sparse_matrix_type
@@ -78,20 +77,6 @@ contains
       y(i) = total
     end do
   end subroutine multiply_triangle
-
-  !> Euclidean norm of b - A x.
-  pure real(wp) function residual_norm(matrix, x, rhs)
-    type(sparse_matrix_type), intent(in) :: matrix
-    !> Solution to judge (n).
-    real(wp), intent(in) :: x(:)
-    !> Right-hand side b (n).
-    real(wp), intent(in) :: rhs(:)
-
-    real(wp) :: product_vector(matrix%n)
-
-    call multiply(matrix, x, product_vector)
-    residual_norm = norm2(rhs(:matrix%n) - product_vector)
-  end function residual_norm
 
   !> Largest distance of an entry from the diagonal; 0 for a diagonal matrix.
   pure integer function bandwidth(matrix)

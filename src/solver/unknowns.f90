@@ -36,14 +36,12 @@ contains
     integer, intent(in) :: components, node_count
     real(wp), intent(in), optional :: tolerance_ratio
     type(nodal_field_type), allocatable :: more(:)
-    integer :: f, n
+    integer :: n
 
     n = 0
     if (allocated(unknowns%fields)) n = size(unknowns%fields)
     allocate (more(n + 1))
-    do f = 1, n
-      more(f) = unknowns%fields(f)
-    end do
+    if (n > 0) more(:n) = unknowns%fields
     more(n + 1)%name = name
     more(n + 1)%components = components
     more(n + 1)%node_count = node_count

@@ -4,7 +4,6 @@
 module qsmpm_body_feet
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active, has_stages
-  use qsmpm_lift_feet, only: lift_feet_type
   use qsmpm_mesh_search, only: locate, inverse_map
   use qsmpm_model, only: model_type
   use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number

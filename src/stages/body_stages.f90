@@ -8,7 +8,7 @@
 module qsmpm_body_stages
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
-  use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages
+  use qsmpm_active_bodies, only: bodies_named, body_number, has_stages
   use qsmpm_body_description, only: body_change_type
   use qsmpm_mesh_description, only: select_outline
   use qsmpm_method_description, only: basis_fem
@@ -225,7 +225,7 @@ contains
     m = place_named(model%analysis%materials, change%material)
     forgets = .false.
     associate (points => model%state%points, materials => model%analysis%materials, law => model%laws(m)%law)
-      behind = excess_variable(law)
+      behind = law%state_place(excess_pressure_name)
       do p = 1, points%count
         if (points%body(p) /= b .or. points%material(p) == m) cycle
         if (materials(points%material(p))%unit_weight > 0.0_wp) then
@@ -233,7 +233,7 @@ contains
         else
           points%weight(p) = materials(m)%unit_weight*points%volume(p)
         end if
-        before = excess_variable(model%laws(points%material(p))%law)
+        before = model%laws(points%material(p))%law%state_place(excess_pressure_name)
         forgets = forgets .or. is_forgotten(model%laws(points%material(p))%law, law)
         excess = 0.0_wp
         if (before > 0) excess = points%state(before, p)
@@ -258,29 +258,16 @@ contains
       'softening) is that of the card of the material'//new_line('a')
   end subroutine change_material
 
-  !> State variable with the excess pore pressure, 0 for none.
-  pure integer function excess_variable(law) result(variable)
-    class(law_type), intent(in) :: law
-
-    variable = 0
-    if (.not. allocated(law%state_names)) return
-    do variable = law%state_count, 1, -1
-      if (law%state_names(variable)%text == excess_pressure_name) return
-    end do
-  end function excess_variable
-
   !> Whether a law has remembered what the next one will remember anew.
   pure logical function is_forgotten(before, behind)
     class(law_type), intent(in) :: before, behind
-    integer :: i, k
+    integer :: i
 
     is_forgotten = .false.
-    if (.not. (allocated(before%state_names) .and. allocated(behind%state_names))) return
+    if (.not. allocated(before%state_names)) return
     do i = 1, before%state_count
       if (before%state_names(i)%text == excess_pressure_name .or. len(before%state_names(i)%text) == 0) cycle
-      do k = 1, behind%state_count
-        is_forgotten = is_forgotten .or. before%state_names(i)%text == behind%state_names(k)%text
-      end do
+      is_forgotten = is_forgotten .or. behind%state_place(before%state_names(i)%text) > 0
     end do
   end function is_forgotten
 

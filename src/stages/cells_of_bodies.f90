@@ -5,8 +5,8 @@ module qsmpm_cells_of_bodies
   use qsmpm_active_bodies, only: bodies_named
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_method_description, only: basis_fem
-  use qsmpm_element, only: corner_count, face_corners, face_corner_count, face_count, linear_kind, local_nodes, &
-    node_count, shape_functions, shape_gradients
+  use qsmpm_element, only: corner_count, face_corners, face_count, linear_kind, local_nodes, node_count, &
+    shape_functions, shape_gradients
   use qsmpm_error, only: error_type, error_tangled, fail
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type

@@ -54,12 +54,8 @@ contains
     type(model_type), intent(in) :: model
     integer, intent(in) :: number
 
-    if (allocated(model%kept_phases)) then
-      do place = 1, size(model%kept_phases)
-        if (model%kept_phases(place)%phase == number) return
-      end do
-    end if
     place = 0
+    if (allocated(model%kept_phases)) place = findloc(model%kept_phases%phase, number, dim=1)
   end function find_kept_phase
 
   !> The phase to come, 0 for none: the first one whose parent has ended with its whole load or at a stop. One that was

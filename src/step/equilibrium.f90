@@ -15,7 +15,7 @@ module qsmpm_equilibrium
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank, spread_text
   use qsmpm_finite, only: is_usable, all_usable, unusable
   use qsmpm_kinds, only: wp, long
-  use qsmpm_stopwatch, only: switch_timer, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
+  use qsmpm_stopwatch, only: switch_timer, part_assembly, part_control, part_factorisation, part_solves
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_phase_description, only: newton_modified, controls_type
   use qsmpm_equations, only: gather, scatter
@@ -30,7 +30,7 @@ module qsmpm_equilibrium
   use qsmpm_step_evaluation, only: evaluate_step, linear_force
   use qsmpm_team, only: largest, total
   use qsmpm_term_share, only: solve_share_type
-  use qsmpm_term_sums, only: add_all_blocks, sum_transient, measure_shares, find_unusable
+  use qsmpm_term_sums, only: add_all_blocks, forces_transient, sum_forces, measure_shares, find_unusable
   use qsmpm_unknowns, only: joint_node, own_node
   implicit none
   private
@@ -481,7 +481,7 @@ contains
 
     call measure_shares(step%terms, solution%displacement, solution%references%load, step%equations%connectivity, &
       step%team, step%own, step%node_copies, solution%shares)
-    call sum_transient(step%terms, solution%displacement, force)
+    call sum_forces(step%terms, forces_transient, solution%displacement, force)
     call add_shares(step%team, step%unknowns, force)
     call gather(step%equations, force, transient)
     call find_imbalance(step, residual + transient, solution%references, tolerance, whole, &

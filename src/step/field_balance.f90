@@ -30,7 +30,7 @@ module qsmpm_field_balance
   use qsmpm_team, only: largest
   use qsmpm_term, only: force_sizes_type
   use qsmpm_term_share, only: forces_around, quotient
-  use qsmpm_term_sums, only: sum_body_forces, sum_field_sizes, sum_force_sizes
+  use qsmpm_term_sums, only: forces_of_bodies, sum_forces, sum_field_sizes, sum_force_sizes
   use qsmpm_unknowns, only: joint_node
   implicit none
   private
@@ -84,7 +84,7 @@ contains
       end associate
     end do
     references%load = references%field(1)
-    call sum_body_forces(step%terms, displacement, bodies)
+    call sum_forces(step%terms, forces_of_bodies, displacement, bodies)
     call add_shares(step%team, step%unknowns, bodies)
     call gather(step%equations, bodies, load)
     moved = max(phase_load, joint_norm(step%team, norm2(pack(load, step%field_of == 1))), &

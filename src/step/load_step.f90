@@ -53,8 +53,6 @@ contains
     !> Failures no smaller step can mend.
     type(error_type), allocatable, intent(out) :: error
 
-    associate (unused => self)
-    end associate
     call check_state(model, error)
     if (.not. allocated(error)) call initialise_step(model, step, error)
     if (.not. allocated(error)) call solve_step(model, step, controls, attempt, solution, error)

@@ -41,65 +41,32 @@ module qsmpm_observer
     real(wp), allocatable :: histories(:)
   end type step_record_type
 
-  !> Listener.
+  !> Listener: it hears nothing of what it does not override.
   type, abstract :: observer_type
   contains
-    !> A phase has begun: its initial stresses are set, no step is taken. Nothing is done unless overridden.
-    procedure :: phase_begun => ignore_begin
-    !> A step was accepted; the model's state is in equilibrium.
+    !> A phase has begun: its initial stresses are set, no step is taken.
+    procedure :: phase_begun => ignore_model
     procedure :: needs_model => needs_no_model
-    procedure(accepted_interface), deferred :: accepted
+    !> A step was accepted; the model's state is in equilibrium.
+    procedure :: accepted => ignore_step
     !> A phase has ended.
-    procedure(phase_done_interface), deferred :: phase_done
+    procedure :: phase_done => ignore_model
     !> The way a body fails that a safety phase has found: displacements and strains of the model are those of it, and
-    !> its state is put back afterwards. Nothing is done unless overridden.
-    procedure :: mechanism => ignore_mechanism
+    !> its state is put back afterwards.
+    procedure :: mechanism => ignore_model
     !> A sentence for the log (rejected step or re-equilibration, another solver, constant-load test, ...).
-    procedure(note_interface), deferred :: note
+    procedure :: note => ignore_note
     !> One for each line.
     procedure :: note_lines
     !> What a phase was run for: limit load, factor of safety, stop. A sentence unless overridden.
     procedure :: tell_result => note_result
     !> True when the run should stop after the current iteration (signal).
-    procedure(stop_interface), deferred :: stop_requested
+    procedure :: stop_requested => never_stop
   end type observer_type
 
   !> Hears nothing: for embedding programs and tests.
   type, extends(observer_type) :: silent_observer_type
-  contains
-    procedure :: accepted => silent_accepted
-    procedure :: phase_done => silent_phase_done
-    procedure :: note => silent_note
-    procedure :: stop_requested => silent_stop_requested
   end type silent_observer_type
-
-  abstract interface
-    subroutine accepted_interface(self, model, record, error)
-      import :: observer_type, model_type, step_record_type, error_type
-      class(observer_type), intent(inout) :: self
-      type(model_type), intent(in) :: model
-      type(step_record_type), intent(in) :: record
-      type(error_type), allocatable, intent(out) :: error
-    end subroutine accepted_interface
-
-    subroutine phase_done_interface(self, model, error)
-      import :: observer_type, model_type, error_type
-      class(observer_type), intent(inout) :: self
-      type(model_type), intent(in) :: model
-      type(error_type), allocatable, intent(out) :: error
-    end subroutine phase_done_interface
-
-    subroutine note_interface(self, text)
-      import :: observer_type
-      class(observer_type), intent(inout) :: self
-      character(len=*), intent(in) :: text
-    end subroutine note_interface
-
-    logical function stop_interface(self)
-      import :: observer_type
-      class(observer_type), intent(inout) :: self
-    end function stop_interface
-  end interface
 
 contains
 
@@ -124,30 +91,15 @@ contains
     !> Perhaps a part of it.
     type(model_type), intent(in) :: model
 
-    associate (unused => self, unused_model => model)
-    end associate
     needs_no_model = .false.
   end function needs_no_model
 
-  !> Ignore that a phase has begun.
-  subroutine ignore_begin(self, model, error)
+  !> Ignore the begin or the end of a phase, or a mechanism.
+  subroutine ignore_model(self, model, error)
     class(observer_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
-
-    associate (unused => self, unused_model => model)
-    end associate
-  end subroutine ignore_begin
-
-  !> Ignore a mechanism.
-  subroutine ignore_mechanism(self, model, error)
-    class(observer_type), intent(inout) :: self
-    type(model_type), intent(in) :: model
-    type(error_type), allocatable, intent(out) :: error
-
-    associate (unused => self, unused_model => model)
-    end associate
-  end subroutine ignore_mechanism
+  end subroutine ignore_model
 
   !> A result is a sentence.
   subroutine note_result(self, text)
@@ -158,41 +110,23 @@ contains
   end subroutine note_result
 
   !> Ignore an accepted step.
-  subroutine silent_accepted(self, model, record, error)
-    class(silent_observer_type), intent(inout) :: self
+  subroutine ignore_step(self, model, record, error)
+    class(observer_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(step_record_type), intent(in) :: record
     type(error_type), allocatable, intent(out) :: error
-
-    associate (unused => self, unused_model => model, unused_record => record)
-    end associate
-  end subroutine silent_accepted
-
-  !> Ignore the end of a phase.
-  subroutine silent_phase_done(self, model, error)
-    class(silent_observer_type), intent(inout) :: self
-    type(model_type), intent(in) :: model
-    type(error_type), allocatable, intent(out) :: error
-
-    associate (unused => self, unused_model => model)
-    end associate
-  end subroutine silent_phase_done
+  end subroutine ignore_step
 
   !> Ignore a note.
-  subroutine silent_note(self, text)
-    class(silent_observer_type), intent(inout) :: self
+  subroutine ignore_note(self, text)
+    class(observer_type), intent(inout) :: self
     character(len=*), intent(in) :: text
-
-    associate (unused => self, unused_text => text)
-    end associate
-  end subroutine silent_note
+  end subroutine ignore_note
 
   !> Never ask to stop.
-  logical function silent_stop_requested(self)
-    class(silent_observer_type), intent(inout) :: self
+  logical function never_stop(self)
+    class(observer_type), intent(inout) :: self
 
-    associate (unused => self)
-    end associate
-    silent_stop_requested = .false.
-  end function silent_stop_requested
+    never_stop = .false.
+  end function never_stop
 end module qsmpm_observer

@@ -322,14 +322,16 @@ contains
     must_equilibrate = .not. is_within_share(controls, shares) .and. taken < controls%max_reequilibrations
   end function must_equilibrate
 
-  !> Whether what the stabilisation carries is bearable.
-  pure logical function is_borne(controls, shares)
+  !> Whether what the stabilisation carries is bearable: more of it at a place where it does little work, but where a
+  !> factor of safety hangs on it.
+  pure logical function is_borne(controls, shares, strictly)
     type(controls_type), intent(in) :: controls
     type(step_share_type), allocatable, intent(in) :: shares(:)
+    logical, intent(in) :: strictly
     real(wp) :: most
 
     most = bearable
-    if (allocated(shares)) most = merge(bearable_at_place, bearable, &
+    if (allocated(shares) .and. .not. strictly) most = merge(bearable_at_place, bearable, &
       all(shares%work_share <= controls%stabilisation_share))
     is_borne = share_named(shares, stabilisation_share) <= most
   end function is_borne
@@ -349,8 +351,7 @@ contains
     if (.not. slowly) slowly = log(now/controls%stabilisation_share) > patience*log(before/now)
   end function fades_slowly
 
-  !> Reject a step whose stabilisation carries too much. What is bearable is accepted where no
-  !> factor of safety hangs on it; the phase warns of it.
+  !> Reject a step whose stabilisation carries too much. The phase warns of what is bearable.
   pure subroutine judge_stabilisation(controls, shares, place, strictly, outcome)
     type(controls_type), intent(in) :: controls
     type(step_share_type), allocatable, intent(in) :: shares(:)
@@ -363,8 +364,7 @@ contains
     integer :: i
 
     share = share_named(shares, stabilisation_share)
-    if (is_within_share(controls, shares) .or. (outcome%accepted .and. .not. strictly .and. &
-      is_borne(controls, shares))) return
+    if (is_within_share(controls, shares) .or. (outcome%accepted .and. is_borne(controls, shares, strictly))) return
     ! Of nothing, or not a number: all there is, and more.
     if (.not. share <= 10.0_wp) share = 10.0_wp
     places = rounded_text(place(1), 4)

@@ -236,8 +236,8 @@ contains
     end do
     call judge_stabilisation(controls, record%shares, record%share_place(:model%mesh%dimension), is_searching(model), &
       outcome)
-    ! Who tries factors at places that stay tells it with the factor.
-    if (.not. (outcome%accepted .or. controls%in_place)) call observer%note(outcome%reason)
+    ! A search tells it with the factor.
+    if (.not. (outcome%accepted .or. is_searching(model))) call observer%note(outcome%reason)
   end subroutine equilibrate_again
 
   !> Whether the run is to stop.

@@ -183,12 +183,8 @@ contains
   pure integer function first_point(surface, s)
     !> Surface of each point, and the one looked for, which has points.
     integer, intent(in) :: surface(:), s
-    integer :: i
 
-    first_point = 1
-    do i = size(surface), 1, -1
-      if (surface(i) == s) first_point = i
-    end do
+    first_point = findloc(surface, s, dim=1)
   end function first_point
 
   !> Degree of the functions along a line or plane through a cell: elements have at most 4.

@@ -8,7 +8,7 @@
 !> The vertices of an outline are tracers. At the start of every step one that serves says which part of each cell its
 !> body holds, and the loads on it are laid on it anew (qsmpm_outline_surfaces), so that a uniform stress stays
 !> in equilibrium with its traction however far the body has moved or deformed. A body that reaches beyond the grid is
-!> taken as its part on it (qsmpm_outline_trim). docs/methods/bodies.md.
+!> taken as its part on it (`trim_outline`). docs/methods/bodies.md.
 module qsmpm_outlines
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
@@ -29,7 +29,6 @@ module qsmpm_outlines
   use qsmpm_mesh_sets, only: set_tolerance
   use qsmpm_outline_quadrature, only: seed_outline_cells
   use qsmpm_outline_seeding, only: bounds_of
-  use qsmpm_outline_trim, only: trim_outline, is_trimmed
   use qsmpm_points, only: carried_type
   use qsmpm_polyhedron, only: polyhedron_type
   use qsmpm_seeding, only: seed_body
@@ -39,10 +38,11 @@ module qsmpm_outlines
   use qsmpm_agreement, only: any_of
   use qsmpm_own_part, only: own_cells, own_of
   use qsmpm_team, only: largest, smallest, total
+  use qsmpm_polygon_pieces, only: polygon_list_type, begin_list, pieces_in_convex
   implicit none
   private
 
-  public :: carry_outlines, find_bodies, flows, measures
+  public :: carry_outlines, find_bodies, flows, measures, trim_outline, is_trimmed
 
   !> Share of a cell that a body must leave free, or hold, to cut it.
   real(wp), parameter :: cut = 1.0e-6_wp
@@ -56,6 +56,9 @@ module qsmpm_outlines
   real(wp), parameter :: touching = 0.02_wp
   !> No division nearer to another one than so many tolerances of sets.
   real(wp), parameter :: apart = 4.0_wp
+
+  !> A body that reaches no farther beyond the grid than this share of its size ends with it.
+  real(wp), parameter :: same_place = 1.0e-8_wp
 
 contains
 
@@ -219,11 +222,8 @@ contains
     real(wp), intent(in) :: margin
     integer :: i
 
-    leaves = .false.
-    do i = 1, size(corners, 1)
-      leaves = leaves .or. minval(corners(i, :)) < minval(mesh%coordinates(i, :)) - margin .or. &
-        maxval(corners(i, :)) > maxval(mesh%coordinates(i, :)) + margin
-    end do
+    leaves = any([(minval(corners(i, :)) < minval(mesh%coordinates(i, :)) - margin .or. maxval(corners(i, :)) &
+      > maxval(mesh%coordinates(i, :)) + margin, i=1, size(corners, 1))])
   end function leaves
 
   !> Whether a surface is one of loads on the outline of a body: supports hold the places where they began, contacts
@@ -236,14 +236,10 @@ contains
     associate (chosen => model%analysis%surfaces(surface))
       is_of_body = chosen%selection == select_outline
       if (is_of_body) is_of_body = chosen%body == model%analysis%bodies(body)%name
-      do i = 1, size(model%analysis%contacts)
-        is_of_body = is_of_body .and. model%analysis%contacts(i)%surface /= chosen%name
-      end do
-      do p = 1, size(model%analysis%phases)
-        do i = 1, size(model%analysis%phases(p)%supports)
-          is_of_body = is_of_body .and. model%analysis%phases(p)%supports(i)%surface /= chosen%name
-        end do
-      end do
+      is_of_body = is_of_body .and. all([(model%analysis%contacts(i)%surface /= chosen%name, i=1, &
+        size(model%analysis%contacts))])
+      is_of_body = is_of_body .and. all([(all([(model%analysis%phases(p)%supports(i)%surface /= chosen%name, i=1, &
+        size(model%analysis%phases(p)%supports))]), p=1, size(model%analysis%phases))])
     end associate
   end function is_of_body
 
@@ -373,4 +369,67 @@ contains
     end associate
     bounds_points = inside > 0.0_wp .and. abs(inside - volume) <= lost*volume
   end function bounds_points
+
+  !> Leave of an outline in the x-y plane what lies on the grid; one that comes to several parts stays as it is.
+  pure subroutine trim_outline(bounds, shape)
+    !> Of the grid (dimension, 2).
+    real(wp), intent(in) :: bounds(:, :)
+    type(body_shape_type), intent(inout) :: shape
+    type(polygon_list_type) :: whole, parts
+    real(wp) :: corners(2, 4)
+
+    if (.not. allocated(shape%outline)) return
+    if (.not. (any(reaches_beyond(bounds, shape%outline, 1)) .or. any(reaches_beyond(bounds, shape%outline, 2)))) return
+    corners(1, :) = bounds(1, [1, 2, 2, 1])
+    corners(2, :) = bounds(2, [1, 1, 2, 2])
+    call begin_list(shape%outline, whole)
+    call pieces_in_convex(whole, corners, parts)
+    if (parts%count /= 1) return
+    call without_doubles(parts%vertices(:, :parts%first(2) - 1), same_place*maxval(bounds(:, 2) - bounds(:, 1)), &
+      shape%outline)
+  end subroutine trim_outline
+
+  !> Leave out vertices that are where the one before is: a corner on an end of the grid is there twice.
+  pure subroutine without_doubles(polygon, near, vertices)
+    !> (2, n)
+    real(wp), intent(in) :: polygon(:, :)
+    real(wp), intent(in) :: near
+    real(wp), allocatable, intent(out) :: vertices(:, :)
+    integer :: i, n
+
+    n = size(polygon, 2)
+    associate (gaps => norm2(polygon - cshift(polygon, -1, dim=2), dim=1))
+      vertices = polygon(:, pack([(i, i=1, n)], gaps > near))
+    end associate
+  end subroutine without_doubles
+
+  !> Whether a part of a trimmed outline is an end of the grid and none of the body.
+  pure logical function is_trimmed(bounds, shape, place)
+    real(wp), intent(in) :: bounds(:, :)
+    !> As drawn.
+    type(body_shape_type), intent(in) :: shape
+    !> Middle of the part (dimension).
+    real(wp), intent(in) :: place(:)
+    logical :: beyond(2)
+    integer :: a
+
+    is_trimmed = .false.
+    if (.not. allocated(shape%outline)) return
+    do a = 1, 2
+      beyond = reaches_beyond(bounds, shape%outline, a)
+      is_trimmed = is_trimmed .or. any(beyond .and. abs(place(a) - bounds(a, :)) <= same_place*(bounds(a, 2) - &
+        bounds(a, 1)))
+    end do
+  end function is_trimmed
+
+  !> Whether an outline reaches beyond the lower and the upper end of the grid along an axis.
+  pure function reaches_beyond(bounds, outline, axis) result(beyond)
+    real(wp), intent(in) :: bounds(:, :), outline(:, :)
+    integer, intent(in) :: axis
+    logical :: beyond(2)
+    real(wp) :: slack
+
+    slack = same_place*(bounds(axis, 2) - bounds(axis, 1))
+    beyond = [minval(outline(axis, :)) < bounds(axis, 1) - slack, maxval(outline(axis, :)) > bounds(axis, 2) + slack]
+  end function reaches_beyond
 end module qsmpm_outlines

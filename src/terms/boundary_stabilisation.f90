@@ -163,8 +163,6 @@ contains
     type(configuration_type), intent(in) :: configuration
     type(connectivity_type), intent(inout) :: connectivity
 
-    associate (unused => configuration)
-    end associate
     call append_patches(connectivity, self%penalty%connectivity)
   end subroutine couple
 
@@ -193,8 +191,6 @@ contains
     type(sparse_matrix_type), intent(inout) :: matrix
     integer :: k
 
-    associate (unused => displacement)
-    end associate
     do k = 1, self%penalty%connectivity%count
       call add_scalar_block(equations, self%first_stencil + k - 1, self%penalty%matrix(:, :, k), matrix)
     end do
@@ -210,8 +206,6 @@ contains
     type(solve_share_type), intent(out) :: share
     real(wp) :: force(size(displacement, 1), size(displacement, 2))
 
-    associate (unused => load_norm)
-    end associate
     force = 0.0_wp
     call self%add_force(displacement, force)
     call sizes%keep_own(force)

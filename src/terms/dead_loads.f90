@@ -48,8 +48,6 @@ contains
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
 
-    associate (unused => configuration)
-    end associate
     if (allocated(self%force)) deallocate (self%force)
     allocate (self%force(model%mesh%dimension, model%space%node_count), source=0.0_wp)
   end subroutine prepare
@@ -75,8 +73,6 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
 
-    associate (unused => displacement)
-    end associate
     force = force + self%force
   end subroutine add_force
 
@@ -86,8 +82,6 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(model_type), intent(inout) :: model
 
-    associate (unused => self, unused_displacement => displacement)
-    end associate
     call update_pore_pressure(model)
   end subroutine commit
 

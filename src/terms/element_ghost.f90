@@ -183,9 +183,7 @@ contains
   pure integer function place_of(node, nodes) result(place)
     integer, intent(in) :: node, nodes(:)
 
-    do place = 1, size(nodes) - 1
-      if (nodes(place) == node) return
-    end do
+    place = findloc(nodes, node, dim=1)
   end function place_of
 
   !> Derivative of the local coordinates along a direction in space (straight-edged cells): the

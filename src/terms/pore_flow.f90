@@ -17,7 +17,6 @@ module qsmpm_pore_flow
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: connectivity_type
   use qsmpm_permeability_law, only: permeability_ratio
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_loads, only: consolidation_of, has_consolidation
@@ -90,8 +89,6 @@ contains
     real(wp) :: kept(model%mesh%node_count)
     integer :: from, a, field
 
-    associate (unused => fraction)
-    end associate
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
     if (from == 0) return
     field = find_field(self%unknowns, excess_field)
@@ -118,8 +115,6 @@ contains
     real(wp) :: kept(model%space%node_count)
     integer :: from, p, i
 
-    associate (unused => configuration)
-    end associate
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
     self%symmetric = from == 0
     self%dimension = model%mesh%dimension
@@ -249,9 +244,6 @@ contains
     real(wp) :: pressure, change, slope(3), divergence
     integer :: i, a
 
-    associate (unused => model, unused_1 => configuration, unused_2 => tangent, unused_3 => equations, &
-        unused_4 => matrix, unused_5 => failure)
-    end associate
     if (present(prescribed)) continue
     if (allocated(self%flow_size)) deallocate (self%flow_size)
     allocate (self%flow_size(size(displacement, 2)), source=0.0_wp)
@@ -320,8 +312,6 @@ contains
     real(wp), allocatable :: block(:, :, :, :)
     integer :: i, a, b, n
 
-    associate (unused => displacement)
-    end associate
     do i = 1, size(self%points)
       associate (point => self%points(i), d => self%dimension)
         n = point%place%count
@@ -350,8 +340,6 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(model_type), intent(inout) :: model
 
-    associate (unused => displacement)
-    end associate
     if (size(self%points) > 0) call update_pore_pressure(model)
   end subroutine commit
 end module qsmpm_pore_flow

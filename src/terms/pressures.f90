@@ -93,8 +93,6 @@ contains
     type(configuration_type), intent(in) :: configuration
     real(wp), intent(in) :: fraction
 
-    associate (unused => configuration)
-    end associate
     associate (load => model%loading)
       self%pressure = between(pressure_at(load%pressure_start(self%surface), self%height), &
         pressure_at(load%pressure_final(self%surface), self%height), fraction)
@@ -210,9 +208,6 @@ contains
     associate (load => model%loading, s => pressures%surface, y => pressures%height)
       largest = maxval(abs([0.0_wp, pressure_at(load%pressure_start(s), y), pressure_at(load%pressure_final(s), y)]))
     end associate
-    is_nearly_symmetric = .true.
-    do m = 1, size(model%laws)
-      is_nearly_symmetric = is_nearly_symmetric .and. largest <= symmetric_ratio*model%laws(m)%law%stiffness_scale
-    end do
+    is_nearly_symmetric = all([(largest <= symmetric_ratio*model%laws(m)%law%stiffness_scale, m=1, size(model%laws))])
   end function is_nearly_symmetric
 end module qsmpm_pressures

@@ -69,8 +69,6 @@ contains
     class(prop_springs_type), intent(in) :: self
     type(model_type), intent(inout) :: model
 
-    associate (unused => self)
-    end associate
     call lay_prop_forces(model)
   end subroutine start
 
@@ -155,7 +153,7 @@ contains
     real(wp) :: share
     integer :: k
 
-    associate (unused => configuration, done => model%state%progress%fraction)
+    associate (done => model%state%progress%fraction)
       share = 1.0_wp
       if (done < 1.0_wp) share = (fraction - done)/(1.0_wp - done)
       do k = 1, size(self%springs)

@@ -45,8 +45,6 @@ contains
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
 
-    associate (unused => model)
-    end associate
     self%coefficient = 0.0_wp
     self%volume = configuration%lumped
   end subroutine prepare

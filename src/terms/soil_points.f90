@@ -26,7 +26,6 @@ module qsmpm_soil_points
   use qsmpm_nonlocal_strain, only: nonlocal_strain_type, prepare_nonlocal, trial_field, evaluate_nonlocal, &
     add_nonlocal_blocks
   use qsmpm_own_part, only: is_divided
-  use qsmpm_point_strain, only: add_strains
   use qsmpm_point_forces, only: pressure_offsets
   use qsmpm_points, only: points_type, carries_strains
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches
@@ -35,6 +34,8 @@ module qsmpm_soil_points
   use qsmpm_term, only: term_type, term_slot_type, increment_type, failure_type, force_sizes_type
   use qsmpm_text, only: integer_text
   use qsmpm_unknowns, only: joint_node
+  use qsmpm_group_evaluation, only: results_type
+  use qsmpm_strain, only: deform, plastic_shear_increment
   implicit none
   private
 
@@ -69,6 +70,9 @@ module qsmpm_soil_points
     procedure :: add_sizes
     procedure :: add_linear_force
   end type soil_type
+
+  !> Points from which the strains of a step, some 0.3 microseconds each, are worth waking the threads.
+  integer, parameter :: fewest_strained = 2000
 
 contains
 
@@ -144,10 +148,7 @@ contains
     call group_by_pressure(self, model, configuration%at_points)
     if (allocated(self%integration) .and. allocated(configuration%at_points%cell_size)) &
       call measure_cells(model%mesh, self%integration)
-    self%symmetric = .true.
-    do m = 1, size(model%laws)
-      self%symmetric = self%symmetric .and. model%laws(m)%is_symmetric()
-    end do
+    self%symmetric = all([(model%laws(m)%is_symmetric(), m=1, size(model%laws))])
     call prepare_soil_evaluation(self, model, configuration)
   end subroutine prepare
 
@@ -327,8 +328,6 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
 
-    associate (unused => displacement)
-    end associate
     associate (own => force(:size(self%evaluation%force, 1), :size(self%evaluation%force, 2)))
       own = own + self%evaluation%force
     end associate
@@ -366,8 +365,6 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
 
-    associate (unused => displacement)
-    end associate
     associate (own => force(:size(self%evaluation%force, 1), :size(self%evaluation%force, 2)))
       own = own + self%evaluation%linear_force
     end associate
@@ -448,4 +445,32 @@ contains
       !$omp end parallel do
     end associate
   end subroutine take_point_results
+
+  !> Add the strains of a step, before the points take its stresses, where results ask for them (*FIELD, STRAIN): the
+  !> left Cauchy-Green tensor of a point is deformed by the gradient that its law has seen, so that strain, volume and
+  !> stress belong together under any treatment of volumetric locking; and the plastic shear strain (qsmpm_strain) is
+  !> added. A law that tells which points yield adds nothing elsewhere.
+  subroutine add_strains(results, source, laws, points)
+    !> What the laws said, with the deformation gradients of the step.
+    type(results_type), intent(in) :: results
+    !> Material point behind each result (n).
+    integer, intent(in) :: source(:)
+    !> Laws of the materials.
+    type(law_slot_type), intent(in) :: laws(:)
+    type(points_type), intent(inout) :: points
+    integer :: p, q
+
+    !$omp parallel do default(shared) private(p) if (size(source) >= fewest_strained)
+    do q = 1, size(source)
+      p = source(q)
+      call deform(results%gradient(:, q), points%left_cauchy_green(:, p))
+      associate (law => laws(points%material(p))%law)
+        if (law%tells_yield .and. results%plastic(q) == 0) cycle
+        points%plastic_strain(p) = points%plastic_strain(p) + plastic_shear_increment(results%gradient(:, q), &
+          points%stress(:, p), results%stress(:, q), law%shear_compliance(points%stress(:, p), &
+          points%state(:law%state_count, p), points%volume(p)/points%initial_volume(p), results%volume_change(q)))
+      end associate
+    end do
+    !$omp end parallel do
+  end subroutine add_strains
 end module qsmpm_soil_points

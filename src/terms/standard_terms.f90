@@ -9,7 +9,7 @@ module qsmpm_standard_terms
   use qsmpm_proximal_damping, only: new_proximal_damping
   use qsmpm_soil_points, only: new_soil
   use qsmpm_supports, only: new_supports
-  use qsmpm_unloading_points, only: new_unloading_points
+  use qsmpm_unloading, only: new_unloading_points
   use qsmpm_term, only: term_type, term_slot_type
   use qsmpm_term_sums, only: share_names
   implicit none

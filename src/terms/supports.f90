@@ -103,7 +103,7 @@ contains
     real(wp), intent(inout) :: values(:, :)
     integer :: s
 
-    associate (unused => fraction, kept => kept_values(model%state%kept, motion_name))
+    associate (kept => kept_values(model%state%kept, motion_name))
       do s = 1, size(kept, 2)
         associate (column => column_of(self, s))
           constrained(:size(kept, 1), column) = .true.
@@ -182,7 +182,7 @@ contains
     real(wp), intent(in) :: fraction
     integer :: k
 
-    associate (unused => configuration, load => model%loading, surface => model%state%surface)
+    associate (load => model%loading, surface => model%state%surface)
       do k = 1, size(self%point)
         associate (s => surface%surface(self%point(k)))
           if (.not. abs(load%closure_final(s)) > 0.0_wp) cycle
@@ -206,9 +206,6 @@ contains
     real(wp), intent(in), optional :: prescribed(:, :)
     integer :: k
 
-    associate (unused => model, unused_configuration => configuration, unused_tangent => tangent, &
-        unused_equations => equations, unused_matrix => matrix, unused_failure => failure)
-    end associate
     if (present(prescribed)) continue
     do k = 1, size(self%point)
       self%size_here(k) = norm2(spring_force(self, k, displacement))
@@ -309,8 +306,6 @@ contains
     type(sparse_matrix_type), intent(inout) :: matrix
     integer :: k
 
-    associate (unused => displacement)
-    end associate
     do k = 1, self%connectivity%count
       call add_block(equations, self%first_stencil + k - 1, support_block(self, k), matrix)
     end do

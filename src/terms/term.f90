@@ -159,18 +159,12 @@ contains
   subroutine start_nothing(self, model)
     class(term_type), intent(in) :: self
     type(model_type), intent(inout) :: model
-
-    associate (unused => self, unused_model => model)
-    end associate
   end subroutine start_nothing
 
   !> Name the fields that the scene makes necessary; called before all else. None, unless extended.
   subroutine choose_no_fields(self, model)
     class(term_type), intent(inout) :: self
     type(model_type), intent(in) :: model
-
-    associate (unused => self, unused_model => model)
-    end associate
   end subroutine choose_no_fields
 
   !> Need a field on the space of the displacement, or on nodes of its own that no mesh has; terms that name the same
@@ -199,10 +193,6 @@ contains
     !> Table of all unknowns.
     logical, intent(inout) :: constrained(:, :)
     real(wp), intent(inout) :: values(:, :)
-
-    associate (unused => self, unused_model => model, unused_fraction => fraction, unused_constrained => constrained, &
-        unused_values => values)
-    end associate
   end subroutine prescribe_nothing
 
   !> Put the node lists behind those of the terms before.
@@ -211,8 +201,6 @@ contains
     type(configuration_type), intent(in) :: configuration
     type(connectivity_type), intent(inout) :: connectivity
 
-    associate (unused => configuration)
-    end associate
     call append_patches(connectivity, self%connectivity)
   end subroutine couple_patches
 
@@ -220,9 +208,6 @@ contains
   subroutine begin_nothing(self, increment)
     class(term_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
-
-    associate (unused => self, unused_increment => increment)
-    end associate
   end subroutine begin_nothing
 
   !> Put loads in force. Nothing, unless extended.
@@ -232,10 +217,6 @@ contains
     type(configuration_type), intent(in) :: configuration
     !> Load fraction of the phase, 0 to 1.
     real(wp), intent(in) :: fraction
-
-    associate (unused => self, unused_model => model, unused_configuration => configuration, &
-        unused_fraction => fraction)
-    end associate
   end subroutine set_no_load
 
   !> Do what is done once for a trial displacement, before its force and blocks are asked for. A term that forms its
@@ -254,12 +235,6 @@ contains
     type(failure_type), intent(inout) :: failure
     !> Displacements whose linear force will be wanted (components, nodes).
     real(wp), intent(in), optional :: prescribed(:, :)
-
-    associate (unused => self, unused_model => model, unused_configuration => configuration, &
-        unused_displacement => displacement, unused_tangent => tangent, unused_equations => equations, &
-        unused_matrix => matrix, unused_failure => failure)
-    end associate
-    if (present(prescribed)) return
   end subroutine evaluate_nothing
 
   !> Judge a trial displacement that no process has failed to evaluate: what only all of a team can tell together, each
@@ -271,18 +246,12 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     !> Set where it cannot be taken, on all processes at once.
     type(failure_type), intent(inout) :: failure
-
-    associate (unused => self, unused_model => model, unused_displacement => displacement, unused_failure => failure)
-    end associate
   end subroutine judge_nothing
 
   !> Add the sizes of the force. Nothing, unless extended: shares refer to the soil.
   subroutine add_no_sizes(self, sizes)
     class(term_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
-
-    associate (unused => self, unused_sizes => sizes)
-    end associate
   end subroutine add_no_sizes
 
   !> Add the derivatives of the resistance, of a load with a minus, to the matrix: block k at the node list
@@ -293,10 +262,6 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(inout) :: matrix
-
-    associate (unused => self, unused_displacement => displacement, unused_equations => equations, &
-        unused_matrix => matrix)
-    end associate
   end subroutine add_no_blocks
 
   !> Add the resistance that displacements from the start of the step call up: the change of the force, exact for a
@@ -344,8 +309,6 @@ contains
     type(solve_share_type), intent(out) :: share
     real(wp) :: force(size(displacement, 1), size(displacement, 2))
 
-    associate (unused => connectivity)
-    end associate
     force = 0.0_wp
     call self%add_force(displacement, force)
     call sizes%keep_own(force)
@@ -360,9 +323,6 @@ contains
     !> (components, nodes)
     real(wp), intent(in) :: displacement(:, :)
     type(kept_arrays_type), intent(inout) :: kept
-
-    associate (unused => self, unused_displacement => displacement, unused_kept => kept)
-    end associate
   end subroutine keep_no_nodal
 
   !> The solve is taken: the points have moved, nodes and cells of the model may be numbered anew, the displacement is
@@ -372,16 +332,10 @@ contains
     !> (components, nodes)
     real(wp), intent(in) :: displacement(:, :)
     type(model_type), intent(inout) :: model
-
-    associate (unused => self, unused_displacement => displacement, unused_model => model)
-    end associate
   end subroutine commit_nothing
 
   !> The solve is not taken. Nothing, unless extended: scratch is made anew by `prepare`.
   subroutine discard_nothing(self)
     class(term_type), intent(inout) :: self
-
-    associate (unused => self)
-    end associate
   end subroutine discard_nothing
 end module qsmpm_term

@@ -20,9 +20,12 @@ module qsmpm_term_sums
   private
 
   public :: start_terms, prepare_terms, begin_terms, set_loads, evaluate_terms, judge_terms, sum_forces, &
-    sum_transient, add_all_blocks, linear_forces, sum_body_forces, sum_field_sizes, sum_force_sizes, &
+    add_all_blocks, linear_forces, sum_field_sizes, sum_force_sizes, &
     measure_shares, share_names, find_unusable, are_symmetric, evaluated_points, mark_anchored, keep_nodal_of_terms, &
     commit_terms, discard_terms
+
+  !> Kinds of forces beside the roles of terms: those that a step is accepted without, those of rigid bodies.
+  integer, parameter, public :: forces_transient = -1, forces_of_bodies = -2
 
 contains
 
@@ -143,10 +146,11 @@ contains
     end do
   end subroutine judge_terms
 
-  !> Force of all terms of one role.
-  subroutine sum_forces(terms, role, displacement, force)
+  !> Force of all terms of one role, or of another kind.
+  subroutine sum_forces(terms, kind, displacement, force)
     type(term_slot_type), intent(in) :: terms(:)
-    integer, intent(in) :: role
+    !> One of role_* of qsmpm_term, forces_transient or forces_of_bodies.
+    integer, intent(in) :: kind
     !> (components, nodes)
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(out) :: force(:, :)
@@ -154,7 +158,10 @@ contains
 
     force = 0.0_wp
     do t = 1, size(terms)
-      if (terms(t)%term%role == role) call add_part(terms(t)%term, displacement, force)
+      associate (term => terms(t)%term)
+        if (term%role == kind .or. (kind == forces_transient .and. term%transient) .or. &
+          (kind == forces_of_bodies .and. term%of_bodies)) call add_part(term, displacement, force)
+      end associate
     end do
   end subroutine sum_forces
 
@@ -167,20 +174,6 @@ contains
 
     call term%add_force(displacement(:term%rows, :term%columns), force(:term%rows, :term%columns))
   end subroutine add_part
-
-  !> Force of the terms that a step is accepted without.
-  subroutine sum_transient(terms, displacement, force)
-    type(term_slot_type), intent(in) :: terms(:)
-    !> (components, nodes)
-    real(wp), intent(in) :: displacement(:, :)
-    real(wp), intent(out) :: force(:, :)
-    integer :: t
-
-    force = 0.0_wp
-    do t = 1, size(terms)
-      if (terms(t)%term%transient) call add_part(terms(t)%term, displacement, force)
-    end do
-  end subroutine sum_transient
 
   !> Add the blocks that the evaluation has not added; once, and only after one with a tangent.
   subroutine add_all_blocks(terms, displacement, equations, matrix)
@@ -213,21 +206,6 @@ contains
       end associate
     end do
   end subroutine linear_forces
-
-  !> Force of rigid bodies.
-  subroutine sum_body_forces(terms, displacement, force)
-    type(term_slot_type), intent(in) :: terms(:)
-    !> Displacement that was evaluated (components, nodes).
-    real(wp), intent(in) :: displacement(:, :)
-    !> (components, nodes)
-    real(wp), intent(out) :: force(:, :)
-    integer :: t
-
-    force = 0.0_wp
-    do t = 1, size(terms)
-      if (terms(t)%term%of_bodies) call add_part(terms(t)%term, displacement, force)
-    end do
-  end subroutine sum_body_forces
 
   !> Contributions to the fields beside the displacement by their size: what the residual of a field refers to.
   subroutine sum_field_sizes(terms, sizes)
@@ -306,10 +284,7 @@ contains
     type(term_slot_type), intent(in) :: terms(:)
     integer :: t
 
-    count_shares = 0
-    do t = 1, size(terms)
-      if (allocated(terms(t)%term%share_name)) count_shares = count_shares + 1
-    end do
+    count_shares = count([(allocated(terms(t)%term%share_name), t=1, size(terms))])
   end function count_shares
 
   !> Columns of curves.csv for the shares, a comma in front of each.
@@ -351,10 +326,7 @@ contains
     type(term_slot_type), intent(in) :: terms(:)
     integer :: t
 
-    are_symmetric = .true.
-    do t = 1, size(terms)
-      are_symmetric = are_symmetric .and. terms(t)%term%symmetric
-    end do
+    are_symmetric = all([(terms(t)%term%symmetric, t=1, size(terms))])
   end function are_symmetric
 
   !> Points whose stress an evaluation updates.
@@ -362,10 +334,7 @@ contains
     type(term_slot_type), intent(in) :: terms(:)
     integer :: t
 
-    points = 0
-    do t = 1, size(terms)
-      points = points + terms(t)%term%point_count
-    end do
+    points = sum([(terms(t)%term%point_count, t=1, size(terms))])
   end function evaluated_points
 
   !> Mark the nodes that a term holds against the ground.

@@ -1,11 +1,15 @@
-!> What the bodies that a phase takes out push at the others, before they are unloaded:
+!> The bodies that a phase takes out: what they push at the others is lowered evenly over it.
 !>
 !>   f_a  =  sum w g N_a + surface loads - sum V sigma grad N_a       over their points
 !>
 !> with the stress, weight and surface loads that they had when the phase began. It is found as a difference, of the
 !> sums over all points less those over the points that are there, each in the way the equations are integrated: so the
 !> balance of the phase before is met to rounding whatever the basis and the integration are (full cells by the Gauss
-!> rule, outlines, averages over domains). The term of the equations is qsmpm_unloading_points.
+!> rule, outlines, averages over domains).
+!>
+!> The term is  f_external  +=  (1 - l) f  with the load fraction l of the phase: at l = 0 the balance of the phase
+!> before is met, at l = 1 nothing is left. The points taken out ride with the mesh and have no stiffness: nodes that
+!> they alone hold are in no equation. docs/methods/stages.md.
 module qsmpm_unloading
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
@@ -23,11 +27,20 @@ module qsmpm_unloading
   use qsmpm_space, only: shape_values_type
   use qsmpm_stress_force, only: internal_force
   use qsmpm_surface_pressure, only: pressure_at
-  use qsmpm_term, only: term_type
+  use qsmpm_term, only: term_type, role_external
   implicit none
   private
 
-  public :: measure_unloading
+  public :: measure_unloading, new_unloading_points
+
+  type, extends(term_type) :: unloading_points_type
+    !> Nodal forces in force (dimension, nodes); unallocated without.
+    real(wp), allocatable :: force(:, :)
+  contains
+    procedure :: prepare
+    procedure :: set_load
+    procedure :: add_force
+  end type unloading_points_type
 
 contains
 
@@ -122,4 +135,48 @@ contains
       end do
     end associate
   end subroutine add_surface_loads
+
+  !> The term.
+  subroutine new_unloading_points(term)
+    class(term_type), allocatable, intent(out) :: term
+
+    allocate (unloading_points_type :: term)
+    term%name = 'force of the bodies taken out'
+    term%role = role_external
+  end subroutine new_unloading_points
+
+  !> Nothing is in force yet.
+  subroutine prepare(self, model, configuration)
+    class(unloading_points_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+
+    if (allocated(self%force)) deallocate (self%force)
+    if (allocated(configuration%unloading)) &
+      allocate (self%force(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+  end subroutine prepare
+
+  !> What is left at a fraction of the phase.
+  subroutine set_load(self, model, configuration, fraction)
+    class(unloading_points_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    real(wp), intent(in) :: fraction
+    integer :: i
+
+    if (.not. allocated(self%force)) return
+    do i = 1, size(self%force, 1)
+      self%force(i, :) = (1.0_wp - fraction)*(configuration%unloading(i, :) &
+        + model%loading%gravity_start(i)*configuration%unloading_weight)
+    end do
+  end subroutine set_load
+
+  !> They do not follow the displacement.
+  subroutine add_force(self, displacement, force)
+    class(unloading_points_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(inout) :: force(:, :)
+
+    if (allocated(self%force)) force = force + self%force
+  end subroutine add_force
 end module qsmpm_unloading

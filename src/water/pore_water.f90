@@ -39,10 +39,7 @@ contains
     type(analysis_type), intent(in) :: analysis
     integer :: p
 
-    has_water = .false.
-    do p = 1, size(analysis%phases)
-      has_water = has_water .or. size(analysis%phases(p)%water_levels) > 0
-    end do
+    has_water = any([(size(analysis%phases(p)%water_levels) > 0, p=1, size(analysis%phases))])
   end function has_water
 
   !> Whether the pores may carry a pressure: there is a water level, or a law with an excess pressure.
@@ -50,10 +47,8 @@ contains
     type(model_type), intent(in) :: model
     integer :: m
 
-    has_pore_pressure = has_water(model%analysis) .or. has_consolidation(model%analysis%phases)
-    do m = 1, size(model%laws)
-      has_pore_pressure = has_pore_pressure .or. excess_place(model, m) > 0
-    end do
+    has_pore_pressure = has_water(model%analysis) .or. has_consolidation(model%analysis%phases) .or. &
+      any([(model%laws(m)%law%state_place(excess_pressure_name) > 0, m=1, size(model%laws))])
   end function has_pore_pressure
 
   !> What flows in at a part of the bounds in a phase, by the flow that is in force; 0 where none is.
@@ -238,9 +233,7 @@ contains
 
     if (.not. carries_water(model%state%points)) return
     excess = excess_pressure(model)
-    do m = 1, size(model%laws)
-      place(m) = excess_place(model, m)
-    end do
+    place = [(model%laws(m)%law%state_place(excess_pressure_name), m=1, size(model%laws))]
     associate (points => model%state%points)
       do p = 1, points%count
         m = place(points%material(p))
@@ -250,18 +243,4 @@ contains
       end do
     end associate
   end subroutine update_pore_pressure
-
-  !> Place of the excess pore pressure in the state of a law, 0 where it has none.
-  pure integer function excess_place(model, m) result(place)
-    type(model_type), intent(in) :: model
-    !> Number of the law.
-    integer, intent(in) :: m
-    integer :: i
-
-    place = 0
-    if (.not. allocated(model%laws(m)%law%state_names)) return
-    do i = 1, size(model%laws(m)%law%state_names)
-      if (model%laws(m)%law%state_names(i)%text == excess_pressure_name) place = i
-    end do
-  end function excess_place
 end module qsmpm_pore_water

@@ -9,16 +9,17 @@ module qsmpm_water_check
   use qsmpm_history_description, only: quantity_contact_force, quantity_contact_pressure, quantity_reaction
   use qsmpm_load_description, only: traction_type, water_level_type
   use qsmpm_agreement, only: any_of, lowest_rank, spread_text
-  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
-  use qsmpm_flooded_pits, only: warn_of_flooded_pits
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic, where_text
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: overburden_type, make_overburden, ground_over, body_holds, facet_places
+  use qsmpm_phase_loads, only: load_in_force
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: has_water, dry_tables, take_levels
   use qsmpm_vertical, only: upwards, vertical_of
   use qsmpm_team, only: smallest, largest_of_all => largest
-  use qsmpm_rounded_text, only: short => rounded_text
+  use qsmpm_rounded_text, only: short => rounded_text, rounded_text
   use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at
+  use qsmpm_active_bodies, only: bodies_active, body_number
   implicit none
   private
 
@@ -349,7 +350,8 @@ contains
     associate (surface => model%state%surface, phase => model%analysis%phases(number))
       if (size(phase%water_levels) + size(phase%tractions) == 0) return
       do s = 1, size(model%analysis%surfaces)
-        load = pressure_in_force(model, number, model%analysis%surfaces(s)%name)
+        load = load_in_force(model%analysis%phases, lineage(model%analysis%phases, number), &
+          model%analysis%surfaces(s)%name, follows=.true.)
         if (.not. (load%of_water .and. load%gradient > 0.0_wp)) cycle
         wet = .false.
         do k = 1, surface%count
@@ -366,23 +368,59 @@ contains
     end associate
   end subroutine check_pressures
 
-  !> The last pressure that a phase and those before it put on a surface.
-  pure type(traction_type) function pressure_in_force(model, number, surface) result(load)
+  !> Warn of bodies that a phase takes out below the level. The force of the water on the ground (qsmpm_pore_water) has
+  !> its pressure on every face below the level, so also on floor and walls of a pit. That is an excavation under water,
+  !> and right as such; who means a dry pit has to lower the level.
+  subroutine warn_of_flooded_pits(model, ground, number, tables, tolerance, notes)
     type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: ground
     !> Number of the phase.
     integer, intent(in) :: number
-    !> Name of the surface.
-    character(len=*), intent(in) :: surface
-    integer, allocatable :: path(:)
-    integer :: p, i
+    !> Levels at its end (bodies).
+    type(water_table_type), intent(in) :: tables(:)
+    !> Depth of water that counts, and distance from a face to what lies behind it [length].
+    real(wp), intent(in) :: tolerance(2)
+    !> Sentences for the log.
+    character(len=:), allocatable, intent(inout) :: notes
+    real(wp) :: depth
+    integer :: i
 
-    allocate (path, source=lineage(model%analysis%phases, number))
-    do p = 1, size(path)
-      associate (phase => model%analysis%phases(path(p)))
-        do i = 1, size(phase%tractions)
-          if (phase%tractions(i)%follows .and. phase%tractions(i)%surface == surface) load = phase%tractions(i)
-        end do
-      end associate
+    if (.not. allocated(model%analysis%phases(number)%deactivations)) return
+    associate (phase => model%analysis%phases(number))
+      do i = 1, size(phase%deactivations)
+        associate (change => phase%deactivations(i))
+          depth = depth_of_water(model, ground, number, body_number(model%analysis, change%body), tables, tolerance(2))
+          if (.not. depth > tolerance(1)) cycle
+          notes = notes//'warning: '//where_text(change%where)//"*DEACTIVATE: where body '"//change%body// &
+            "' is taken out water stands "//rounded_text(depth)//" deep from phase '"//phase%name// &
+            "' on, because its level in the ground stays above the floor; for a dry pit let *WATER LEVEL of this "// &
+            'phase run along or below the floor'//new_line('a')
+        end associate
+      end do
+    end associate
+  end subroutine warn_of_flooded_pits
+
+  !> Largest depth below the level of the faces that a body leaves in what is still there.
+  real(wp) function depth_of_water(model, ground, number, body, tables, hair) result(depth)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: ground
+    !> Number of the phase and of the body.
+    integer, intent(in) :: number, body
+    type(water_table_type), intent(in) :: tables(:)
+    real(wp), intent(in) :: hair
+    real(wp), allocatable :: places(:, :)
+    logical :: active(size(tables))
+    integer :: b, k
+
+    depth = 0.0_wp
+    active = bodies_active(model%analysis, number)
+    call facet_places(ground, body, hair, places)
+    do k = 1, size(places, 2)
+      do b = 1, size(tables)
+        if (.not. active(b) .or. .not. tables(b)%present) cycle
+        if (.not. head_at(tables(b), places(:, k)) > depth) cycle
+        if (body_holds(ground, b, places(:model%mesh%dimension, k))) depth = head_at(tables(b), places(:, k))
+      end do
     end do
-  end function pressure_in_force
+  end function depth_of_water
 end module qsmpm_water_check

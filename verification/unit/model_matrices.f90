@@ -4,11 +4,11 @@
 !> Nodes run along the first axis fastest; held nodes carry no equations and are not counted.
 module model_matrices
   use qsmpm_kinds, only: wp
-  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, multiply
   implicit none
   private
 
-  public :: node_graph, elastic_matrix, inverse_of, upper_triangle
+  public :: node_graph, elastic_matrix, inverse_of, upper_triangle, residual_norm
 
 contains
 
@@ -271,4 +271,18 @@ contains
     half%column = pack(matrix%column, kept)
     half%values = pack(matrix%values, kept)
   end subroutine upper_triangle
+
+  !> Euclidean norm of b - A x.
+  pure real(wp) function residual_norm(matrix, x, rhs)
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> Solution to judge (n).
+    real(wp), intent(in) :: x(:)
+    !> Right-hand side b (n).
+    real(wp), intent(in) :: rhs(:)
+
+    real(wp) :: product_vector(matrix%n)
+
+    call multiply(matrix, x, product_vector)
+    residual_norm = norm2(rhs(:matrix%n) - product_vector)
+  end function residual_norm
 end module model_matrices

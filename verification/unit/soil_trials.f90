@@ -1,6 +1,7 @@
 !> What the tests of hardening soils share: their parameters, laboratory tests on one point, and batches of
 !> points under pressure.
 module soil_trials
+  use point_trials, only: step_point
   use law_trials, only: random_batch
   use qsmpm_error, only: error_type
   use qsmpm_cam_clay, only: cam_clay_parameters_type
@@ -8,7 +9,7 @@ module soil_trials
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, kinematics_logarithmic, rate_midpoint
-  use qsmpm_point_driver, only: point_type, start_point, step_point
+  use qsmpm_point_driver, only: point_type, start_point
   implicit none
   private
 

@@ -1,10 +1,10 @@
 !> Abaqus files: element names, continued lines, sets, surfaces, assemblies.
 module test_abaqus_reader
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: mesh_volume
-  use qsmpm_mesh_sets, only: find_set
   use qsmpm_element, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, wedge15, &
     face_corners, face_count
   use test_mesh_readers, only: read_text, check_refused, replaced
@@ -89,7 +89,7 @@ contains
       integer, intent(in) :: items(:)
       integer :: s
 
-      s = find_set(mesh%node_sets, name)
+      s = place_named(mesh%node_sets, name)
       call tests%check('there is the node set '//name, s > 0)
       if (s == 0) return
       call tests%check('of as many nodes '//name, size(mesh%node_sets(s)%items) == size(items))
@@ -103,7 +103,7 @@ contains
       integer, intent(in) :: items(:)
       integer :: s
 
-      s = find_set(mesh%cell_sets, name)
+      s = place_named(mesh%cell_sets, name)
       call tests%check('there is the element set '//name, s > 0)
       if (s == 0) return
       call tests%check('of as many elements '//name, size(mesh%cell_sets(s)%items) == size(items))
@@ -240,7 +240,7 @@ contains
     call tests%check('a line of 30000 letters is read', .not. allocated(error))
     if (allocated(error)) return
     call tests%check('and its set holds each node once', &
-      size(mesh%node_sets(find_set(mesh%node_sets, 'long'))%items) == 2)
+      size(mesh%node_sets(place_named(mesh%node_sets, 'long'))%items) == 2)
   end subroutine check_long_line
 
   !> Broken files and what is not followed.

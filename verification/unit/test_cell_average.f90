@@ -1,6 +1,7 @@
 !> Cell integration and assembly: the fit reproduces linear fields, and the stiffness of whole meshes
 !> is the derivative of the internal force, for points and for cells, in all three kinds of model.
 module test_cell_average
+  use active_samples, only: activate
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_mesh, only: mesh_type
@@ -9,7 +10,7 @@ module test_cell_average
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even
-  use qsmpm_point_location, only: activation_type, activate
+  use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type
   use qsmpm_space_builder, only: element_space
   use qsmpm_domains, only: domains_type

@@ -1,7 +1,7 @@
 !> Boxes of cells for the processes of a team: they make up the grid, share what lies in it, and are the same again.
 module test_cell_boxes
   use testing, only: tests_type
-  use qsmpm_cell_boxes, only: share_cells, share_jointly, box_of, is_inside
+  use qsmpm_cell_boxes, only: share_jointly, box_of, is_inside
   use qsmpm_grid_window, only: window_type, cells_of
   use qsmpm_sorting, only: place_in_order
   use qsmpm_team, only: team_type
@@ -97,4 +97,19 @@ contains
       .and. all(boxes(k)%last == again(k)%last), k=1, 3)]))
     call tests%check('of 55 in a row 21, 15 and 19 go to three', all(boxes%last(1) == [8, 10, 12]))
   end subroutine check_weights
+
+  !> The boxes; fewer cells in a row than processes leave some without any (`short`).
+  subroutine share_cells(at, whole, boxes, short)
+    !> Cells in which what is shared lies (3, n).
+    integer, intent(in) :: at(:, :)
+    type(window_type), intent(in) :: whole
+    !> (ranks)
+    type(window_type), intent(out) :: boxes(:)
+    logical, intent(out) :: short
+    type(team_type) :: alone
+    integer :: weight(size(at, 2))
+
+    weight = 1
+    call share_jointly(alone, at, weight, whole, boxes, short)
+  end subroutine share_cells
 end module test_cell_boxes

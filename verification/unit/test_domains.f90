@@ -1,11 +1,12 @@
 !> Domains of material points and their pieces: stretch, bounds, walls, shares.
 module test_domains
+  use active_samples, only: activate
   use qsmpm_kinds, only: wp
   use qsmpm_tensor, only: pack_gradient
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type
-  use qsmpm_point_location, only: activation_type, activate
+  use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type, cell_position
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_domain_pieces, only: pieces_type, cut_domains, whole_points

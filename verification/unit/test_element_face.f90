@@ -2,10 +2,10 @@
 module test_element_face
   use testing, only: tests_type
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: element_kind_count, element_name, node_count, local_dimension, &
-    face_count, face_corners, face_nodes, corner_count, local_nodes, local_centre, mid_edges, &
-    inside_distance, shape_functions, element_geometry, gauss_rule, face_rule, face_area_vector, &
-    tri3, tri6, quad8, tet4, hex8, hex20, wedge6, wedge15
+  use qsmpm_element, only: element_kind_count, element_name, node_count, local_dimension, face_count, face_corners, &
+    face_corner_count, element_order, corner_count, local_nodes, local_centre, mid_edges, inside_distance, &
+    shape_functions, element_geometry, gauss_rule, face_rule, face_area_vector, tri3, tri6, quad8, tet4, &
+    hex8, hex20, wedge6, wedge15
   use element_samples, only: distorted_nodes, sample_place, sample_count
   implicit none
   private
@@ -202,4 +202,42 @@ contains
     call tests%close('a pressure on '//element_name(kind)//' loads the nodes of the face', &
       maxval(abs(load)), 0.0_wp, round_off)
   end subroutine check_shares
+
+  !> Number of nodes of a face.
+  pure integer function face_node_count(kind, face) result(n)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Local face number.
+    integer, intent(in) :: face
+
+    n = face_corner_count(kind, face)
+    if (element_order(kind) == 1) return
+    ! A closed polygon has as many edges as corners; an edge has one mid node.
+    n = merge(3, 2*n, n == 2)
+  end function face_node_count
+
+  !> Local numbers of all nodes of a face: corners, then the mid node behind each corner.
+  pure function face_nodes(kind, face) result(nodes)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Local face number.
+    integer, intent(in) :: face
+    !> Local node numbers.
+    integer :: nodes(face_node_count(kind, face))
+
+    integer :: n, i, first, second, edge
+    integer :: edges(2, node_count(kind) - corner_count(kind))
+
+    n = face_corner_count(kind, face)
+    nodes(:n) = face_corners(kind, face)
+    edges = mid_edges(kind)
+    do i = 1, size(nodes) - n
+      first = nodes(i)
+      second = nodes(mod(i, n) + 1)
+      do edge = 1, size(edges, 2)
+        if (any(edges(:, edge) == first) .and. any(edges(:, edge) == second)) &
+          nodes(n + i) = corner_count(kind) + edge
+      end do
+    end do
+  end function face_nodes
 end module test_element_face

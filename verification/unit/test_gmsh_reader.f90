@@ -1,10 +1,10 @@
 !> gmsh files: node orders, groups, faces, counts.
 module test_gmsh_reader
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: mesh_volume
-  use qsmpm_mesh_sets, only: find_set
   use qsmpm_element, only: element_from_name, tet10, hex20, wedge15
   use test_mesh_readers, only: read_text, check_refused, replaced
   use testing, only: tests_type
@@ -115,18 +115,18 @@ contains
     call tests%check('a mesh with a cell in two groups is read', .not. allocated(error))
     if (allocated(error)) return
     call tests%check('the cell counts once', mesh%cell_count == 2 .and. all(mesh%cell_label == [4, 5]))
-    call tests%check('and is in both sets', all(mesh%cell_sets(find_set(mesh%cell_sets, &
+    call tests%check('and is in both sets', all(mesh%cell_sets(place_named(mesh%cell_sets, &
       'soil'))%items == [1, 2]) &
-      .and. all(mesh%cell_sets(find_set(mesh%cell_sets, 'fill'))%items == [2]))
+      .and. all(mesh%cell_sets(place_named(mesh%cell_sets, 'fill'))%items == [2]))
     call tests%check('the nodes of a group of cells are a set', &
-      all(mesh%node_sets(find_set(mesh%node_sets, 'fill'))%items == [2, 3, 5, 6]))
+      all(mesh%node_sets(place_named(mesh%node_sets, 'fill'))%items == [2, 3, 5, 6]))
     call tests%check('a named point is a node set', &
-      all(mesh%node_sets(find_set(mesh%node_sets, 'corner'))%items == [3]))
+      all(mesh%node_sets(place_named(mesh%node_sets, 'corner'))%items == [3]))
     call tests%check('an inner surface has both sides', size(mesh%face_sets) == 1)
     call tests%check('in the order of cells', size(mesh%face_sets(1)%faces, 2) == 2 .and. &
       all(mesh%face_sets(1)%faces == reshape([1, 2, 2, 4], [2, 2])) .and. mesh%face_sets(1)%name == 'wall')
     call tests%check('a curve apart from the cells keeps the nodes they use', &
-      all(mesh%node_sets(find_set(mesh%node_sets, 'axis'))%items == [1]) .and. mesh%node_count == 6)
+      all(mesh%node_sets(place_named(mesh%node_sets, 'axis'))%items == [1]) .and. mesh%node_count == 6)
   end subroutine check_squares
 
   !> Groups of MSH 4.1.
@@ -140,12 +140,12 @@ contains
     if (allocated(error)) return
     call tests%check('nodes of several blocks', all(mesh%node_label == [10, 20, 30, 40]))
     call tests%close('are where they should be', mesh_volume(mesh), 1.0_wp, 1.0e-15_wp)
-    call tests%check('both groups hold both cells', all(mesh%cell_sets(find_set(mesh%cell_sets, &
+    call tests%check('both groups hold both cells', all(mesh%cell_sets(place_named(mesh%cell_sets, &
       'soil'))%items == [1, 2]) &
-      .and. all(mesh%cell_sets(find_set(mesh%cell_sets, 'all'))%items == [1, 2]))
+      .and. all(mesh%cell_sets(place_named(mesh%cell_sets, 'all'))%items == [1, 2]))
     call tests%check('a curve that runs against its group is its surface', size(mesh%face_sets) == 1)
     call tests%check('on the lower triangle', all(mesh%face_sets(1)%faces(:, 1) == [1, 1]))
-    call tests%check('with its nodes', all(mesh%node_sets(find_set(mesh%node_sets, 'base'))%items == [1, 2]))
+    call tests%check('with its nodes', all(mesh%node_sets(place_named(mesh%node_sets, 'base'))%items == [1, 2]))
   end subroutine check_entities
 
   !> Broken files.

@@ -1,6 +1,7 @@
 !> The hardening soil model: what its moduli promise, strength, dilatancy, one-dimensional compression, the
 !> tangent on every surface, and the plane against space.
 module test_hardening_soil
+  use point_trials, only: step_point
   use law_trials, only: difference_error, plane_batch
   use qsmpm_error, only: error_type
   use qsmpm_half_step_law, only: half_step_law_type, make_half_step_law
@@ -8,7 +9,7 @@ module test_hardening_soil
   use qsmpm_kinds, only: wp, pi
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none, tangent_consistent
   use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_midpoint
-  use qsmpm_point_driver, only: point_type, start_point, step_point
+  use qsmpm_point_driver, only: point_type, start_point
   use soil_trials, only: sand_parameters, make_sand, pressed_batch, triaxial, oedometer
   use testing, only: tests_type
   implicit none

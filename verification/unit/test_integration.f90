@@ -4,13 +4,14 @@
 !> With domains that tile the body it holds to rounding: averages of gradients are differences of
 !> averages at the ends of the domains, and at inner ends they cancel.
 module test_integration
+  use active_samples, only: activate
   use qsmpm_kinds, only: wp
   use qsmpm_sorting, only: sort
   use qsmpm_line_rule, only: line_gauss
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type
-  use qsmpm_point_location, only: activation_type, activate
+  use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type, shape_values_type, functions_at, node_position
   use qsmpm_domains, only: domains_type
   use qsmpm_integration, only: integration_type, place_of, group_of

@@ -2,6 +2,7 @@
 !> differences, laboratory tests of the Mohr-Coulomb material, refusal.
 module test_jaumann_law
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite
+  use point_trials, only: step_point
   use law_trials, only: elastic, strong, make_law, make_batch, random_batch, compare_plane, &
     difference_error
   use qsmpm_kinds, only: wp, pi
@@ -10,7 +11,7 @@ module test_jaumann_law
     tangent_elastic, tangent_none
   use qsmpm_law_factory, only: kinematics_jaumann, rate_paper, rate_midpoint, rate_midpoint_cauchy, new_law
   use qsmpm_material_parameters, only: material_parameters_type
-  use qsmpm_point_driver, only: point_type, start_point, step_point
+  use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_tensor, only: unpack_gradient, unpack_symmetric
   use testing, only: tests_type
   implicit none

@@ -9,15 +9,14 @@ module test_linear_solver
   use qsmpm_error, only: error_type, error_other, error_singular
   use qsmpm_method_description, only: solver_auto, solver_band, solver_cholmod, solver_umfpack, solver_mumps, &
     solver_krylov, precision_auto, precision_double, precision_single
-  use qsmpm_sparse_matrix, only: sparse_matrix_type, multiply, residual_norm, bandwidth, &
-    entry_count, row_sums
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, multiply, bandwidth, entry_count, row_sums
   use qsmpm_node_ordering, only: order_bandwidth
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_version, only: with_suitesparse
   use qsmpm_solver_list, only: solver_row_type, solver_row, solver_list, solver_number, solver_words
   use qsmpm_solver_choice, only: make_solver, choose_solver, use_single, solver_direct, solver_own
   use qsmpm_blas_threads, only: set_blas_threads, blas_threads
-  use model_matrices, only: upper_triangle, node_graph, elastic_matrix
+  use model_matrices, only: upper_triangle, node_graph, elastic_matrix, residual_norm
   use testing, only: tests_type
   implicit none
   private

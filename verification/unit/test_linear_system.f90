@@ -1,13 +1,14 @@
 !> Krylov methods and their preconditioners against LAPACK, and the linear system that chooses between
 !> old and new factors, on matrices of the library's own making and on random ones.
 module test_linear_system
+  use model_matrices, only: residual_norm
   use testing, only: tests_type
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: analysis_type
   use qsmpm_method_description, only: solver_choice_type, solver_auto, solver_band, solver_mumps, solver_krylov, &
     solver_petsc, precision_double, precision_single, keep_no, keep_yes
-  use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_incomplete_solver, only: incomplete_solver_type, make_incomplete_solver
   use qsmpm_krylov, only: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres

@@ -1,6 +1,7 @@
 !> Logarithmic law: exact paths, tangents by differences, symmetry, start and fields, refusal.
 module test_logarithmic_law
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite
+  use point_trials, only: step_point
   use law_trials, only: elastic, strong, make_law, make_batch, random_batch, plane_batch, compare_plane, &
     difference_error
   use qsmpm_kinds, only: wp, pi
@@ -9,7 +10,7 @@ module test_logarithmic_law
     tangent_elastic
   use qsmpm_law_factory, only: kinematics_logarithmic, rate_midpoint
   use qsmpm_material_parameters, only: material_parameters_type
-  use qsmpm_point_driver, only: point_type, start_point, step_point
+  use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_isotropic_function, only: compose
   use qsmpm_spectral, only: jacobi_spectral
   use qsmpm_tensor, only: determinant, unpack_gradient, unpack_symmetric

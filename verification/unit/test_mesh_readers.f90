@@ -4,13 +4,13 @@
 !> texts with the procedures here.
 module test_mesh_readers
   use qsmpm_kinds, only: wp
+  use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: mesh_volume
   use qsmpm_mesh_readers, only: read_mesh
   use qsmpm_inline_mesh, only: inline_mesh
   use qsmpm_mesh_topology, only: build_topology
-  use qsmpm_mesh_sets, only: find_set
   use qsmpm_element, only: tri3, quad4
   use testing, only: tests_type
   implicit none
@@ -165,7 +165,7 @@ contains
     call tests%check(name//' has its surface', size(mesh%face_sets) == 1)
     call tests%check('the surface of '//name//' is the left edge', mesh%face_sets(1)%name == 'left side' &
       .and. size(mesh%face_sets(1)%faces) == 2 .and. all(mesh%face_sets(1)%faces(:, 1) == [2, 3]))
-    call tests%check(name//' has no set of another name', find_set(mesh%node_sets, 'left') == 0)
+    call tests%check(name//' has no set of another name', place_named(mesh%node_sets, 'left') == 0)
   end subroutine check_good
 
   !> A broken file is told with the path and the fragment.

@@ -4,7 +4,7 @@ module test_mohr_coulomb
   use qsmpm_kinds, only: wp, pi, long
   use qsmpm_error, only: error_type
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
-  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, make_mohr_coulomb, return_principal
+  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, make_mohr_coulomb, inside, return_outside
   use qsmpm_tensor, only: determinant, inverse, identity
   use testing, only: tests_type
   implicit none
@@ -341,4 +341,23 @@ contains
     shear = 0.5_wp*p%young/(1.0_wp + p%poisson)
     lame = 2.0_wp*shear*p%poisson/(1.0_wp - 2.0_wp*p%poisson)
   end subroutine moduli
+
+  !> Return a trial stress to the strength.
+  pure subroutine return_principal(model, trial, stress, tangent, yields)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: model
+    !> Principal trial stresses, in any order (3).
+    real(wp), intent(in) :: trial(3)
+    !> Principal stresses, in the same order (3).
+    real(wp), intent(out) :: stress(3)
+    !> d stress / d trial stress; times the elastic moduli it is d stress / d strain (3,3).
+    real(wp), intent(out) :: tangent(3, 3)
+    !> Whether the trial stress lay outside.
+    logical, intent(out) :: yields
+
+    yields = .not. inside(model, trial)
+    stress = trial
+    tangent = identity
+    if (yields) call return_outside(model, trial, stress, tangent)
+  end subroutine return_principal
 end module test_mohr_coulomb

@@ -1,6 +1,7 @@
 !> Tests of what is seen when rows pass through material: empty cells amid it, and points in other cells.
 module test_moving_mesh_check
-  use qsmpm_point_location, only: activation_type, activate
+  use active_samples, only: activate
+  use qsmpm_point_location, only: activation_type
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_moving_mesh_check, only: empty_cells, crossing_points

@@ -5,8 +5,7 @@ module test_node_ordering
   use qsmpm_method_description, only: solver_mumps
   use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count
   use qsmpm_node_graph, only: node_distance
-  use qsmpm_node_ordering, only: order_metis, order_bandwidth
-  use qsmpm_sweep_ordering, only: narrow_by_sweeps
+  use qsmpm_node_ordering, only: order_metis, order_bandwidth, narrow_by_sweeps
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_solver_choice, only: make_solver
   use model_matrices, only: node_graph, elastic_matrix, inverse_of

@@ -22,7 +22,7 @@ module test_outlines
   use qsmpm_soil_points, only: soil_of, integration_of
   use qsmpm_space, only: shape_values_type
   use qsmpm_body_shape, only: body_shape_type
-  use qsmpm_outline_trim, only: trim_outline
+  use qsmpm_outlines, only: trim_outline
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
   use testing, only: tests_type

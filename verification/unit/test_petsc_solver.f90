@@ -1,13 +1,14 @@
 !> PETSc as a solver, in the program that has it (run_unit_tests-mpi), and what the other one says; the blocks of the nodes
 !> that it is told of.
 module test_petsc_solver
+  use model_matrices, only: residual_norm
   use testing, only: tests_type
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_singular
   use qsmpm_method_description, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, solver_petsc, &
     precision_double, precision_single, keep_no
-  use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_node_blocks, only: node_blocks_type, find_node_blocks
   use qsmpm_petsc_solver, only: make_petsc_solver, with_petsc

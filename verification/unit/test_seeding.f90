@@ -1,12 +1,13 @@
 !> Seeding and point location: volumes of bodies that cut through cells, classes of cells.
 module test_seeding
+  use active_samples, only: activate
   use qsmpm_kinds, only: wp, pi
   use qsmpm_error, only: error_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even
-  use qsmpm_point_location, only: activation_type, activate
+  use qsmpm_point_location, only: activation_type
   use sample_models, only: sample_grid
   use testing, only: tests_type
   implicit none

@@ -1,12 +1,13 @@
 !> Softening strength: closed forms of one point, tangents by differences, energy of a band, refusal of snap-back.
 module test_softening
+  use point_trials, only: step_point
   use law_trials, only: strong, elastic, make_law, make_batch, random_batch, compare_plane, difference_error
   use qsmpm_kinds, only: wp, pi
   use qsmpm_error, only: error_type
   use qsmpm_law, only: law_type, batch_type, status_ok, status_failed, tangent_consistent, tangent_elastic, tangent_none
   use qsmpm_law_factory, only: kinematics_jaumann, kinematics_logarithmic, rate_midpoint, new_law
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
-  use qsmpm_point_driver, only: point_type, start_point, step_point
+  use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_softening, only: degree_of, strain_of_degree
   use qsmpm_softening_parameters, only: softening_parameters_type, softening_linear, softening_exponential, &
     regularise_none, regularise_cell

@@ -1,12 +1,13 @@
 !> The law of a soil model: its tangent by differences, simple shear, a rigid turn, what the points carry, plane
 !> and space, and refusals.
 module test_soil_model_law
+  use point_trials, only: step_point
   use law_trials, only: make_batch, random_batch, plane_batch, difference_error
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp, pi
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, status_unrecoverable, tangent_none, &
     tangent_consistent, tangent_elastic
-  use qsmpm_point_driver, only: point_type, start_point, step_point
+  use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_soil_model, only: soil_model_type
   use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
   use qsmpm_tensor, only: unpack_symmetric, unpack_gradient

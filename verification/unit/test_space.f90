@@ -6,7 +6,7 @@ module test_space
   use qsmpm_mesh_sets, only: add_set
   use qsmpm_space, only: space_type, shape_values_type, functions_at, cell_nodes_of_space, cell_position, &
     refresh_space, value_at, node_position, most_functions
-  use qsmpm_space_builder, only: element_space, is_structured
+  use qsmpm_space_builder, only: element_space, box_of_set
   use sample_models, only: sample_grid, uneven_grid, sample_space, owner_of, lines_x, lines_y
   use testing, only: tests_type
   implicit none
@@ -268,4 +268,16 @@ contains
     call tests%check('a set that is no box has no control points', size(space%sets(2)%items) == 0 .and. &
       size(space%sets(4)%items) == 0)
   end subroutine check_boxes
+
+  !> True when a set of mesh nodes can carry constraints of a spline space.
+  pure logical function is_structured(mesh, cells, set)
+    type(mesh_type), intent(in) :: mesh
+    !> Number of cells along each axis.
+    integer, intent(in) :: cells(3)
+    !> Number of the set.
+    integer, intent(in) :: set
+    integer :: low(3), high(3)
+
+    call box_of_set(mesh, cells, set, low, high, is_structured)
+  end function is_structured
 end module test_space

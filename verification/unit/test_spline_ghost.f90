@@ -4,11 +4,12 @@
 !> Control values of a polynomial or of a truncated power are products over the inner knots of each
 !> function (its polar form, de Boor 1978), so fields with one given jump are written down directly.
 module test_spline_ghost
+  use active_samples, only: activate
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type
-  use qsmpm_point_location, only: activation_type, activate
+  use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type
   use qsmpm_domains, only: domains_type, touch_cells
   use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force

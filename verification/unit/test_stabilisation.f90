@@ -1,10 +1,11 @@
 !> Stabilisation terms: what they must not resist, and what they must.
 module test_stabilisation
+  use active_samples, only: activate
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
-  use qsmpm_point_location, only: activation_type, activate
+  use qsmpm_point_location, only: activation_type
   use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
   use qsmpm_boundary_stabilisation, only: build_penalty
   use qsmpm_space, only: space_type

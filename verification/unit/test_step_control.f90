@@ -193,11 +193,14 @@ contains
     call tests%check('one above is brought down', must_equilibrate(controls, shares, 1))
     call tests%check('as often as the deck allows', .not. must_equilibrate(controls, shares, 2))
     shares(1)%share = 0.05_wp
-    call tests%check('much is borne at a place that hardly counts for the whole', is_borne(controls, shares))
+    call tests%check('much is borne at a place that hardly counts for the whole', is_borne(controls, shares, .false.))
+    call tests%check('but where a factor hangs on it', .not. is_borne(controls, shares, .true.))
+    shares(1)%share = 0.01_wp
+    call tests%check('there a hundredth is borne', is_borne(controls, shares, .true.))
     shares(1)%share = 0.051_wp
-    call tests%check('not more', .not. is_borne(controls, shares))
+    call tests%check('not more', .not. is_borne(controls, shares, .false.))
     shares(1) = step_share_type(stabilisation_share, share=0.05_wp, work_share=0.011_wp)
-    call tests%check('nor where its work counts', .not. is_borne(controls, shares))
+    call tests%check('nor where its work counts', .not. is_borne(controls, shares, .false.))
     shares(1)%work_share = 0.0_wp
     controls%stabilisation_share = 1.0e-3_wp
     call tests%check('a share that halves is waited for', .not. fades_slowly(controls, 0.4_wp, 0.2_wp, 2))

@@ -4,13 +4,15 @@
 !> A handle is an INTEGER*8, set by QSMNEW or QSMOPN, given back by QSMEND. IERR is the status of qsmpm.h; QSMERR has
 !> the sentence. Names and paths may have trailing blanks.
 module qsmpm_f77_handles
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_int, c_intptr_t, c_loc, c_null_char, &
-    c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funloc, c_int, c_intptr_t, c_loc, &
+    c_null_char, c_null_ptr, c_ptr
   use qsmpm_c, only: qsmpm_increment, qsmpm_response
   implicit none
   private
 
   public :: analysis_type, law_type, find, pointer_of, number_of, as_c, as_text, start, update, hear
+  !> Kinds and addresses of C, for the subroutines below.
+  public :: c_char, c_double, c_funloc, c_int, c_intptr_t, c_loc
 
   abstract interface
     !> A law of the program: one step of one point. Stress and state of the start in, of the end out; six components
@@ -113,8 +115,6 @@ contains
     type(law_type), pointer :: own
 
     call c_f_pointer(user, own)
-    associate (unused => stress)
-    end associate
     state(:own%states) = 0.0_c_double
   end subroutine start
 
@@ -331,7 +331,6 @@ subroutine qsmini(handle, ierr)
   ierr = int(qsmpm_initialise(pointer_of(handle)))
 end subroutine qsmini
 
-
 !> Threads that the analysis may use.
 subroutine qsmthr(handle, nthrds, ierr)
   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
@@ -344,7 +343,6 @@ subroutine qsmthr(handle, nthrds, ierr)
 
   ierr = int(qsmpm_set_threads(pointer_of(handle), int(nthrds, c_int)))
 end subroutine qsmthr
-
 
 !> Write results to a directory.
 subroutine qsmrec(handle, path, ierr)
@@ -359,7 +357,6 @@ subroutine qsmrec(handle, path, ierr)
   ierr = int(qsmpm_record(pointer_of(handle), as_c(path)))
 end subroutine qsmrec
 
-
 !> Close the results that are written.
 subroutine qsmcls(handle, ierr)
   use, intrinsic :: iso_c_binding, only: c_intptr_t
@@ -372,7 +369,6 @@ subroutine qsmcls(handle, ierr)
   ierr = int(qsmpm_finish_record(pointer_of(handle)))
 end subroutine qsmcls
 
-
 !> One accepted load step.
 subroutine qsmadv(handle, ierr)
   use, intrinsic :: iso_c_binding, only: c_intptr_t
@@ -384,7 +380,6 @@ subroutine qsmadv(handle, ierr)
 
   ierr = int(qsmpm_advance(pointer_of(handle)))
 end subroutine qsmadv
-
 
 !> Step to a share of the present stage, of the coming one between stages.
 subroutine qsmadt(handle, share, ierr)
@@ -399,7 +394,6 @@ subroutine qsmadt(handle, share, ierr)
   ierr = int(qsmpm_advance_to(pointer_of(handle), real(share, c_double)))
 end subroutine qsmadt
 
-
 !> All stages that are to come.
 subroutine qsmrun(handle, ierr)
   use, intrinsic :: iso_c_binding, only: c_intptr_t
@@ -411,7 +405,6 @@ subroutine qsmrun(handle, ierr)
 
   ierr = int(qsmpm_run(pointer_of(handle)))
 end subroutine qsmrun
-
 
 !> Write the state to a file.
 subroutine qsmwrt(handle, path, ierr)
@@ -426,7 +419,6 @@ subroutine qsmwrt(handle, path, ierr)
   ierr = int(qsmpm_save(pointer_of(handle), as_c(path)))
 end subroutine qsmwrt
 
-
 !> Read a state back that was written with the same deck and stages.
 subroutine qsmred(handle, path, ierr)
   use, intrinsic :: iso_c_binding, only: c_intptr_t
@@ -439,7 +431,6 @@ subroutine qsmred(handle, path, ierr)
 
   ierr = int(qsmpm_load(pointer_of(handle), as_c(path)))
 end subroutine qsmred
-
 
 !> A new stage of some load steps.
 subroutine qsmstg(handle, name, nsteps, ierr)
@@ -455,7 +446,6 @@ subroutine qsmstg(handle, name, nsteps, ierr)
   ierr = int(qsmpm_add_stage(pointer_of(handle), as_c(name), int(nsteps, c_int)))
 end subroutine qsmstg
 
-
 !> End the present stage where it stands.
 subroutine qsmest(handle, ierr)
   use, intrinsic :: iso_c_binding, only: c_intptr_t
@@ -467,7 +457,6 @@ subroutine qsmest(handle, ierr)
 
   ierr = int(qsmpm_end_stage(pointer_of(handle)))
 end subroutine qsmest
-
 
 !> Load factor at the end of the coming stage.
 subroutine qsmldf(handle, factor, ierr)
@@ -482,7 +471,6 @@ subroutine qsmldf(handle, factor, ierr)
   ierr = int(qsmpm_set_load_factor(pointer_of(handle), real(factor, c_double)))
 end subroutine qsmldf
 
-
 !> Load steps that the coming stage is first cut into.
 subroutine qsmstp(handle, nsteps, ierr)
   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
@@ -495,7 +483,6 @@ subroutine qsmstp(handle, nsteps, ierr)
 
   ierr = int(qsmpm_set_steps(pointer_of(handle), int(nsteps, c_int)))
 end subroutine qsmstp
-
 
 !> How long the coming stage lasts.
 subroutine qsmtim(handle, time, ierr)
@@ -510,7 +497,6 @@ subroutine qsmtim(handle, time, ierr)
   ierr = int(qsmpm_set_time(pointer_of(handle), real(time, c_double)))
 end subroutine qsmtim
 
-
 !> Time at the start of the coming stage.
 subroutine qsmtst(handle, time, ierr)
   use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t
@@ -523,7 +509,6 @@ subroutine qsmtst(handle, time, ierr)
 
   ierr = int(qsmpm_set_start_time(pointer_of(handle), real(time, c_double)))
 end subroutine qsmtst
-
 
 !> Gravity at the end of the coming stage.
 subroutine qsmgrv(handle, gx, gy, gz, ierr)
@@ -539,7 +524,6 @@ subroutine qsmgrv(handle, gx, gy, gz, ierr)
 
   ierr = int(qsmpm_set_gravity(pointer_of(handle), real([gx, gy, gz], c_double)))
 end subroutine qsmgrv
-
 
 !> Traction on a surface at the end of the coming stage.
 subroutine qsmtrc(handle, surfac, tx, ty, tz, ierr)
@@ -557,7 +541,6 @@ subroutine qsmtrc(handle, surfac, tx, ty, tz, ierr)
   ierr = int(qsmpm_set_traction(pointer_of(handle), as_c(surfac), real([tx, ty, tz], c_double)))
 end subroutine qsmtrc
 
-
 !> Pressure on a surface at the end of the coming stage.
 subroutine qsmprs(handle, surfac, press, ierr)
   use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t
@@ -571,7 +554,6 @@ subroutine qsmprs(handle, surfac, press, ierr)
 
   ierr = int(qsmpm_set_pressure(pointer_of(handle), as_c(surfac), real(press, c_double)))
 end subroutine qsmprs
-
 
 !> Displacement of a node set over the coming stage; component from 1.
 subroutine qsmdsp(handle, set, icomp, value, ierr)
@@ -588,7 +570,6 @@ subroutine qsmdsp(handle, set, icomp, value, ierr)
   ierr = int(qsmpm_set_displacement(pointer_of(handle), as_c(set), int(icomp, c_int), real(value, c_double)))
 end subroutine qsmdsp
 
-
 !> Components of a node set that are held (not 0) from the coming stage on; none frees it.
 subroutine qsmfix(handle, set, ix, iy, iz, ierr)
   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
@@ -604,7 +585,6 @@ subroutine qsmfix(handle, set, ix, iy, iz, ierr)
 
   ierr = int(qsmpm_set_fixity(pointer_of(handle), as_c(set), int([ix, iy, iz], c_int)))
 end subroutine qsmfix
-
 
 !> Add materials and phases to the scene: N lines of a deck, *MATERIAL and *PHASE with what belongs to them.
 subroutine qsmadd(handle, cards, n, ierr)

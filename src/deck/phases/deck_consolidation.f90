@@ -43,7 +43,7 @@ contains
   subroutine drainage_fields(fields, card)
     class(card_fields_type), intent(inout) :: fields
     type(consolidation_type), intent(inout) :: card
-    integer :: i, n, closed
+    integer :: i, n
 
     n = 0
     if (allocated(card%sets)) n = size(card%sets)
@@ -56,9 +56,7 @@ contains
       call fields%row(i)
       call fields%line(card%sets(i)%where)
       call fields%name('set', card%sets(i)%name, 'node set')
-      closed = merge(2, 1, card%sets(i)%closed)
-      call fields%choice('way', closed, 'OPEN|CLOSED', 'OPEN: the excess pressure is 0 there')
-      card%sets(i)%closed = closed == 2
+      call fields%answer('way', card%sets(i)%closed, 'OPEN: the excess pressure is 0 there', words='OPEN|CLOSED')
     end do
   end subroutine drainage_fields
 

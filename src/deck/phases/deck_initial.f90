@@ -3,7 +3,7 @@ module qsmpm_deck_initial
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: initial_stress_type, initial_keep, initial_isotropic, initial_given
   use qsmpm_cards, only: card_type
-  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_deck_state, only: deck_state_type, beside_deck
   use qsmpm_deck_words, only: bar_list, initial_words
   use qsmpm_error, only: error_type
@@ -14,6 +14,8 @@ module qsmpm_deck_initial
   private
 
   public :: add_initial_keywords
+
+  character(len=*), parameter :: height = 'height: the coordinate along which gravity acts, y without gravity'
 
 contains
 
@@ -54,44 +56,15 @@ contains
         'weighs like what is under it')
       call fields%number('k0', initial%k0, 'horizontal over vertical stress, of materials without *K0', &
         range='(0, inf)')
-      call pressure_rows(fields, initial%pressures)
+      call fields%table('pressures by height, upwards; even between and beyond', [column_type('y', height), &
+        column_type('p', 'pressure, compression positive')], initial%pressures, when='TYPE=ISOTROPIC')
       call fields%data('nothing: the file has them', 0, 0, when='INPUT')
-      call stress_rows(fields, initial%stresses)
+      call fields%table('stresses by height, upwards; even between and beyond', [column_type('y', height), &
+        column_type('s11', 'stress, tension positive'), column_type('s22', 'stress'), column_type('s33', 'stress'), &
+        column_type('s12', 'shear stress'), column_type('s13', 'shear stress', .true.), &
+        column_type('s23', 'shear stress', .true.)], initial%stresses, when='TYPE=GIVEN')
     end associate
   end subroutine initial_fields
-
-  !> A pressure by height.
-  subroutine pressure_rows(fields, table)
-    class(card_fields_type), intent(inout) :: fields
-    real(wp), allocatable, intent(inout) :: table(:, :)
-    integer :: i, n
-
-    call fields%table('pressures by height, upwards; even between and beyond', 2, table, n, when='TYPE=ISOTROPIC')
-    do i = 1, n
-      call fields%row(i)
-      call fields%number('y', table(1, i), 'height: the coordinate along which gravity acts, y without gravity')
-      call fields%number('p', table(2, i), 'pressure, compression positive')
-    end do
-  end subroutine pressure_rows
-
-  !> Stresses by height.
-  subroutine stress_rows(fields, table)
-    class(card_fields_type), intent(inout) :: fields
-    real(wp), allocatable, intent(inout) :: table(:, :)
-    integer :: i, n
-
-    call fields%table('stresses by height, upwards; even between and beyond', 7, table, n, when='TYPE=GIVEN')
-    do i = 1, n
-      call fields%row(i)
-      call fields%number('y', table(1, i), 'height: the coordinate along which gravity acts, y without gravity')
-      call fields%number('s11', table(2, i), 'stress, tension positive')
-      call fields%number('s22', table(3, i), 'stress')
-      call fields%number('s33', table(4, i), 'stress')
-      call fields%number('s12', table(5, i), 'shear stress')
-      call fields%number('s13', table(6, i), 'shear stress', third=.true.)
-      call fields%number('s23', table(7, i), 'shear stress', third=.true.)
-    end do
-  end subroutine stress_rows
 
   !> Stresses are a start of the first phase; heights rise; the file is read.
   subroutine check_initial(card, state)

@@ -1,7 +1,7 @@
 !> Cards of phases: *PHASE, what changes in it, *END PHASE. Loads on surfaces: qsmpm_deck_loads.
 module qsmpm_deck_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_load_description, only: fixity_type, prescription_type
+  use qsmpm_load_description, only: fixity_type
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: string_type, add_word, integer_text
@@ -139,36 +139,26 @@ contains
   subroutine fix_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-
-    call fix_rows(fields, deck%analysis%phases(deck%phase)%fixities, deck%dimension)
-  end subroutine fix_fields
-
-  !> Rows of the card.
-  subroutine fix_rows(fields, list, dimension)
-    class(card_fields_type), intent(inout) :: fields
-    type(fixity_type), allocatable, intent(inout) :: list(:)
-    integer, intent(in) :: dimension
     type(string_type), allocatable :: components(:)
-    logical :: given
     integer :: i, n
 
-    n = size(list)
-    given = n > 0
-    call fields%given(given)
-    call fields%data('set and components', 1, huge(1), rows=n)
-    if (.not. fields%writing) then
-      deallocate (list)
-      allocate (list(n))
-    end if
-    do i = 1, n
-      call fields%row(i)
-      call fields%line(list(i)%where)
-      call fields%name('set', list(i)%set, 'node set')
-      components = words_of(list(i))
-      call fields%words('component', components, fix_words, 'components held; FREE frees all')
-      if (fields%reading) call hold(list(i), components, dimension)
-    end do
-  end subroutine fix_rows
+    associate (phase => deck%analysis%phases(deck%phase))
+      n = size(phase%fixities)
+      call fields%list('set and components', n)
+      if (.not. fields%writing) then
+        deallocate (phase%fixities)
+        allocate (phase%fixities(n))
+      end if
+      do i = 1, n
+        call fields%row(i)
+        call fields%line(phase%fixities(i)%where)
+        call fields%name('set', phase%fixities(i)%set, 'node set')
+        components = words_of(phase%fixities(i))
+        call fields%words('component', components, fix_words, 'components held; FREE frees all')
+        if (fields%reading) call hold(phase%fixities(i), components, deck%dimension)
+      end do
+    end associate
+  end subroutine fix_fields
 
   !> Components that are held, as words.
   pure function words_of(fixity) result(words)
@@ -205,14 +195,11 @@ contains
   subroutine check_fixities(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    integer :: i, k
+    integer :: i
 
+    call state%check_once(card, 'set')
     do i = 1, size(card%rows)
       if (.not. card%rows(i)%good) cycle
-      do k = 1, i - 1
-        if (card%rows(k)%items(1)%text == card%rows(i)%items(1)%text) call state%error_at(card, &
-          card%rows(i), "set '"//card%rows(i)%items(1)%text//"' is given twice")
-      end do
       call check_components(card, card%rows(i), state)
       if (state%dimension == 2 .and. state%analysis%phases(state%phase)%fixities(i)%fixed(3)) &
         call state%error_at(card, card%rows(i), 'component Z has no meaning in a plane model')
@@ -246,33 +233,24 @@ contains
   subroutine prescribe_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-
-    call prescribe_rows(fields, deck%analysis%phases(deck%phase)%prescriptions)
-  end subroutine prescribe_fields
-
-  !> Rows of the card.
-  subroutine prescribe_rows(fields, list)
-    class(card_fields_type), intent(inout) :: fields
-    type(prescription_type), allocatable, intent(inout) :: list(:)
-    logical :: given
     integer :: i, n
 
-    n = size(list)
-    given = n > 0
-    call fields%given(given)
-    call fields%data('set, component and value', 1, huge(1), rows=n)
-    if (.not. fields%writing) then
-      deallocate (list)
-      allocate (list(n))
-    end if
-    do i = 1, n
-      call fields%row(i)
-      call fields%line(list(i)%where)
-      call fields%name('set', list(i)%set, 'node set')
-      call fields%choice('component', list(i)%component, bar_list(axis_words), 'direction')
-      call fields%number('value', list(i)%value, 'displacement per unit of load factor')
-    end do
-  end subroutine prescribe_rows
+    associate (phase => deck%analysis%phases(deck%phase))
+      n = size(phase%prescriptions)
+      call fields%list('set, component and value', n)
+      if (.not. fields%writing) then
+        deallocate (phase%prescriptions)
+        allocate (phase%prescriptions(n))
+      end if
+      do i = 1, n
+        call fields%row(i)
+        call fields%line(phase%prescriptions(i)%where)
+        call fields%name('set', phase%prescriptions(i)%set, 'node set')
+        call fields%choice('component', phase%prescriptions(i)%component, bar_list(axis_words), 'direction')
+        call fields%number('value', phase%prescriptions(i)%value, 'displacement per unit of load factor')
+      end do
+    end associate
+  end subroutine prescribe_fields
 
   !> Each component of a set is prescribed once.
   subroutine check_prescriptions(card, state)

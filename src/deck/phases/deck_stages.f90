@@ -71,13 +71,10 @@ contains
     type(body_change_type), allocatable, intent(inout) :: list(:)
     !> A material stands beside each body.
     logical, intent(in) :: with_material
-    logical :: given
     integer :: i, n
 
     n = size(list)
-    given = n > 0
-    call fields%given(given)
-    call fields%data(trim(merge('body and material', 'body             ', with_material)), 1, huge(1), rows=n)
+    call fields%list(trim(merge('body and material', 'body             ', with_material)), n)
     if (.not. fields%writing) then
       deallocate (list)
       allocate (list(n))
@@ -94,15 +91,7 @@ contains
   subroutine check_changes(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    integer :: i, k
 
-    do i = 1, size(card%rows)
-      if (.not. card%rows(i)%good) cycle
-      do k = 1, i - 1
-        if (.not. card%rows(k)%good) cycle
-        if (card%rows(k)%items(1)%text == card%rows(i)%items(1)%text) call state%error_at(card, card%rows(i), &
-          "body '"//card%rows(i)%items(1)%text//"' is given twice")
-      end do
-    end do
+    call state%check_once(card, 'body')
   end subroutine check_changes
 end module qsmpm_deck_stages

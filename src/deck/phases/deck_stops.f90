@@ -1,9 +1,8 @@
 !> *STOP: a phase ends where a history reaches a value. What histories and stops refer to is checked here.
 module qsmpm_deck_stops
-  use qsmpm_kinds, only: wp
   use qsmpm_named, only: add_names
   use qsmpm_history_description, only: quantity_discharge
-  use qsmpm_phase_description, only: stop_type, phase_safety
+  use qsmpm_phase_description, only: phase_safety
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: bar_list, side_words
@@ -32,38 +31,26 @@ contains
   subroutine stop_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-
-    associate (phase => deck%analysis%phases(deck%phase))
-      call stop_rows(fields, phase%stop_tolerance, phase%stops)
-    end associate
-  end subroutine stop_fields
-
-  !> Parameter and rows of the card.
-  subroutine stop_rows(fields, tolerance, list)
-    class(card_fields_type), intent(inout) :: fields
-    real(wp), intent(inout) :: tolerance
-    type(stop_type), allocatable, intent(inout) :: list(:)
-    logical :: given
     integer :: i, n
 
-    n = size(list)
-    given = n > 0
-    call fields%given(given)
-    call fields%number('TOLERANCE', tolerance, 'by how much a value may be passed, relative to it: a step that '// &
-      'goes further is taken again, shorter', range='(0, 1)')
-    call fields%data('history and value', 1, huge(1), rows=n)
-    if (.not. fields%writing) then
-      deallocate (list)
-      allocate (list(n))
-    end if
-    do i = 1, n
-      call fields%row(i)
-      call fields%line(list(i)%where)
-      call fields%name('history', list(i)%history, 'name of a *HISTORY; F for the factor of a safety phase')
-      call fields%choice('side', list(i)%side, bar_list(side_words), 'reached from below, or from above')
-      call fields%number('value', list(i)%value, 'as it stands in curves.csv, SCALE in it')
-    end do
-  end subroutine stop_rows
+    associate (phase => deck%analysis%phases(deck%phase))
+      n = size(phase%stops)
+      call fields%number('TOLERANCE', phase%stop_tolerance, 'by how much a value may be passed, relative to it: a '// &
+        'step that goes further is taken again, shorter', range='(0, 1)')
+      call fields%list('history and value', n)
+      if (.not. fields%writing) then
+        deallocate (phase%stops)
+        allocate (phase%stops(n))
+      end if
+      do i = 1, n
+        call fields%row(i)
+        call fields%line(phase%stops(i)%where)
+        call fields%name('history', phase%stops(i)%history, 'name of a *HISTORY; F for the factor of a safety phase')
+        call fields%choice('side', phase%stops(i)%side, bar_list(side_words), 'reached from below, or from above')
+        call fields%number('value', phase%stops(i)%value, 'as it stands in curves.csv, SCALE in it')
+      end do
+    end associate
+  end subroutine stop_fields
 
   !> Bodies and surfaces of histories exist; a surface that nothing supports has no reaction.
   subroutine check_histories(state)
@@ -96,9 +83,7 @@ contains
     is_supported = .false.
     do p = 1, size(state%analysis%phases)
       associate (supports => state%analysis%phases(p)%supports)
-        do i = 1, size(supports)
-          is_supported = is_supported .or. supports(i)%surface == surface
-        end do
+        is_supported = is_supported .or. any([(supports(i)%surface == surface, i=1, size(supports))])
       end associate
     end do
   end function is_supported

@@ -5,7 +5,7 @@ module qsmpm_deck_water
   use qsmpm_load_description, only: water_level_type
   use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_cards, only: card_type
-  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_deck_objects, only: list_water_levels
   use qsmpm_deck_state, only: check_name, deck_state_type
   use qsmpm_keyword_table, only: table_type, in_phase, many
@@ -46,34 +46,19 @@ contains
         'is no water any more, SEEPAGE: the water flows through the bodies as they are drawn')
       level%none = kind == 2
       level%flows = kind == 3
-      kind = merge(2, 1, level%transient)
-      call fields%choice('FLOW', kind, 'STEADY|TRANSIENT', 'TRANSIENT: the surface of the water follows in the '// &
+      call fields%answer('FLOW', level%transient, 'TRANSIENT: the surface of the water follows in the '// &
         'TIME of the phase, from the flow of the phases before; levels move evenly to those given', &
-        needs='TYPE=SEEPAGE')
-      level%transient = kind == 2
+        needs='TYPE=SEEPAGE', words='STEADY|TRANSIENT')
       call fields%name('BODY', level%body, 'the body whose level it is; of all bodies without one of their own '// &
         'when not given', needs='TYPE=LINE|NONE')
       call fields%number('UNIT WEIGHT', level%unit_weight, 'weight of water per volume, in the units of the deck; '// &
         '*GRAVITY multiplies it. Wanted unless TYPE=NONE', range='(0, inf)', needs='TYPE=LINE|SEEPAGE')
-      call line_fields(fields, level)
+      call fields%table('corners of the line, in order of x; it goes on level beyond them', [ &
+        column_type('x', 'horizontal coordinate: x, or y where gravity acts along x'), &
+        column_type('y', 'height: the coordinate along which gravity acts')], level%line, when='TYPE=LINE')
       call head_fields(fields, level)
     end associate
   end subroutine water_fields
-
-  !> Corners of the line.
-  subroutine line_fields(fields, level)
-    class(card_fields_type), intent(inout) :: fields
-    type(water_level_type), intent(inout) :: level
-    integer :: i, n
-
-    call fields%table('corners of the line, in order of x; it goes on level beyond them', 2, level%line, n, &
-      when='TYPE=LINE')
-    do i = 1, n
-      call fields%row(i)
-      call fields%number('x', level%line(1, i), 'horizontal coordinate: x, or y where gravity acts along x')
-      call fields%number('y', level%line(2, i), 'height: the coordinate along which gravity acts')
-    end do
-  end subroutine line_fields
 
   !> Levels at the bounds.
   subroutine head_fields(fields, level)
@@ -206,10 +191,7 @@ contains
     integer :: i
 
     allocate (path, source=lineage(phases, number))
-    is_heavy = .false.
-    do i = 1, size(path)
-      is_heavy = is_heavy .or. any(abs(phases(path(i))%gravity%vector) > 0.0_wp)
-    end do
+    is_heavy = any([(any(abs(phases(path(i))%gravity%vector) > 0.0_wp), i=1, size(path))])
   end function is_heavy
 
   !> A phase that may end early does not move water: half way between two levels is no level.

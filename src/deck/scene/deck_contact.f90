@@ -125,10 +125,7 @@ contains
 
     do b = 1, size(state%analysis%rigid_bodies)
       associate (body => state%analysis%rigid_bodies(b))
-        touched = .false.
-        do i = 1, size(state%analysis%contacts)
-          touched = touched .or. state%analysis%contacts(i)%body == body%name
-        end do
+        touched = any([(state%analysis%contacts(i)%body == body%name, i=1, size(state%analysis%contacts))])
         if (.not. touched) call state%warn(body%where, 'RIGID BODY', "'"//body%name//"' touches nothing: it has no "// &
           '*CONTACT')
       end associate

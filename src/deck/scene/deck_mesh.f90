@@ -1,14 +1,15 @@
-!> Cards that bring a mesh along: *MESH (a file), *NODE and *ELEMENT (in the deck).
+!> Cards that bring a mesh along: *MESH (a file), *NODE and *ELEMENT (in the deck); *REFINE of triangles that fit the
+!> scene.
 module qsmpm_deck_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_mesh_description, only: mesh_source_type, mesh_file, mesh_inline
-  use qsmpm_echo_lines, only: numbers, integers
+  use qsmpm_echo_lines, only: numbers
   use qsmpm_element, only: element_from_name, node_count
-  use qsmpm_text, only: integer_text, upper
+  use qsmpm_text, only: integer_list, integer_text, upper
   use qsmpm_path, only: directory_of, joined, extension_of
-  use qsmpm_messages, only: line_origin_type, severity_error
+  use qsmpm_messages, only: severity_error
   use qsmpm_cards, only: card_type, number_at, whole_at
-  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_deck_grid, only: check_element_dimension
   use qsmpm_deck_objects, only: list_mesh
   use qsmpm_deck_state, only: deck_state_type, source_line, beside_deck
@@ -21,10 +22,15 @@ module qsmpm_deck_mesh
 
 contains
 
-  !> *MESH, *NODE, *ELEMENT.
+  !> *REFINE, *MESH, *NODE, *ELEMENT.
   subroutine add_mesh_keywords(table)
     type(table_type), intent(inout) :: table
 
+    call table%add('REFINE', in_model, once, 'Boxes in which triangles that fit the scene are smaller than the '// &
+      'cells between the lines of *GRID, with cells in between around them: where ground fails, or a corner loads '// &
+      'it. A corner is a box of no size. An eighth of a cell of the grid is the least; corners at which soil turns '// &
+      'inwards and ends of loads have it anyway. `qsmpm-verify study` finds the boxes.', refine_fields, &
+      '*REFINE| 0, 2, -1, 0, 0.1| 2, 2, 0, 0, 0.05', check_boxes)
     call table%add('MESH', in_model, once, 'A mesh file with its named sets.', file_fields, '*MESH, INPUT=slope.msh', &
       finish_file, list=list_mesh, opens='mesh')
     call table%add('NODE', in_model, many, 'Nodes of a mesh in the deck.', node_fields, &
@@ -145,7 +151,7 @@ contains
       call fields%word('TYPE', type, bar_list(element_words), 'element', required=.true.)
       if (fields%writing .and. mesh%kind == mesh_inline) then
         do i = 1, size(mesh%element_labels)
-          call fields%raw(' '//integers([mesh%element_labels(i), mesh%connectivity(:, i)]))
+          call fields%raw(' '//integer_list([mesh%element_labels(i), mesh%connectivity(:, i)]))
         end do
       else
         call fields%data('elements', 1, huge(1))
@@ -191,18 +197,8 @@ contains
   pure subroutine keep_places(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    type(line_origin_type), allocatable :: longer(:)
-    integer :: i, before
 
-    before = size(state%element_places)
-    allocate (longer(before + size(card%rows)))
-    do i = 1, before
-      longer(i) = state%element_places(i)
-    end do
-    do i = 1, size(card%rows)
-      longer(before + i) = card%rows(i)%place
-    end do
-    call move_alloc(longer, state%element_places)
+    state%element_places = [state%element_places, card%rows%place]
   end subroutine keep_places
 
   !> Labels of the last data lines of a list are not there before.
@@ -246,4 +242,34 @@ contains
       end do
     end associate
   end subroutine check_inline_mesh
+
+  !> *REFINE.
+  subroutine refine_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    logical :: given
+
+    associate (mesh => deck%analysis%mesh)
+      given = .false.
+      if (allocated(mesh%refined)) given = size(mesh%refined, 2) > 0
+      call fields%given(given)
+      call fields%table('boxes', [column_type('xmin', 'least x'), column_type('xmax', 'largest x'), &
+        column_type('ymin', 'least y'), column_type('ymax', 'largest y'), &
+        column_type('width', 'width of the triangles', range='(0, inf)')], mesh%refined)
+    end associate
+  end subroutine refine_fields
+
+  !> A box ends where it begins, or beyond.
+  subroutine check_boxes(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (refined => state%analysis%mesh%refined)
+      do i = 1, size(refined, 2)
+        if (refined(2, i) < refined(1, i) .or. refined(4, i) < refined(3, i)) call state%error_at(card, card%rows(i), &
+          'the box ends before it begins')
+      end do
+    end associate
+  end subroutine check_boxes
 end module qsmpm_deck_mesh

@@ -9,8 +9,8 @@ module qsmpm_deck_profile
   use qsmpm_keyword_table, only: table_type, in_material, once
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: initial_keep
-  use qsmpm_strength_profile, only: strength_profile_type, profile_linear, profile_table, profile_field, &
-    varies_stiffness, reference_strength, follows_stress
+  use qsmpm_strength_profile, only: strength_profile_type, profile_table, profile_field, varies_stiffness, &
+    reference_strength, follows_stress
   use qsmpm_undrained_parameters, only: undrained_c
   use qsmpm_text, only: string_type, split, stripped, squeezed, upper, without_return, read_real, integer_text, &
     number_good

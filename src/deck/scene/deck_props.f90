@@ -96,13 +96,10 @@ contains
     type(prop_change_type), allocatable, intent(inout) :: list(:)
     !> A force may stand beside each prop.
     logical, intent(in) :: with_force
-    logical :: given
     integer :: i, n
 
     n = size(list)
-    given = n > 0
-    call fields%given(given)
-    call fields%data(trim(merge('prop and force', 'prop          ', with_force)), 1, huge(1), rows=n)
+    call fields%list(trim(merge('prop and force', 'prop          ', with_force)), n)
     if (.not. fields%writing) then
       deallocate (list)
       allocate (list(n))
@@ -121,26 +118,9 @@ contains
   subroutine check_changes(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    integer :: i
 
-    do i = 2, size(card%rows)
-      if (.not. card%rows(i)%good) cycle
-      if (named_before(card, i)) call state%error_at(card, card%rows(i), "prop '"//card%rows(i)%items(1)%text// &
-        "' is given twice")
-    end do
+    call state%check_once(card, 'prop')
   end subroutine check_changes
-
-  !> Whether a row names what one before it does.
-  pure logical function named_before(card, row) result(named)
-    type(card_type), intent(in) :: card
-    integer, intent(in) :: row
-    integer :: k
-
-    named = .false.
-    do k = 1, row - 1
-      if (card%rows(k)%good) named = named .or. card%rows(k)%items(1)%text == card%rows(row)%items(1)%text
-    end do
-  end function named_before
 
   !> Props that phases name exist; they are there when they are taken out, and bear the force that they are jacked to.
   subroutine check_props(state)

@@ -1,10 +1,10 @@
 !> Cards that name parts of the mesh: *NSET, *ELSET, *SURFACE.
 module qsmpm_deck_sets
   use qsmpm_kinds, only: wp
-  use qsmpm_mesh_description, only: set_type, surface_type, select_list, select_box, select_plane, select_segment, &
-    select_mesh, select_outline
+  use qsmpm_mesh_description, only: set_type, select_list, select_box, select_plane, select_segment, select_mesh, &
+    select_outline
   use qsmpm_cards, only: card_type, whole_at
-  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_deck_objects, only: list_node_sets, list_element_sets, list_surfaces
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_words, only: bar_list, axis_words, surface_words
@@ -214,27 +214,12 @@ contains
       call fields%flag('BOX', surface%boxed, 'what of the outline is in a box', needs='TYPE=OUTLINE')
       call fields%data('box', when='TYPE=BOX')
       call box_fields(fields, surface%box)
-      call segment_fields(fields, surface)
+      call fields%table('segments', [column_type('x1', 'start'), column_type('y1', 'start'), column_type('x2', 'end'), &
+        column_type('y2', 'end')], surface%segments, when='TYPE=SEGMENT')
       call fields%data('box', when='BOX')
       call box_fields(fields, surface%box)
     end associate
   end subroutine surface_fields
-
-  !> Segments of a surface.
-  subroutine segment_fields(fields, surface)
-    class(card_fields_type), intent(inout) :: fields
-    type(surface_type), intent(inout) :: surface
-    integer :: i, n
-
-    call fields%table('segments', 4, surface%segments, n, when='TYPE=SEGMENT')
-    do i = 1, n
-      call fields%row(i)
-      call fields%number('x1', surface%segments(1, i), 'start')
-      call fields%number('y1', surface%segments(2, i), 'start')
-      call fields%number('x2', surface%segments(3, i), 'end')
-      call fields%number('y2', surface%segments(4, i), 'end')
-    end do
-  end subroutine segment_fields
 
   !> Segments have a length, boxes are the right way round, an outline has a body.
   subroutine check_surface(card, state)

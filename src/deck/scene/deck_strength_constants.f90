@@ -33,17 +33,14 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
     type(strength_constant_type), allocatable :: list(:)
-    logical :: given
     integer :: i, n
 
     associate (material => deck%analysis%materials(deck%material))
       allocate (list(0))
       if (allocated(material%strength_constants)) list = material%strength_constants
       n = size(list)
-      given = n > 0
-      call fields%given(given)
       call fields%line(material%strength_where)
-      call fields%data('a constant and how it is lowered', 1, huge(1), rows=n)
+      call fields%list('a constant and how it is lowered', n)
       if (.not. fields%writing) then
         deallocate (list)
         allocate (list(n))

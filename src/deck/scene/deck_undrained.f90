@@ -12,7 +12,7 @@ module qsmpm_deck_undrained
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_text, only: string_type, real_text
-  use qsmpm_undrained_parameters, only: undrained_a, undrained_b, undrained_c, undrained_ratio
+  use qsmpm_undrained_parameters, only: undrained_a, undrained_b, undrained_ratio
   implicit none
   private
 
@@ -76,21 +76,11 @@ contains
       call fields%line(drain%where)
       call fields%answer('KEEP PRESSURE', drain%keeps, 'YES leaves the excess pressure as it is; the soil is '// &
         'drained in the phase, so that no other one comes about')
-      call choose_afterwards(fields, drain%stays_drained)
+      call fields%answer('AFTERWARDS', drain%stays_drained, 'what the soil is in the phases after this one', &
+        words='UNDRAINED|DRAINED')
       call drain_rows(fields, drain%bodies)
     end associate
   end subroutine drain_fields
-
-  !> What the soil is after the phase.
-  subroutine choose_afterwards(fields, stays_drained)
-    class(card_fields_type), intent(inout) :: fields
-    logical, intent(inout) :: stays_drained
-    integer :: number
-
-    number = merge(2, 1, stays_drained)
-    call fields%choice('AFTERWARDS', number, 'UNDRAINED|DRAINED', 'what the soil is in the phases after this one')
-    stays_drained = number == 2
-  end subroutine choose_afterwards
 
   !> Bodies of *DRAIN STATE, one a line.
   subroutine drain_rows(fields, bodies)
@@ -196,10 +186,7 @@ contains
     do b = 1, size(state%analysis%bodies)
       associate (body => state%analysis%bodies(b))
         if (body%material /= state%analysis%materials(material)%name) cycle
-        named = .false.
-        do i = 1, size(card%bodies)
-          named = named .or. card%bodies(i)%text == body%name
-        end do
+        named = any([(card%bodies(i)%text == body%name, i=1, size(card%bodies))])
         if (.not. named) call state%error_from(card%where, 'DRAIN STATE', "body '"//body%name// &
           "' has the material '"//body%material//"' of a body that is drained: name it too, or give it a material "// &
           'of its own')

@@ -1,6 +1,5 @@
 !> Cards of a material whose model is in a shared library: *USER MATERIAL and *USER STATE.
 module qsmpm_deck_user_material
-  use qsmpm_kinds, only: wp
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, beside_deck

@@ -241,8 +241,6 @@ contains
     real(wp), intent(in) :: stress(:), state(:)
     real(wp) :: values(3), vectors(3, 3)
 
-    associate (unused => state)
-    end associate
     shear = self%model%shear
     if (self%model%hookean) return
     call spectral(unpack_symmetric(stress), values, vectors)
@@ -258,8 +256,6 @@ contains
     real(wp) :: compliance(2)
     real(wp) :: values(3), vectors(3, 3)
 
-    associate (unused => state)
-    end associate
     call spectral(unpack_symmetric(stress), values, vectors)
     compliance = 0.5_wp/self%model%shear_modulus(values)
     if (self%strains > 0) then

@@ -71,8 +71,6 @@ contains
   pure type(law_description_type) function describe(self) result(law)
     class(cam_clay_parameters_type), intent(in) :: self
 
-    associate (unused => self)
-    end associate
     law%keyword = 'CAM CLAY'
     law%sentence = 'Modified Cam-Clay instead of *ELASTIC and *MOHR COULOMB. Compression lines are straight in '// &
       'ln v - ln p with lambda/v0 and kappa/v0. A point without stress has the stiffness of the smallest '// &
@@ -287,8 +285,6 @@ contains
     real(wp) :: p, deviator(3)
     logical :: found
 
-    associate (unused => cell_size)
-    end associate
     r%start = max(state(1), 2.0_wp*self%clay%smallest)
     result%state(1) = r%start
     result%yields = .false.

@@ -156,8 +156,6 @@ contains
     type(stress_update_type), intent(inout) :: result
     real(wp) :: mean, deviator(3), root, excess, l, keep
 
-    associate (unused => state, neither => cell_size)
-    end associate
     result%status = status_ok
     mean = (trial(1) + trial(2) + trial(3))/3.0_wp
     deviator = trial - mean

@@ -48,8 +48,6 @@ contains
     !> (state_count)
     real(wp), intent(out) :: state(:)
 
-    associate (unused => self, neither => stress)
-    end associate
     state = 0.0_wp
   end subroutine initial_state
 
@@ -59,8 +57,6 @@ contains
     !> Principal stresses (3).
     real(wp), intent(in) :: stress(3)
 
-    associate (unused => stress)
-    end associate
     shear_modulus = self%shear
   end function shear_modulus
 
@@ -87,8 +83,6 @@ contains
     real(wp), intent(in) :: trial(3)
     type(stress_update_type), intent(inout) :: result
 
-    associate (unused => self, neither => modulus)
-    end associate
     result%status = status_ok
     result%stress = trial
     result%derivative = identity
@@ -109,8 +103,6 @@ contains
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
 
-    associate (unused => modulus, neither => trial, nor => state, it => cell_size, this => with_derivative)
-    end associate
     result%status = status_ok
     result%yields = .false.
   end subroutine update

@@ -168,8 +168,6 @@ contains
     logical :: found
     integer :: order(3), i
 
-    associate (unused => cell_size)
-    end associate
     call self%elastic_update(modulus, trial, result)
     result%state(1:2) = state
     call self%field_to_state(result%state(1:2))

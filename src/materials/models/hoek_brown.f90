@@ -166,8 +166,6 @@ contains
     real(wp) :: w, largest, scale, r(3), touch_rate
     integer :: j
 
-    associate (unused => modulus, neither => state, nor => cell_size)
-    end associate
     result%status = status_ok
     largest = max(trial(1), trial(2), trial(3))
     scale = maxval(abs(trial)) + self%tension

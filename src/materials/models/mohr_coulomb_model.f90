@@ -47,8 +47,6 @@ contains
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
 
-    associate (unused => modulus, neither => state, nor => cell_size, it => with_derivative)
-    end associate
     result%status = status_ok
     result%yields = .not. inside(self%strength, trial)
     if (result%yields) call return_outside(self%strength, trial, result%stress, result%derivative)

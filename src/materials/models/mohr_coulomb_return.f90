@@ -19,7 +19,7 @@ module qsmpm_mohr_coulomb_return
   private
 
   public :: mohr_coulomb_type, active_planes_type, make_mohr_coulomb, set_strength, make_set, plane, inside, &
-    falling_order, return_principal, return_outside, stress_ratio
+    falling_order, return_outside, stress_ratio
 
   !> Planes by number: shear 1-3, 2-3, 1-2, then cut-off of 1, 2, 3.
   integer, parameter, public :: set_count = 10
@@ -205,25 +205,6 @@ contains
 
     inside = .not. excess(model, stress) > round_off*size_of(model, stress)
   end function inside
-
-  !> Return a trial stress to the strength.
-  pure subroutine return_principal(model, trial, stress, tangent, yields)
-    !> Strength.
-    type(mohr_coulomb_type), intent(in) :: model
-    !> Principal trial stresses, in any order (3).
-    real(wp), intent(in) :: trial(3)
-    !> Principal stresses, in the same order (3).
-    real(wp), intent(out) :: stress(3)
-    !> d stress / d trial stress; times the elastic moduli it is d stress / d strain (3,3).
-    real(wp), intent(out) :: tangent(3, 3)
-    !> Whether the trial stress lay outside.
-    logical, intent(out) :: yields
-
-    yields = .not. inside(model, trial)
-    stress = trial
-    tangent = identity
-    if (yields) call return_outside(model, trial, stress, tangent)
-  end subroutine return_principal
 
   !> Return a trial stress that lies outside the strength.
   pure subroutine return_outside(model, trial, stress, tangent)

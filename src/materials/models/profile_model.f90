@@ -8,7 +8,8 @@
 !> is a parameter.
 module qsmpm_profile_model
   use qsmpm_kinds, only: wp
-  use qsmpm_principal_model, only: principal_model_type, stress_update_type
+  use qsmpm_elastic_model, only: elastic_model_type
+  use qsmpm_principal_model, only: stress_update_type
   use qsmpm_strength_profile, only: strength_profile_type, follows_stress, varies_stiffness
   implicit none
   private
@@ -19,8 +20,8 @@ module qsmpm_profile_model
   real(wp), parameter :: least_ratio = 1.0e-9_wp
 
   !> The model.
-  type, extends(principal_model_type) :: profile_model_type
-    class(principal_model_type), allocatable :: model
+  type, extends(elastic_model_type) :: profile_model_type
+    class(elastic_model_type), allocatable :: model
     !> Strength of the model inside, and the share of a point's strength that counts.
     real(wp) :: strength = 1.0_wp, factor = 1.0_wp
     !> Young's modulus of a point with the stiffness of the model inside.
@@ -30,9 +31,6 @@ module qsmpm_profile_model
     integer :: at = 1
   contains
     procedure :: initial_state
-    procedure :: shear_modulus
-    procedure :: elastic_strain
-    procedure :: elastic_update
     procedure :: update
     procedure :: state_to_field
     procedure :: field_to_state
@@ -42,7 +40,7 @@ contains
 
   !> Around a model of a strength; name of the strength in results.
   subroutine set_profile_model(inside, strength, profile, name, model)
-    class(principal_model_type), intent(in) :: inside
+    class(elastic_model_type), intent(in) :: inside
     real(wp), intent(in) :: strength
     type(strength_profile_type), intent(in) :: profile
     character(len=*), intent(in) :: name
@@ -82,32 +80,6 @@ contains
     state(self%at) = self%strength
     state(self%at + 1:) = self%reference
   end subroutine initial_state
-
-  !> G of the model inside.
-  pure real(wp) function shear_modulus(self, stress)
-    class(profile_model_type), intent(in) :: self
-    real(wp), intent(in) :: stress(3)
-
-    shear_modulus = self%model%shear_modulus(stress)
-  end function shear_modulus
-
-  !> Of the model inside.
-  pure function elastic_strain(self, modulus, stress) result(strain)
-    class(profile_model_type), intent(in) :: self
-    real(wp), intent(in) :: modulus, stress(3)
-    real(wp) :: strain(3)
-
-    strain = self%model%elastic_strain(modulus, stress)
-  end function elastic_strain
-
-  !> Of the model inside.
-  pure subroutine elastic_update(self, modulus, trial, result)
-    class(profile_model_type), intent(in) :: self
-    real(wp), intent(in) :: modulus, trial(3)
-    type(stress_update_type), intent(inout) :: result
-
-    call self%model%elastic_update(modulus, trial, result)
-  end subroutine elastic_update
 
   !> f s(t/f).
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)

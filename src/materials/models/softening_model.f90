@@ -136,8 +136,6 @@ contains
     type(counting_type) :: counting
     logical :: ok
 
-    associate (unused => modulus)
-    end associate
     result%status = status_ok
     result%state(:self%state_count) = state
     counting = counting_of(self, state, cell_size)

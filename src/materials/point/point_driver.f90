@@ -7,18 +7,17 @@ module qsmpm_point_driver
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged, error_user_material
   use qsmpm_law, only: law_type, batch_type, step_info_type, status_ok, status_unrecoverable, tangent_consistent
-  use qsmpm_point_control, only: control_type, control_misfit, control_jacobian, control_increment, control_stress
+  use qsmpm_point_control, only: control_type, control_misfit, control_jacobian, control_stress
   use qsmpm_tensor, only: determinant, unpack_gradient, pack_gradient, gradient_size, stress_size, identity
   implicit none
   private
 
-  public :: point_type, start_point, step_point, prepare_point, control_point
+  public :: point_type, start_point, prepare_point, control_point
 
   !> Newton corrections and halvings of one.
   integer, parameter :: max_iterations = 60, max_halvings = 12
-  !> Stress error of step_point, relative to the largest stress in the step; and round-off in f, which
-  !> counts with the stiffness.
-  real(wp), parameter :: tight = 1.0e-12_wp, round_off = 8.0_wp*epsilon(1.0_wp)
+  !> Round-off in f, which counts with the stiffness.
+  real(wp), parameter :: round_off = 8.0_wp*epsilon(1.0_wp)
   !> Error allowed in controls of the deformation.
   real(wp), parameter :: deformation_error = 64.0_wp*epsilon(1.0_wp)
   !> Share of E put on the Jacobian's diagonal: perfect plasticity at an edge leaves lateral strains
@@ -52,29 +51,6 @@ contains
     allocate (point%state(law%state_count))
     call law%start(stress, point%state)
   end subroutine start_point
-
-  !> One step by components of f. When it fails the point stays as it was.
-  subroutine step_point(law, point, prescribed, values, error)
-    class(law_type), intent(in) :: law
-    type(point_type), intent(inout) :: point
-    !> Which components of the incremental gradient are prescribed (5 or 9).
-    logical, intent(in) :: prescribed(:)
-    !> Their values; elsewhere the Cauchy stress of the row and column (5 or 9).
-    real(wp), intent(in) :: values(:)
-    !> Set when no gradient gives the stresses.
-    type(error_type), allocatable, intent(out) :: error
-    type(control_type) :: controls(size(values))
-    type(batch_type) :: batch
-    integer :: i, iterations
-
-    do i = 1, size(values)
-      controls(i)%kind = merge(control_increment, control_stress, prescribed(i))
-      controls(i)%weight(i) = 1.0_wp
-      controls(i)%value = values(i)
-    end do
-    call prepare_point(law, batch)
-    call control_point(law, point, controls, tight, step_info_type(), batch, iterations, error)
-  end subroutine step_point
 
   !> A batch for one point.
   subroutine prepare_point(law, batch)

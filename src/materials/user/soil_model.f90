@@ -117,8 +117,6 @@ contains
     !> State (state_count).
     real(wp), intent(out) :: state(:)
 
-    associate (unused => place)
-    end associate
     call self%start(stress, state)
   end subroutine start_anywhere
 end module qsmpm_soil_model

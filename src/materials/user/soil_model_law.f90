@@ -426,8 +426,6 @@ contains
     !> State (state_count or more).
     real(wp), intent(out) :: state(:)
 
-    associate (unused => volume_ratio)
-    end associate
     stress = fields(1:size(stress))
     state(1:self%state_count) = fields(size(stress) + 1:self%fit_count())
   end subroutine from_fields

@@ -5,9 +5,9 @@
 !> gets the turned stress and strain of the start, DROT, and the deformation gradients; tensors in its state are
 !> its own to turn. What each argument holds is listed in docs/user_models.md.
 module qsmpm_umat
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_null_funptr, c_size_t, c_loc, &
-    c_funloc, c_f_pointer, c_f_procpointer
+    c_funloc, c_f_pointer, c_f_procpointer, c_associated
   use qsmpm_difference_tangent, only: difference_tangent
   use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call, check_arguments, &
     take_user, number_states
@@ -20,7 +20,6 @@ module qsmpm_umat
   use qsmpm_soil_model, only: soil_increment_type, soil_response_type
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: upper, integer_text
-  use qsmpm_umat_start, only: find_sdvini, initial_state
   use qsmpm_user_material, only: user_material_type, put_start, model_tangent_elastic, model_tangent_numerical
   implicit none
   private
@@ -83,6 +82,24 @@ module qsmpm_umat
     integer(c_int) :: ndi, nshr, ntens, nstatv, nprops, noel, npt, layer, kspt, jstep(4), kinc
   end type umat_call_type
 
+  abstract interface
+    !> SDVINI, where the library has one: initial state variables, called once for each point.
+    subroutine sdvini_interface(statev, coords, nstatv, ncrds, noel, npt, layer, kspt) bind(c)
+      import :: c_int, c_double
+      real(c_double), intent(inout) :: statev(*)
+      real(c_double), intent(in) :: coords(*)
+      integer(c_int), intent(in) :: nstatv, ncrds, noel, npt, layer, kspt
+    end subroutine sdvini_interface
+  end interface
+
+  !> Arguments of a call.
+  type :: umat_start_call_type
+    type(c_funptr) :: address
+    real(c_double), pointer, contiguous :: room(:) => null()
+    integer :: statev, coords
+    integer(c_int) :: nstatv
+  end type umat_start_call_type
+
 contains
 
   !> Load a UMAT.
@@ -138,8 +155,6 @@ contains
     !> State (state_count).
     real(wp), intent(out) :: state(:)
 
-    associate (unused => stress)
-    end associate
     state(:self%state_count) = 0.0_wp
     call put_start(self%user, place, state(:self%state_count))
     call initial_state(self, self%sdvini, place, state(:self%state_count))
@@ -335,4 +350,61 @@ contains
         int(name_length, c_size_t))
     end associate
   end subroutine make_call
+
+  !> The procedure of a library; c_null_funptr where there is none.
+  subroutine find_sdvini(library, address)
+    character(len=*), intent(in) :: library
+    type(c_funptr), intent(out) :: address
+    type(error_type), allocatable :: error
+
+    call load_procedure(library, 'sdvini', address, error)
+    if (allocated(error)) address = c_null_funptr
+  end subroutine find_sdvini
+
+  !> State of a point; not a number where the procedure fails, so that the point's first step says so.
+  subroutine initial_state(adapter, address, place, state)
+    class(adapter_type), intent(in) :: adapter
+    !> Procedure, by find_sdvini; without one nothing changes.
+    type(c_funptr), intent(in) :: address
+    !> Position of the point.
+    real(wp), intent(in) :: place(3)
+    !> In: as the deck has it; out: as the procedure leaves it.
+    real(wp), intent(inout) :: state(:)
+    real(c_double), target :: room(room_size([size(state), 3]))
+    type(umat_start_call_type), target :: arguments
+    type(soil_response_type) :: response
+    integer(c_int) :: what, saved
+    integer :: sizes(2), first(3)
+
+    if (.not. c_associated(address) .or. size(state) == 0) return
+    sizes = [size(state), 3]
+    first = first_places(sizes)
+    call put_marks(sizes, room)
+    room(first(1):first(1) + size(state) - 1) = state
+    room(first(2):first(2) + 2) = place
+    arguments%address = address
+    arguments%room => room
+    arguments%statev = first(1)
+    arguments%coords = first(2)
+    arguments%nstatv = int(size(state), c_int)
+    call begin_silence(adapter, saved)
+    what = guarded_call(address, c_funloc(call_sdvini), c_loc(arguments))
+    call end_silence(saved)
+    call check_call(adapter, what, sizes, ['STATEV', 'COORDS'], room, response)
+    state = room(first(1):first(1) + size(state) - 1)
+    if (response%status /= status_ok) state = ieee_value(state, ieee_quiet_nan)
+  end subroutine initial_state
+
+  !> Call the procedure, under guard.
+  subroutine call_sdvini(data) bind(c, name='qsmpm_make_sdvini_call')
+    !> The arguments.
+    type(c_ptr), value :: data
+    type(umat_start_call_type), pointer :: a
+    procedure(sdvini_interface), pointer :: procedure
+    integer(c_int), parameter :: one = 1
+
+    call c_f_pointer(data, a)
+    call c_f_procpointer(a%address, procedure)
+    call procedure(a%room(a%statev:), a%room(a%coords:), a%nstatv, 3_c_int, one, one, one, one)
+  end subroutine call_sdvini
 end module qsmpm_umat

@@ -1,13 +1,12 @@
 !> Makes the law of a material whose model is in a shared library, or of what stands in for it where the library may not
 !> be loaded.
 module qsmpm_user_material_law
-  use qsmpm_user_adapter, only: adapter_type, ask_stiffness
+  use qsmpm_user_adapter, only: adapter_type, ask_stiffness, number_states
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: law_type
+  use qsmpm_law, only: law_type, status_ok
   use qsmpm_plugin, only: find_library
-  use qsmpm_soil_model, only: soil_model_type
-  use qsmpm_placeholder_model, only: placeholder_model_type, make_placeholder_model
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
   use qsmpm_text, only: integer_text
   use qsmpm_udsm, only: udsm_type, make_udsm
@@ -17,6 +16,19 @@ module qsmpm_user_material_law
   private
 
   public :: new_user_law
+
+  !> Poisson's ratio where the deck has none, and Young's modulus.
+  real(wp), parameter :: usual_poisson = 0.25_wp, any_young = 1.0_wp
+
+  !> Stands in for the model of a library that is not loaded: linear elasticity with the state variables and the
+  !> stiffness that the deck tells. It serves to mesh, seed and plan a deck; nothing is to be computed with it.
+  type, extends(soil_model_type) :: placeholder_model_type
+    !> d stress / d strain (6,6).
+    real(wp), private :: stiffness(6, 6) = 0.0_wp
+  contains
+    procedure :: start
+    procedure :: update
+  end type placeholder_model_type
 
 contains
 
@@ -114,4 +126,52 @@ contains
         integer_text(size(user%start))//' numbers, the model has '//integer_text(states)//' state variables')
     end if
   end subroutine check_fit
+
+  !> A model in place of that of a library.
+  pure subroutine make_placeholder_model(user, young, poisson, model)
+    !> What the deck says of the library's.
+    type(user_material_type), intent(in) :: user
+    !> Of the deck's *ELASTIC, 0 without.
+    real(wp), intent(in) :: young, poisson
+    type(placeholder_model_type), intent(out) :: model
+    real(wp) :: modulus, ratio
+    integer :: i
+
+    modulus = user%stiffness
+    if (.not. modulus > 0.0_wp) modulus = young
+    if (.not. modulus > 0.0_wp) modulus = any_young
+    ratio = merge(poisson, usual_poisson, young > 0.0_wp)
+    model%state_count = max(0, user%states)
+    model%stiffness_scale = modulus
+    model%shear_scale = 0.5_wp*modulus/(1.0_wp + ratio)
+    model%symmetric = user%symmetric
+    if (user%shows_state) call number_states(model%state_count, model%state_names)
+    model%stiffness(1:3, 1:3) = 2.0_wp*model%shear_scale*ratio/(1.0_wp - 2.0_wp*ratio)
+    do i = 1, 3
+      model%stiffness(i, i) = model%stiffness(i, i) + 2.0_wp*model%shear_scale
+      model%stiffness(i + 3, i + 3) = model%shear_scale
+    end do
+  end subroutine make_placeholder_model
+
+  !> No state.
+  subroutine start(self, stress, state)
+    class(placeholder_model_type), intent(in) :: self
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(out) :: state(:)
+
+    state = 0.0_wp
+  end subroutine start
+
+  !> Linear elasticity.
+  subroutine update(self, increment, stress, state, response)
+    class(placeholder_model_type), intent(in) :: self
+    type(soil_increment_type), intent(in) :: increment
+    real(wp), intent(inout) :: stress(6)
+    real(wp), intent(inout) :: state(:)
+    type(soil_response_type), intent(inout) :: response
+
+    stress = stress + matmul(self%stiffness, increment%strain)
+    response%tangent = self%stiffness
+    response%status = status_ok
+  end subroutine update
 end module qsmpm_user_material_law

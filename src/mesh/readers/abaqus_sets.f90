@@ -237,8 +237,6 @@ contains
     character(len=*), intent(in) :: word
     character(len=2), parameter :: names(6) = ['S1', 'S2', 'S3', 'S4', 'S5', 'S6']
 
-    do face = 6, 1, -1
-      if (word == names(face)) return
-    end do
+    face = findloc(names, word, dim=1)
   end function face_number
 end module qsmpm_abaqus_sets

@@ -159,11 +159,8 @@ contains
 
     call numbers_of_line(file, 4, 'a block of elements', block, error)
     if (allocated(error)) return
-    entity = 0
-    do i = 1, size(content%entities)
-      if (content%entities(i)%dimension == block(1) .and. content%entities(i)%tag == block(2)) &
-        entity = i
-    end do
+    entity = findloc(content%entities%dimension == block(1) .and. content%entities%tag == block(2), .true., dim=1, &
+      back=.true.)
     do i = 1, block(4)
       call numbers_of_line(file, 2, 'an element', numbers, error)
       if (allocated(error)) return

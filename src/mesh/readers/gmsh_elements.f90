@@ -3,7 +3,7 @@
 !> gmsh numbers the mid nodes of tetrahedra, bricks and wedges of second order in its own way (gmsh
 !> reference manual, node ordering); the other types have our order.
 module qsmpm_gmsh_elements
-  use qsmpm_element, only: tet10, hex20, wedge15, element_kind_count, node_count, corner_count, local_dimension
+  use qsmpm_element, only: tet10, hex20, wedge15, node_count, corner_count, local_dimension
   use qsmpm_element_kinds, only: elements
   implicit none
   private
@@ -48,9 +48,7 @@ contains
     !> Number in the file.
     integer, intent(in) :: number
 
-    do kind = element_kind_count, 1, -1
-      if (elements(kind)%gmsh == number) return
-    end do
+    kind = findloc(elements%gmsh, number, dim=1)
   end function kind_of
 
   !> Where in the file's order each node of ours stands.

@@ -5,39 +5,27 @@ submodule (qsmpm_exchange) exchange_alone
 contains
 
   module procedure collect_reals
-    associate (unused => team)
-    end associate
     rows = mine
     first = [1, size(mine) + 1]
   end procedure collect_reals
 
   module procedure collect_longs
-    associate (unused => team)
-    end associate
     rows = mine
     first = [1, size(mine) + 1]
   end procedure collect_longs
 
   module procedure spread_reals
-    associate (unused => team, unused_rank => rank, unused_values => values)
-    end associate
   end procedure spread_reals
 
   module procedure spread_longs
-    associate (unused => team, unused_rank => rank, unused_values => values)
-    end associate
   end procedure spread_longs
 
   module procedure hand_over_reals
-    associate (unused => team)
-    end associate
     theirs = mine
     first_theirs = first
   end procedure hand_over_reals
 
   module procedure hand_over_longs
-    associate (unused => team)
-    end associate
     theirs = mine
     first_theirs = first
   end procedure hand_over_longs

@@ -19,44 +19,30 @@ contains
   end procedure solo_communicator
 
   module procedure total_real
-    associate (unused => team)
-    end associate
     whole = x
   end procedure total_real
 
   module procedure total_reals
-    associate (unused => team)
-    end associate
     wholes = x
   end procedure total_reals
 
   module procedure total_long
-    associate (unused => team)
-    end associate
     whole = x
   end procedure total_long
 
   module procedure total_longs
-    associate (unused => team)
-    end associate
     wholes = x
   end procedure total_longs
 
   module procedure largest
-    associate (unused => team)
-    end associate
     extreme = x
   end procedure largest
 
   module procedure smallest_real
-    associate (unused => team)
-    end associate
     extreme = x
   end procedure smallest_real
 
   module procedure smallest_reals
-    associate (unused => team)
-    end associate
     extremes = x
   end procedure smallest_reals
 end submodule team_alone

@@ -13,8 +13,6 @@ contains
   end procedure with_petsc
 
   module procedure analyse_pattern
-    associate (unused => self, unused_matrix => matrix)
-    end associate
     call fail(error, error_other, reason)
   end procedure analyse_pattern
 
@@ -23,19 +21,13 @@ contains
   end procedure factorise_values
 
   module procedure solve_factorised
-    associate (unused => self, unused_rhs => rhs)
-    end associate
     x = 0.0_wp
     call fail(error, error_other, reason)
   end procedure solve_factorised
 
   module procedure forget
-    associate (unused => self)
-    end associate
   end procedure forget
 
   module procedure release
-    associate (unused => self)
-    end associate
   end procedure release
 end submodule petsc_absent

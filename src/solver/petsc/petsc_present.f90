@@ -3,7 +3,7 @@ submodule (qsmpm_petsc_solver) petsc_present
   use, intrinsic :: iso_c_binding, only: c_associated
   use qsmpm_kinds, only: long
   use qsmpm_error, only: fail, error_other, error_singular
-  use qsmpm_linear_solver, only: text_of
+  use qsmpm_text, only: integer_text
   use qsmpm_team, only: solo_communicator
   implicit none
 
@@ -195,7 +195,7 @@ contains
     if (status /= 0) then
       call library_error(status, error)
     else if (.not. solved) then
-      call fail(error, error_singular, 'PETSc found no solution in '//text_of(self%sweeps)//' sweeps')
+      call fail(error, error_singular, 'PETSc found no solution in '//integer_text(self%sweeps)//' sweeps')
     end if
   end procedure solve_factorised
 
@@ -233,6 +233,6 @@ contains
     integer(c_int), intent(in) :: status
     type(error_type), allocatable, intent(out) :: error
 
-    call fail(error, error_other, 'PETSc failed with error '//text_of(status))
+    call fail(error, error_other, 'PETSc failed with error '//integer_text(status))
   end subroutine library_error
 end submodule petsc_present

@@ -12,8 +12,8 @@ module qsmpm_cholmod_solver
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_other
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at, indefinite_at, &
-    text_of
+  use qsmpm_text, only: integer_text
+  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at, indefinite_at
   implicit none
   private
 
@@ -89,8 +89,6 @@ contains
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
 
-    associate (unused => symmetric)
-    end associate
     allocate (cholmod_solver_type :: solver)
     solver%name = 'CHOLMOD'
     solver%symmetric = .true.
@@ -132,7 +130,6 @@ contains
       call library_error(status, error)
     else
       self%negative_pivots = 0
-      self%factor_operations = qsmpm_cholmod_operations(self%handle)
       self%factor_nonzeros = int(qsmpm_cholmod_factor_size(self%handle), long)
       self%factor_operations = qsmpm_cholmod_operations(self%handle)
       call judge_pivots(self, matrix, error)
@@ -195,7 +192,7 @@ contains
       call fail(error, error_other, &
         'CHOLMOD: the factor is too large for 32-bit integers; use MUMPS')
     case default
-      call fail(error, error_other, 'CHOLMOD failed with status '//text_of(int(status)))
+      call fail(error, error_other, 'CHOLMOD failed with status '//integer_text(int(status)))
     end select
   end subroutine library_error
 end module qsmpm_cholmod_solver

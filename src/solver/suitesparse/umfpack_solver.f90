@@ -12,7 +12,8 @@ module qsmpm_umfpack_solver
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_other, error_singular
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at, text_of
+  use qsmpm_text, only: integer_text
+  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at
   implicit none
   private
 
@@ -108,8 +109,6 @@ contains
     logical, intent(in) :: symmetric
     class(linear_solver_type), allocatable, intent(out) :: solver
 
-    associate (unused => symmetric)
-    end associate
     allocate (umfpack_solver_type :: solver)
     solver%name = 'UMFPACK'
     solver%symmetric = .false.
@@ -229,7 +228,7 @@ contains
     if (status == status_no_memory) then
       call fail(error, error_other, 'UMFPACK: no memory for the factors')
     else
-      call fail(error, error_other, 'UMFPACK failed with status '//text_of(int(status)))
+      call fail(error, error_other, 'UMFPACK failed with status '//integer_text(int(status)))
     end if
   end subroutine library_error
 end module qsmpm_umfpack_solver

@@ -56,8 +56,13 @@ contains
       slope = slope + 1.0_wp/sticks
     end if
     limit = limit + pair%friction*max(0.0_wp, now%pressure)
-    if (.not. limit > 0.0_wp) return
     trial = shear_before - penalty(2)*slip
+    if (.not. limit > 0.0_wp) then
+      ! What touches and carries nothing yet holds what it touches along it too in the first iteration.
+      if (pair%friction + pair%adhesion > 0.0_wp .and. .not. any(abs(trial) > 0.0_wp)) &
+        now%by_slip = -penalty(2)*identity
+      return
+    end if
     size_of_trial = norm2(trial)
     now%slips = size_of_trial > limit
     if (.not. now%slips) then

@@ -128,8 +128,6 @@ contains
     logical :: free(body_components)
     integer :: b
 
-    associate (unused => fraction)
-    end associate
     kept = kept_values(model%state%kept, motion_name)
     if (may_turn(self)) kept_angle = kept_values(model%state%kept, turning_name)
     do b = 1, size(kept, 2)
@@ -207,8 +205,6 @@ contains
     real(wp), intent(in) :: fraction
     integer :: b
 
-    associate (unused => configuration)
-    end associate
     self%scratch%at_rest = .true.
     self%scratch%goes_along = .false.
     do b = 1, size(self%scratch%now)
@@ -238,9 +234,6 @@ contains
       failure%reason = 'a patch of contact on a rigid body reaches beyond what a process knows of its surroundings'
       return
     end if
-    associate (unused => configuration, unused_tangent => tangent, unused_equations => equations, &
-        unused_matrix => matrix)
-    end associate
     if (present(prescribed)) continue
     self%scratch%at_rest = .false.
     self%scratch%goes_along = has_moved(self%scratch) .and. all(abs(displacement) <= 0.0_wp)
