@@ -53,6 +53,8 @@ module qsmpm_assembly
     !> Pressure of each integration point less the common one of its group, by weight and water [stress]; 0 where
     !> unallocated (n).
     real(wp), allocatable :: pressure_offset(:)
+    !> Nodal values of the nonlocal strain at the end of the step; unallocated without (nodes).
+    real(wp), allocatable :: field(:)
     !> When the step takes place, for the laws.
     type(step_info_type) :: step_info
     !> Groups of a chunk.
@@ -200,7 +202,7 @@ contains
       k = before + g - start + 1
       call evaluate_group(integration, points, laws, displacement, tangent, g, evaluation%work(me), &
         evaluation%results, evaluation%group_force(:, k), evaluation%block(:, k), evaluation%group_bad(k), &
-        evaluation%pressure_offset)
+        evaluation%pressure_offset, evaluation%field)
     end do
   end subroutine evaluate_chunk
 
@@ -225,7 +227,7 @@ contains
       if (allocated(batch%message)) deallocate (batch%message)
       call evaluate_group(integration, points, laws, displacement, tangent, group, evaluation%work(1), &
         evaluation%results, evaluation%group_force(:, 1), evaluation%block(:, 1), bad, &
-        evaluation%pressure_offset)
+        evaluation%pressure_offset, evaluation%field)
       evaluation%bad_status = maxval(batch%status(:batch%count))
       if (allocated(batch%message)) call move_alloc(batch%message, evaluation%bad_message)
     end associate

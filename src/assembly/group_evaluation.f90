@@ -9,7 +9,7 @@ module qsmpm_group_evaluation
   use qsmpm_kinds, only: wp, long
   use qsmpm_law, only: law_slot_type, batch_type, tangent_none, tangent_elastic, status_ok
   use qsmpm_points, only: points_type
-  use qsmpm_integration, only: integration_type
+  use qsmpm_integration, only: integration_type, place_of
   use qsmpm_pressure_balance, only: pressure_type, allocate_pressure, packed_determinant
   use qsmpm_small_strain, only: take_stretch, take_true_stress
   use qsmpm_uniform_pressure, only: find_pressure
@@ -82,7 +82,7 @@ contains
 
   !> One group: runs of points of equal material go to their law together.
   subroutine evaluate_group(integration, points, laws, displacement, tangent, group, work, results, force, block, bad, &
-      offset)
+      offset, field)
     type(integration_type), intent(in) :: integration
     !> The material points, with the start state of those that are integrated at.
     type(points_type), intent(in) :: points
@@ -103,8 +103,9 @@ contains
     real(wp), intent(inout) :: block(:)
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
-    !> Pressure of the points less the common one of their group [stress] (points).
-    real(wp), intent(in), optional :: offset(:)
+    !> Pressure of the points less the common one of their group [stress] (points); nodal values of the nonlocal strain
+    !> at the end of the step, of which those that points have stay where it is not given (nodes).
+    real(wp), intent(in), optional :: offset(:), field(:)
     integer :: n, d, a, from, to, last
 
     d = size(displacement, 1)
@@ -120,14 +121,14 @@ contains
     do while (from <= last .and. bad == 0)
       to = end_of_run(integration%material(from:last)) + from - 1
       call evaluate_run(integration, points, laws(integration%material(from)), d, tangent, group, from, to, work, &
-        results, force, block, bad, offset)
+        results, force, block, bad, offset, field)
       from = to + 1
     end do
   end subroutine evaluate_group
 
   !> A run of points of one material.
   subroutine evaluate_run(integration, points, slot, d, tangent, group, from, to, work, results, force, block, bad, &
-      offset)
+      offset, field)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
     !> Law of the points.
@@ -141,7 +142,7 @@ contains
     real(wp), intent(inout) :: force(:), block(:)
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
-    real(wp), intent(in), optional :: offset(:)
+    real(wp), intent(in), optional :: offset(:), field(:)
     integer :: n, m, b, count
     logical :: treated, wide, symmetric
 
@@ -162,6 +163,8 @@ contains
       call load_gradients(integration, d, from, tensor, batch)
       if (batch%step_info%in_place) call take_stretch(batch)
       call load_states(integration, points, from, batch)
+      if (present(field) .and. slot%law%field_length > 0.0_wp) &
+        call load_field(integration, group, from, slot%law%state_count, field, batch)
       if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
       if (slot%law%asks_where) call load_places(integration, points, group, from, batch)
       if (treated) then
@@ -281,6 +284,26 @@ contains
       end if
     end do
   end subroutine load_states
+
+  !> Nonlocal strain at a run of points.
+  pure subroutine load_field(integration, group, from, place, field, batch)
+    type(integration_type), intent(in) :: integration
+    !> The group, the first point, and the place among the state variables.
+    integer, intent(in) :: group, from, place
+    !> Nodal values (nodes).
+    real(wp), intent(in) :: field(:)
+    type(batch_type), intent(inout) :: batch
+    integer :: k, a, b
+
+    do k = 1, batch%count
+      batch%state_start(place, k) = 0.0_wp
+      b = place_of(integration, group, from + k - 1)
+      do a = 1, integration%node_first(group + 1) - integration%node_first(group)
+        batch%state_start(place, k) = batch%state_start(place, k) + integration%shape(b + a) &
+          *field(integration%nodes(integration%node_first(group) + a - 1))
+      end do
+    end do
+  end subroutine load_field
 
   !> State variables that other materials have and this one has not stay as they are.
   pure subroutine pass_states(used, batch)

@@ -17,7 +17,7 @@ module qsmpm_small_strain
   implicit none
   private
 
-  public :: take_stretch, take_true_stress
+  public :: take_stretch, take_true_stress, turn_coupling
 
 contains
 
@@ -129,6 +129,21 @@ contains
     call pack_gradient(product_of(unpack_gradient(right), stretch)/scale - of_volume, right)
     call pack_gradient(strained(stretch, unpack_gradient(left)), left)
   end subroutine turn_pressure
+
+  !> Derivatives of Q and by F of a scalar that a law gives at U (qsmpm_nonlocal_strain) become those of T and by H.
+  pure subroutine turn_coupling(bounds_kirchhoff, gradient, of_stress, by_gradient)
+    !> As of the law.
+    logical, intent(in) :: bounds_kirchhoff
+    !> U, packed.
+    real(wp), intent(in) :: gradient(:)
+    real(wp), intent(inout) :: of_stress(:), by_gradient(:)
+    real(wp), parameter :: no_volume(3, 3) = 0.0_wp
+    real(wp) :: scale
+
+    scale = 1.0_wp
+    if (.not. bounds_kirchhoff) scale = packed_determinant(gradient)
+    call turn_pressure(unpack_gradient(gradient), scale, no_volume, of_stress, by_gradient)
+  end subroutine turn_coupling
 
   !> B sym(a) B: the change of U with the strain, and what belongs to the strain of what belongs to U.
   pure function strained(stretch, a) result(c)

@@ -11,7 +11,7 @@ module qsmpm_cell_average
   use qsmpm_space, only: space_type, cell_block
   use qsmpm_points, only: points_type
   use qsmpm_point_location, only: activation_type
-  use qsmpm_law, only: law_slot_type
+  use qsmpm_law, only: law_slot_type, is_nonlocal
   use qsmpm_domains, only: domains_type
   use qsmpm_domain_pieces, only: pieces_type, cut_domains, whole_points
   use qsmpm_body_quadrature, only: body_quadrature_type, received_states_type, put_bodies, is_filled
@@ -65,7 +65,7 @@ contains
     call count_points(mesh, space, pieces, whole, integration%first, own)
     if (present(bodies)) integration%received = size(bodies%received%material)
     call allocate_integration(mesh%dimension, size(points%stress, 1), size(points%state, 1), &
-      integration%received + own, .false., integration, any(laws%pressure_factor > 0.0_wp))
+      integration%received + own, is_nonlocal(laws), integration, any(laws%pressure_factor > 0.0_wp))
     if (integration%received > 0) call take_received(bodies%received, integration)
     inaccurate = 0
     own = integration%received

@@ -1,8 +1,7 @@
 !> Integration points of several groups put together into one group over the union of their nodes.
 !>
 !> Used for patches of cells that share a pressure (qsmpm_pressure_groups); the groups keep their
-!> order, and whoever assembles sees no difference but larger groups. The functions themselves, which
-!> loads and motions need, stay with the groups.
+!> order, and whoever assembles sees no difference but larger groups.
 module qsmpm_merged_groups
   use qsmpm_sorting, only: order_columns
   use qsmpm_integration, only: integration_type, allocate_integration, place_of
@@ -26,7 +25,7 @@ contains
     call merge_nodes(integration, patch, merged, place)
     call sort_points(integration, patch, merged, taken)
     call allocate_integration(integration%directions, size(integration%stress, 1), size(integration%state, 1), &
-      size(integration%volume_ratio), .false., merged, size(integration%place, 2) > 0)
+      size(integration%volume_ratio), size(integration%shape) > 0, merged, size(integration%place, 2) > 0)
     if (size(integration%place, 2) > 0) merged%place = integration%place(:, taken)
     merged%stress = integration%stress
     merged%state = integration%state
@@ -155,6 +154,12 @@ contains
           merged%gradient(to + (j - 1)*m + b) = integration%gradient(from + (j - 1)*n + a)
         end do
       end do
+      if (size(integration%shape) > 0) then
+        do a = 1, n
+          b = place(integration%node_first(g) + a - 1)
+          merged%shape(to/integration%directions + b) = integration%shape(from/integration%directions + a)
+        end do
+      end if
       merged%weight(k) = integration%weight(q)
       merged%material(k) = integration%material(q)
       merged%source(k) = integration%source(q)

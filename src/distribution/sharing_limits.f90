@@ -6,6 +6,7 @@ module qsmpm_sharing_limits
   use qsmpm_cell_sharing, only: has_boxes
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_model, only: model_type
+  use qsmpm_softening_parameters, only: regularise_nonlocal
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -33,6 +34,8 @@ contains
     end associate
     if (len(not_carried(model%analysis)) > 0) call add(list, not_carried(model%analysis))
     if (size(model%analysis%props) > 0) call add(list, '*PROP')
+    if (any(model%analysis%materials%softening%given .and. model%analysis%materials%softening%regularisation == &
+      regularise_nonlocal)) call add(list, 'REGULARISATION=NONLOCAL of *SOFTENING')
     if (allocated(model%loading%point_force)) call add(list, 'forces on material points')
     if (len(list) == 0) return
     call fail(error, error_deck, integer_text(ranks)//' processes cannot share this deck yet, for it has '//list// &

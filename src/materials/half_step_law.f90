@@ -38,6 +38,8 @@ contains
     halved%state_count = law%state_count
     halved%asks_where = law%asks_where
     halved%symmetric = law%symmetric
+    halved%field_length = law%field_length
+    halved%coarsest_cell = law%coarsest_cell
     halved%bounds_kirchhoff = law%bounds_kirchhoff
     halved%stiffness_scale = law%stiffness_scale
     halved%shear_scale = law%shear_scale

@@ -16,7 +16,8 @@ module qsmpm_law
   implicit none
   private
 
-  public :: law_type, law_slot_type, batch_type, step_info_type, start_time, time_increment
+  public :: law_type, law_slot_type, batch_type, step_info_type, field_coupling_type, start_time, time_increment, &
+    is_nonlocal
 
   !> What a law says of a point: updated; not in a step as long as this one; not at all; and the law itself is out
   !> of order, so that the run must end.
@@ -84,6 +85,14 @@ module qsmpm_law
     character(len=:), allocatable :: message
   end type batch_type
 
+  !> How a nonlocal law couples displacement and field at a point: derivatives of Q by kbar (5 or 9, packed), of kappa
+  !> by kbar, and of kappa by F (5 or 9).
+  type :: field_coupling_type
+    real(wp) :: stress_by_field(9) = 0.0_wp
+    real(wp) :: strain_by_field = 0.0_wp
+    real(wp) :: strain_by_gradient(9) = 0.0_wp
+  end type field_coupling_type
+
   !> A constitutive law with its parameters. It holds no state: two models may share one.
   type, abstract :: law_type
     !> 2 or 3.
@@ -95,6 +104,10 @@ module qsmpm_law
     type(string_type), allocatable :: state_names(:)
     !> Whether the law wants number, cell, place and cell size of its points.
     logical :: asks_where = .false.
+    !> l of a nonlocal law, 0 for others, and the largest cell that has the field. Its last two state variables are
+    !> kappa, of which the field is made, and kbar, the field at the end of the step, which the caller puts into
+    !> `state_start` (qsmpm_nonlocal_strain).
+    real(wp) :: field_length = 0.0_wp, coarsest_cell = huge(1.0_wp)
     !> What the user should know of it; unallocated when there is nothing.
     character(len=:), allocatable :: advice
     !> Whether it tells which points yield.
@@ -132,6 +145,8 @@ module qsmpm_law
     procedure :: blend => set_blend
     !> Stress that the material bears, where that of a point holds something else as well (pore water).
     procedure :: effective_stress => whole_stress
+    !> Derivatives of a point that has been updated, where the law is nonlocal.
+    procedure :: couple => couple_not
     procedure :: state_place
     !> Elastic shear modulus of a step.
     procedure :: shear_modulus => usual_shear
@@ -227,6 +242,17 @@ contains
     end do
   end subroutine update_confined
 
+  !> Whether any law is nonlocal.
+  pure logical function is_nonlocal(laws)
+    type(law_slot_type), intent(in) :: laws(:)
+    integer :: m
+
+    is_nonlocal = .false.
+    do m = 1, size(laws)
+      is_nonlocal = is_nonlocal .or. laws(m)%law%field_length > 0.0_wp
+    end do
+  end function is_nonlocal
+
   !> Time at the start of a step.
   pure real(wp) function start_time(step_info) result(time)
     type(step_info_type), intent(in) :: step_info
@@ -286,6 +312,21 @@ contains
 
     effective = stress
   end function whole_stress
+
+  !> The law knows of no field.
+  pure subroutine couple_not(self, gradient, volume_ratio, cell_size, state_start, state, coupling)
+    class(law_type), intent(in) :: self
+    !> F, packed, V/V0 at the start, and size of the cell.
+    real(wp), intent(in) :: gradient(:), volume_ratio, cell_size
+    !> At the start and at the end of the step (state_count).
+    real(wp), intent(in) :: state_start(:), state(:)
+    type(field_coupling_type), intent(out) :: coupling
+
+    associate (unused => self, unused_gradient => gradient, unused_ratio => volume_ratio, unused_size => cell_size, &
+        unused_start => state_start, unused_state => state)
+    end associate
+    coupling = field_coupling_type()
+  end subroutine couple_not
 
   !> G of a step that starts from a stress and a state: the one that scales stabilisation.
   pure real(wp) function usual_shear(self, stress, state) result(shear)

@@ -13,7 +13,7 @@ module qsmpm_principal_model
   implicit none
   private
 
-  public :: principal_model_type, stress_update_type, blend_elastic, elastic_map
+  public :: principal_model_type, stress_update_type, field_response_type, blend_elastic, elastic_map
 
   !> Most state variables of a model.
   integer, parameter, public :: most_states = 4
@@ -32,6 +32,14 @@ module qsmpm_principal_model
     real(wp) :: state(most_states)
   end type stress_update_type
 
+  !> What a nonlocal model makes of the field, kbar, and what the field is made of, kappa: derivatives of the stress (3)
+  !> and of kappa by kbar, and of kappa by the trial (3).
+  type :: field_response_type
+    real(wp) :: stress_by_field(3) = 0.0_wp
+    real(wp) :: strain_by_field = 0.0_wp
+    real(wp) :: strain_by_trial(3) = 0.0_wp
+  end type field_response_type
+
   !> A model.
   type, abstract :: principal_model_type
     !> Whether elasticity is linear, so that the trial is a stress.
@@ -42,6 +50,10 @@ module qsmpm_principal_model
     logical :: symmetric = .false.
     !> Whether the model counts strain by the size of the cell.
     logical :: asks_cell_size = .false.
+    !> l of a nonlocal model, 0 for others, and the largest cell that has the field. The last two state variables are
+    !> kappa and kbar (qsmpm_nonlocal_strain).
+    real(wp) :: field_length = 0.0_wp
+    real(wp) :: coarsest_cell = huge(1.0_wp)
     !> Lame's moduli that make the elastic strain the trial: 0 and 1/2 leave it a strain.
     real(wp) :: trial_lame = 0.0_wp
     real(wp) :: trial_shear = 0.5_wp
@@ -61,6 +73,7 @@ module qsmpm_principal_model
     procedure(update_interface), deferred :: update
     procedure :: state_to_field => same_state
     procedure :: field_to_state => same_state
+    procedure :: respond => respond_not
   end type principal_model_type
 
   abstract interface
@@ -130,6 +143,21 @@ contains
     !> (state_count)
     real(wp), intent(inout) :: state(:)
   end subroutine same_state
+
+  !> No model but a nonlocal one knows of a field.
+  pure subroutine respond_not(self, trial, state, cell_size, response)
+    class(principal_model_type), intent(in) :: self
+    !> Principal trial stresses (3).
+    real(wp), intent(in) :: trial(3)
+    !> State variables at the end of the step.
+    real(wp), intent(in) :: state(self%state_count)
+    real(wp), intent(in) :: cell_size
+    type(field_response_type), intent(out) :: response
+
+    associate (unused => self, unused_trial => trial, unused_state => state, unused_size => cell_size)
+    end associate
+    response = field_response_type()
+  end subroutine respond_not
 
   !> Mix stress, derivative and quotients with those of the model without strength. All enter a tangent linearly, so
   !> this mixes the tangents.

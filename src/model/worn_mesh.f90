@@ -12,6 +12,7 @@ module qsmpm_worn_mesh
   use qsmpm_model, only: model_type
   use qsmpm_model_window, only: fit_window, window_of_material
   use qsmpm_moving_rows, only: least_jacobian
+  use qsmpm_nonlocal_field, only: gather_field
   use qsmpm_point_location, only: relocate
   use qsmpm_points, only: carried_type
   use qsmpm_text, only: integer_text
@@ -94,6 +95,7 @@ contains
       call place(state%inactive%unloading_surface, 'surface point that is taken out')
       call place(state%inactive%feet, 'place under a body that comes')
     end associate
+    if (.not. allocated(error)) call gather_field(model)
     note = 'the triangles that fit the scene are left: the run goes on with splines on the grid of '// &
       integer_text(model%mesh%cell_count)//' cells, which is reset after every step (docs/methods/fitted.md)'
 

@@ -17,7 +17,7 @@ module qsmpm_scene
   use qsmpm_mirror, only: require_mirror, reason_against_mirror
   use qsmpm_mirror_half, only: make_half
   use qsmpm_strength_profile, only: profile_field
-  use qsmpm_softening_parameters, only: regularise_cell
+  use qsmpm_softening_parameters, only: regularise_none
   implicit none
   private
 
@@ -84,7 +84,7 @@ contains
         if (material%strength_profile%given .and. (material%strength_profile%kind == profile_field .or. &
           material%strength_profile%along /= 2)) call refuse(check%reason, "the strength of material '"// &
           material%name//"' differs along more than y")
-        if (material%softening%given .and. material%softening%regularisation == regularise_cell .and. &
+        if (material%softening%given .and. material%softening%regularisation /= regularise_none .and. &
           check%kind /= reduce_mirror) call refuse(check%reason, "the width of the cells, by which material '"// &
           material%name//"' softens, would be another one")
       end associate

@@ -72,6 +72,10 @@ contains
       whole%pressure_offset = soil%evaluation%pressure_offset
       walk%pressure_offset = soil%evaluation%pressure_offset
     end if
+    if (allocated(soil%evaluation%field)) then
+      whole%field = soil%evaluation%field
+      walk%field = soil%evaluation%field
+    end if
     associate (u => displacement(:model%mesh%dimension, :model%space%node_count))
       call walk_along(integration, model, model%laws, u, whole)
       call walk_along(integration, model, halved, u, walk)

@@ -4,7 +4,8 @@
 !>
 !> The first of the terms, and the only one that is heavy: its blocks are formed and added in the evaluation itself,
 !> chunk by chunk in parallel (qsmpm_assembly). The sums run over the material points, over Gauss points of full cells,
-!> or over patches of cells that share a pressure; only here is it known which.
+!> or over patches of cells that share a pressure; only here is it known which. Where a law is nonlocal the field of its
+!> strain is an unknown beside the displacement, whose equations are a part of the term (qsmpm_nonlocal_strain).
 module qsmpm_soil_points
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
@@ -17,10 +18,13 @@ module qsmpm_soil_points
   use qsmpm_error, only: error_type, fail, error_not_converged, error_user_material
   use qsmpm_integration, only: integration_type, group_of, measure_cells
   use qsmpm_joint_patches, only: find_joint_patches
-  use qsmpm_law, only: law_slot_type, tangent_none, status_failed, status_unrecoverable
+  use qsmpm_law, only: law_slot_type, is_nonlocal, tangent_none, tangent_consistent, status_failed, status_unrecoverable
   use qsmpm_merged_groups, only: merge_groups
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_node_graph, only: append_patches, connectivity_type
+  use qsmpm_nonlocal_field, only: nonlocal_field
+  use qsmpm_nonlocal_strain, only: nonlocal_strain_type, prepare_nonlocal, trial_field, evaluate_nonlocal, &
+    add_nonlocal_blocks
   use qsmpm_own_part, only: is_divided
   use qsmpm_point_forces, only: pressure_offsets
   use qsmpm_points, only: points_type, carries_strains
@@ -29,6 +33,7 @@ module qsmpm_soil_points
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: term_type, term_slot_type, increment_type, failure_type, force_sizes_type
   use qsmpm_text, only: integer_text
+  use qsmpm_unknowns, only: joint_node
   use qsmpm_group_evaluation, only: results_type
   use qsmpm_strain, only: deform, plastic_shear_increment
   implicit none
@@ -52,7 +57,10 @@ module qsmpm_soil_points
     !> Load fraction that the step ends at.
     real(wp) :: fraction = 0.0_wp
     type(evaluation_type) :: evaluation
+    !> The field of nonlocal laws; unallocated without.
+    type(nonlocal_strain_type), allocatable :: nonlocal
   contains
+    procedure :: choose_fields
     procedure :: prepare
     procedure :: couple
     procedure :: begin
@@ -112,6 +120,14 @@ contains
     if (allocated(soil%integration)) integration => soil%integration
   end function integration_of
 
+  !> The nonlocal strain, where a law softens by it.
+  subroutine choose_fields(self, model)
+    class(soil_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+
+    if (is_nonlocal(model%laws)) call self%need_field(nonlocal_field, 1)
+  end subroutine choose_fields
+
   !> Integration points of the step.
   subroutine prepare(self, model, configuration)
     class(soil_type), intent(inout) :: self
@@ -145,8 +161,14 @@ contains
 
     integration => integration_of(self, configuration)
     self%point_count = integration%point_count
-    call prepare_evaluation(integration, model%mesh%dimension, model%space%node_count, self%updates_points, .false., &
-      self%evaluation, carries_strains(model%state%points))
+    if (allocated(self%nonlocal)) deallocate (self%nonlocal)
+    if (is_nonlocal(model%laws)) then
+      allocate (self%nonlocal)
+      call prepare_nonlocal(model, integration, self%unknowns, self%nonlocal)
+    end if
+    call prepare_evaluation(integration, model%mesh%dimension, model%space%node_count, self%updates_points .or. &
+      allocated(self%nonlocal), .false., self%evaluation, carries_strains(model%state%points) .or. &
+      allocated(self%nonlocal))
     if (allocated(self%evaluation%counted)) deallocate (self%evaluation%counted)
     if (is_divided(model%part)) self%evaluation%counted = model%part%cells
   end subroutine prepare_soil_evaluation
@@ -195,6 +217,7 @@ contains
     else
       call add_groups(configuration%at_points)
     end if
+    if (allocated(self%nonlocal)) call append_patches(connectivity, self%nonlocal%connectivity)
   contains
     subroutine add_groups(integration)
       type(integration_type), intent(in) :: integration
@@ -234,7 +257,7 @@ contains
     class(soil_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
-    !> (dimension, nodes)
+    !> The displacement; with the field behind it where there is one (dimension or more, nodes or more).
     real(wp), intent(in) :: displacement(:, :)
     integer, intent(in) :: tangent
     type(equations_type), intent(in) :: equations
@@ -242,6 +265,7 @@ contains
     type(failure_type), intent(inout) :: failure
     real(wp), intent(in), optional :: prescribed(:, :)
 
+    if (allocated(self%nonlocal)) self%evaluation%field = trial_field(self%nonlocal, self%unknowns, displacement)
     if (allocated(self%integration)) then
       call evaluate_with(self%integration)
     else
@@ -251,9 +275,22 @@ contains
     subroutine evaluate_with(integration)
       type(integration_type), intent(in) :: integration
 
-      call evaluate(integration, model%state%points, model%laws, displacement, tangent, self%evaluation, &
-        equations, self%first_stencil, matrix, prescribed)
-      if (.not. self%evaluation%ok) call name_point(model, integration, self%evaluation, failure)
+      associate (d => model%mesh%dimension, n => model%space%node_count)
+        if (present(prescribed)) then
+          call evaluate(integration, model%state%points, model%laws, displacement(:d, :n), tangent, self%evaluation, &
+            equations, self%first_stencil, matrix, prescribed(:d, :n))
+        else
+          call evaluate(integration, model%state%points, model%laws, displacement(:d, :n), tangent, self%evaluation, &
+            equations, self%first_stencil, matrix)
+        end if
+      end associate
+      if (.not. self%evaluation%ok) then
+        call name_point(model, integration, self%evaluation, failure)
+      else if (allocated(self%nonlocal)) then
+        call evaluate_nonlocal(model%laws, integration, model%mesh%dimension, self%evaluation, self%nonlocal)
+        if (tangent /= tangent_none) call add_nonlocal_blocks(model, integration, self%evaluation, &
+          tangent == tangent_consistent, self%nonlocal, equations, self%first_stencil + integration%group_count, matrix)
+      end if
     end subroutine evaluate_with
   end subroutine evaluate_soil
 
@@ -285,21 +322,40 @@ contains
     end associate
   end subroutine name_point
 
-  !> Internal force of the last evaluation.
+  !> Internal force of the last evaluation, and the residual of the field.
   subroutine add_force(self, displacement, force)
     class(soil_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
 
-    force = force + self%evaluation%force
+    associate (own => force(:size(self%evaluation%force, 1), :size(self%evaluation%force, 2)))
+      own = own + self%evaluation%force
+    end associate
+    if (allocated(self%nonlocal)) call add_to_field(self, self%nonlocal%residual, force)
   end subroutine add_force
 
-  !> The same cell by cell.
+  !> Add nodal values to the columns of the field in a table of all unknowns.
+  pure subroutine add_to_field(self, values, table)
+    class(soil_type), intent(in) :: self
+    !> (nodes)
+    real(wp), intent(in) :: values(:)
+    real(wp), intent(inout) :: table(:, :)
+    integer :: first
+
+    first = joint_node(self%unknowns, 1, self%nonlocal%number)
+    table(1, first:first + size(values) - 1) = table(1, first:first + size(values) - 1) + values
+  end subroutine add_to_field
+
+  !> The same cell by cell; of the field where a table of all unknowns is asked for.
   subroutine add_sizes(self, sizes)
     class(soil_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
 
-    sizes%force = sizes%force + self%evaluation%force_size
+    associate (own => sizes%force(:size(self%evaluation%force, 1), :size(self%evaluation%force, 2)))
+      own = own + self%evaluation%force_size
+    end associate
+    if (allocated(self%nonlocal) .and. size(sizes%force, 2) > size(self%evaluation%force, 2)) &
+      call add_to_field(self, self%nonlocal%sizes, sizes%force)
     sizes%work = sizes%work + self%evaluation%work_size
   end subroutine add_sizes
 
@@ -309,7 +365,9 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
 
-    force = force + self%evaluation%linear_force
+    associate (own => force(:size(self%evaluation%force, 1), :size(self%evaluation%force, 2)))
+      own = own + self%evaluation%linear_force
+    end associate
   end subroutine add_linear_force
 
   !> Stress, state and volume of every material point by its own strain, or under the pressure of its

@@ -231,11 +231,17 @@ contains
     !> Values at nodes of others.
     type(owner_copies_type), intent(in) :: copies
     type(force_sizes_type), intent(out) :: sizes
-    integer :: t
+    integer :: t, rows, columns
 
-    allocate (sizes%force(terms(1)%term%rows, terms(1)%term%columns), source=0.0_wp)
+    rows = terms(1)%term%rows
+    columns = terms(1)%term%columns
+    if (allocated(terms(1)%term%needs%fields)) then
+      rows = terms(1)%term%unknowns%fields(1)%components
+      columns = terms(1)%term%unknowns%fields(1)%node_count
+    end if
+    allocate (sizes%force(rows, columns), source=0.0_wp)
     do t = 1, size(terms)
-      if (.not. allocated(terms(t)%term%needs%fields)) call terms(t)%term%add_sizes(sizes)
+      if (t == 1 .or. .not. allocated(terms(t)%term%needs%fields)) call terms(t)%term%add_sizes(sizes)
     end do
     sizes%most = largest(team, maxval(norm2(sizes%force, dim=1)))
     sizes%team = team

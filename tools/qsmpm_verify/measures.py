@@ -24,6 +24,13 @@ def volume_within(points: Points, low: list[float], high: list[float]) -> float:
     return float(points.field("volume")[inside].sum())
 
 
+def share_above(points: Points, field: str, share: float) -> float:
+    """Volume of the points where a field is above a share of its largest value, over the volume of all [-]."""
+    values = points.field(field)
+    volume = points.field("volume")
+    return float(volume[values > share * values.max()].sum() / volume.sum())
+
+
 def extreme_stress(points: Points, component: int, largest: bool = True) -> float:
     """Largest (or smallest) value of a stress component over the points, 1 = 11, 2 = 22 ... [stress]."""
     values = points.field("stress")[:, component - 1]
@@ -122,6 +129,7 @@ MEASURES: dict[str, Measure] = {
     for f in (
         total_volume,
         volume_within,
+        share_above,
         extreme_stress,
         mean_stress,
         column_stress_error,

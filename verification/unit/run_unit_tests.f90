@@ -33,6 +33,7 @@ program run_unit_tests
   use test_linear_system, only: collect_linear_system
   use test_petsc_solver, only: collect_petsc_solver, collect_petsc_ranks
   use test_node_ordering, only: collect_node_ordering
+  use test_nonlocal_strain, only: collect_nonlocal_strain
   use test_checksum, only: collect_checksum
   use test_help_topics, only: collect_help_topics
   use test_text, only: collect_text
@@ -167,6 +168,7 @@ program run_unit_tests
   call register('zero_modes', collect_zero_modes)
   call register('mohr_coulomb', collect_mohr_coulomb)
   call register('softening', collect_softening)
+  call register('nonlocal_strain', collect_nonlocal_strain)
   call register('logarithmic_law', collect_logarithmic_law)
   call register('halved_law', collect_half_step_law)
   call register('cam_clay', collect_cam_clay)

@@ -24,12 +24,13 @@
 module qsmpm_principal_law
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_other, error_deck
+  use qsmpm_field_coupling, only: couple_logarithmic
   use qsmpm_isotropic_function, only: compose, tensor_logarithm, tensor_exponential
   use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, &
     is_cauchy
   use qsmpm_jaumann_plane, only: update_jaumann_plane => update_plane
   use qsmpm_jaumann_solid, only: update_jaumann_solid => update_solid
-  use qsmpm_law, only: law_type, batch_type, tangent_elastic
+  use qsmpm_law, only: law_type, batch_type, field_coupling_type, tangent_elastic
   use qsmpm_logarithmic_plane, only: update_logarithmic_plane => update_plane
   use qsmpm_logarithmic_solid, only: update_logarithmic_solid => update_solid
   use qsmpm_point_result, only: finish_points
@@ -58,6 +59,7 @@ module qsmpm_principal_law
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
+    procedure :: couple
     procedure :: shear_modulus
     procedure :: shear_compliance
   end type principal_law_type
@@ -98,6 +100,8 @@ contains
     end if
     made%asks_where = model%asks_cell_size
     made%symmetric = kinematics == kinematics_logarithmic .and. model%hookean .and. model%symmetric
+    made%field_length = model%field_length
+    made%coarsest_cell = model%coarsest_cell
     made%bounds_kirchhoff = made%strains > 0
     made%stiffness_scale = model%young
     made%shear_scale = model%shear
@@ -121,6 +125,9 @@ contains
     else if (.not. model%hookean .and. (rate == rate_paper .or. rate == rate_paper_cauchy)) then
       call fail(error, error_deck, 'hardening soils have no RATE=PAPER: the rule is not objective and of first '// &
         'order; take RATE=MIDPOINT or KINEMATICS=LOGARITHMIC')
+    else if (model%field_length > 0.0_wp) then
+      call fail(error, error_deck, 'REGULARISATION=NONLOCAL of *SOFTENING is for '// &
+        'KINEMATICS=LOGARITHMIC: take that, or REGULARISATION=CELL')
     end if
   end subroutine check_kinematics
 
@@ -215,6 +222,18 @@ contains
     stress(1:3) = stress(1:3) + 0.5_wp*self%model%trial_lame*sum(fields(1:3))
     stress = stress/volume_ratio
   end subroutine from_fields
+
+  !> Coupling of a point with the field, in logarithmic strain.
+  pure subroutine couple(self, gradient, volume_ratio, cell_size, state_start, state, coupling)
+    class(principal_law_type), intent(in) :: self
+    !> As of qsmpm_law.
+    real(wp), intent(in) :: gradient(:), volume_ratio, cell_size, state_start(:), state(:)
+    type(field_coupling_type), intent(out) :: coupling
+
+    coupling = field_coupling_type()
+    if (self%strains > 0) call couple_logarithmic(self%model, gradient, volume_ratio, cell_size, &
+      state_start(:self%strains), state(self%strains + 1:self%state_count), coupling)
+  end subroutine couple
 
   !> G of the model at a stress.
   pure real(wp) function shear_modulus(self, stress, state) result(shear)

@@ -6,33 +6,45 @@
 !> that localises does so in one row of cells: a plastic shear strain of a cell of size h counts h/L times, so that
 !> the work of a slip surface per area, L times the area under the curve of c over kappa, is the same for every h
 !> (crack band: Bazant and Oh 1983).
+!>
+!> A nonlocal law softens by khat = m kbar + (1 - m) kappa in place of kappa, kbar the field
+!>   kbar - l^2 laplacian kbar = kappa
+!> on the grid (qsmpm_nonlocal_strain). Its bands have a width of their own, w = 2 l r (pi - atan(1/r)), r^2 = m - 1,
+!> and their slip is (w + 2 l) khat: with l = L/(w/l + 2) their work is that of L above. Where cells are too wide for
+!> the field strain counts by their size.
 module qsmpm_softening
   use qsmpm_kinds, only: wp, pi
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, set_strength
-  use qsmpm_softening_parameters, only: softening_parameters_type, softening_exponential, regularise_cell
+  use qsmpm_softening_parameters, only: softening_parameters_type, softening_exponential, regularise_none, &
+    regularise_nonlocal
   implicit none
   private
 
   public :: softening_type, strength_change_type, make_softening, degree_of, strain_of_degree, band_ratio, &
-    softened_strength
+    softened_strength, nonlocal_length
 
-  !> Name of kappa in results.
-  character(len=*), parameter, public :: softening_state = 'plastic_shear_strain'
+  !> Names of kappa and of kbar in results.
+  character(len=*), parameter, public :: softening_state = 'plastic_shear_strain', nonlocal_state = 'nonlocal_strain'
   !> 3 in exp(-3 kappa/kappa_r): 95 % of the way at kappa_r.
   real(wp), parameter :: decay = 3.0_wp
+  !> The corners of a nonlocal law are rounded over so many kappa_r on either side, where the residual state is reached
+  !> and below zero: there a spike of strain hardens up to this degree, which spreads it.
+  real(wp), parameter :: rounding = 0.1_wp
   !> A degree nearer to 1 than this is residual; an exponential law never gets there.
   real(wp), parameter :: residual_gap = 1.0e-12_wp
 
   !> Peak and residual strength and the way between.
   type :: softening_type
     logical :: active = .false.
-    !> Whether strain counts by the size of the cell.
-    logical :: by_cell = .false.
+    !> Whether strain counts by the size of the cell, and whether the field takes its place where cells allow it.
+    logical :: by_cell = .false., nonlocal = .false.
     logical :: exponential = .false.
     !> kappa_r, and the width L.
     real(wp) :: strain = 1.0_wp
     real(wp) :: length = 1.0_wp
+    !> m.
+    real(wp) :: over = 1.0_wp
     !> Strength at the peak.
     type(material_parameters_type) :: peak
     !> Residual less peak values of c, phi, psi; angles in degrees.
@@ -60,7 +72,9 @@ contains
     softening%peak = parameters
     associate (said => parameters%softening)
       softening%exponential = said%shape == softening_exponential
-      softening%by_cell = said%regularisation == regularise_cell
+      softening%by_cell = said%regularisation /= regularise_none
+      softening%nonlocal = said%regularisation == regularise_nonlocal
+      if (softening%nonlocal) softening%over = said%over
       softening%strain = said%strain
       if (softening%by_cell) softening%length = said%length
       softening%fall = [said%cohesion - parameters%cohesion, said%friction_angle - parameters%friction_angle, &
@@ -68,30 +82,48 @@ contains
     end associate
   end subroutine make_softening
 
-  !> Degree of softening, 0 at the peak and 1 in the residual state.
-  pure real(wp) function degree_of(softening, kappa)
+  !> Degree of softening, 0 at the peak and 1 in the residual state; a little below 0 where a nonlocal strain is.
+  pure real(wp) function degree_of(softening, kappa) result(degree)
     type(softening_type), intent(in) :: softening
-    !> Plastic shear strain.
+    !> Plastic shear strain, or khat.
     real(wp), intent(in) :: kappa
+    real(wp) :: u
 
-    if (softening%exponential) then
-      degree_of = 1.0_wp - exp(-decay*kappa/softening%strain)
+    u = kappa/softening%strain
+    if (softening%exponential) u = decay*u
+    if (u < 0.0_wp) then
+      degree = 0.0_wp
+      if (softening%nonlocal) u = max(u, -2.0_wp*rounding)
+      if (softening%nonlocal) degree = u + u**2/(4.0_wp*rounding)
+    else if (softening%exponential) then
+      degree = 1.0_wp - exp(-u)
+    else if (softening%nonlocal .and. u > 1.0_wp - rounding) then
+      u = min(u, 1.0_wp + rounding)
+      degree = u - (u - 1.0_wp + rounding)**2/(4.0_wp*rounding)
     else
-      degree_of = min(kappa/softening%strain, 1.0_wp)
+      degree = min(u, 1.0_wp)
     end if
   end function degree_of
 
   !> Change of the degree with kappa.
-  pure real(wp) function degree_change(softening, kappa)
+  pure real(wp) function degree_change(softening, kappa) result(change)
     type(softening_type), intent(in) :: softening
-    !> Plastic shear strain.
+    !> Plastic shear strain, or khat.
     real(wp), intent(in) :: kappa
+    real(wp) :: u, by_strain
 
-    degree_change = 0.0_wp
-    if (softening%exponential) then
-      degree_change = decay/softening%strain*exp(-decay*kappa/softening%strain)
-    else if (kappa < softening%strain) then
-      degree_change = 1.0_wp/softening%strain
+    by_strain = 1.0_wp/softening%strain
+    if (softening%exponential) by_strain = decay*by_strain
+    u = kappa*by_strain
+    if (u < 0.0_wp) then
+      change = 0.0_wp
+      if (softening%nonlocal) change = by_strain*max(0.0_wp, 1.0_wp + u/(2.0_wp*rounding))
+    else if (softening%exponential) then
+      change = by_strain*exp(-u)
+    else if (softening%nonlocal .and. u > 1.0_wp - rounding) then
+      change = by_strain*max(0.0_wp, 1.0_wp - (u - 1.0_wp + rounding)/(2.0_wp*rounding))
+    else
+      change = merge(by_strain, 0.0_wp, u < 1.0_wp)
     end if
   end function degree_change
 
@@ -115,6 +147,15 @@ contains
     band_ratio = 1.0_wp
     if (softening%by_cell) band_ratio = cell_size/softening%length
   end function band_ratio
+
+  !> l of a nonlocal law.
+  pure real(wp) function nonlocal_length(softening) result(length)
+    type(softening_type), intent(in) :: softening
+    real(wp) :: r
+
+    r = sqrt(softening%over - 1.0_wp)
+    length = softening%length/(2.0_wp*r*(pi - atan(1.0_wp/r)) + 2.0_wp)
+  end function nonlocal_length
 
   !> Strength at a plastic shear strain, and its derivative.
   pure subroutine softened_strength(softening, kappa, strength, change)

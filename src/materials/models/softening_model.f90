@@ -8,15 +8,19 @@
 !>   ds/dt (total) = S + ds/dkappa (b g . (I - S))/h,   S = ds/dt at constant kappa.
 !> h is the slope of the equation: where it is not positive the strength falls faster than the elastic unloading
 !> follows (snap-back of the point) and no stress is near; a longer band in the law or a smaller cell has one.
+!>
+!> The strength of a nonlocal law is that of khat = m kbar + (1 - m) kappa, kbar given with the state. With R = ds/dkhat
+!>   h = 1 + (1 - m) g . R > 1,   ds/dkbar = m R/h,   dkappa/dkbar = -m g . R/h,   dkappa/dt = g . (I - S)/h:
+!> the point alone hardens, and no point snaps back.
 module qsmpm_softening_model
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_failed
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, inside
   use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
-  use qsmpm_principal_model, only: stress_update_type
+  use qsmpm_principal_model, only: stress_update_type, field_response_type
   use qsmpm_softening, only: softening_type, strength_change_type, make_softening, softened_strength, band_ratio, &
-    degree_of, strain_of_degree, softening_state
+    degree_of, strain_of_degree, nonlocal_length, softening_state, nonlocal_state
   use qsmpm_softening_return, only: return_softening
   use qsmpm_text, only: string_type
   implicit none
@@ -29,25 +33,37 @@ module qsmpm_softening_model
   !> Corrections of kappa, and the size of the last one relative to kappa.
   integer, parameter :: max_corrections = 100
   real(wp), parameter :: tolerance = 1.0e-14_wp
+  !> Largest cell that the field is solved on, over l.
+  real(wp), parameter :: coarsest_cell = 0.75_wp
   !> How far beyond the strength the trial stress of `largest_band_ratio` lies.
   real(wp), parameter :: beyond = 1.0e-6_wp
   character(len=*), parameter :: snap_back = 'the strength falls faster than the stress can be unloaded '// &
     '(*SOFTENING: smaller cells or a larger plastic shear strain)'
 
-  !> The model; one state variable, kappa.
+  !> The model; state variables kappa and, nonlocal, kbar.
   type, extends(mohr_coulomb_model_type) :: softening_model_type
     type(softening_type) :: softening
   contains
     procedure :: update
     procedure :: state_to_field
     procedure :: field_to_state
+    procedure :: respond
   end type softening_model_type
+
+  !> What a point makes of strain: b, and the strain that softens as offset + share kappa.
+  type :: counting_type
+    real(wp) :: ratio = 1.0_wp
+    real(wp) :: offset = 0.0_wp
+    real(wp) :: share = 1.0_wp
+  end type counting_type
 
   !> Everything at a trial value of kappa.
   type :: softening_state_type
     real(wp) :: stress(3) = 0.0_wp
     real(wp) :: by_trial(3, 3) = 0.0_wp
     real(wp) :: by_kappa(3) = 0.0_wp
+    !> R.
+    real(wp) :: by_strain(3) = 0.0_wp
     !> b g, and b gamma.
     real(wp) :: gradient(3) = 0.0_wp
     real(wp) :: strain = 0.0_wp
@@ -69,15 +85,21 @@ contains
     model%message = snap_back
     model%state_count = 1
     model%state_names = [string_type(softening_state)]
+    if (.not. model%softening%nonlocal) return
+    model%state_count = 2
+    model%state_names = [string_type(softening_state), string_type(nonlocal_state)]
+    model%field_length = nonlocal_length(model%softening)
+    model%coarsest_cell = coarsest_cell*model%field_length
   end subroutine set_softening
 
   !> The degree of softening may be averaged: cohesion is linear to it, so that the mean of stresses on their strengths
-  !> lies on the mean strength.
+  !> lies on the mean strength. kappa of a nonlocal law is averaged itself: kbar is linear to it.
   pure subroutine state_to_field(self, state)
     class(softening_model_type), intent(in) :: self
     !> In: kappa. Out: degree (1).
     real(wp), intent(inout) :: state(:)
 
+    if (self%softening%nonlocal) return
     state(1) = degree_of(self%softening, state(1))
   end subroutine state_to_field
 
@@ -87,7 +109,11 @@ contains
     !> In: degree. Out: kappa (1).
     real(wp), intent(inout) :: state(:)
 
-    state(1) = strain_of_degree(self%softening, state(1))
+    if (self%softening%nonlocal) then
+      state(1) = max(0.0_wp, state(1))
+    else
+      state(1) = strain_of_degree(self%softening, state(1))
+    end if
   end subroutine field_to_state
 
   !> Return mapping of the trial stress to the strength of the end of the step.
@@ -97,7 +123,7 @@ contains
     real(wp), intent(in) :: modulus
     !> Principal trial stresses (3).
     real(wp), intent(in) :: trial(3)
-    !> kappa at the start.
+    !> kappa at the start; kbar at the end.
     real(wp), intent(in) :: state(self%state_count)
     !> Size of the point's cell; 0 where there is none, and strain counts once.
     real(wp), intent(in) :: cell_size
@@ -107,17 +133,16 @@ contains
     type(mohr_coulomb_type) :: strength
     type(strength_change_type) :: change
     type(softening_state_type) :: end_state
-    real(wp) :: ratio
+    type(counting_type) :: counting
     logical :: ok
 
     result%status = status_ok
-    result%state(1) = state(1)
-    call softened_strength(self%softening, state(1), strength, change)
+    result%state(:self%state_count) = state
+    counting = counting_of(self, state, cell_size)
+    call softened_strength(self%softening, softening_strain(counting, state(1)), strength, change)
     result%yields = .not. inside(strength, trial)
     if (.not. result%yields) return
-    ratio = 1.0_wp
-    if (cell_size > 0.0_wp) ratio = band_ratio(self%softening, cell_size)
-    call find_kappa(self, ratio, trial, state(1), strength, result%state(1), end_state, ok)
+    call find_kappa(self, counting, trial, state(1), strength, result%state(1), end_state, ok)
     result%stress = end_state%stress
     if (.not. ok) then
       result%status = status_failed
@@ -126,11 +151,35 @@ contains
     end if
   end subroutine update
 
-  !> Solve for the plastic shear strain at the end of the step.
-  pure subroutine find_kappa(model, ratio, trial, kappa_start, strength, kappa, state, ok)
+  !> How a point counts strain: by the field where its cell is small enough for it, else by the size of the cell.
+  pure type(counting_type) function counting_of(model, state, cell_size) result(counting)
     class(softening_model_type), intent(in) :: model
-    !> How often strain counts.
-    real(wp), intent(in) :: ratio
+    !> kappa, kbar.
+    real(wp), intent(in) :: state(:)
+    !> 0 where there is no cell.
+    real(wp), intent(in) :: cell_size
+
+    if (.not. cell_size > 0.0_wp) return
+    if (.not. model%softening%nonlocal .or. cell_size > model%coarsest_cell) then
+      counting%ratio = band_ratio(model%softening, cell_size)
+    else
+      counting%offset = model%softening%over*state(2)
+      counting%share = 1.0_wp - model%softening%over
+    end if
+  end function counting_of
+
+  !> The strain that softens.
+  pure real(wp) function softening_strain(counting, kappa) result(strain)
+    type(counting_type), intent(in) :: counting
+    real(wp), intent(in) :: kappa
+
+    strain = counting%offset + counting%share*kappa
+  end function softening_strain
+
+  !> Solve for the plastic shear strain at the end of the step.
+  pure subroutine find_kappa(model, counting, trial, kappa_start, strength, kappa, state, ok)
+    class(softening_model_type), intent(in) :: model
+    type(counting_type), intent(in) :: counting
     !> Principal trial stresses, outside the strength of the start (3).
     real(wp), intent(in) :: trial(3)
     !> Plastic shear strain at the start of the step.
@@ -149,9 +198,9 @@ contains
     low = kappa_start
     high = huge(1.0_wp)
     kappa = kappa_start
-    noise = 4.0_wp*epsilon(1.0_wp)*ratio*(maxval(abs(trial)) + strength%sc)/(2.0_wp*model%shear)
+    noise = 4.0_wp*epsilon(1.0_wp)*counting%ratio*(maxval(abs(trial)) + strength%sc)/(2.0_wp*model%shear)
     do i = 1, max_corrections
-      call evaluate(model, ratio, trial, kappa, strength, state)
+      call evaluate(model, counting, trial, kappa, strength, state)
       ok = state%slope > least_slope
       if (i == 1 .and. .not. ok) return
       miss = kappa - kappa_start - state%strain
@@ -172,10 +221,9 @@ contains
   end subroutine find_kappa
 
   !> Stress, strain and derivatives at a trial value of kappa.
-  pure subroutine evaluate(model, ratio, trial, kappa, strength, state)
+  pure subroutine evaluate(model, counting, trial, kappa, strength, state)
     class(softening_model_type), intent(in) :: model
-    !> How often strain counts.
-    real(wp), intent(in) :: ratio
+    type(counting_type), intent(in) :: counting
     !> Principal trial stresses (3).
     real(wp), intent(in) :: trial(3)
     !> Plastic shear strain.
@@ -186,15 +234,16 @@ contains
     type(strength_change_type) :: change
     real(wp) :: corrector(3), size
 
-    call softened_strength(model%softening, kappa, strength, change)
+    call softened_strength(model%softening, softening_strain(counting, kappa), strength, change)
     call return_softening(strength, change, model%trial_lame, model%shear, trial, state%stress, state%by_trial, &
-      state%by_kappa)
+      state%by_strain)
+    state%by_kappa = counting%share*state%by_strain
     corrector = trial - state%stress
     corrector = corrector - sum(corrector)/3.0_wp
     size = sqrt(2.0_wp*sum(corrector**2))
-    state%strain = ratio*size/(2.0_wp*model%shear)
+    state%strain = counting%ratio*size/(2.0_wp*model%shear)
     state%gradient = 0.0_wp
-    if (size > 0.0_wp) state%gradient = ratio*corrector/(size*model%shear)
+    if (size > 0.0_wp) state%gradient = counting%ratio*corrector/(size*model%shear)
     state%slope = 1.0_wp + dot_product(state%gradient, state%by_kappa)
   end subroutine evaluate
 
@@ -211,6 +260,25 @@ contains
     end do
   end function total_derivative
 
+  !> What stress and kappa of a point that has been updated make of the nonlocal strain, and kappa of the trial.
+  pure subroutine respond(self, trial, state, cell_size, response)
+    class(softening_model_type), intent(in) :: self
+    !> Principal trial stresses (3).
+    real(wp), intent(in) :: trial(3)
+    !> kappa and kbar at the end of the step.
+    real(wp), intent(in) :: state(self%state_count)
+    real(wp), intent(in) :: cell_size
+    type(field_response_type), intent(out) :: response
+    type(mohr_coulomb_type) :: strength
+    type(softening_state_type) :: at
+
+    if (.not. self%softening%nonlocal .or. cell_size > self%coarsest_cell) return
+    call evaluate(self, counting_of(self, state, cell_size), trial, state(1), strength, at)
+    response%stress_by_field = self%softening%over*at%by_strain/at%slope
+    response%strain_by_field = -self%softening%over*dot_product(at%gradient, at%by_strain)/at%slope
+    response%strain_by_trial = (at%gradient - matmul(at%gradient, at%by_trial))/at%slope
+  end subroutine respond
+
   !> How often strain may count at most, h/L, before a point without confinement snaps back; huge where it does not.
   pure real(wp) function largest_band_ratio(model)
     class(softening_model_type), intent(in) :: model
@@ -223,8 +291,8 @@ contains
     largest_band_ratio = huge(1.0_wp)
     do i = 0, samples - 1
       call softened_strength(model%softening, i*model%softening%strain/samples, strength, change)
-      call evaluate(model, 1.0_wp, strength%sc*[0.0_wp, -0.5_wp, -1.0_wp - beyond], i*model%softening%strain/samples, &
-        strength, state)
+      call evaluate(model, counting_type(), strength%sc*[0.0_wp, -0.5_wp, -1.0_wp - beyond], &
+        i*model%softening%strain/samples, strength, state)
       if (state%slope < 1.0_wp) largest_band_ratio = min(largest_band_ratio, &
         (1.0_wp - least_slope)/(1.0_wp - state%slope))
     end do

@@ -10,7 +10,7 @@ module qsmpm_softening_parameters
   !> How the strength falls; numbered as the deck's words.
   integer, parameter, public :: softening_linear = 1, softening_exponential = 2
   !> How the width of a band of strain is brought in; numbered as the deck's words.
-  integer, parameter, public :: regularise_none = 1, regularise_cell = 2
+  integer, parameter, public :: regularise_none = 1, regularise_cell = 2, regularise_nonlocal = 3
 
   !> Softening of a material.
   type :: softening_parameters_type
@@ -30,6 +30,8 @@ module qsmpm_softening_parameters
     real(wp) :: strain = 0.0_wp
     !> Width of the band in which that strain was measured.
     real(wp) :: length = 0.0_wp
+    !> Share m of the nonlocal strain in the one that softens; 1 - m, below zero, is that of the point's own.
+    real(wp) :: over = 2.0_wp
   end type softening_parameters_type
 
 contains
@@ -58,6 +60,10 @@ contains
         sentence = 'the plastic shear strain of the residual strength must be positive'
       else if (s%regularisation == regularise_cell .and. .not. s%length > 0.0_wp) then
         sentence = 'softening by cells needs the LENGTH in which its strain was measured'
+      else if (s%regularisation == regularise_nonlocal .and. .not. s%length > 0.0_wp) then
+        sentence = 'softening by a nonlocal strain needs the LENGTH in which its strain was measured'
+      else if (s%regularisation == regularise_nonlocal .and. .not. s%over > 1.0_wp) then
+        sentence = 'OVER must be above 1: strain localises in one cell at 1'
       end if
     end associate
   end function softening_error
