@@ -8,7 +8,7 @@ module qsmpm_layer_warnings
   use qsmpm_mesh_description, only: mesh_grid, mesh_fitted
   use qsmpm_method_description, only: basis_fem
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
-  use qsmpm_layer_interfaces, only: fewest_cells, find_interfaces, interface_type, is_weaker, measure_body
+  use qsmpm_layer_interfaces, only: fewest_cells, find_interfaces, interface_type, is_weak, measure_body
   use qsmpm_material_traits, only: may_yield
   use qsmpm_model, only: model_type
   use qsmpm_rounded_text, only: rounded_text
@@ -44,7 +44,7 @@ contains
       if (found(i)%axis == 0 .and. analysis%mesh%kind /= mesh_fitted) notes = notes//cut_text(analysis, found(i))
       do k = 1, 2
         associate (body => found(i)%bodies(k), other => found(i)%bodies(3 - k))
-          if (told(body) .or. .not. is_weaker(analysis, body, other)) cycle
+          if (told(body) .or. .not. is_weak(analysis, found, body, other)) cycle
           told(body) = .true.
           notes = notes//thin_text(analysis, body, any(found%axis == 0 .and. any_body(found, body)))
         end associate

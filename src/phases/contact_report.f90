@@ -56,8 +56,9 @@ module qsmpm_contact_report
     !> Waves: how many, the last crest and the lowest force behind it, and those of the largest.
     integer :: waves = 0
     real(wp) :: crest = 0.0_wp, trough = 0.0_wp, of_largest(2) = 0.0_wp
-    !> Share of the phase done, the steepest slope over it, and the force at which it had fallen, 0 for not yet.
-    real(wp) :: done = 0.0_wp, steepest = 0.0_wp, knee = 0.0_wp
+    !> Share of the phase done and the force there, the steepest slope, and the force at which it had fallen, 0 for not
+    !> yet.
+    real(wp) :: done = 0.0_wp, reached = 0.0_wp, steepest = 0.0_wp, knee = 0.0_wp
   end type course_type
 
   !> How the bodies go in a phase.
@@ -78,6 +79,8 @@ contains
     allocate (check%of(size(model%rigid_shapes)))
     check%nodes%much = much_of_nodes
     check%nodes%most = least_force(model)
+    check%nodes%done = model%state%progress%fraction
+    check%nodes%reached = force_of_push(model)
     do b = 1, size(check%of)
       check%of(b)%touched = any(abs(force_on_body(model, b)) > 0.0_wp)
       if (is_moved(model, b)) check%of(b)%gap = gap_of(model, b)
@@ -156,8 +159,9 @@ contains
     real(wp) :: slope
 
     if (.not. fraction > course%done) return
-    slope = (force - max(0.0_wp, course%before(2)))/(fraction - course%done)
+    slope = (force - course%reached)/(fraction - course%done)
     course%done = fraction
+    course%reached = force
     course%steepest = max(course%steepest, slope)
     if (.not. course%knee > 0.0_wp .and. slope < knee_slope*course%steepest) course%knee = force
   end subroutine follow_knee
@@ -223,11 +227,11 @@ contains
     integer :: m
 
     if (model%analysis%method%basis /= basis_fem .or. .not. course%knee > 0.0_wp) return
-    if (.not. course%before(2) > (1.0_wp + much_of_knee)*course%knee) return
+    if (.not. course%reached > (1.0_wp + much_of_knee)*course%knee) return
     traits = [(traits_of(model%analysis%materials(m)), m=1, size(traits))]
     if (any(may_yield(model%analysis%materials) .and. .not. traits%failure_keeps_volume)) return
     call observer%note(start_of(model)//': the mean reaction along what it prescribes has risen by '// &
-      rounded_text(100.0_wp*(course%before(2)/course%knee - 1.0_wp), 2)//' % since the clay gave way: cells beside '// &
+      rounded_text(100.0_wp*(course%reached/course%knee - 1.0_wp), 2)//' % since the clay gave way: cells beside '// &
       'pushed nodes are drawn along and hold the soil up; smaller cells, or a *RIGID BODY in the place of the '// &
       'nodes, tell how much of it is true')
   end subroutine warn_of_rise

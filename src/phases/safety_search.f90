@@ -90,7 +90,7 @@ contains
     type(phase_type) :: search
 
     associate (b => model%state%progress%bracket)
-      if (.not. b%stable > 0.0_wp) return
+      if (.not. b%stable > 0.0_wp .or. model%state%progress%phase_steps >= most_factors) return
       search = search_phase(phase)
       search%controls%damping = search%controls%in_place
       search%controls%max_substeps = most_to_rest

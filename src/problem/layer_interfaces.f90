@@ -13,7 +13,7 @@ module qsmpm_layer_interfaces
   implicit none
   private
 
-  public :: interface_type, find_interfaces, thin_seam, is_weaker, measure_body
+  public :: interface_type, find_interfaces, thin_seam, is_weak, measure_body
 
   !> Cells that a weak body needs across it, and the share of its neighbour's strength below which it is weak.
   real(wp), parameter, public :: fewest_cells = 3.0_wp
@@ -194,13 +194,48 @@ contains
     do i = 1, size(found)
       do k = 1, 2
         seam = found(i)%bodies(k)
-        if (.not. is_weaker(analysis, seam, found(i)%bodies(3 - k))) cycle
+        if (.not. is_weak(analysis, found, seam, found(i)%bodies(3 - k))) cycle
         call measure_body(analysis, analysis%bodies(seam), thick, long, cell, normal)
         if (thick < (1.0_wp - near_share)*fewest_cells*cell) return
       end do
     end do
     seam = 0
   end function thin_seam
+
+  !> Whether a body is weaker than another one, or between bodies that are all stronger or cannot yield: soil beside a
+  !> wall is not weak for that.
+  pure logical function is_weak(analysis, found, b, other) result(weak_there)
+    type(analysis_type), intent(in) :: analysis
+    !> Where bodies meet.
+    type(interface_type), intent(in) :: found(:)
+    integer, intent(in) :: b, other
+    integer :: i, beside
+    logical :: touched(size(analysis%bodies))
+
+    weak_there = is_weaker(analysis, b, other)
+    if (weak_there .or. .not. may_fail(analysis, b)) return
+    touched = .false.
+    do i = 1, size(found)
+      if (all(found(i)%bodies /= b)) cycle
+      beside = sum(found(i)%bodies) - b
+      if (may_fail(analysis, beside) .and. .not. is_weaker(analysis, b, beside)) return
+      touched(beside) = .true.
+    end do
+    weak_there = count(touched) > 1
+  end function is_weak
+
+  !> Whether the material of a body, as drawn or in a phase, can yield.
+  pure logical function may_fail(analysis, b)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: b
+    integer :: number(size(analysis%bodies)), p
+
+    may_fail = .false.
+    do p = 0, size(analysis%phases)
+      number = body_materials(analysis, p)
+      if (number(b) > 0) may_fail = may_fail .or. may_yield(analysis%materials(number(b)))
+    end do
+  end function may_fail
 
   !> Whether a body is weaker than another as drawn or in a phase.
   pure logical function is_weaker(analysis, b, other)
@@ -215,10 +250,7 @@ contains
       if (min(number(b), number(other)) == 0) cycle
       mine = traits_of(analysis%materials(number(b)))
       its = traits_of(analysis%materials(number(other)))
-      if (.not. mine%has_strength) cycle
-      ! What cannot yield is stronger than any.
-      is_weaker = is_weaker .or. .not. may_yield(analysis%materials(number(other)))
-      if (.not. its%has_strength) cycle
+      if (.not. (mine%has_strength .and. its%has_strength)) cycle
       is_weaker = is_weaker .or. (mine%cohesion <= its%cohesion .and. mine%friction_angle <= its%friction_angle .and. &
         (mine%cohesion < weak*its%cohesion .or. mine%friction_angle < weak*its%friction_angle))
     end do

@@ -137,6 +137,7 @@ program run_unit_tests
   use test_strength_profile, only: collect_strength_profile
   use test_undrained_law, only: collect_undrained_law
   use test_uniform_pressure, only: collect_uniform_pressure
+  use test_weak_seams, only: collect_weak_seams
   implicit none
 
   abstract interface
@@ -287,6 +288,7 @@ program run_unit_tests
   call register('strength_profile', collect_strength_profile)
   call register('undrained_law', collect_undrained_law)
   call register('uniform_pressure', collect_uniform_pressure)
+  call register('weak_seams', collect_weak_seams)
 
   call read_arguments(wanted)
   call start_team(error)

@@ -70,6 +70,7 @@ contains
     call check_below(tests)
     call check_never(tests)
     call check_unsure(tests)
+    call check_length(tests)
     call check_runout(tests)
     call check_stop_card(tests)
     call check_stop(tests)
@@ -283,6 +284,29 @@ contains
     run%model%analysis%phases(2)%controls%stabilisation_share = 0.005_wp
     call tests%check('nothing is said of the usual share', len(share_note(run%model%analysis%phases(2))) == 0)
   end subroutine check_never
+
+  !> A search that finds one factor from near the other, each lost from afar, ends after 60: nothing is tried beyond, and
+  !> the lost factor is not sought by sub-steps again.
+  subroutine check_length(tests)
+    type(tests_type), intent(inout) :: tests
+    class(run_type), allocatable :: run
+
+    call make_run(soil, fixed, run, spread(good, 1, 60))
+    associate (progress => run%model%state%progress)
+      do while (progress%phase == 1 .or. progress%phase_steps < 2)
+        call advance_step_loop(run%model, run%loop, run%observer, run%error)
+        if (allocated(run%error)) exit
+      end do
+      progress%phase_steps = 60
+      progress%bracket%lost = 1.4_wp
+      call search(run)
+      call tests%check('a search has an end: '//run%observer%text, abs(progress%factors(2, 1) - 1.1_wp) <= rounding)
+    end associate
+    associate (text => run%observer%text, words => 'the search ends after 60 stable factors')
+      call tests%check('that is told, once', index(text, words) > 0 .and. index(text, words) == index(text, words, &
+        back=.true.))
+    end associate
+  end subroutine check_length
 
   !> A factor without equilibrium at which nothing gives way: where sub-steps come to rest it is stable and the search
   !> goes on; where nothing converges it is not known, and told.
