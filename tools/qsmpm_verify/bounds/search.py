@@ -159,6 +159,12 @@ def find_factor(side: Side, guess: float) -> tuple[Bound, Answer]:
     return Bound(best[0], "Solved", _spent(start), tries), best[1]
 
 
+def next_guess(factor: float, margin: float, slope: float) -> float:
+    """Newton's next factor, no farther than half or twice this one: a slope that the solver left near zero tells nothing."""
+    root = factor - margin / slope if slope < 0.0 else 2.0 * factor
+    return float(np.clip(root, 0.5 * factor, 2.0 * factor))
+
+
 def narrow_fans(model: Model, before: Loads, live: Loads) -> Array:
     """Places of the outline where loads or what is pushed begin, with too few triangles for the fan of stresses that starts there.
 
@@ -265,7 +271,7 @@ class Search:
                 break
             history.append((len(model.area), self.guess if self.kind is Kind.MARGIN else answer.value))
             if self.kind is Kind.MARGIN and turn:
-                self.guess -= answer.value / side.slope(answer, self.guess)
+                self.guess = next_guess(self.guess, answer.value, side.slope(answer, self.guess))
             mechanism = self.mechanism(model, nodes, answer)
             self.mesh = halve(self.mesh, self.marked(mechanism.density, model.area))
         upper, answer = self.solve(side)

@@ -11,6 +11,7 @@ from unittest import mock
 
 from qsmpm_verify.bounds import cone
 from qsmpm_verify.bounds.reader import Reader
+from qsmpm_verify.bounds.search import next_guess
 from qsmpm_verify.bounds.verb import note_of
 from qsmpm_verify.cli import main
 from qsmpm_verify.study.cards import read_deck
@@ -149,6 +150,22 @@ class Bounds(unittest.TestCase):
         low, high = self.bracket(deck)
         self.assertGreater(low, 1.05 * (2.0 + math.pi))
         self.assertLess(high, 1.95 * (2.0 + math.pi))
+
+    def test_bodies_that_miss_by_a_hair_touch(self) -> None:
+        # Gap, overlap, a corner beside an edge: the ground is that of one body.
+        drawn = "0, 0\n40, 0\n40, 5\n32, 5\n12, 15\n0, 15"
+        whole = self.bracket(SLOPE, "--factor")
+        for low, up in (("40, 3\n0, 6", "0, 6.001\n20, 4.4995"), ("40, 3.0004\n0, 6", "0, 6\n20, 4.5")):
+            body = f"0, 0\n40, 0\n{low}\n*BODY, NAME=up, MATERIAL=soil, SHAPE=POLYGON\n{up}\n40, 3\n40, 5\n32, 5\n12, 15\n0, 15"
+            parts = self.bracket(SLOPE.replace(drawn, body), "--factor")
+            self.between(whole[1], (parts[0], max(parts[1], whole[1])), 0.1)
+            self.assertLess(abs(parts[1] / whole[1] - 1.0), 0.03)
+
+    def test_a_step_of_newton_stays_near(self) -> None:
+        self.assertAlmostEqual(next_guess(1.5, 0.1, -1.0), 1.6)
+        # A slope that is next to nothing, or of the wrong sign.
+        self.assertAlmostEqual(next_guess(1.5, -1.0, -1e-9), 0.75)
+        self.assertAlmostEqual(next_guess(1.5, -1.0, 0.0), 3.0)
 
     def test_a_pressure_is_the_traction_against_its_face(self) -> None:
         traction = STRIP.format(strength="1, 0, 0")
