@@ -60,6 +60,7 @@ ROOMS = {
                 "materials/confinement"],
     "safety": ["phases/safety_", "safety/", "materials/strength_factor"],
     "flow of water": ["water/seepage", "water/transient_seepage", "geometry/seepage_field", "water/consolidation", "terms/pore_flow"],
+    "weak seams and nonlocal strain": ["problem/layer_interfaces", "terms/nonlocal_strain", "materials/kinematics/field_coupling"],
     "first guess and cell pressure": ["step/extrapolation", "assembly/uniform_pressure"],
     "restart in rows": ["output/restart_rows", "output/restart_division", "parallel/shared_file"],
     "restart": ["output/restart", "base/hdf5_", "output/hdf5_"],
