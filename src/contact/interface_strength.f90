@@ -11,6 +11,7 @@ module qsmpm_interface_strength
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_strength_profile, only: follows_stress, strength_at
+  use qsmpm_value_field, only: field_friction, value_at
   implicit none
   private
 
@@ -34,10 +35,9 @@ contains
     place = 0.0_wp
     place(:size(x)) = model%state%points%initial_position(:, p)
     associate (material => model%analysis%materials(model%state%points%material(p)))
-      strength(1) = share*tan(material%friction_angle*degree)
-      strength(2) = share*material%cohesion
-      if (material%strength_profile%given) &
-        strength(2) = share*max(material%cohesion, strength_at(material%strength_profile, place))
+      strength(1) = share*tan(degree*value_at(material%strength_profile%fields, field_friction, place, &
+        material%friction_angle))
+      strength(2) = share*max(material%cohesion, strength_at(material%strength_profile, place))
     end associate
   end function interface_strength
 

@@ -108,6 +108,10 @@ contains
           problem = value_problem(item, parameter%value)
         end if
         if (len(problem) == 0) cycle
+        associate (written => item%name//'='//upper(squeezed(parameter%value)))
+          if (len(renamed_parameter(card%keyword, written)) > 0) problem = written//' is now '// &
+            renamed_parameter(card%keyword, written)
+        end associate
         call bad(card, state, problem)
         parameter%value = item%default
       end associate

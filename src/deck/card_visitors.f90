@@ -274,7 +274,7 @@ contains
     character(len=*), intent(in) :: text
 
     if (len(self%current) > 0) self%current = self%current//', '
-    if (item%kind == kind_name) then
+    if (any(item%kind == [kind_name, kind_file])) then
       self%current = self%current//quoted(text)
     else
       self%current = self%current//text

@@ -10,6 +10,7 @@ module qsmpm_deck_magnitudes
   use qsmpm_material_traits, only: may_yield, traits_of
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_strength_profile, only: follows_stress, reference_strength
+  use qsmpm_value_field, only: field_young, has_values
   implicit none
   private
 
@@ -82,9 +83,10 @@ contains
 
     undrained = .not. material%friction_angle > 0.0_wp
     strength = material%cohesion
-    if (material%strength_profile%given) strength = max(strength, reference_strength(material%strength_profile))
+    strength = max(strength, reference_strength(material%strength_profile))
     if (material%strength_profile%given .and. (material%strength_profile%stiffness_ratio > 0.0_wp .or. &
       follows_stress(material%strength_profile))) return
+    if (has_values(material%strength_profile%fields, field_young)) return
     if (undrained .and. strength > 0.0_wp) then
       if (strength*undrained_ratio(1) > material%young*(1.0_wp + rounding) .or. &
         strength*undrained_ratio(2) < material%young) call state%warn(material%where, 'MATERIAL', "material '"// &

@@ -28,6 +28,7 @@ module qsmpm_deck_references
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_stage_check, only: check_stages
   use qsmpm_deck_profile, only: check_profiles
+  use qsmpm_deck_value_fields, only: check_value_fields
   use qsmpm_deck_consolidation, only: check_drainage
   use qsmpm_deck_phases, only: check_first_times
   use qsmpm_deck_water, only: check_water
@@ -55,6 +56,7 @@ contains
     if (state%analysis%point_test%given) then
       call check_materials(state)
       call check_profiles(state)
+      call check_value_fields(state)
       call check_undrained(state)
       call check_strengths(state)
       return
@@ -65,6 +67,7 @@ contains
     call check_materials(state)
     call check_softening(state)
     call check_profiles(state)
+    call check_value_fields(state)
     call check_strength_constants(state)
     call check_undrained(state)
     call check_node_sets(state)

@@ -29,6 +29,7 @@ module qsmpm_renamed_words
     renamed_type('CONTROLS', 'HOLD FADE', 'STABILISATION FADE'), &
     renamed_type('CONTROLS', 'PROXIMAL', 'DAMPING'), &
     renamed_type('CONTROLS', 'DRAG SHARE', 'DAMPING SHARE'), &
+    renamed_type('STRENGTH PROFILE', 'TYPE=FIELD', '*FIELD OF VALUES'), &
     renamed_type(curves, 'drag_share', 'damping_share')]
 
 contains

@@ -16,6 +16,7 @@ module qsmpm_initial_stress
   use qsmpm_water_table, only: head_at
   use qsmpm_initial_results, only: take_states
   use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top, body_holds
+  use qsmpm_value_field, only: value_field_type, field_as, field_weight, has_values
   implicit none
   private
 
@@ -232,10 +233,12 @@ contains
     integer, intent(in) :: axis
     type(overburden_type), intent(out) :: overburden
     real(wp), dimension(size(model%shapes)) :: unit_weight, saturated
+    type(value_field_type), allocatable :: weights(:)
     integer :: b, m
 
     unit_weight = 0.0_wp
     saturated = 0.0_wp
+    allocate (weights(0))
     do b = 1, size(model%shapes)
       do m = 1, size(model%analysis%materials)
         associate (material => model%analysis%materials(m))
@@ -243,12 +246,15 @@ contains
           unit_weight(b) = material%unit_weight
           saturated(b) = material%unit_weight
           if (material%saturated_weight >= 0.0_wp) saturated(b) = material%saturated_weight
+          if (has_values(material%strength_profile%fields, field_weight)) weights = [weights, &
+            field_as(material%strength_profile%fields, field_weight, b)]
         end associate
       end do
     end do
     call make_overburden(model%mesh, model%shapes, unit_weight, axis, overburden, saturated, &
       model%loading%water_final, bodies_active(model%analysis, model%state%progress%phase), &
       merge(-1.0_wp, 1.0_wp, model%loading%gravity_final(axis) > 0.0_wp))
+    if (size(weights) > 0) call move_alloc(weights, overburden%weights)
   end subroutine bodies_from_the_side
 
   !> Height by which bodies reach above the level of a K0 start, 0 or less when they do not.

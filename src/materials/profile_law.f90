@@ -13,9 +13,10 @@ module qsmpm_profile_law
   use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
   use qsmpm_principal_law, only: new_principal_law
   use qsmpm_profile_model, only: profile_model_type, set_profile_model
-  use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_stiffness, &
-    reference_strength, follows_stress, shansep_strength, first_preconsolidation
+  use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_friction, &
+    varies_stiffness, reference_strength, follows_stress, shansep_strength, first_preconsolidation
   use qsmpm_tensor, only: stress_size
+  use qsmpm_value_field, only: field_friction, value_at
   implicit none
   private
 
@@ -30,8 +31,10 @@ module qsmpm_profile_law
     logical :: varies_stiffness = .false.
     !> Mean modulus of the body over that of the law inside.
     real(wp) :: scale = 1.0_wp
-    !> Number of the state variable that is the strength; Young's modulus or the preconsolidation stress is the next.
+    !> Number of the state variable that is the strength; Young's modulus or the preconsolidation stress is the next,
+    !> the friction angle the last.
     integer :: at = 1
+    logical :: varies_friction = .false.
   contains
     procedure :: start
     procedure :: start_at
@@ -67,11 +70,11 @@ contains
     if (allocated(error)) return
     if (usual%mohr_coulomb) then
       call set_mohr_coulomb(usual, strong)
-      call set_profile_model(strong, usual%cohesion, profile, &
+      call set_profile_model(strong, usual, profile, &
         trim(merge('cohesion          ', 'undrained_strength', usual%friction_angle > 0.0_wp)), model)
     else
       call set_moduli(usual, elastic)
-      call set_profile_model(elastic, usual%cohesion, profile, 'undrained_strength', model)
+      call set_profile_model(elastic, usual, profile, 'undrained_strength', model)
     end if
     allocate (made)
     call new_principal_law(model, dimension, kinematics, rate, made%law, error)
@@ -79,6 +82,7 @@ contains
     made%profile = profile
     made%young = profile%young
     made%varies_stiffness = varies_stiffness(profile)
+    made%varies_friction = varies_friction(profile)
     made%scale = 1.0_wp
     if (profile%mean_young > 0.0_wp) made%scale = profile%mean_young/made%young
     made%at = made%law%state_count - (model%state_count - model%at)
@@ -138,6 +142,7 @@ contains
     end if
     state(self%at) = max(self%profile%least, strength_at(self%profile, place))
     if (self%varies_stiffness) state(self%at + 1) = ratio*self%young
+    if (self%varies_friction) state(self%law%state_count) = value_at(self%profile%fields, field_friction, place, 0.0_wp)
   end subroutine start_at
 
   !> Strength by the present vertical stress and the largest one so far.
@@ -217,7 +222,7 @@ contains
     fields(:n) = ratio*fields(:n)
   end subroutine to_fields
 
-  !> And back; Young's modulus is the last field.
+  !> And back; Young's modulus is the last field but for the friction angle.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(profile_law_type), intent(in) :: self
     real(wp), intent(in) :: fields(:)
@@ -227,7 +232,7 @@ contains
     integer :: n, last
 
     n = stress_size(self%dimension)
-    last = self%fit_count()
+    last = self%fit_count() - merge(1, 0, self%varies_friction)
     ratio = 1.0_wp
     if (self%varies_stiffness) ratio = max(fields(last)/self%young, epsilon(1.0_wp))
     own = fields

@@ -8,7 +8,7 @@ module qsmpm_material_law
   use qsmpm_law, only: law_type
   use qsmpm_law_factory, only: new_law, rate_paper, rate_paper_cauchy, rate_midpoint_cauchy
   use qsmpm_profile_law, only: new_profile_law
-  use qsmpm_strength_profile, only: strength_profile_type
+  use qsmpm_strength_profile, only: is_by_place, strength_profile_type
   use qsmpm_soil_parameters, only: parameters_of
   use qsmpm_undrained_law, only: make_undrained
   use qsmpm_undrained_parameters, only: undrained_c, undrained_ratio
@@ -46,10 +46,11 @@ contains
       rate = method%rate
       if (method%stress_rate == stress_rate_cauchy) rate = merge(rate_paper_cauchy, rate_midpoint_cauchy, &
         rate == rate_paper)
-      if (material%strength_profile%given) then
+      if (is_by_place(material%strength_profile)) then
         profile = material%strength_profile
         profile%least = material%cohesion/profile%factor
         profile%young = material%young
+        if (profile%dilatancy_angle < 0.0_wp) profile%dilatancy_angle = material%dilatancy_angle
         profile%overconsolidation = material%at_rest%overconsolidation
         profile%pre_overburden = material%at_rest%pre_overburden
         call new_profile_law(parameters_of(material), profile, dimension, method%kinematics, rate, law, error)

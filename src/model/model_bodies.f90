@@ -5,6 +5,7 @@
 !> start.
 module qsmpm_model_bodies
   use qsmpm_kinds, only: wp, long
+  use qsmpm_material_description, only: weight_at
   use qsmpm_named, only: place_named
   use qsmpm_agreement, only: agree
   use qsmpm_error, only: error_type
@@ -303,7 +304,7 @@ contains
         m = place_named(model%analysis%materials, model%analysis%bodies(points%body(p))%material)
         points%material(p) = m
         points%half_size(:, p) = list%vector(:, p)
-        points%weight(p) = model%analysis%materials(m)%unit_weight*points%volume(p)
+        points%weight(p) = weight_at(model%analysis%materials(m), place_of(points, p))*points%volume(p)
         associate (law => model%laws(m)%law)
           call law%start_at(zero, place_of(points, p), points%state(:law%state_count, p))
         end associate

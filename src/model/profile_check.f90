@@ -1,5 +1,6 @@
-!> Strength profiles against the bodies that have them: no point may have a negative strength, and the log tells the
-!> range that the profile has over the material. The mean of a varying stiffness scales stabilisation from here on.
+!> Strength profiles and fields of values against the bodies that have them: no point may have a negative strength, and
+!> the log tells the range over the material, and of points far beyond the samples of a field. The mean of a varying
+!> stiffness scales stabilisation from here on.
 module qsmpm_profile_check
   use qsmpm_kinds, only: wp
   use qsmpm_material_description, only: material_type
@@ -10,13 +11,18 @@ module qsmpm_profile_check
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
   use qsmpm_points, only: place_of
-  use qsmpm_strength_profile, only: follows_stress, strength_at, varies_stiffness, young_at
+  use qsmpm_strength_profile, only: follows_stress, is_by_place, strength_at, varies_stiffness, young_at
   use qsmpm_team, only: team_type, smallest, largest, total
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_text, only: integer_text
+  use qsmpm_value_field, only: distance_beyond, field_words, value_between, value_field_type
   implicit none
   private
 
   public :: check_strength_profiles
+
+  !> Samples that a point lies beyond the last one, above which it is told.
+  real(wp), parameter :: beyond = 1.0_wp
 
 contains
 
@@ -25,11 +31,15 @@ contains
     !> The model with its points.
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
-    integer :: m
+    integer :: m, i
 
     do m = 1, size(model%analysis%materials)
       associate (profile => model%analysis%materials(m)%strength_profile)
-        if (profile%given .and. .not. follows_stress(profile)) call check_material(model, m, diagnostics)
+        if (is_by_place(profile) .and. .not. follows_stress(profile)) call check_material(model, m, diagnostics)
+        if (.not. allocated(profile%fields)) cycle
+        do i = 1, size(profile%fields)
+          call tell_field(model, m, profile%fields(i), same_file(profile%fields, i))
+        end do
       end associate
     end do
   end subroutine check_strength_profiles
@@ -73,6 +83,7 @@ contains
         return
       end if
       if (mean(1) > 0.0_wp) call scale_law(mean(2)/mean(1), material, model%laws(number)%law)
+      if (.not. material%strength_profile%given) return
       model%notes = model%notes//"material '"//material%name//"': strength from "// &
         rounded_text(max(material%cohesion, strength(1)))//' to '//rounded_text(max(material%cohesion, strength(2)))
       if (varies_stiffness(material%strength_profile)) model%notes = model%notes//", Young's modulus from "// &
@@ -80,6 +91,70 @@ contains
       model%notes = model%notes//new_line('a')
     end associate
   end subroutine check_material
+
+  !> The range of a field over the points of a material, and those that lie far beyond its samples.
+  subroutine tell_field(model, number, field, is_told)
+    type(model_type), intent(inout) :: model
+    !> Number of the material.
+    integer, intent(in) :: number
+    type(value_field_type), intent(in) :: field
+    !> Its file was told of already.
+    logical, intent(in) :: is_told
+    real(wp) :: range(2), place(3), far(3), reach
+    integer :: p, outside(2)
+
+    range = [huge(1.0_wp), -huge(1.0_wp)]
+    outside = 0
+    reach = -1.0_wp
+    far = 0.0_wp
+    place = 0.0_wp
+    associate (points => model%state%points, material => model%analysis%materials(number), own => &
+        own_of(model%part%points, model%state%points%count))
+      do p = 1, points%count
+        if (points%material(p) /= number .or. .not. own(p)) cycle
+        place = place_of(points, p)
+        associate (value => value_between(field, place(:size(field%places, 1))))
+          range = [min(range(1), value), max(range(2), value)]
+        end associate
+        outside = outside + [1, merge(1, 0, distance_beyond(field, place) > beyond)]
+        if (.not. distance_beyond(field, place) > reach) cycle
+        reach = distance_beyond(field, place)
+        far = place
+      end do
+      outside = nint(total(model%part%team, real(outside, wp)))
+      call take_range(model%part%team, range, place)
+      if (range(2) < range(1)) return
+      model%notes = model%notes//"material '"//material%name//"': "//trim(field_words(field%parameter))//' from '// &
+        rounded_text(range(1))//' to '//rounded_text(range(2))//' by place'//new_line('a')
+      if (outside(2) == 0 .or. is_told) return
+      call farthest(model%part%team, reach, far)
+      model%notes = model%notes//"warning: *FIELD OF VALUES: "//integer_text(outside(2))//' of '// &
+        integer_text(outside(1))//" points of material '"//material%name//"' lie beyond the samples of '"// &
+        field%file//"', as at ("//rounded_text(far(1))//', '//rounded_text(far(2))//', '//rounded_text(far(3))// &
+        '), where the samples nearest to them count'//new_line('a')
+    end associate
+  end subroutine tell_field
+
+  !> Whether a field has the file of the one before it.
+  pure logical function same_file(fields, i)
+    type(value_field_type), intent(in) :: fields(:)
+    integer, intent(in) :: i
+
+    same_file = .false.
+    if (i > 1) same_file = fields(i)%file == fields(i - 1)%file
+  end function same_file
+
+  !> The place that is farthest out of all processes.
+  subroutine farthest(team, reach, place)
+    type(team_type), intent(in) :: team
+    real(wp), intent(in) :: reach
+    !> Of this process; then of all.
+    real(wp), contiguous, intent(inout) :: place(:)
+    real(wp) :: range(2)
+
+    range = -reach
+    call take_range(team, range, place)
+  end subroutine farthest
 
   !> The range of all processes, and where its lower end is.
   subroutine take_range(team, range, place)

@@ -16,6 +16,7 @@ module qsmpm_overburden
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron, find_crossings, polyhedron_contains, facet_normal
   use qsmpm_prism_facets, only: prism_caps, prism_walls
+  use qsmpm_value_field, only: value_field_type, has_values, value_at
   use qsmpm_water_table, only: water_table_type, level_at
   implicit none
   private
@@ -33,7 +34,13 @@ module qsmpm_overburden
     !> Unit weight of each body above and below its water level, and the levels (bodies).
     real(wp), allocatable :: unit_weight(:), saturated_weight(:)
     type(water_table_type), allocatable :: water(:)
+    !> Unit weights above water that differ from place to place, by the number of the body as their parameter; water
+    !> adds what it adds to the other ones.
+    type(value_field_type), allocatable :: weights(:)
   end type overburden_type
+
+  !> Places of a piece of a vertical line at which a weight that varies is taken.
+  integer, parameter :: slices = 32
 
 contains
 
@@ -208,11 +215,32 @@ contains
     real(wp), intent(in) :: from, to
     real(wp) :: wet
 
-    weight = overburden%unit_weight(body)*max(0.0_wp, to - from)
+    weight = mean_weight(overburden, body, position, from, to)*max(0.0_wp, to - from)
     if (.not. overburden%water(body)%present) return
     wet = max(0.0_wp, min(to, overburden%up*level_at(overburden%water(body), position)) - from)
     weight = weight + (overburden%saturated_weight(body) - overburden%unit_weight(body))*wet
   end function piece_weight
+
+  !> Mean unit weight above water of a piece of a vertical line, by the middles of its slices.
+  pure real(wp) function mean_weight(overburden, body, position, from, to) result(weight)
+    type(overburden_type), intent(in) :: overburden
+    integer, intent(in) :: body
+    !> A place on the line (dimension).
+    real(wp), intent(in) :: position(:)
+    !> Heights, upwards.
+    real(wp), intent(in) :: from, to
+    real(wp) :: place(size(position))
+    integer :: i
+
+    weight = overburden%unit_weight(body)
+    if (.not. has_values(overburden%weights, body) .or. from >= to) return
+    weight = 0.0_wp
+    place = position
+    do i = 1, slices
+      place(overburden%axis) = overburden%up*(from + (i - 0.5_wp)/slices*(to - from))
+      weight = weight + value_at(overburden%weights, body, place, 0.0_wp)/slices
+    end do
+  end function mean_weight
 
   !> Where the part of a piece of a vertical line that has weight ends: all of it in a body, in a gap what is below the
   !> level.

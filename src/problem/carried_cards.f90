@@ -13,7 +13,8 @@ module qsmpm_carried_cards
   !> By keyword; those that are refused with a sentence of their own are known too.
   character(len=*), parameter :: known_cards(*) = [character(len=20) :: 'ACTIVATE', 'BODY', 'CAM CLAY', &
     'CHANGE MATERIAL', 'CONFINING PRESSURE', 'CONSTANT LOAD TEST', 'CONTACT', 'CONTRACTION', 'CONTROLS', &
-    'DEACTIVATE', 'DRAIN STATE', 'DRUCKER PRAGER', 'ELASTIC', 'ELEMENT', 'ELSET', 'END PHASE', 'FIELD', 'FIX', &
+    'DEACTIVATE', 'DRAIN STATE', 'DRUCKER PRAGER', 'ELASTIC', 'ELEMENT', 'ELSET', 'END PHASE', 'FIELD', &
+    'FIELD OF VALUES', 'FIX', &
     'GRAVITY', 'GRID', 'HARDENING SOIL', 'HEADING', 'HISTORY', 'HOEK BROWN', 'INCLUDE', 'INITIAL', &
     'INITIAL STRESS', 'INSTALL', &
     'K0', 'LOAD', 'MATERIAL', 'MESH', 'METHOD', 'MODEL', 'MOHR COULOMB', 'MOVE', 'MOVING MESH', 'NODE', 'NSET', &

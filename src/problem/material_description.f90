@@ -11,10 +11,11 @@ module qsmpm_material_description
   use qsmpm_strength_profile, only: strength_profile_type
   use qsmpm_undrained_parameters, only: undrained_type
   use qsmpm_user_material, only: user_material_type
+  use qsmpm_value_field, only: field_permeability, field_weight, value_at
   implicit none
   private
 
-  public :: at_rest_type, material_type
+  public :: at_rest_type, material_type, weight_at, permeability_at
 
   !> Cure of volumetric locking of a material; auto is resolved by the model builder.
   integer, parameter, public :: locking_none = 0, locking_auto = 1, locking_uniform_pressure = 2
@@ -59,7 +60,7 @@ module qsmpm_material_description
     logical :: own_law = .false.
     !> Strength by place, in the place of the cohesion.
     type(strength_profile_type) :: strength_profile
-    type(source_line_type) :: profile_where
+    type(source_line_type) :: profile_where, fields_where
     !> Pore water that cannot leave.
     type(undrained_type) :: undrained
     type(source_line_type) :: undrained_where
@@ -74,4 +75,28 @@ module qsmpm_material_description
     type(strength_constant_type), allocatable :: strength_constants(:)
     type(source_line_type) :: strength_where
   end type material_type
+
+contains
+
+  !> Weight per volume at a place, where there is no water.
+  pure real(wp) function weight_at(material, place) result(weight)
+    type(material_type), intent(in) :: material
+    !> Position at the start (2 or 3).
+    real(wp), intent(in) :: place(:)
+
+    weight = value_at(material%strength_profile%fields, field_weight, place, material%unit_weight)
+  end function weight_at
+
+  !> Permeability along x and y at a place; its values are those along x, and both keep their ratio.
+  pure function permeability_at(material, place) result(permeability)
+    type(material_type), intent(in) :: material
+    !> Position at the start (2 or 3).
+    real(wp), intent(in) :: place(:)
+    real(wp) :: permeability(2)
+
+    permeability = material%permeability
+    associate (along_x => value_at(material%strength_profile%fields, field_permeability, place, permeability(1)))
+      if (permeability(1) > 0.0_wp) permeability = permeability*(along_x/permeability(1))
+    end associate
+  end function permeability_at
 end module qsmpm_material_description

@@ -16,7 +16,6 @@ module qsmpm_scene
   use qsmpm_column, only: require_column, make_column
   use qsmpm_mirror, only: require_mirror, reason_against_mirror
   use qsmpm_mirror_half, only: make_half
-  use qsmpm_strength_profile, only: profile_field
   use qsmpm_softening_parameters, only: regularise_none
   implicit none
   private
@@ -81,9 +80,9 @@ contains
       associate (material => analysis%materials(m))
         if (material%user%given .or. material%own_law) call refuse(check%reason, 'nothing is known of the '// &
           "model of material '"//material%name//"'")
-        if (material%strength_profile%given .and. (material%strength_profile%kind == profile_field .or. &
-          material%strength_profile%along /= 2)) call refuse(check%reason, "the strength of material '"// &
-          material%name//"' differs along more than y")
+        if (allocated(material%strength_profile%fields) .or. material%strength_profile%given .and. &
+          material%strength_profile%along /= 2) call refuse(check%reason, "material '"//material%name// &
+          "' differs along more than y")
         if (material%softening%given .and. material%softening%regularisation /= regularise_none .and. &
           check%kind /= reduce_mirror) call refuse(check%reason, "the width of the cells, by which material '"// &
           material%name//"' softens, would be another one")

@@ -96,7 +96,11 @@ contains
     else
       friction = material%friction_angle
       dilatancy = material%dilatancy_angle
-      call lower_strength(by, material%strength_profile%factor, friction, dilatancy)
+      associate (profile => material%strength_profile)
+        profile%lowered = by
+        profile%dilatancy_angle = dilatancy
+        call lower_strength(by, profile%factor, friction, dilatancy)
+      end associate
       call lower_strength(by, material%cohesion, material%friction_angle, material%dilatancy_angle)
       call lower_tension(by, material%tensile_strength)
       associate (s => material%softening)

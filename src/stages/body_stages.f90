@@ -7,6 +7,7 @@
 !> and the law starts from it.
 module qsmpm_body_stages
   use qsmpm_kinds, only: wp
+  use qsmpm_material_description, only: weight_at
   use qsmpm_named, only: place_named
   use qsmpm_active_bodies, only: bodies_named, body_number, has_stages
   use qsmpm_body_description, only: body_change_type
@@ -217,7 +218,7 @@ contains
     character(len=:), allocatable, intent(inout) :: notes
     !> The other material has no room for an excess pore pressure that is there.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: excess, effective(size(model%state%points%stress, 1))
+    real(wp) :: excess, effective(size(model%state%points%stress, 1)), weight(2)
     integer :: b, m, p, before, behind
     logical :: forgets
 
@@ -228,10 +229,12 @@ contains
       behind = law%state_place(excess_pressure_name)
       do p = 1, points%count
         if (points%body(p) /= b .or. points%material(p) == m) cycle
-        if (materials(points%material(p))%unit_weight > 0.0_wp) then
-          points%weight(p) = points%weight(p)*materials(m)%unit_weight/materials(points%material(p))%unit_weight
+        weight = [weight_at(materials(points%material(p)), points%initial_position(:, p)), &
+          weight_at(materials(m), points%initial_position(:, p))]
+        if (weight(1) > 0.0_wp) then
+          points%weight(p) = points%weight(p)*weight(2)/weight(1)
         else
-          points%weight(p) = materials(m)%unit_weight*points%volume(p)
+          points%weight(p) = weight(2)*points%volume(p)
         end if
         before = model%laws(points%material(p))%law%state_place(excess_pressure_name)
         forgets = forgets .or. is_forgotten(model%laws(points%material(p))%law, law)

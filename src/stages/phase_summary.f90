@@ -4,6 +4,7 @@
 module qsmpm_phase_summary
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials, has_stages
+  use qsmpm_material_description, only: weight_at
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_structures, only: rigid_plane, rigid_circle, rigid_box, rigid_cone
   use qsmpm_model, only: model_type
@@ -92,7 +93,8 @@ contains
     associate (points => model%state%points)
       do p = 1, points%count
         points%material(p) = material(points%body(p))
-        points%weight(p) = model%analysis%materials(points%material(p))%unit_weight*points%volume(p)
+        points%weight(p) = weight_at(model%analysis%materials(points%material(p)), points%initial_position(:, p)) &
+          *points%volume(p)
       end do
     end associate
   end subroutine take_bodies

@@ -15,6 +15,7 @@ module qsmpm_pore_flow
   use qsmpm_element, only: corner_count, element_geometry, linear_kind
   use qsmpm_equations, only: equations_type
   use qsmpm_kept_arrays, only: kept_values
+  use qsmpm_material_description, only: permeability_at
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
   use qsmpm_permeability_law, only: permeability_ratio
@@ -146,10 +147,11 @@ contains
     real(wp) :: determinant
     integer :: kind
 
-    associate (points => model%state%points, k => model%analysis%materials(model%state%points%material(p))%permeability)
+    associate (points => model%state%points, soil => model%analysis%materials(model%state%points%material(p)))
       point%volume = points%volume(p)
-      point%permeability = [k(1), k(2), k(1)]*permeability_ratio(model%analysis%materials(points%material(p)) &
-        %permeability_law, points%volume(p)/points%initial_volume(p))
+      point%permeability(:2) = permeability_at(soil, points%initial_position(:, p))
+      point%permeability = point%permeability([1, 2, 1])*permeability_ratio(soil%permeability_law, &
+        points%volume(p)/points%initial_volume(p))
       if (model%analysis%model == axisymmetric) point%hoop = 1.0_wp/points%position(1, p)
       call functions_at(model%space, model%mesh, points%cell(p), points%local(:, p), point%place)
       kind = model%mesh%cell_kind(points%cell(p))

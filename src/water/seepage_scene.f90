@@ -10,6 +10,7 @@ module qsmpm_seepage_scene
   use qsmpm_error, only: error_type
   use qsmpm_fitted_background, only: fit_scene
   use qsmpm_load_description, only: water_level_type
+  use qsmpm_material_description, only: permeability_at
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_type
@@ -265,7 +266,8 @@ contains
     flow%corner = scene%mesh%corner(:, kept)
     allocate (flow%permeability(2, size(kept)), flow%depth(size(kept)))
     do c = 1, size(kept)
-      flow%permeability(:, c) = max(least, analysis%materials(material(scene%mesh%region(kept(c))))%permeability)
+      flow%permeability(:, c) = max(least, permeability_at(analysis%materials(material(scene%mesh%region(kept(c)))), &
+        sum(scene%mesh%position(:, flow%corner(:, c)), dim=2)/3.0_wp))
       flow%depth(c) = 1.0_wp
       if (analysis%model == axisymmetric) flow%depth(c) = sum(scene%mesh%position(1, flow%corner(:, c)))/3.0_wp
     end do

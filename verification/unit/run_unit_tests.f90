@@ -135,6 +135,7 @@ program run_unit_tests
   use test_model_space, only: collect_model_space
   use test_pressure_groups, only: collect_pressure_groups
   use test_strength_profile, only: collect_strength_profile
+  use test_value_field, only: collect_value_field
   use test_undrained_law, only: collect_undrained_law
   use test_uniform_pressure, only: collect_uniform_pressure
   use test_weak_seams, only: collect_weak_seams
@@ -286,6 +287,7 @@ program run_unit_tests
   call register('model_space', collect_model_space)
   call register('pressure_groups', collect_pressure_groups)
   call register('strength_profile', collect_strength_profile)
+  call register('value_field', collect_value_field)
   call register('undrained_law', collect_undrained_law)
   call register('uniform_pressure', collect_uniform_pressure)
   call register('weak_seams', collect_weak_seams)

@@ -8,10 +8,12 @@ module test_strength_profile
   use qsmpm_law_factory, only: kinematics_logarithmic, kinematics_jaumann, rate_midpoint
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_profile_law, only: new_profile_law
-  use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_stiffness, profile_table, &
-    profile_field, profile_shansep
+  use qsmpm_strength_factor, only: strength_factor_type, flow_material, flow_davis_b, lower_strength
+  use qsmpm_strength_profile, only: strength_profile_type, is_by_place, reference_strength, strength_at, young_at, &
+    varies_friction, varies_stiffness, varies_strength, profile_table, profile_shansep
   use qsmpm_undrained_law, only: make_undrained
   use qsmpm_undrained_parameters, only: undrained_type, water_stiffness
+  use qsmpm_value_field, only: value_field_type, field_cohesion, field_friction, field_young, set_samples
   use testing, only: tests_type
   implicit none
   private
@@ -29,16 +31,17 @@ contains
 
     call tests%start('strength_profile')
     call check_values(tests)
-    call check_field(tests)
     do d = 2, 3
       do k = kinematics_jaumann, kinematics_logarithmic
         call check_law(tests, d, k, .false., 1.0_wp)
         call check_law(tests, d, k, .true., 1.0_wp)
         call check_law(tests, d, k, .true., 0.7_wp)
         call check_average(tests, d, k)
+        call check_friction(tests, d, k)
       end do
     end do
     call check_elastic(tests)
+    call check_sand(tests)
     call check_water(tests)
     call check_stress(tests)
   end subroutine collect_strength_profile
@@ -128,28 +131,134 @@ contains
     call tests%check('stiffness varies', varies_stiffness(profile) .and. .not. varies_stiffness(line(.false.)))
   end subroutine check_values
 
-  !> Samples come back as they are, linear fields exactly, nothing beyond the samples around.
-  subroutine check_field(tests)
+  !> Friction by place: stress, tangent and averages are those of the material that has the angle of the place, with a
+  !> cohesion of its own and one by place, with a stiffness by place, and as a factor of safety lowers it.
+  subroutine check_friction(tests, dimension, kinematics)
     type(tests_type), intent(inout) :: tests
-    type(strength_profile_type) :: profile
-    integer :: i
+    integer, intent(in) :: dimension, kinematics
+    integer :: way
 
-    profile = strength_profile_type(given=.true., kind=profile_field)
-    allocate (profile%places(2, 20), profile%strengths(20))
-    do i = 1, 20
-      profile%places(:, i) = [modulo(0.7_wp*i, 3.1_wp), -modulo(1.3_wp*i, 4.7_wp)]
-      profile%strengths(i) = 3.0_wp + 0.2_wp*profile%places(1, i) - 1.1_wp*profile%places(2, i)
+    do way = 1, 4
+      call check_friction_law(tests, dimension, kinematics, by_place=way > 1, stiff=way == 3, flow=merge(flow_davis_b, &
+        flow_material, way == 4), factor=merge(1.0_wp, 1.3_wp, way == 1))
     end do
-    call tests%close('linear field', strength_at(profile, [1.4_wp, -2.3_wp, 0.0_wp]), 3.0_wp + 0.28_wp + 2.53_wp, &
-      1.0e-8_wp)
-    call tests%check('not beyond the samples', strength_at(profile, [0.0_wp, -40.0_wp, 0.0_wp]) <= &
-      maxval(profile%strengths) .and. strength_at(profile, [0.0_wp, 40.0_wp, 0.0_wp]) >= minval(profile%strengths))
-    profile%strengths(7) = 50.0_wp
-    call tests%close('a sample', strength_at(profile, [profile%places(:, 7), 0.0_wp]), 50.0_wp, rounding)
-    profile%places(1, :) = 0.0_wp
-    profile%strengths = 3.0_wp - 1.1_wp*profile%places(2, :)
-    call tests%close('samples on one line', strength_at(profile, [0.4_wp, -2.3_wp, 0.0_wp]), 5.53_wp, 0.2_wp)
-  end subroutine check_field
+  end subroutine check_friction
+
+  !> One way.
+  subroutine check_friction_law(tests, dimension, kinematics, by_place, stiff, flow, factor)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: dimension, kinematics, flow
+    logical, intent(in) :: by_place, stiff
+    real(wp), intent(in) :: factor
+    class(law_type), allocatable :: law, own
+    type(material_parameters_type) :: parameters
+    type(strength_profile_type) :: profile
+    type(batch_type) :: batch, same
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: tangent(:, :, :), fields(:), stress(:), state(:)
+    real(wp) :: worst
+    integer :: p, n, compared
+
+    profile%fields = friction_fields(by_place, stiff)
+    profile%young = 200.0_wp
+    profile%least = 2.0_wp
+    profile%dilatancy_angle = 26.0_wp
+    profile%lowered = strength_factor_type(factor, flow)
+    parameters = strong(2.0_wp, -1.0_wp)
+    parameters%cohesion = 2.0_wp
+    call new_profile_law(parameters, profile, dimension, kinematics, rate_midpoint, law, error)
+    call tests%check('names of friction', law%state_names(law%state_count)%text == 'friction_angle')
+    ! 21 degrees at the place, below psi of the material.
+    parameters%friction_angle = 21.0_wp
+    parameters%dilatancy_angle = 21.0_wp
+    if (by_place) parameters%cohesion = 6.5_wp
+    if (stiff) parameters%young = 650.0_wp
+    call lower_strength(profile%lowered, parameters%cohesion, parameters%friction_angle, parameters%dilatancy_angle)
+    call make_law(parameters, dimension, kinematics, rate_midpoint, own)
+    call tests%check('symmetry', law%symmetric .eqv. (own%symmetric .and. flow /= flow_material))
+    call random_batch(own, 60, 0.05_wp, 5.0_wp, same)
+    call random_batch(law, 60, 0.05_wp, 5.0_wp, batch)
+    do p = 1, batch%count
+      call law%start_at(batch%stress_start(:, p), here, batch%state_start(:, p))
+    end do
+    call law%update(batch, tangent_consistent)
+    call own%update(same, tangent_consistent)
+    n = law%state_count
+    call tests%check('some yield, some do not', any(batch%plastic == 1) .and. any(batch%plastic == 0))
+    call tests%close('stress', maxval(abs(batch%stress - same%stress)), 0.0_wp, 1.0e-10_wp)
+    call tests%close('tangent', maxval(abs(batch%tangent - same%tangent)), 0.0_wp, 1.0e-8_wp)
+    call tests%close('friction is kept', maxval(abs(batch%state(n, :) - 21.0_wp)), 0.0_wp, 1.0e-8_wp)
+    allocate (tangent, source=batch%tangent)
+    call difference_error(law, batch, tangent, worst, compared)
+    call tests%close('tangent against differences', worst, 0.0_wp, 1.0e-7_wp)
+    allocate (fields(law%fit_count()), stress(size(batch%stress, 1)), state(n))
+    call law%to_fields(batch%stress_start(:, 1), batch%state_start(:, 1), fields)
+    call law%from_fields(fields, 1.0_wp, stress, state)
+    call tests%close('state comes back', maxval(abs(state - batch%state_start(:, 1))), 0.0_wp, 1.0e-9_wp)
+    fields(law%fit_count()) = 89.0_wp
+    call law%from_fields(fields, 1.0_wp, stress, state)
+    call tests%close('no steeper than any sample', state(n), 27.0_wp, rounding)
+    fields(law%fit_count()) = -1.0_wp
+    call law%from_fields(fields, 1.0_wp, stress, state)
+    call tests%close('nor below nothing', state(n), 0.0_wp, 0.0_wp)
+  end subroutine check_friction_law
+
+  !> phi = 27 + 3 y, c = 2 + 1.5 (1 - y), E = 100 c, by samples.
+  pure function friction_fields(by_place, stiff) result(fields)
+    logical, intent(in) :: by_place, stiff
+    type(value_field_type), allocatable :: fields(:)
+    real(wp) :: places(3, 3), y(3)
+
+    places = 0.0_wp
+    y = [0.0_wp, -2.0_wp, -4.0_wp]
+    places(1, :) = 3.0_wp
+    places(2, :) = y
+    places(3, :) = 0.5_wp
+    allocate (fields(1 + merge(1, 0, by_place) + merge(1, 0, stiff)))
+    fields(1)%parameter = field_friction
+    call set_samples(fields(1), places, 27.0_wp + 3.0_wp*y)
+    if (.not. by_place) return
+    fields(2)%parameter = field_cohesion
+    call set_samples(fields(2), places, 3.5_wp - 1.5_wp*y)
+    if (.not. stiff) return
+    fields(3)%parameter = field_young
+    call set_samples(fields(3), places, 350.0_wp - 150.0_wp*y)
+  end function friction_fields
+
+  !> Soil without cohesion whose stiffness alone differs by place.
+  subroutine check_sand(tests)
+    type(tests_type), intent(inout) :: tests
+    class(law_type), allocatable :: law, own
+    type(material_parameters_type) :: sand
+    type(strength_profile_type) :: profile
+    type(value_field_type) :: stiffness(3)
+    type(error_type), allocatable :: error
+    type(batch_type) :: batch, same
+    integer :: p
+
+    stiffness = friction_fields(.true., .true.)
+    profile%fields = [stiffness(3)]
+    profile%young = 200.0_wp
+    sand = strong(0.0_wp, -1.0_wp)
+    sand%cohesion = 0.0_wp
+    call new_profile_law(sand, profile, 2, kinematics_logarithmic, rate_midpoint, law, error)
+    sand%young = 650.0_wp
+    call make_law(sand, 2, kinematics_logarithmic, rate_midpoint, own)
+    call random_batch(law, 40, 0.05_wp, 5.0_wp, batch)
+    call random_batch(own, 40, 0.05_wp, 5.0_wp, same)
+    do p = 1, batch%count
+      call law%start_at(batch%stress_start(:, p), here, batch%state_start(:, p))
+    end do
+    call law%update(batch, tangent_none)
+    call own%update(same, tangent_none)
+    call tests%check('sand yields', any(batch%plastic == 1))
+    call tests%close('stress of sand', maxval(abs(batch%stress - same%stress)), 0.0_wp, 1.0e-10_wp)
+    call tests%check('what differs', is_by_place(profile) .and. .not. is_by_place(strength_profile_type()) .and. &
+      varies_stiffness(profile) .and. .not. varies_strength(profile) .and. .not. varies_friction(profile))
+    profile%fields = stiffness(:2)
+    call tests%close('size of a strength by samples', reference_strength(profile), 9.5_wp, rounding)
+    call tests%check('and friction', varies_strength(profile) .and. varies_friction(profile))
+  end subroutine check_sand
 
   !> The laws of a place by the profile and by parameters of their own, and batches of the same points.
   subroutine make_both(dimension, kinematics, stiff, factor, law, own, batch, same)

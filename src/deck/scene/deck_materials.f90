@@ -13,6 +13,7 @@ module qsmpm_deck_materials
   use qsmpm_deck_strength_constants, only: add_strength_constants_keyword
   use qsmpm_deck_undrained, only: add_undrained_keyword
   use qsmpm_deck_user_material, only: add_user_material_keywords
+  use qsmpm_deck_value_fields, only: add_value_fields_keyword
   use qsmpm_deck_words, only: bar_list
   use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many
   use qsmpm_permeability_law, only: permeability_constant, permeability_logarithm, permeability_words
@@ -39,6 +40,7 @@ contains
     call add_softening_keyword(table)
     call add_soil_law_keywords(table)
     call add_profile_keyword(table)
+    call add_value_fields_keyword(table)
     call add_undrained_keyword(table)
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')

@@ -1,25 +1,20 @@
-!> *STRENGTH PROFILE: strength, and stiffness where asked for, by depth, table or a file of samples.
+!> *STRENGTH PROFILE: strength, and stiffness where asked for, by depth, table or stress.
 module qsmpm_deck_profile
   use qsmpm_material_description, only: material_type
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_lines, only: read_whole_file
-  use qsmpm_deck_state, only: deck_state_type, beside_deck
+  use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_words, only: bar_list, axis_words
   use qsmpm_keyword_table, only: table_type, in_material, once
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: initial_keep
-  use qsmpm_strength_profile, only: strength_profile_type, profile_table, profile_field, varies_stiffness, &
+  use qsmpm_strength_profile, only: strength_profile_type, profile_table, varies_stiffness, &
     reference_strength, follows_stress
   use qsmpm_undrained_parameters, only: undrained_c
-  use qsmpm_text, only: string_type, split, stripped, squeezed, upper, without_return, read_real, integer_text, &
-    number_good
   implicit none
   private
 
   public :: add_profile_keyword, check_profiles
-
-  character(len=1), parameter :: newline = new_line('a')
 
 contains
 
@@ -41,17 +36,13 @@ contains
     associate (profile => deck%analysis%materials(deck%material)%strength_profile)
       call fields%given(profile%given)
       call fields%line(deck%analysis%materials(deck%material)%profile_where)
-      call fields%choice('TYPE', profile%kind, 'LINEAR|TABLE|FIELD|SHANSEP', 'LINEAR: strength + gain (level - Y); '// &
-        'TABLE: linear between levels, constant beyond; FIELD: by samples of a file; SHANSEP: S sigma_v '// &
+      call fields%choice('TYPE', profile%kind, 'LINEAR|TABLE|SHANSEP', 'LINEAR: strength + gain (level - Y); '// &
+        'TABLE: linear between levels, constant beyond; SHANSEP: S sigma_v '// &
         '(sigma_p/sigma_v)^m of the vertical effective stress at the start, or at a *UPDATE STRENGTH, and the '// &
         'largest one so far, at the start by OCR or POP of *K0')
-      call fields%choice('ALONG', profile%along, bar_list(axis_words), 'axis of Y, the vertical', &
-        needs='TYPE=LINEAR|TABLE|SHANSEP')
-      call fields%file('INPUT', profile%file, 'CSV file of samples, relative to the deck: first line `x,y,s_u` or '// &
-        '`x,y,z,s_u`, with a column `E` where the stiffness is given too; linear fields come back exactly', &
-        needs='TYPE=FIELD')
+      call fields%choice('ALONG', profile%along, bar_list(axis_words), 'axis of Y, the vertical')
       call fields%number('STIFFNESS RATIO', profile%stiffness_ratio, "Young's modulus over strength; E of *ELASTIC "// &
-        'then has no effect', range='(0, inf)', needs='TYPE=LINEAR|TABLE|FIELD')
+        'then has no effect', range='(0, inf)', needs='TYPE=LINEAR|TABLE')
       call fields%data('linear profile', when='TYPE=LINEAR')
       call fields%number('level', profile%level, 'coordinate')
       call fields%number('strength', profile%strength, 'cohesion at that level')
@@ -61,7 +52,6 @@ contains
       call fields%number('m', profile%exponent, 'exponent of the overconsolidation ratio', range='[0, 1]', &
         required=.false.)
       call table_rows(fields, profile)
-      call fields%data('nothing: the file has them', 0, 0, when='TYPE=FIELD')
     end associate
   end subroutine profile_fields
 
@@ -92,7 +82,7 @@ contains
     end do
   end subroutine table_rows
 
-  !> Rows and file become a profile.
+  !> Rows become a profile.
   subroutine finish_profile(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
@@ -105,7 +95,6 @@ contains
       if (profile%kind == profile_table) call finish_table(card, state, profile)
       if (profile%kind /= profile_table .and. allocated(profile%levels)) deallocate (profile%levels, &
         profile%strengths, profile%moduli)
-      if (profile%kind == profile_field) call read_field(card, state, profile)
       if (profile%stiffness_ratio > 0.0_wp .and. allocated(profile%moduli)) call state%report_error(card, &
         "give STIFFNESS RATIO or a column of Young's moduli, not both")
     end associate
@@ -132,75 +121,6 @@ contains
       "Young's modulus is wanted in all lines or none")
     if (.not. all(profile%moduli > 0.0_wp)) deallocate (profile%moduli)
   end subroutine finish_table
-
-  !> Samples of a file.
-  subroutine read_field(card, state, profile)
-    type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
-    type(strength_profile_type), intent(inout) :: profile
-    character(len=:), allocatable :: text, sentence
-    logical :: found
-
-    if (.not. card%has('INPUT')) then
-      call state%report_error(card, 'TYPE=FIELD wants the parameter INPUT')
-      return
-    end if
-    profile%file = beside_deck(card, 'INPUT')
-    call read_whole_file(profile%file, text, found)
-    if (.not. found) then
-      call state%report_error(card, "there is no file '"//profile%file//"'")
-      return
-    end if
-    call parse_samples(text, merge(3, 2, state%dimension == 3), profile, sentence)
-    if (len(sentence) > 0) call state%report_error(card, "'"//profile%file//"': "//sentence)
-  end subroutine read_field
-
-  !> Columns by their names, a sample a line.
-  subroutine parse_samples(text, dimension, profile, sentence)
-    character(len=*), intent(in) :: text
-    integer, intent(in) :: dimension
-    type(strength_profile_type), intent(inout) :: profile
-    !> What is wrong, empty for nothing.
-    character(len=:), allocatable, intent(out) :: sentence
-    character(len=3), parameter :: names(5) = [character(len=3) :: 'X', 'Y', 'Z', 'S_U', 'E']
-    type(string_type), allocatable :: lines(:), cells(:)
-    real(wp), allocatable :: values(:, :)
-    integer :: column(5), i, k, n, outcome
-
-    sentence = ''
-    call split(text, newline, lines)
-    column = 0
-    call split(without_return(lines(1)%text), ',', cells)
-    do k = 1, 5
-      do i = 1, size(cells)
-        if (upper(squeezed(cells(i)%text)) == trim(names(k))) column(k) = i
-      end do
-    end do
-    if (any(column(:dimension) == 0) .or. column(4) == 0) then
-      sentence = 'the first line names the columns: '//trim(merge('x,y,z,s_u', 'x,y,s_u  ', dimension == 3))//'[,E]'
-      return
-    end if
-    allocate (values(5, size(lines)), source=1.0_wp)
-    n = 0
-    do i = 2, size(lines)
-      if (len(stripped(without_return(lines(i)%text))) == 0) cycle
-      call split(without_return(lines(i)%text), ',', cells)
-      n = n + 1
-      do k = 1, 5
-        if (column(k) == 0) cycle
-        outcome = number_good
-        if (column(k) <= size(cells)) call read_real(stripped(cells(column(k))%text), values(k, n), outcome)
-        if (column(k) <= size(cells) .and. outcome == number_good) cycle
-        sentence = 'line '//integer_text(i)//' has no number in column '//integer_text(column(k))
-        return
-      end do
-    end do
-    if (n == 0) sentence = 'there is no sample'
-    if (column(5) > 0 .and. .not. all(values(5, :n) > 0.0_wp)) sentence = "Young's modulus must be positive"
-    profile%places = values(:dimension, :n)
-    profile%strengths = values(4, :n)
-    if (column(5) > 0) profile%moduli = values(5, :n)
-  end subroutine parse_samples
 
   !> What belongs to the profiles of complete materials.
   subroutine check_profiles(state)
@@ -242,12 +162,8 @@ contains
   function wrong_material(material) result(sentence)
     type(material_type), intent(in) :: material
     character(len=:), allocatable :: sentence
-    logical :: file_is_wrong
 
     sentence = ''
-    ! A file with an error has been reported already.
-    file_is_wrong = material%strength_profile%kind == profile_field .and. &
-      .not. allocated(material%strength_profile%places)
     if (material%user%given .or. allocated(material%soil_law)) then
       sentence = 'a profile is for *ELASTIC with or without *MOHR COULOMB; a user model has *USER STATE, ALONG='
     else if (material%softening%given) then
@@ -256,7 +172,7 @@ contains
       sentence = 'the tensile strength of *MOHR COULOMB is 0 or NONE with a profile'
     else if (.not. (material%mohr_coulomb .or. varies_stiffness(material%strength_profile))) then
       sentence = 'there is no *MOHR COULOMB whose cohesion it could be, and no STIFFNESS RATIO or column of moduli'
-    else if (.not. (file_is_wrong .or. reference_strength(material%strength_profile) > 0.0_wp)) then
+    else if (.not. reference_strength(material%strength_profile) > 0.0_wp) then
       sentence = 'all of its strengths are zero'
     else if (follows_stress(material%strength_profile) .and. (.not. material%mohr_coulomb .or. &
       material%friction_angle > 0.0_wp)) then

@@ -5,12 +5,18 @@
 !> inside; where the stiffness of the point is e times the model's, stresses have been divided by e (qsmpm_profile_law)
 !> and f too. State variables: those of the model inside, strength and, where it varies, Young's modulus of the
 !> point, or the preconsolidation stress that its strength follows, all without any reduction: the share that counts
-!> is a parameter.
+!> is a parameter. Where the friction angle of the point is one too, the last, strength and return are made of all of
+!> them in place of f.
 module qsmpm_profile_model
   use qsmpm_kinds, only: wp
   use qsmpm_elastic_model, only: elastic_model_type
+  use qsmpm_law, only: status_ok
+  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, inside, make_mohr_coulomb, return_outside, set_strength
   use qsmpm_principal_model, only: stress_update_type
-  use qsmpm_strength_profile, only: strength_profile_type, follows_stress, varies_stiffness
+  use qsmpm_strength_factor, only: flow_material, lower_strength, strength_factor_type
+  use qsmpm_strength_profile, only: strength_profile_type, follows_stress, varies_friction, varies_stiffness
+  use qsmpm_value_field, only: field_friction, values_of
   implicit none
   private
 
@@ -29,6 +35,12 @@ module qsmpm_profile_model
     logical :: varies_stiffness = .false.
     !> Number of the state variable that is the strength; Young's modulus or the preconsolidation stress is the next.
     integer :: at = 1
+    !> Friction that varies: the largest angle, the dilatancy angle that is not above it, what lowers both, and
+    !> the other parameters of the strength.
+    logical :: varies_friction = .false.
+    real(wp) :: steepest = 0.0_wp, dilatancy_angle = 0.0_wp
+    type(strength_factor_type) :: lowered
+    type(material_parameters_type) :: parameters
   contains
     procedure :: initial_state
     procedure :: update
@@ -38,10 +50,11 @@ module qsmpm_profile_model
 
 contains
 
-  !> Around a model of a strength; name of the strength in results.
-  subroutine set_profile_model(inside, strength, profile, name, model)
+  !> Around a model of parameters; name of the strength in results.
+  subroutine set_profile_model(inside, parameters, profile, name, model)
     class(elastic_model_type), intent(in) :: inside
-    real(wp), intent(in) :: strength
+    !> Those of the model inside.
+    type(material_parameters_type), intent(in) :: parameters
     type(strength_profile_type), intent(in) :: profile
     character(len=*), intent(in) :: name
     type(profile_model_type), intent(inout) :: model
@@ -57,18 +70,36 @@ contains
     model%young = inside%young
     model%shear = inside%shear
     if (allocated(inside%message)) model%message = inside%message
-    model%strength = strength
+    ! Without any cohesion f has no meaning, and is any number.
+    model%strength = merge(parameters%cohesion, 1.0_wp, parameters%cohesion > 0.0_wp)
     model%factor = profile%factor
     model%reference = profile%young
     model%varies_stiffness = varies_stiffness(profile)
     model%at = inside%state_count + 1
-    model%state_count = model%at + merge(1, 0, model%varies_stiffness .or. follows_stress(profile))
+    model%state_count = model%at + merge(1, 0, model%varies_stiffness .or. follows_stress(profile)) &
+      + merge(1, 0, varies_friction(profile))
     allocate (model%state_names(model%state_count))
     if (inside%state_count > 0) model%state_names(:inside%state_count) = inside%state_names
     model%state_names(model%at)%text = name
     if (follows_stress(profile)) model%state_names(model%at + 1)%text = 'preconsolidation_stress'
     if (model%varies_stiffness) model%state_names(model%at + 1)%text = 'young_modulus'
+    if (varies_friction(profile)) call set_friction(parameters, profile, model)
   end subroutine set_profile_model
+
+  !> Friction that varies.
+  subroutine set_friction(parameters, profile, model)
+    type(material_parameters_type), intent(in) :: parameters
+    type(strength_profile_type), intent(in) :: profile
+    type(profile_model_type), intent(inout) :: model
+
+    model%varies_friction = .true.
+    model%state_names(model%state_count)%text = 'friction_angle'
+    model%steepest = maxval(values_of(profile%fields, field_friction))
+    model%lowered = profile%lowered
+    model%dilatancy_angle = profile%dilatancy_angle
+    model%parameters = parameters
+    model%symmetric = model%lowered%flow /= flow_material .or. .not. model%dilatancy_angle < model%steepest
+  end subroutine set_friction
 
   !> Those of the model inside; a point's strength and stiffness depend on its place and are put by the law.
   pure subroutine initial_state(self, stress, state)
@@ -79,6 +110,7 @@ contains
     call self%model%initial_state(stress, state(:self%at - 1))
     state(self%at) = self%strength
     state(self%at + 1:) = self%reference
+    if (self%varies_friction) state(self%state_count) = self%steepest
   end subroutine initial_state
 
   !> f s(t/f).
@@ -89,13 +121,39 @@ contains
     type(stress_update_type), intent(inout) :: result
     real(wp) :: ratio
 
+    result%state(self%at:self%state_count) = state(self%at:)
+    if (self%varies_friction) then
+      call return_to_own(self, trial, state, result)
+      return
+    end if
     ratio = state(self%at)*self%factor/self%strength
     if (self%varies_stiffness) ratio = ratio*self%reference/state(self%at + 1)
     ratio = max(ratio, least_ratio)
     call self%model%update(modulus, trial/ratio, state(:self%at - 1), cell_size, with_derivative, result)
     if (result%yields) result%stress = ratio*result%stress
-    result%state(self%at:self%state_count) = state(self%at:)
   end subroutine update
+
+  !> Return to the strength of a cohesion and a friction angle.
+  pure subroutine return_to_own(self, trial, state, result)
+    class(profile_model_type), intent(in) :: self
+    real(wp), intent(in) :: trial(3), state(self%state_count)
+    type(stress_update_type), intent(inout) :: result
+    type(material_parameters_type) :: own
+    type(mohr_coulomb_type) :: strength
+
+    own = self%parameters
+    own%cohesion = max(state(self%at), least_ratio*self%strength)
+    own%friction_angle = state(self%state_count)
+    own%dilatancy_angle = min(self%dilatancy_angle, own%friction_angle)
+    call lower_strength(self%lowered, own%cohesion, own%friction_angle, own%dilatancy_angle)
+    if (self%varies_stiffness) own%cohesion = own%cohesion*self%reference/state(self%at + 1)
+    call set_strength(own, strength)
+    result%status = status_ok
+    result%yields = .not. inside(strength, trial)
+    if (.not. result%yields) return
+    call make_mohr_coulomb(own, self%trial_lame, self%trial_shear, strength)
+    call return_outside(strength, trial, result%stress, result%derivative)
+  end subroutine return_to_own
 
   !> Strength and stiffness are averaged as they are.
   pure subroutine state_to_field(self, state)
@@ -113,5 +171,6 @@ contains
     call self%model%field_to_state(state(:self%at - 1))
     state(self%at) = max(state(self%at), least_ratio*self%strength)
     if (self%varies_stiffness) state(self%at + 1) = max(state(self%at + 1), least_ratio*self%reference)
+    if (self%varies_friction) state(self%state_count) = min(max(state(self%state_count), 0.0_wp), self%steepest)
   end subroutine field_to_state
 end module qsmpm_profile_model

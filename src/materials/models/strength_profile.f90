@@ -3,24 +3,23 @@
 !>
 !>   linear   s = s_0 + k (level - Y)
 !>   table    linear between levels, constant beyond
-!>   field    from samples: the plane (in space: linear function) nearest to the few samples around, weighted by the
-!>            inverse square of their distances, not beyond their values; linear fields exactly, samples as given
 !>   shansep  s = S sigma_v (sigma_p/sigma_v)^m, of the vertical effective stress sigma_v that a point starts with or
 !>            has when a phase updates it, and the largest one so far sigma_p (Ladd and Foott 1974)
 !> Y is the coordinate along one axis of the place where a point is at its start. E = (E/s) s, or a column of its own.
+!> Cohesion, friction angle and Young's modulus may be fields of values in its place (qsmpm_value_field).
 module qsmpm_strength_profile
   use qsmpm_kinds, only: wp
+  use qsmpm_strength_factor, only: strength_factor_type
+  use qsmpm_value_field, only: value_field_type, field_cohesion, field_friction, field_young, law_fields, has_values, &
+    value_at, values_of
   implicit none
   private
 
-  public :: strength_profile_type, strength_at, young_at, varies_stiffness, reference_strength, &
-    follows_stress, shansep_strength, first_preconsolidation
+  public :: strength_profile_type, is_by_place, strength_at, young_at, varies_strength, varies_friction, &
+    varies_stiffness, reference_strength, follows_stress, shansep_strength, first_preconsolidation
 
   !> Kinds, numbered as the words of the deck.
-  integer, parameter, public :: profile_linear = 1, profile_table = 2, profile_field = 3, profile_shansep = 4
-  !> Samples of a field that a value is made of, and the share of their distance by which a fit is held to their mean.
-  integer, parameter :: most_samples = 8
-  real(wp), parameter :: ridge = 1.0e-10_wp
+  integer, parameter, public :: profile_linear = 1, profile_table = 2, profile_shansep = 3
 
   !> A profile.
   type :: strength_profile_type
@@ -32,12 +31,10 @@ module qsmpm_strength_profile
     real(wp) :: level = 0.0_wp, strength = 0.0_wp, gain = 0.0_wp
     !> SHANSEP: S and m; sigma_p of the start by overconsolidation ratio and pre-overburden pressure.
     real(wp) :: ratio = 0.0_wp, exponent = 0.8_wp, overconsolidation = 1.0_wp, pre_overburden = 0.0_wp
-    !> Table and field: strengths and, where the stiffness is a column, Young's moduli (rows).
-    real(wp), allocatable :: strengths(:), moduli(:)
-    !> Table: levels, rising. Field: places (rows), (dimension, rows).
-    real(wp), allocatable :: levels(:), places(:, :)
-    !> Field: path of the file.
-    character(len=:), allocatable :: file
+    !> Table: levels, rising, strengths and, where the stiffness is a column, Young's moduli (rows).
+    real(wp), allocatable :: levels(:), strengths(:), moduli(:)
+    !> Parameters by samples; also those that are none of the law.
+    type(value_field_type), allocatable :: fields(:)
     !> E/s where positive.
     real(wp) :: stiffness_ratio = -1.0_wp
     !> Young's modulus of the law that the profile varies, in the measure of its own.
@@ -48,20 +45,34 @@ module qsmpm_strength_profile
     real(wp) :: least = 0.0_wp
     !> The law takes this share of the strength: strength reduction changes it and nothing else here.
     real(wp) :: factor = 1.0_wp
+    !> What lowers a strength whose friction differs from place to place, and its dilatancy angle before, at most the
+    !> friction angle; negative: that of the material.
+    type(strength_factor_type) :: lowered
+    real(wp) :: dilatancy_angle = -1.0_wp
   end type strength_profile_type
 
 contains
 
-  !> Strength at a place, all of it.
+  !> Whether a parameter of the law differs from place to place.
+  pure logical function is_by_place(profile)
+    type(strength_profile_type), intent(in) :: profile
+    integer :: i
+
+    is_by_place = profile%given .or. any([(has_values(profile%fields, law_fields(i)), i=1, size(law_fields))])
+  end function is_by_place
+
+  !> Strength at a place, all of it; the least one where it is the same everywhere.
   pure real(wp) function strength_at(profile, place) result(strength)
     type(strength_profile_type), intent(in) :: profile
     !> Position (3).
     real(wp), intent(in) :: place(3)
 
-    if (profile%kind == profile_linear) then
+    if (.not. profile%given) then
+      strength = value_at(profile%fields, field_cohesion, place, profile%least)
+    else if (profile%kind == profile_linear) then
       strength = profile%strength + profile%gain*(profile%level - place(profile%along))
     else
-      strength = value_at(profile, profile%strengths, place)
+      strength = value_of_level(profile%levels, profile%strengths, place(profile%along))
     end if
   end function strength_at
 
@@ -71,18 +82,35 @@ contains
     !> Position (3).
     real(wp), intent(in) :: place(3)
 
-    if (allocated(profile%moduli)) then
-      young = value_at(profile, profile%moduli, place)
+    if (has_values(profile%fields, field_young)) then
+      young = value_at(profile%fields, field_young, place, profile%young)
+    else if (allocated(profile%moduli)) then
+      young = value_of_level(profile%levels, profile%moduli, place(profile%along))
     else
       young = profile%stiffness_ratio*max(profile%least, strength_at(profile, place))
     end if
   end function young_at
 
-  !> Whether the stiffness differs from place to place.
+  !> Whether the cohesion differs from place to place.
+  pure logical function varies_strength(profile) result(varies)
+    type(strength_profile_type), intent(in) :: profile
+
+    varies = profile%given .or. has_values(profile%fields, field_cohesion)
+  end function varies_strength
+
+  !> Whether the friction angle does.
+  pure logical function varies_friction(profile) result(varies)
+    type(strength_profile_type), intent(in) :: profile
+
+    varies = has_values(profile%fields, field_friction)
+  end function varies_friction
+
+  !> Whether the stiffness does.
   pure logical function varies_stiffness(profile) result(varies)
     type(strength_profile_type), intent(in) :: profile
 
-    varies = profile%given .and. (allocated(profile%moduli) .or. profile%stiffness_ratio > 0.0_wp)
+    varies = has_values(profile%fields, field_young) .or. &
+      profile%given .and. (allocated(profile%moduli) .or. profile%stiffness_ratio > 0.0_wp)
   end function varies_stiffness
 
   !> Whether the strength follows the stress of a point in place of its place.
@@ -111,27 +139,15 @@ contains
     preconsolidation = profile%overconsolidation*vertical + profile%pre_overburden
   end function first_preconsolidation
 
-  !> A positive strength of the size of the profile's; S where that follows the stress.
+  !> A positive strength of the size of the profile's, if there is one; S where that follows the stress.
   pure real(wp) function reference_strength(profile) result(strength)
     type(strength_profile_type), intent(in) :: profile
 
     strength = max(abs(profile%strength), abs(profile%gain), profile%ratio)
     if (allocated(profile%strengths)) strength = maxval(abs(profile%strengths))
+    if (has_values(profile%fields, field_cohesion)) strength = maxval(values_of(profile%fields, field_cohesion))
+    if (.not. varies_strength(profile)) strength = profile%least
   end function reference_strength
-
-  !> A column of a table or a field at a place.
-  pure real(wp) function value_at(profile, values, place) result(value)
-    type(strength_profile_type), intent(in) :: profile
-    !> One a row.
-    real(wp), intent(in) :: values(:)
-    real(wp), intent(in) :: place(3)
-
-    if (profile%kind == profile_field) then
-      value = fitted_value(profile%places, values, place(:size(profile%places, 1)))
-    else
-      value = value_of_level(profile%levels, values, place(profile%along))
-    end if
-  end function value_at
 
   !> Linear between levels, constant beyond.
   pure real(wp) function value_of_level(levels, values, y) result(value)
@@ -147,60 +163,4 @@ contains
     end do
   end function value_of_level
 
-  !> Weighted linear fit to the nearest samples, at a place.
-  pure real(wp) function fitted_value(places, values, place) result(value)
-    !> (dimension, samples), (samples), (dimension).
-    real(wp), intent(in) :: places(:, :), values(:), place(:)
-    real(wp) :: distance(size(values)), matrix(size(place) + 1, size(place) + 1), right(size(place) + 1)
-    real(wp) :: row(size(place) + 1), weight, mean
-    integer :: nearest(most_samples), i, k, n
-
-    n = min(most_samples, size(values))
-    do i = 1, size(values)
-      distance(i) = sum((places(:, i) - place)**2)
-    end do
-    do k = 1, n
-      nearest(k) = minloc(distance, dim=1)
-      if (k == 1 .and. .not. distance(nearest(1)) > 0.0_wp) then
-        value = values(nearest(1))
-        return
-      end if
-      distance(nearest(k)) = huge(1.0_wp)
-    end do
-    matrix = 0.0_wp
-    right = 0.0_wp
-    mean = sum(values(nearest(:n)))/n
-    do k = 1, n
-      row = [1.0_wp, places(:, nearest(k)) - place]
-      weight = 1.0_wp/sum(row(2:)**2)
-      right = right + weight*row*(values(nearest(k)) - mean)
-      do i = 1, size(row)
-        matrix(:, i) = matrix(:, i) + weight*row*row(i)
-      end do
-    end do
-    do i = 2, size(row)
-      ! Samples on one line leave the slope across it open.
-      matrix(i, i) = matrix(i, i) + ridge*n
-    end do
-    value = mean + first_unknown(matrix, right)
-    value = min(max(value, minval(values(nearest(:n)))), maxval(values(nearest(:n))))
-  end function fitted_value
-
-  !> First unknown of a symmetric positive system, by elimination from the last one up.
-  pure real(wp) function first_unknown(matrix, right) result(unknown)
-    real(wp), intent(in) :: matrix(:, :), right(:)
-    real(wp) :: a(size(right), size(right)), b(size(right)), ratio
-    integer :: i, k
-
-    a = matrix
-    b = right
-    do k = size(b), 2, -1
-      do i = 1, k - 1
-        ratio = a(i, k)/a(k, k)
-        a(i, :k) = a(i, :k) - ratio*a(k, :k)
-        b(i) = b(i) - ratio*b(k)
-      end do
-    end do
-    unknown = b(1)/a(1, 1)
-  end function first_unknown
 end module qsmpm_strength_profile

@@ -13,8 +13,8 @@ from ezdxf import recover
 from ezdxf.path import make_path
 from shapely.geometry import LineString, Point, Polygon
 
-from qsmpm_verify.importing.faces import Drawn, cut_into_faces, nearness, without_holes
-from qsmpm_verify.importing.section import METRES, Region, Section, Soil, along_x, numbered, plain_name, without_repeats
+from qsmpm_verify.importing.faces import Drawn, add_faces, cut_into_faces, nearness
+from qsmpm_verify.importing.section import METRES, Section, along_x, plain_name
 from qsmpm_verify.trouble import Trouble
 
 LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}
@@ -144,8 +144,4 @@ def take_regions(section: Section, lines: list[Drawn], texts: list[tuple[Point, 
             section.notes.append(f"a region holds {len(inside)} texts; it is called '{inside[0]}', not '{inside[1]}'")
     for name in sorted({soil for soil in soils if soils.count(soil) > 1}):
         section.notes.append(f"{soils.count(name)} regions are of soil '{name}'; a text inside each tells them apart")
-    pieces = [(soil, piece) for face, soil in zip(cut.faces, soils, strict=True) for piece in without_holes(face)]
-    for (soil, piece), name in zip(pieces, numbered([soil for soil, _ in pieces]), strict=True):
-        corners = [(x * metres, y * metres) for x, y, *_ in piece.exterior.coords]
-        section.regions.append(Region(name, soil, without_repeats(corners, near * metres)))
-        section.soils.setdefault(soil, Soil(soil))
+    add_faces(section, list(zip(soils, cut.faces, strict=True)), metres, near)

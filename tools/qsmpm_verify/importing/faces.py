@@ -9,6 +9,8 @@ import shapely
 from shapely.geometry import LineString, Point, Polygon, box
 from shapely.ops import polygonize_full
 
+from qsmpm_verify.importing.section import Region, Section, Soil, numbered, without_repeats
+
 # Of the size of the drawing: nearer is the same place, and a face that is thinner is none.
 NEAR = 1.0e-7
 
@@ -78,3 +80,12 @@ def without_holes(polygon: Polygon) -> list[Polygon]:
     halves = (box(low_x, low_y, middle, high_y), box(middle, low_y, high_x, high_y))
     pieces = [part for half in halves for part in shapely.get_parts(polygon.intersection(half)) if part.geom_type == "Polygon"]
     return [whole for piece in pieces for whole in without_holes(piece)]
+
+
+def add_faces(section: Section, faces: list[tuple[str, Polygon]], metres: float, near: float) -> None:
+    """Faces of soils, in the unit of the drawing, as regions without holes; corners that are nearer than `near` are one."""
+    pieces = [(soil, piece) for soil, face in faces for piece in without_holes(face)]
+    for (soil, piece), name in zip(pieces, numbered([soil for soil, _ in pieces]), strict=True):
+        corners = [(x * metres, y * metres) for x, y, *_ in piece.exterior.coords]
+        section.regions.append(Region(name, soil, without_repeats(corners, near * metres)))
+        section.soils.setdefault(soil, Soil(soil))

@@ -10,7 +10,9 @@ from qsmpm_verify.importing.deck import deck_of
 from qsmpm_verify.importing.dxf import read_dxf
 from qsmpm_verify.importing.gsz import read_gsz
 from qsmpm_verify.importing.picture import draw_section
+from qsmpm_verify.importing.rs2 import read_rs2
 from qsmpm_verify.importing.section import METRES, Section
+from qsmpm_verify.importing.slide import read_slide
 from qsmpm_verify.importing.soils import missing, read_table, write_table
 from qsmpm_verify.places import PROGRAM
 from qsmpm_verify.trouble import RunFailed, Trouble
@@ -20,23 +22,20 @@ ELSEWHERE = {
     ".inp": "a mesh of Abaqus is read by the deck itself: *MESH, INPUT=FILE (docs/howto/mesh.md)",
     ".stl": "a closed surface is read by the deck itself: *BODY, SHAPE=POLYHEDRON, INPUT=FILE",
     ".dwg": "DWG is a closed format: save the drawing as DXF",
-    ".fez": "RS2 is not read yet: export the section as DXF there",
-    ".slmd": "Slide2 is not read yet: export the section as DXF there",
-    ".slim": "Slide2 is not read yet: export the section as DXF there",
 }
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Words of the verb."""
-    verb = verbs.add_parser("import", help="a section drawn elsewhere as a deck: DXF drawings, GeoStudio projects")
-    verb.add_argument("file", type=Path, help="a drawing (.dxf) or a project (.gsz)")
+    verb = verbs.add_parser("import", help="a section drawn elsewhere as a deck: DXF drawings, projects of GeoStudio, Slide2 and RS2")
+    verb.add_argument("file", type=Path, help="a drawing (.dxf) or a project (.gsz, .slmd, .slim, .sli, .fez, .fea)")
     verb.add_argument("--to", type=Path, metavar="DECK", help="the deck to write (default FILE with .inp)")
     verb.add_argument("--soils", type=Path, metavar="CSV", help="table of soils; it is written, to be filled, where numbers are missing")
     verb.add_argument("--cells", type=whole, default=20, metavar="N", help="cells of the grid over the height (default 20)")
     verb.add_argument("--unit", choices=tuple(METRES), help="unit of a drawing, where it says none or a wrong one")
     verb.add_argument("--water", metavar="LAYER", help="layer of the water level; one that is named so when not given")
     verb.add_argument("--gap", type=float, metavar="LENGTH", help="metres up to which lines that miss each other are joined")
-    verb.add_argument("--analysis", metavar="NAME", help="name or number of an analysis of a project (default the first one)")
+    verb.add_argument("--analysis", metavar="NAME", help="name or number of an analysis or scenario of a project (default the first one)")
     verb.add_argument("--picture", type=Path, help="the check picture (default DECK with .png)")
     verb.add_argument("--program", type=Path, default=PROGRAM, help="the program that checks the deck")
     verb.set_defaults(act=act)
@@ -56,7 +55,12 @@ def read(words: argparse.Namespace) -> Section:
         return read_dxf(words.file, words.unit, words.water, words.gap)
     if kind == ".gsz":
         return read_gsz(words.file, words.analysis)
-    raise Trouble(f"{words.file}: {ELSEWHERE.get(kind, 'known are .dxf and .gsz')}")
+    if kind not in (".slmd", ".slim", ".sli", ".fez", ".fea"):
+        raise Trouble(f"{words.file}: {ELSEWHERE.get(kind, 'known are .dxf, .gsz, .slmd, .slim, .sli, .fez and .fea')}")
+    try:
+        return read_rs2(words.file) if kind in (".fez", ".fea") else read_slide(words.file, words.analysis)
+    except (ValueError, IndexError, KeyError, StopIteration) as error:
+        raise Trouble(f"{words.file}: damaged, or of a version whose text is another one ({error}): export the section as DXF there") from error
 
 
 def act(words: argparse.Namespace) -> int:

@@ -1,8 +1,9 @@
-"""Strength that scatters from place to place: a random field of the cohesion of a material, one for each run.
+"""Numbers that scatter from place to place: random fields of parameters of a material, new ones for each run.
 
 z, standard normal, has the correlation exp(-2 |dx|/theta_x - 2 |dy|/theta_y) (Markov; Vanmarcke 1983), theta the scales of fluctuation;
-c = F^-1(Phi(z)). It is drawn on a lattice, z = L_y N L_x^T with the factors of the two correlations, and reaches the program as samples
-(*STRENGTH PROFILE, TYPE=FIELD). Run i of a seed has the same field on any number of processors.
+x = F^-1(Phi(z)). It is drawn on a lattice, z = L_y N L_x^T with the factors of the two correlations, and reaches the program as samples
+(*FIELD OF VALUES). Of two fields with a correlation the second has z = r z_1 + sqrt(1 - r^2) z_2. Run i of a seed has the same field on any
+number of processors.
 """
 
 from __future__ import annotations
@@ -10,13 +11,13 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from qsmpm_verify.reliability.variables import Variable, read_variable
+from qsmpm_verify.reliability.variables import Variable, normal_correlation, read_variable
 from qsmpm_verify.results import Array
 from qsmpm_verify.study.cards import Deck
 from qsmpm_verify.trouble import Trouble
@@ -27,23 +28,35 @@ COARSEST = 0.5
 """Width of cells in scales of fluctuation, at the most."""
 LEAST = 1.0e-6
 """Cohesion on the card of the law, below which no sample counts, as a share of the mean."""
+CARDS = {"c": "MOHR COULOMB", "phi": "MOHR COULOMB", "E": "ELASTIC", "gamma": "UNIT WEIGHT", "k": "PERMEABILITY"}
+"""Parameters that may scatter, and the cards that they stand on."""
+STEEPEST, RARE = 90.0, 1.0e-6
+"""No angle of friction reaches this, and how seldom a distribution may be outside of what its parameter may be."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """The cohesion of a material as a random field: its distribution and its scales along x and y."""
+    """A parameter of a material as a random field: its distribution, its scales along x and y, and the field it goes with."""
 
     variable: Variable
     scales: tuple[float, float]
+    partner: Field | None = None
+    rho: float = 0.0
+    """Correlation of the standard normal fields of this one and its partner."""
 
     def mark(self) -> str:
-        """Comment that stands where the card of the samples will."""
-        return f"** field '{self.variable.name}'"
+        """Comment that stands where the card of the samples of the material will."""
+        return f"** fields of '{self.variable.of}'"
+
+    def normals(self, xs: Array, ys: Array, seed: int, run: int) -> Array:
+        """z on a lattice, (ys, xs)."""
+        noise = np.random.default_rng([seed, run, *self.variable.name.encode()]).standard_normal((len(ys), len(xs)))
+        own = factor(ys, self.scales[1]) @ noise @ factor(xs, self.scales[0]).T
+        return own if self.partner is None else self.rho * self.partner.normals(xs, ys, seed, run) + math.sqrt(1.0 - self.rho**2) * own
 
     def samples(self, xs: Array, ys: Array, seed: int, run: int) -> Array:
-        """Cohesions on a lattice, (ys, xs)."""
-        noise = np.random.default_rng([seed, run, *self.variable.name.encode()]).standard_normal((len(ys), len(xs)))
-        return self.variable.value(factor(ys, self.scales[1]) @ noise @ factor(xs, self.scales[0]).T)
+        """The parameter on a lattice, (ys, xs)."""
+        return self.variable.value(self.normals(xs, ys, seed, run))
 
 
 def factor(places: Array, scale: float) -> Array:
@@ -52,15 +65,36 @@ def factor(places: Array, scale: float) -> Array:
 
 
 def read_field(table: Mapping[str, Any]) -> Field:
-    """A `[[field]]` of the file: a variable of the cohesion, and `scales`."""
+    """A `[[field]]` of the file: a variable of a material, and `scales`."""
     words = dict(table)
     scales = words.pop("scales", None)
     name = words.get("name", "")
     if not (isinstance(scales, list) and len(scales) == 2 and all(isinstance(s, int | float) and s > 0.0 for s in scales)):
         raise Trouble(f"field '{name}': scales are two lengths, along x and along y: scales = [20, 2]")
-    if "card" in words or "column" in words:
-        raise Trouble(f"field '{name}': it is the cohesion of a material, which `of` names")
-    return Field(read_variable({**words, "card": "MOHR COULOMB", "column": "c"}), (float(scales[0]), float(scales[1])))
+    column = words.pop("parameter", "c")
+    if "card" in words or "column" in words or column not in CARDS:
+        raise Trouble(f"field '{name}': `parameter` is {', '.join(CARDS)} of the material that `of` names; others do not differ by place")
+    variable = read_variable({**words, "card": CARDS[column], "column": column})
+    if variable.law.ppf(RARE) < 0.0 or (column == "phi" and variable.law.isf(RARE) >= STEEPEST):
+        raise Trouble(f"field '{name}': {column} would be outside of what it may be at some places: a smaller spread, lognormal or uniform")
+    return Field(variable, (float(scales[0]), float(scales[1])))
+
+
+def with_partners(fields: Sequence[Field], correlations: Sequence[tuple[str, str, float]]) -> list[Field]:
+    """Fields, of pairs the second with the first."""
+    found = {field.variable.name: field for field in fields}
+    if len(found) < len(fields):
+        raise Trouble("two fields have the same name")
+    for first, second, rho in correlations:
+        one, other = found[first], found[second]
+        if one is other or not -1.0 < rho < 1.0:
+            raise Trouble(f"the correlation of '{first}' and '{second}' is between -1 and 1, and of two fields")
+        if one.scales != other.scales:
+            raise Trouble(f"fields '{first}' and '{second}' have a correlation and differ in their scales: give them the same ones")
+        if other.partner is not None or one.partner is not None:
+            raise Trouble(f"field '{second}' goes with one other field, and that with none")
+        found[second] = replace(other, partner=one, rho=normal_correlation(one.variable, other.variable, rho))
+    return list(found.values())
 
 
 def lattice(deck: Deck, field: Field) -> tuple[Array, Array]:
@@ -82,15 +116,26 @@ def lattice(deck: Deck, field: Field) -> tuple[Array, Array]:
     return axes[0], axes[1]
 
 
+def stronger_samples(values: Array, column: str, times: float) -> Array:
+    """Samples of a strength that is `times` as large: of cohesion and of tan phi; others as they are."""
+    if column == "phi":
+        return np.degrees(np.arctan(times * np.tan(np.radians(values))))
+    return times * values if column == "c" else values
+
+
 def written(fields: Sequence[Field], deck: Deck, text: str, root: Path, seed: int, run: int, times: float = 1.0) -> str:
     """The deck with the fields of a run, whose samples are written to files; `times` as strong."""
+    cards: dict[str, list[str]] = {}
     for field in fields:
+        column = field.variable.column
         xs, ys = lattice(deck, field)
-        values = times * field.samples(xs, ys, seed, run)
+        values = stronger_samples(field.samples(xs, ys, seed, run), column, times)
         rows = [f"{x:.9g},{y:.9g},{values[j, i]:.9g}" for j, y in enumerate(ys) for i, x in enumerate(xs)]
-        content = "\n".join(["x,y,s_u", *rows]) + "\n"
+        content = "\n".join([f"x,y,{column}", *rows]) + "\n"
         path = root.resolve() / "fields" / f"{hashlib.sha256(content.encode()).hexdigest()[:16]}.csv"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(content, encoding="utf-8")
-        text = text.replace(field.mark(), f'*STRENGTH PROFILE, TYPE=FIELD, INPUT="{path}"')
+        cards.setdefault(field.mark(), ["*FIELD OF VALUES"]).append(f'{column}, "{path}"')
+    for mark, lines in cards.items():
+        text = text.replace(mark, "\n".join(lines))
     return text

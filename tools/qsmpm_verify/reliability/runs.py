@@ -105,7 +105,7 @@ class Runs:
         for field, place in zip(fields, self.field_places, strict=True):
             lattice(deck, field)
             if (self.places + self.field_places).count(place) > 1:
-                raise Trouble(f"field '{field.variable.name}': the cohesion of '{field.variable.of}' is a variable or another field, too")
+                raise Trouble(f"field '{field.variable.name}': {field.variable.column} of '{field.variable.of}' is a variable or another field, too")
         self.made = self.failed = 0
         self.reasons: list[str] = []
 
@@ -114,9 +114,13 @@ class Runs:
         cards = list(self.deck.cards)
         for (card, line, item), value in zip(self.places, values, strict=True):
             cards[card] = with_number(cards[card], line, item, value)
+        marked: set[str] = set()
         for field, (card, line, item) in zip(self.fields, self.field_places, strict=True):
-            least = with_number(cards[card], line, item, LEAST * float(field.variable.law.mean()))
-            cards[card] = replace(least, lines=(*least.lines[: line + 1], field.mark(), *least.lines[line + 1 :]))
+            if field.variable.column == "c":
+                cards[card] = with_number(cards[card], line, item, LEAST * float(field.variable.law.mean()))
+            if field.mark() not in marked:
+                cards[card] = replace(cards[card], lines=(*cards[card].lines, field.mark()))
+                marked.add(field.mark())
         return self.deck.with_cards(cards).text()
 
     def answer(self, values: Sequence[float], number: int = 0) -> float:

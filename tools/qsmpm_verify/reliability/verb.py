@@ -14,7 +14,7 @@ import numpy as np
 
 from qsmpm_verify.editor.table import read_table
 from qsmpm_verify.places import PROGRAM
-from qsmpm_verify.reliability.fields import Field, read_field
+from qsmpm_verify.reliability.fields import Field, read_field, with_partners
 from qsmpm_verify.reliability.form import SAMPLES, SEED, Form, Sample, find_design, hypercube, shares
 from qsmpm_verify.reliability.picture import draw
 from qsmpm_verify.reliability.runs import Response, Runs, read_response
@@ -49,8 +49,11 @@ def read_question(path: Path) -> tuple[Space, list[Field], Response]:
         raise Trouble(f"{path}: {f'unknown table {unknown[0]}' if unknown else 'neither [[variable]] nor [[field]]'}")
     try:
         pairs = [(str(c["between"][0]), str(c["between"][1]), float(c["rho"])) for c in table.get("correlation", [])]
-        space = make_space([read_variable(v) for v in table.get("variable", [])], pairs)
-        return space, [read_field(f) for f in table.get("field", [])], read_response(table.get("response", {}))
+        fields = [read_field(f) for f in table.get("field", [])]
+        scattered = {field.variable.name for field in fields}
+        space = make_space([read_variable(v) for v in table.get("variable", [])], [pair for pair in pairs if not scattered.issuperset(pair[:2])])
+        fields = with_partners(fields, [pair for pair in pairs if scattered.issuperset(pair[:2])])
+        return space, fields, read_response(table.get("response", {}))
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise Trouble(f"{path}: {error}") from error
     except Trouble as trouble:
@@ -60,8 +63,6 @@ def read_question(path: Path) -> tuple[Space, list[Field], Response]:
 def act(words: argparse.Namespace) -> int:
     """Ask, run, tell; exit code 3 when runs have no answer where they must."""
     space, fields, response = read_question(words.variables)
-    if len({field.variable.name for field in fields}) < len(fields):
-        raise Trouble(f"{words.variables}: two fields have the same name")
     if fields and not words.runs:
         raise Trouble(f"{words.variables}: a field has no design point that a search finds: --runs 200 samples it")
     root = words.out or Path("output") / "reliability" / words.deck.stem

@@ -14,7 +14,7 @@ from scipy import stats
 
 from qsmpm_verify.cli import main
 from qsmpm_verify.places import PROGRAM
-from qsmpm_verify.reliability.fields import lattice, read_field, written
+from qsmpm_verify.reliability.fields import lattice, read_field, with_partners, written
 from qsmpm_verify.reliability.form import find_design, hypercube
 from qsmpm_verify.reliability.variables import Space, make_space, read_variable
 from qsmpm_verify.study.cards import read_deck
@@ -82,6 +82,28 @@ class Numbers(unittest.TestCase):
             self.assertAlmostEqual(float((first * second).mean() / logs.var()), math.exp(-2.0 * distance / scale), delta=0.03)
         self.assertTrue(np.array_equal(field.samples(xs, ys, 1, 7), drawn[7]))
         self.assertFalse(np.array_equal(field.samples(xs, ys, 2, 7), drawn[7]))
+
+    def test_fields_of_one_material_have_the_correlation_that_was_asked_for(self) -> None:
+        one = {"of": "clay", "mean": 40, "cov": 0.3, "scales": [2, 2]}
+        fields = [read_field({"name": "c", **one}), read_field({"name": "E", "parameter": "E", **one, "distribution": "normal", "cov": 0.1})]
+        xs = ys = np.linspace(0, 8, 17)
+        for rho in (-0.6, 0.8):
+            c, stiffness = with_partners(fields, [("c", "E", rho)])
+            drawn = np.array([[f.samples(xs, ys, 1, run) for run in range(200)] for f in (c, stiffness)])
+            self.assertAlmostEqual(float(np.corrcoef(drawn.reshape(2, -1))[0, 1]), rho, delta=0.02)
+            self.assertAlmostEqual(drawn[1].std(), 4.0, delta=0.1)
+            logs = drawn[1] - drawn[1].mean()
+            self.assertAlmostEqual(float((logs[:, :, 1:] * logs[:, :, :-1]).mean() / logs.var()), math.exp(-0.5), delta=0.02)
+            self.assertTrue(np.array_equal(drawn[0][3], fields[0].samples(xs, ys, 1, 3)))
+        other = read_field({"name": "phi", "parameter": "phi", "of": "clay", "mean": 30, "cov": 0.1, "scales": [2, 1]})
+        for pairs, why in (([("c", "phi", 0.5)], "differ in their scales"), ([("c", "c", 0.5)], "of two fields"), ([("c", "E", 1.0)], "between -1 and 1"),
+                           ([("c", "E", 0.5), ("E", "c", 0.5)], "goes with one other field")):
+            with self.assertRaisesRegex(Trouble, why):
+                with_partners([*fields, other], pairs)
+        for words, why in (({"parameter": "nu"}, "`parameter` is c, phi, E, gamma, k"), ({"distribution": "normal"}, "outside of what it may be"),
+                           ({"parameter": "phi", "cov": 0.5}, "outside of what it may be")):
+            with self.assertRaisesRegex(Trouble, why):
+                read_field({"name": "x", **one, **words})
 
     def test_what_cannot_be_is_refused(self) -> None:
         for words, why in (({"mean": 1}, "sd is missing"), ({"mean": 1, "sd": 1, "unit": 2}, "unknown word 'unit'"),
@@ -226,6 +248,36 @@ class Decks(unittest.TestCase):
         (self.folder / "question.toml").write_text(f'{FIELD.format(scales="[1, 1]")}[response]\n{question}')
         self.assertIn("--runs 200 samples it", self.told(2))
 
+    def test_fields_of_stiffness_and_weight_of_endless_scales_are_two_numbers(self) -> None:
+        table = """[[field]]
+name = "E"
+of = "clay"
+parameter = "E"
+mean = 10000
+cov = 0.3
+scales = [1e6, 1e6]
+[[field]]
+name = "weight"
+of = "clay"
+parameter = "gamma"
+distribution = "normal"
+mean = 20
+cov = 0.1
+scales = [1e6, 1e6]
+[[correlation]]
+between = ["E", "weight"]
+rho = 0.5
+"""
+        (self.folder / "question.toml").write_text(table + QUESTION[QUESTION.index("[response]"):])
+        self.told(0, "--runs", "10", "--jobs", "2")
+        found = json.loads((self.folder / "out" / "reliability.json").read_text())
+        read = tomllib.loads(table)
+        stiffness, weight = with_partners([read_field(f) for f in read["field"]], [("E", "weight", 0.5)])
+        ends = np.array([0.0, 1.0])
+        exact = [0.5 * weight.samples(ends, ends, 1, run)[0, 0] / stiffness.samples(ends, ends, 1, run)[0, 0] for run in range(10)]
+        self.assertAlmostEqual(found["mean margin"] / (0.002 - float(np.mean(exact))), 1.0, delta=0.01)
+        self.assertEqual(found["runs without an answer"], 0)
+
     def test_samples_of_a_field_stand_in_a_file_that_the_deck_names(self) -> None:
         field = read_field(tomllib.loads(FIELD.format(scales="[2, 1]"))["field"][0])
         (self.folder / "column.inp").write_text(PRESSED)
@@ -233,12 +285,19 @@ class Decks(unittest.TestCase):
         drawn = []
         for times in (1.0, 2.0):
             found = written([field], deck, text, self.folder, 3, 5, times)
-            self.assertRegex(found, r'1, 0, 0\n\*STRENGTH PROFILE, TYPE=FIELD, INPUT="\S+\.csv"\n\*BODY')
-            drawn.append(np.loadtxt(found.split('INPUT="')[1].split('"')[0], delimiter=",", skiprows=1))
+            self.assertRegex(found, r'1, 0, 0\n\*FIELD OF VALUES\nc, "\S+\.csv"\n\*BODY')
+            path = Path(found.split('c, "')[1].split('"')[0])
+            self.assertEqual(path.read_text().splitlines()[0], "x,y,c")
+            drawn.append(np.loadtxt(path, delimiter=",", skiprows=1))
         self.assertEqual(drawn[0].shape, (25, 3))
         self.assertEqual([drawn[0][:, i].max() for i in (0, 1)], [1.0, 1.0])
         self.assertTrue(np.allclose(drawn[1][:, 2], 2.0 * drawn[0][:, 2]))
-        other = read_field(tomllib.loads(FIELD.format(scales="[2, 1]").replace("s_u", "s_u 2"))["field"][0])
+        angle = read_field({"name": "phi", "of": "clay", "parameter": "phi", "mean": 30, "cov": 0.1, "scales": [2, 1]})
+        both = written([field, angle], deck, text, self.folder, 3, 5, 2.0)
+        self.assertRegex(both, r'\n\*FIELD OF VALUES\nc, "\S+\.csv"\nphi, "\S+\.csv"\n\*BODY')
+        steep = np.loadtxt(both.split('phi, "')[1].split('"')[0], delimiter=",", skiprows=1)[:, 2]
+        self.assertTrue(np.allclose(np.tan(np.radians(steep)), 2.0 * np.tan(np.radians(angle.samples(*lattice(deck, angle), 3, 5).ravel())), rtol=1e-7))
+        other = read_field(tomllib.loads(FIELD.format(scales="[2, 1]").replace("clay", "sand"))["field"][0])
         self.assertNotIn(field.mark(), other.mark())
         xs, ys = lattice(deck, field)
         self.assertTrue(np.allclose(drawn[0][:, 2].reshape(5, 5), field.samples(xs, ys, 3, 5), rtol=1e-8))

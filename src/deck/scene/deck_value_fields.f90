@@ -1,0 +1,330 @@
+!> *FIELD OF VALUES: parameters of a material by place, from samples of CSV or HDF5 files.
+module qsmpm_deck_value_fields
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_items, only: in_range
+  use qsmpm_cards, only: card_type
+  use qsmpm_deck_lines, only: read_whole_file
+  use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_error, only: error_type
+  use qsmpm_finite, only: is_usable
+  use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, close_reader
+  use qsmpm_keyword_table, only: table_type, in_material, once
+  use qsmpm_kinds, only: wp
+  use qsmpm_material_description, only: material_type
+  use qsmpm_path, only: absolute_path, directory_of, extension_of, joined
+  use qsmpm_strength_profile, only: follows_stress
+  use qsmpm_text, only: string_type, split, stripped, squeezed, upper, without_return, read_real, integer_text, &
+    number_good
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_value_field, only: value_field_type, field_cohesion, field_friction, field_young, field_weight, &
+    field_permeability, field_words, field_ranges, field_cards, law_fields, same_places, set_samples
+  implicit none
+  private
+
+  public :: add_value_fields_keyword, check_value_fields
+
+  character(len=1), parameter :: newline = new_line('a'), axes(3) = ['x', 'y', 'z']
+
+contains
+
+  !> *FIELD OF VALUES.
+  subroutine add_value_fields_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('FIELD OF VALUES', in_material, once, 'Parameters of the material that differ from place to '// &
+      'place, by samples of a file and the place where a point is at its start: C and PHI of *MOHR COULOMB, E of '// &
+      '*ELASTIC, GAMMA of *UNIT WEIGHT, K of *PERMEABILITY. The number on that card then counts only for what is '// &
+      'decided once for the whole material; c there is the least one, psi is at most PHI, gamma_sat stays as far '// &
+      'above GAMMA and k_y in the same ratio to K: docs/howto/values_by_place.md.', value_fields, &
+      '*MOHR COULOMB| 5, 30, 0|*FIELD OF VALUES| C, clay.csv| PHI, clay.csv, NEAREST', read_files)
+  end subroutine add_value_fields_keyword
+
+  !> Its fields.
+  subroutine value_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    type(value_field_type), allocatable :: list(:)
+    integer :: i, n
+
+    associate (material => deck%analysis%materials(deck%material))
+      allocate (list(0))
+      if (allocated(material%strength_profile%fields)) list = material%strength_profile%fields
+      n = size(list)
+      call fields%line(material%fields_where)
+      call fields%list('a parameter and where its samples are', n)
+      if (.not. fields%writing) then
+        deallocate (list)
+        allocate (list(n))
+      end if
+      do i = 1, n
+        call fields%row(i)
+        call fields%choice('parameter', list(i)%parameter, 'C|PHI|E|GAMMA|K', 'as on its own card')
+        call fields%file('file', list(i)%file, 'CSV, whose first line names the columns x, y, in space z, and the '// &
+          'parameter, or HDF5 (.h5, .hdf5) with data sets of these names; relative to the deck')
+        call fields%choice('between', list(i)%between, 'LINEAR|NEAREST', 'LINEAR (when not given): a plane through '// &
+          'the samples around, linear fields exactly, nothing beyond their values; NEAREST: that of the nearest '// &
+          'sample', required=.false.)
+      end do
+      if (fields%reading) call move_alloc(list, material%strength_profile%fields)
+    end associate
+  end subroutine value_fields
+
+  !> Samples of all rows.
+  subroutine read_files(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    character(len=:), allocatable :: sentence
+    integer :: i
+
+    associate (list => state%analysis%materials(state%material)%strength_profile%fields)
+      do i = 1, size(list)
+        if (.not. card%rows(i)%good) cycle
+        list(i)%file = absolute_path(joined(directory_of(card%place%file), list(i)%file))
+        if (any(list(:i - 1)%parameter == list(i)%parameter)) then
+          sentence = trim(field_words(list(i)%parameter))//' stands there twice'
+        else
+          call read_samples(list(i), merge(3, 2, state%dimension == 3), sentence)
+          if (len(sentence) > 0) sentence = "'"//list(i)%file//"': "//sentence
+        end if
+        if (len(sentence) > 0) call state%error_at(card, card%rows(i), sentence)
+      end do
+    end associate
+  end subroutine read_files
+
+  !> Samples of a file, each a number in the range of the parameter.
+  subroutine read_samples(field, dimension, sentence)
+    type(value_field_type), intent(inout) :: field
+    integer, intent(in) :: dimension
+    !> What is wrong, empty for nothing.
+    character(len=:), allocatable, intent(out) :: sentence
+    !> (dimension + 1, samples), the parameter last; line of each sample, or its number.
+    real(wp), allocatable :: table(:, :)
+    integer, allocatable :: lines(:)
+    character(len=:), allocatable :: what
+    integer :: pair(2), i
+
+    if (any(extension_of(field%file) == [character(len=5) :: '.h5', '.hdf5'])) then
+      what = 'sample '
+      call read_hdf5(field, dimension, table, sentence)
+      allocate (lines(size(table, 2)), source=[(i, i=1, size(table, 2))])
+    else
+      what = 'line '
+      call read_csv(field, dimension, table, lines, sentence)
+    end if
+    if (len(sentence) == 0 .and. size(lines) == 0) sentence = 'there is no sample'
+    if (len(sentence) > 0) return
+    do i = 1, size(lines)
+      associate (value => table(dimension + 1, i), range => field_ranges(field%parameter))
+        if (all(is_usable(table(:, i))) .and. in_range(value, trim(range))) cycle
+        sentence = what//integer_text(lines(i))
+        if (all(is_usable(table(:, i)))) then
+          sentence = sentence//': '//trim(field_words(field%parameter))//' = '//rounded_text(value)//' is outside '// &
+            trim(range)
+        else
+          sentence = sentence//' has a number that is not finite'
+        end if
+        return
+      end associate
+    end do
+    call set_samples(field, table(:dimension, :), table(dimension + 1, :))
+    pair = same_places(field)
+    if (pair(1) > 0) sentence = 'two samples are at ('//rounded_text(field%places(1, pair(1)))//', '// &
+      rounded_text(field%places(2, pair(1)))//'): which one counts is not known'
+  end subroutine read_samples
+
+  !> Columns of a CSV file by their names, a sample a line.
+  subroutine read_csv(field, dimension, table, lines, sentence)
+    type(value_field_type), intent(in) :: field
+    integer, intent(in) :: dimension
+    real(wp), allocatable, intent(out) :: table(:, :)
+    !> Of the file, one a sample.
+    integer, allocatable, intent(out) :: lines(:)
+    character(len=:), allocatable, intent(out) :: sentence
+    character(len=*), parameter :: byte_order = char(239)//char(187)//char(191)
+    type(string_type), allocatable :: rows(:), cells(:)
+    character(len=:), allocatable :: text
+    integer :: column(dimension + 1), i, k, n
+    logical :: found
+
+    sentence = ''
+    allocate (table(dimension + 1, 0), lines(0))
+    call read_whole_file(field%file, text, found)
+    if (.not. found) then
+      sentence = 'there is no such file'
+      return
+    end if
+    if (index(text, byte_order) == 1) text = text(len(byte_order) + 1:)
+    call split(text, newline, rows)
+    call split(without_return(rows(1)%text), ',', cells)
+    column = [(column_of(cells, axes(k)), k=1, dimension), column_of(cells, trim(field_words(field%parameter)))]
+    if (any(column == 0)) then
+      sentence = 'the first line names the columns, with commas between them: '//merge('x,y,z,', 'x,y,  ', &
+        dimension == 3)
+      sentence = trim(sentence)//trim(field_words(field%parameter))
+      return
+    end if
+    deallocate (table, lines)
+    allocate (table(dimension + 1, size(rows)), lines(size(rows)))
+    n = 0
+    do i = 2, size(rows)
+      if (len(stripped(without_return(rows(i)%text))) == 0) cycle
+      call split(without_return(rows(i)%text), ',', cells)
+      n = n + 1
+      lines(n) = i
+      call read_cells(cells, column, table(:, n), k)
+      if (k == 0) cycle
+      sentence = 'line '//integer_text(i)//' has no number in column '//integer_text(k)
+      return
+    end do
+    table = table(:, :n)
+    lines = lines(:n)
+  end subroutine read_csv
+
+  !> Number of the column of a name, 0 where there is none.
+  pure integer function column_of(cells, name) result(column)
+    type(string_type), intent(in) :: cells(:)
+    character(len=*), intent(in) :: name
+    integer :: i
+
+    column = 0
+    do i = 1, size(cells)
+      if (upper(squeezed(cells(i)%text)) == upper(name)) column = i
+    end do
+  end function column_of
+
+  !> Numbers of a line.
+  subroutine read_cells(cells, column, values, wrong)
+    type(string_type), intent(in) :: cells(:)
+    integer, intent(in) :: column(:)
+    real(wp), intent(out) :: values(:)
+    !> Column that has none, 0 for nothing.
+    integer, intent(out) :: wrong
+    integer :: k, outcome
+
+    values = 0.0_wp
+    do k = 1, size(column)
+      wrong = column(k)
+      if (column(k) > size(cells)) return
+      call read_real(stripped(cells(column(k))%text), values(k), outcome)
+      if (outcome /= number_good) return
+    end do
+    wrong = 0
+  end subroutine read_cells
+
+  !> Data sets of an HDF5 file, a row of numbers each.
+  subroutine read_hdf5(field, dimension, table, sentence)
+    type(value_field_type), intent(in) :: field
+    integer, intent(in) :: dimension
+    real(wp), allocatable, intent(out) :: table(:, :)
+    character(len=:), allocatable, intent(out) :: sentence
+    type(reader_type) :: reader
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: values(:)
+    character(len=:), allocatable :: name
+    integer :: k
+
+    sentence = ''
+    allocate (table(dimension + 1, 0))
+    call open_reader(reader, field%file)
+    do k = 1, dimension + 1
+      name = trim(field_words(field%parameter))
+      if (k <= dimension) name = axes(k)
+      if (allocated(values)) deallocate (values)
+      call get_array(reader, name, values)
+      if (allocated(reader%reason)) exit
+      if (.not. allocated(values)) then
+        sentence = "there is no data set '"//name//"'"
+        exit
+      end if
+      if (k == 1) then
+        deallocate (table)
+        allocate (table(dimension + 1, size(values)))
+      end if
+      if (size(values) /= size(table, 2)) then
+        sentence = "data set '"//name//"' has another size than 'x'"
+        exit
+      end if
+      table(k, :) = values
+    end do
+    if (allocated(reader%reason)) sentence = reader%reason
+    call close_reader(reader, error)
+  end subroutine read_hdf5
+
+  !> What belongs to the fields of complete materials.
+  subroutine check_value_fields(state)
+    type(deck_state_type), intent(inout) :: state
+    character(len=:), allocatable :: sentence
+    integer :: m, i
+
+    do m = 1, size(state%analysis%materials)
+      associate (material => state%analysis%materials(m))
+        if (.not. allocated(material%strength_profile%fields)) cycle
+        do i = 1, size(material%strength_profile%fields)
+          associate (parameter => material%strength_profile%fields(i)%parameter)
+            ! A row with an error has been reported already.
+            if (parameter == 0) cycle
+            sentence = wrong_law(state, material, parameter)
+            if (len(sentence) == 0) sentence = wrong_card(material, parameter)
+            if (len(sentence) > 0) call state%error_from(material%fields_where, 'FIELD OF VALUES', &
+              "material '"//material%name//"': "//sentence)
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine check_value_fields
+
+  !> Why a parameter of the law cannot differ by place, empty where it can.
+  function wrong_law(state, material, parameter) result(sentence)
+    type(deck_state_type), intent(in) :: state
+    type(material_type), intent(in) :: material
+    integer, intent(in) :: parameter
+    character(len=:), allocatable :: sentence
+    character(len=:), allocatable :: name
+
+    sentence = ''
+    if (all(parameter /= law_fields)) return
+    name = trim(field_words(parameter))//' of *'//trim(field_cards(parameter))
+    if (state%analysis%point_test%given) then
+      sentence = 'a point test has no place that '//name//' could be of: give numbers'
+    else if (material%user%given .or. material%own_law .or. allocated(material%soil_law)) then
+      sentence = name//' by place is for *ELASTIC with or without *MOHR COULOMB; other laws have GAMMA and K by '// &
+        'place, a user model *USER STATE, ALONG=, and bodies with materials of their own do the rest'
+    else if (material%softening%given) then
+      sentence = 'strength that softens is one for all of the material: leave out *SOFTENING, or '//name//' by place'
+    else if (material%tensile_strength > 0.0_wp .and. material%tensile_strength < huge(1.0_wp)) then
+      sentence = 'the tensile strength of *MOHR COULOMB is 0 or NONE where '//name//' differs by place'
+    end if
+  end function wrong_law
+
+  !> What else of the material a parameter contradicts, empty for nothing.
+  pure function wrong_card(material, parameter) result(sentence)
+    type(material_type), intent(in) :: material
+    integer, intent(in) :: parameter
+    character(len=:), allocatable :: sentence
+    logical :: there
+
+    sentence = ''
+    associate (profile => material%strength_profile)
+      select case (parameter)
+      case (field_cohesion)
+        there = material%mohr_coulomb
+        if (profile%given) sentence = 'C by place and *STRENGTH PROFILE are two strengths: give one'
+      case (field_friction)
+        there = material%mohr_coulomb .and. material%friction_angle > 0.0_wp
+        if (follows_stress(profile)) sentence = 'TYPE=SHANSEP of *STRENGTH PROFILE is a strength without friction'
+        if (material%at_rest%jaky) sentence = 'TYPE=JAKY of *K0 takes one friction angle for all of the material: '// &
+          'give K0 as a number'
+      case (field_young)
+        there = material%young > 0.0_wp
+        if (follows_stress(profile) .or. profile%stiffness_ratio > 0.0_wp .or. allocated(profile%moduli)) sentence = &
+          'E by place has no place beside TYPE=SHANSEP, STIFFNESS RATIO or a column of moduli of *STRENGTH PROFILE'
+      case (field_weight)
+        there = material%unit_weight > 0.0_wp
+      case (field_permeability)
+        there = material%permeability(1) > 0.0_wp
+      end select
+      if (.not. there) sentence = trim(field_words(parameter))//' by place wants a positive one on *'// &
+        trim(field_cards(parameter))//' too: what is decided once for the material goes by it'
+    end associate
+  end function wrong_card
+end module qsmpm_deck_value_fields

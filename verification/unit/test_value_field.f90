@@ -1,0 +1,149 @@
+!> Parameters by place: samples, the value between them, and which samples are around a place.
+module test_value_field
+  use qsmpm_kinds, only: wp
+  use qsmpm_value_field, only: value_field_type, between_nearest, distance_beyond, field_as, field_cohesion, &
+    field_friction, field_young, has_values, same_places, set_samples, value_at, value_between, values_of
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_value_field
+
+  real(wp), parameter :: rounding = 1.0e-11_wp
+
+contains
+
+  subroutine collect_value_field(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('value_field')
+    call check_linear(tests)
+    call check_nearest(tests)
+    call check_list(tests)
+    call check_places(tests)
+  end subroutine collect_value_field
+
+  !> Scattered places (dimension, n).
+  pure function scattered(dimension, n) result(places)
+    integer, intent(in) :: dimension, n
+    real(wp) :: places(dimension, n)
+    real(wp), parameter :: steps(3) = [0.7_wp, 1.3_wp, 1.9_wp], sides(3) = [3.1_wp, 4.7_wp, 5.3_wp]
+    integer :: i
+
+    do i = 1, n
+      places(:, i) = modulo(steps(:dimension)*i, sides(:dimension))
+    end do
+  end function scattered
+
+  !> Linear fields exactly, samples as they are, nothing beyond those around.
+  subroutine check_linear(tests)
+    type(tests_type), intent(inout) :: tests
+    type(value_field_type) :: field
+    real(wp) :: places(3, 40), values(40)
+
+    places = scattered(3, 40)
+    places(2, :) = -places(2, :)
+    values = 3.0_wp + 0.2_wp*places(1, :) - 1.1_wp*places(2, :) + 0.4_wp*places(3, :)
+    call set_samples(field, places, values)
+    call tests%close('linear field in space', value_between(field, [1.4_wp, -2.3_wp, 2.0_wp]), &
+      3.0_wp + 0.28_wp + 2.53_wp + 0.8_wp, 1.0e-8_wp)
+    call tests%check('not beyond the samples', value_between(field, [0.0_wp, -40.0_wp, 0.0_wp]) <= maxval(values) .and. &
+      value_between(field, [0.0_wp, 40.0_wp, 0.0_wp]) >= minval(values))
+    values(7) = 50.0_wp
+    field = value_field_type()
+    call set_samples(field, places, values)
+    call tests%close('a sample', value_between(field, places(:, 7)), 50.0_wp, rounding)
+    field = value_field_type()
+    values = 3.0_wp - 1.1_wp*places(2, :)
+    places(1, :) = 0.0_wp
+    call set_samples(field, places(:2, :), values)
+    call tests%close('samples on one line', value_between(field, [0.4_wp, -2.3_wp]), 5.53_wp, 0.2_wp)
+    call tests%check('which are kept along it', field%along == 2 .and. &
+      all(field%places(2, 2:) >= field%places(2, :39)))
+    field = value_field_type()
+    call set_samples(field, places(:2, :1), [4.0_wp])
+    call tests%close('one sample', value_between(field, [9.0_wp, 9.0_wp]), 4.0_wp, rounding)
+  end subroutine check_linear
+
+  !> The samples around a place are the nearest ones of all, whatever the axis they are kept along; a fit that is
+  !> handed only them is the same.
+  subroutine check_nearest(tests)
+    type(tests_type), intent(inout) :: tests
+    type(value_field_type) :: field, few
+    real(wp) :: places(2, 200), values(200), x(2), distance(200), error(2)
+    integer :: order(8), i, k, axis
+
+    error = 0.0_wp
+    do axis = 1, 2
+      places = scattered(2, 200)
+      places(axis, :) = 3.0_wp*places(axis, :)
+      values = [(modulo(0.37_wp*i, 1.0_wp), i=1, 200)]
+      field = value_field_type()
+      call set_samples(field, places, values)
+      call tests%check('along the longer axis', field%along == axis)
+      do k = 1, 60
+        x = [modulo(0.31_wp*k, 4.0_wp) - 0.4_wp, modulo(0.77_wp*k, 16.0_wp) - 1.0_wp]
+        distance = (places(1, :) - x(1))**2 + (places(2, :) - x(2))**2
+        do i = 1, 8
+          order(i) = minloc(distance, dim=1)
+          distance(order(i)) = huge(1.0_wp)
+        end do
+        few = value_field_type()
+        call set_samples(few, places(:, order), values(order))
+        field%between = 1
+        error(1) = max(error(1), abs(value_between(field, x) - value_between(few, x)))
+        field%between = between_nearest
+        error(2) = max(error(2), abs(value_between(field, x) - values(order(1))))
+      end do
+    end do
+    call tests%close('a fit to the eight nearest samples', error(1), 0.0_wp, 1.0e-9_wp)
+    call tests%close('the nearest sample', error(2), 0.0_wp, 0.0_wp)
+  end subroutine check_nearest
+
+  !> Fields by the parameter they are of.
+  subroutine check_list(tests)
+    type(tests_type), intent(inout) :: tests
+    type(value_field_type), allocatable :: fields(:), none(:)
+    type(value_field_type) :: other
+
+    call tests%check('no field', .not. has_values(none, field_cohesion) .and. size(values_of(none, field_young)) == 0)
+    call tests%close('the same everywhere', value_at(none, field_young, [0.0_wp, 0.0_wp], 7.0_wp), 7.0_wp, 0.0_wp)
+    allocate (fields(2))
+    fields%parameter = [field_cohesion, field_friction]
+    call set_samples(fields(1), reshape([0.0_wp, 0.0_wp], [2, 1]), [3.0_wp])
+    call set_samples(fields(2), reshape([0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp], [2, 2]), [20.0_wp, 30.0_wp])
+    call tests%check('which there are', has_values(fields, field_friction) .and. .not. has_values(fields, field_young))
+    call tests%close('one of them', value_at(fields, field_friction, [1.0_wp, 0.0_wp, 5.0_wp], 7.0_wp), 30.0_wp, 0.0_wp)
+    call tests%close('none of them', value_at(fields, field_young, [1.0_wp, 0.0_wp], 7.0_wp), 7.0_wp, 0.0_wp)
+    call tests%close('its samples', sum(values_of(fields, field_friction)), 50.0_wp, 0.0_wp)
+    other = field_as(fields, field_friction, 12)
+    call tests%check('under another number', other%parameter == 12 .and. size(other%values) == 2)
+  end subroutine check_list
+
+  !> Places that two samples have, and places beyond all samples.
+  subroutine check_places(tests)
+    type(tests_type), intent(inout) :: tests
+    type(value_field_type) :: field
+    real(wp) :: places(2, 6)
+
+    places = reshape([0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 2.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 2.0_wp, 1.0_wp], &
+      [2, 6])
+    call set_samples(field, places, [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp])
+    call tests%check('each at its own place', all(same_places(field) == 0))
+    call tests%close('inside', distance_beyond(field, [1.5_wp, 0.5_wp, 9.0_wp]), 0.0_wp, 0.0_wp)
+    call tests%close('beyond a corner, in distances of samples', distance_beyond(field, [5.0_wp, -4.0_wp, 0.0_wp]), &
+      5.0_wp/(sqrt(5.0_wp)/sqrt(6.0_wp)), rounding)
+    field = value_field_type()
+    places(:, 6) = places(:, 1)
+    call set_samples(field, places, [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp])
+    call tests%check('two at one place', all(abs(field%values(same_places(field)) - [1.0_wp, 6.0_wp]) <= 0.0_wp))
+    field = value_field_type()
+    call set_samples(field, places(:, :1), [1.0_wp])
+    call tests%close('one sample is everywhere', distance_beyond(field, [50.0_wp, 0.0_wp, 0.0_wp]), 0.0_wp, 0.0_wp)
+    field = value_field_type()
+    places(1, :) = 0.0_wp
+    places(2, :) = [0.0_wp, 1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 6.0_wp]
+    call set_samples(field, places, [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp])
+    call tests%close('beside samples on a line', distance_beyond(field, [2.0_wp, 3.0_wp, 0.0_wp]), 2.0_wp, rounding)
+  end subroutine check_places
+end module test_value_field
