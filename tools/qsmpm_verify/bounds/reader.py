@@ -47,7 +47,7 @@ class Reader:
             "MODEL": self.model, "GRID": lambda card: None, "PERMEABILITY": lambda card: None,
             "BODY": self.body, "MATERIAL": self.begin_material, "SURFACE": self.surface,
             "NSET": self.node_set, "MOHR COULOMB": self.mohr_coulomb, "UNIT WEIGHT": self.unit_weight, "UNDRAINED": self.undrained,
-            "STRENGTH PROFILE": self.profile, "RIGID BODY": self.rigid_body, "CONTACT": self.contact,
+            "STRENGTH PROFILE": self.profile, "FIELD OF VALUES": self.values, "RIGID BODY": self.rigid_body, "CONTACT": self.contact,
         }  # fmt: skip
         for card in deck.cards:
             if card.keyword == "PHASE":
@@ -120,6 +120,12 @@ class Reader:
         axis = 0 if card.value("ALONG") == "X" else 1
         levels = profile_of(card.value("TYPE") or "LINEAR", rows, strength.cohesion)
         self.now(strength=replace(strength, profile=levels, axis=axis))
+
+    def values(self, card: Card) -> None:
+        """Parameters by samples: stiffness and permeability change no limit load."""
+        for row in card.data():
+            if plain(row[0]) not in ("E", "K"):
+                raise refuse(card, f"{plain(row[0])} by samples is not linear on the triangles of a strict bound; *STRENGTH PROFILE by depth is")
 
     def rigid_body(self, card: Card) -> None:
         """A box, a polygon or a plane whose normal looks at the soil; edges as sharp as they are drawn without ROUND."""

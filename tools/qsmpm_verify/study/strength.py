@@ -15,7 +15,7 @@ STRONGER = 2.0
 """What c and tan phi are multiplied by."""
 GAVE_WAY = "the ground gave way, and came to rest in another shape"
 """What the program says where it looks for the factor of ground that did not stand."""
-OTHER_STRENGTHS = {"CAM CLAY", "HARDENING SOIL", "USER MATERIAL", "STRENGTH PROFILE", "SOFTENING", "DRUCKER PRAGER", "HOEK BROWN", "CONTACT"}
+OTHER_STRENGTHS = {"CAM CLAY", "HARDENING SOIL", "USER MATERIAL", "STRENGTH PROFILE", "FIELD OF VALUES", "SOFTENING", "DRUCKER PRAGER", "HOEK BROWN", "CONTACT"}
 """Cards that hold a strength which is not multiplied here."""
 
 

@@ -241,6 +241,7 @@ class Bounds(unittest.TestCase):
             ("TYPE=PLANE STRAIN", "TYPE=AXISYMMETRIC", "TYPE=AXISYMMETRIC"),
             ("*MOHR COULOMB\n1, 0, 0", "*CAM CLAY\n1, 1, 1, 1", "CAM CLAY"),
             ("*PHASE", "*RIGID BODY, NAME=a, SHAPE=CIRCLE\n0, 1, 3\n*PHASE", "SHAPE=CIRCLE"),
+            ("*BODY", "*FIELD OF VALUES\nE, e.csv\nC, c.csv\n*BODY", "C by samples is not linear"),
             ("*PHASE", "*RIGID BODY, NAME=a, SHAPE=BOX\n0, 1, 4, 5\n*CONTACT, BODY=a\n*PHASE", "touches no face"),
             ("*PHASE", "*RIGID BODY, NAME=a, SHAPE=BOX\n0, 1, 3, 4\n*CONTACT, BODY=a, TENSION=YES\n*PHASE", "TENSION=YES"),
             ("*GRAVITY\n0, -1", "*GRAVITY\n1, 0\n*WATER LEVEL, UNIT WEIGHT=10\n0, 1\n6, 1", "WATER LEVEL"),
