@@ -19,7 +19,8 @@ figure { margin: 1em 0; } figure svg, figure img { max-width: 100%; height: auto
   font-size: 12.5px; pointer-events: none; z-index: 9; } [data-tip] { cursor: crosshair; }
 figcaption, .command { font-size: 12.5px; color: #555; } code { background: #f4f4f4; padding: 1px 4px; }
 @media print { body { max-width: none; font-size: 10pt; margin: 0; } #tip, nav { display: none; } figure, tr { break-inside: avoid; }
-  h2, h3 { break-after: avoid; } .wide { overflow: visible; } .wide svg { min-width: 0; } table { font-size: 8pt; } a { color: inherit; } }
+  h2, h3, summary { break-after: avoid; } .wide { overflow: visible; } .wide svg { min-width: 0; } table { font-size: 8pt; } a { color: inherit; }
+  figure { margin: 2mm 0; } figure img, figure svg { max-height: 95mm; width: auto; } p { margin: 1.5mm 0; } }
 .missed { background: #f7c6c6; } .best { background: #e4f5e8; } details { margin: .6em 0; } summary { cursor: pointer; }
 """
 

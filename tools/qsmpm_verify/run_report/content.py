@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import math
 import re
@@ -27,6 +28,8 @@ MOST_MARKS = 400
 NOT_CURVES = {"phase", "step", "load_factor", "iterations", "out_of_balance", "inaccurate_points", "compliance", "step_error",
               "damping_share", "stabilisation_share", "internal_work"}  # fmt: skip
 """Columns that say how the run went, not how the ground does."""
+WIDEST = 100
+"""Characters of a line of the deck."""
 FIELDS = ("displacement", "shear_strain", "pore_pressure")
 
 
@@ -72,14 +75,26 @@ def content_of(folder: Path, work: Path, with_bounds: bool) -> list[Piece]:
     if not (folder / "summary.json").is_file():
         raise ResultError(f"{folder}: no summary.json: no run has ended here")
     log = log_of(folder)
+    quiet = [line for line in log if line.strip() and not line.startswith("warning:")]
     pieces: list[Piece] = [Lines(tuple(first_lines(folder, log)))]
     pieces += [Heading("Phases", "phases"), phase_table(folder), *factor_pieces(folder, work, with_bounds)]
     pieces += [Heading("Warnings", "warnings"), warning_lines(log)]
     pieces += [Heading("Curves", "curves"), *curve_pieces(folder, work)]
     pieces += [Heading("Pictures", "pictures"), *state_pieces(folder, work)]
-    pieces += [Heading("Deck", "deck"), Lines(tuple(echoed(folder).splitlines()), "deck")]
-    pieces += [Heading("Run", "run"), Lines(tuple(line for line in log[:8] if line.strip() and not line.startswith(("phase ", "static"))))]
+    pieces += [Heading("Deck", "deck"), Lines(tuple(joined(echoed(folder).splitlines())), "deck")]
+    pieces += [Heading("Run", "run"), Lines(tuple(itertools.takewhile(lambda line: not line.startswith(("phase ", "static")), quiet)))]
     return pieces
+
+
+def joined(lines: Sequence[str]) -> list[str]:
+    """Lines of a deck, those that a comma carries on together as far as they are not too wide."""
+    found: list[str] = []
+    for line in lines:
+        if found and found[-1].rstrip().endswith(",") and len(found[-1]) + len(line) < WIDEST and not line.startswith("*"):
+            found[-1] = f"{found[-1].rstrip()} {line.strip()}"
+        else:
+            found.append(line)
+    return found
 
 
 def log_of(folder: Path) -> list[str]:

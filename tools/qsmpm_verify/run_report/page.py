@@ -9,7 +9,8 @@ from pathlib import Path
 from qsmpm_verify.hypertext import SCRIPT, STYLE, figure, inline_svg, table, text, with_tips
 from qsmpm_verify.run_report.content import Heading, Picture, Piece, Rows
 
-MARKED = ".warning { background: #fff3d6; padding: 2px 10px; } pre { background: #f7f7f7; padding: 8px; font-size: 12px; overflow-x: auto; }"
+MARKED = """.warning { background: #fff3d6; padding: 2px 10px; } pre { background: #f7f7f7; padding: 8px; font-size: 12px; overflow-x: auto; }
+@media print { pre { font-size: 7.5pt; white-space: pre-wrap; } }"""
 
 
 def shown(piece: Piece) -> str:

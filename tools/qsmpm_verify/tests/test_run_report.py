@@ -1,6 +1,7 @@
 """The report of one run: a page that fetches nothing, a document, and what they hold, of a run that the test makes."""
 
 import contextlib
+import html
 import io
 import re
 import shutil
@@ -13,6 +14,7 @@ from docx import Document
 
 from qsmpm_verify.cli import main
 from qsmpm_verify.places import PROGRAM
+from qsmpm_verify.run_report.word import HEIGHT, WIDTH
 from qsmpm_verify.tests.test_document import Tags
 
 DECK = """*HEADING
@@ -103,6 +105,22 @@ class RunReport(unittest.TestCase):
         self.assertEqual(headings, ["Phases", "Factor of safety", "Warnings", "Curves", "Pictures", "Deck", "Run"])
         self.assertEqual([cell.text for cell in document.tables[0].rows[1].cells][:2], ["weight", "whole load"])
         self.assertGreaterEqual(len(document.inline_shapes), 4)
+        self.assertTrue(all(shape.height <= HEIGHT and shape.width <= WIDTH for shape in document.inline_shapes))
+        widths = [column.width for column in document.tables[0].columns]
+        self.assertAlmostEqual(sum(widths) / WIDTH, 1.0, places=3)
+        self.assertGreater(widths[6], widths[0])
+
+    def test_the_run_is_told_whole_and_the_deck_in_lines_that_fit(self) -> None:
+        page = (self.folder / "out" / "report.html").read_text(encoding="utf-8")
+        log = (self.folder / "out" / "job.log").read_text().splitlines()
+        first = [line for line in log[: next(i for i, line in enumerate(log) if line.startswith("phase "))] if line.strip() and not line.startswith("warning:")]
+        for line in first:
+            self.assertIn(f"<p>{html.escape(line)}</p>", page)
+        deck = html.unescape(re.search(r"<pre>(.*?)</pre>", page, re.DOTALL)[1]).splitlines()
+        self.assertRegex("\n".join(deck), r"\n X, LINES, 0, [\d.]+, [\d.]+, ")
+        self.assertLess(max(map(len, deck)), 110)
+        echo = next((self.folder / "out").glob("*.echo.inp")).read_text()
+        self.assertEqual(" ".join(deck).split(), echo.split())
 
     def test_a_folder_without_a_run_is_refused(self) -> None:
         self.assertIn("no run has ended here", self.told(2, str(self.folder)))
