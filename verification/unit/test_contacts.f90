@@ -37,6 +37,7 @@ module test_contacts
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_strength_profile, only: profile_linear, profile_shansep
+  use qsmpm_value_field, only: field_friction, set_samples
   use qsmpm_structures, only: rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_cone, rigid_cylinder, rigid_polygon
   use qsmpm_term, only: increment_type
   use qsmpm_term_sums, only: begin_terms, commit_terms, set_loads
@@ -1305,6 +1306,15 @@ contains
     strength = interface_strength(model, 0.5_wp, [0.2_wp, 1.1_wp])
     call tests%close('share of tan phi', strength(1), 0.5_wp*tan(acos(-1.0_wp)/6.0_wp), 1.0e-15_wp)
     call tests%close('share of c', strength(2), 2.0_wp, 1.0e-15_wp)
+    allocate (model%analysis%materials(1)%strength_profile%fields(1))
+    associate (fields => model%analysis%materials(1)%strength_profile%fields)
+      fields(1)%parameter = field_friction
+      call set_samples(fields(1), reshape([0.2_wp, 1.1_wp], [2, 1]), [20.0_wp])
+    end associate
+    strength = interface_strength(model, 0.5_wp, [0.2_wp, 1.1_wp])
+    call tests%close('share of tan phi by place', strength(1), 0.5_wp*tan(acos(-1.0_wp)/9.0_wp), 1.0e-15_wp)
+    call tests%close('and of the c of all', strength(2), 2.0_wp, 1.0e-15_wp)
+    deallocate (model%analysis%materials(1)%strength_profile%fields)
     strength = interface_strength(model, 0.5_wp, [1.8_wp, 0.6_wp])
     call tests%close('no friction on clay', strength(1), 0.0_wp, 1.0e-15_wp)
     ! Points lie up to an eighth of a cell from the place: half of a gain of 2 on 0.04.

@@ -335,7 +335,15 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=:), allocatable :: deck
     integer, parameter :: kind = reduce_mirror
+    integer :: unit
 
+    open (newunit=unit, file='scene_values.csv', status='replace')
+    write (unit, '(a)') 'x,y,z,gamma', '0,0,0,10'
+    deck = changed(twin_deck(), '*UNIT WEIGHT|', '*FIELD OF VALUES| GAMMA, scene_values.csv|*UNIT WEIGHT|')
+    close (unit)
+    call expect(tests, deck, kind, 1, "not possible: material 'soil' differs along more than y")
+    open (newunit=unit, file='scene_values.csv', status='old')
+    close (unit, status='delete')
     deck = changed(twin_deck(), '*UNIT WEIGHT|', '*MOHR COULOMB| 1, 30, 10|*UNIT WEIGHT|')
     call expect(tests, deck, kind, 1, "possible, not used: the failure of material 'soil' is not associated")
     call expect(tests, changed(deck, 'TYPE=AUTO', 'TYPE=AUTO, MIRROR=YES'), kind, 1, 'used')

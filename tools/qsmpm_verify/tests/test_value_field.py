@@ -56,6 +56,20 @@ class ValueField(unittest.TestCase):
             self.assertEqual(done.returncode, 2)
             self.assertIn(why, done.stderr)
 
+    def test_the_check_tells_the_weight_of_each_phase(self) -> None:
+        deck = (TOP / "verification/cases/decks/undrained_column.inp").read_text(encoding="utf-8")
+        for old, new in (("*UNDRAINED, TYPE=A, NU=0.495\n", "*UNIT WEIGHT\n20\n*MATERIAL, NAME=lighter\n*ELASTIC\n1000, 0.3\n*UNIT WEIGHT\n11\n"
+                          "*FIELD OF VALUES\ngamma, value_block.csv\n"), ("*HISTORY, NAME=pressure, QUANTITY=STATE, STATE=excess_pore_pressure\n0.25, 1\n", ""),
+                         ("*TRACTION, SURFACE=top\n0, -100\n", "*GRAVITY\n0, -1\n"), ("*DRAIN STATE\n", "*CHANGE MATERIAL\nlayer, lighter\n")):
+            self.assertIn(old, deck)
+            deck = deck.replace(old, new)
+        (self.folder / "stages.inp").write_text(deck)
+        (self.folder / "value_block.csv").write_text("x,y,gamma\n0,0,18\n1,0,18\n0,4,10\n1,4,10\n")
+        done = subprocess.run([PROGRAM, "check", self.folder / "stages.inp"], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        weights = [float(line.split("weight")[1].split()[1].rstrip(",")) for line in done.stdout.splitlines() if line.startswith("phase '")]
+        self.assertEqual(weights, [-40.0, -28.0, -28.0])
+
     def test_places_beyond_the_samples_are_told(self) -> None:
         (self.folder / "value_block.csv").write_text(TABLE.replace("1,", "0.1,", 1).replace("\n1,", "\n0.1,"))
         done = self.run_deck("csv")
