@@ -289,7 +289,7 @@ contains
         if (material%locking_treatment == locking_none) cycle
         if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, linear, &
           lowest .and. .not. smooth)
-        model%laws(m)%flows = may_yield(material)
+        model%laws(m)%flows = may_yield(material) .and. .not. material%softening%given
         model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
           'locking, factor '//real_text(material%pressure_factor)//new_line('a')
