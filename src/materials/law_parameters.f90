@@ -50,6 +50,8 @@ module qsmpm_law_parameters
     logical :: needs_stress = .false.
     !> The stress is total: pore water of its own would count twice.
     logical :: total_stress = .false.
+    !> Its state holds a tensor, which images of a reduced scene do not turn.
+    logical :: keeps_tensor = .false.
     !> It flows in the time of the phases.
     logical :: flows_in_time = .false.
     !> Axis that the law takes for the vertical, 0 for none.

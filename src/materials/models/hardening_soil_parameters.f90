@@ -58,6 +58,7 @@ contains
     law%example = '*HARDENING SOIL, OCR=2| 3e4, 3e4, 9e4, 0.5, 0.2, 100, 1, 35, 5'
     law%has_strength = .true.
     law%associated_flow = .false.
+    law%keeps_tensor = has_small_strain(self)
     law%dilatancy_angle = self%dilatancy_angle
     law%friction_angle = self%friction_angle
     law%cohesion = self%cohesion
