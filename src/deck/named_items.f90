@@ -1,9 +1,9 @@
 !> Data lines by name: `E50ref=3e4, phi'=30` in any order and on any number of lines for the one data line of a card,
 !> row by row where a card has many. Values without a name may stand before them, in the order of the columns.
 !>
-!> Names are compared without capitals, blanks, underscores, primes, stars and points; what is no column then may be
-!> one with the endings ref, ur, unsat, x of other programs (E50ref, nu_ur, gamma_unsat, k_x), or another name that the
-!> column has.
+!> Names are compared without capitals, blanks, underscores, primes, stars, points and carets; what is no column then may
+!> be one with the endings ref, ur, rm, unsat, x of other programs (E50ref, nu_ur, E_rm, gamma_unsat, k_x), or another
+!> name that the column has.
 module qsmpm_named_items
   use qsmpm_card_items, only: item_type, data_type, value_problem, kind_word, kind_integer, kind_real
   use qsmpm_cards, only: card_type
@@ -14,7 +14,7 @@ module qsmpm_named_items
 
   public :: order_named_items, may_be_named
 
-  character(len=5), parameter :: endings(4) = [character(len=5) :: 'REF', 'UR', 'UNSAT', 'X']
+  character(len=5), parameter :: endings(5) = [character(len=5) :: 'REF', 'UR', 'RM', 'UNSAT', 'X']
 
 contains
 
@@ -163,7 +163,7 @@ contains
     c = 0
   end function column_of
 
-  !> Capitals, without blanks, underscores, primes, stars and points.
+  !> Capitals, without blanks, underscores, primes, stars, points and carets.
   pure function plain_name(name) result(plain)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: plain
@@ -171,7 +171,7 @@ contains
 
     plain = ''
     do i = 1, len(name)
-      if (scan(name(i:i), " _'*.") == 0) plain = plain//name(i:i)
+      if (scan(name(i:i), " _'*.^") == 0) plain = plain//name(i:i)
     end do
     plain = upper(plain)
   end function plain_name

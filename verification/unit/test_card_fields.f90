@@ -202,7 +202,7 @@ contains
     type(sample_type) :: sample
     character(len=:), allocatable :: messages
 
-    call read_sample('*SAMPLE, NSET=top'//nl//' strength = 5'//nl//" E_ref'=7", sample, messages)
+    call read_sample('*SAMPLE, NSET=top'//nl//' strength = 5'//nl//" E^'_r.m=7", sample, messages)
     call tests%check('two lines by name are right; found: '//messages, len(messages) == 0)
     call tests%check('and are read', all(same_bits([sample%modulus, sample%strength], [7.0_wp, 5.0_wp])))
     call read_sample('*SAMPLE, NSET=top'//nl//' 7, sigma t=none', sample, messages)
