@@ -1,9 +1,9 @@
 !> Data lines by name: `E50ref=3e4, phi'=30` in any order and on any number of lines for the one data line of a card,
 !> row by row where a card has many. Values without a name may stand before them, in the order of the columns.
 !>
-!> Names are compared without capitals, blanks, underscores, primes, stars, points and carets; what is no column then may
-!> be one with the endings ref, ur, rm, unsat, x of other programs (E50ref, nu_ur, E_rm, gamma_unsat, k_x), or another
-!> name that the column has.
+!> Names are compared without capitals, blanks, underscores, primes, stars, points and carets; what is no column then
+!> may be one with the endings ref, ur, rm, unsat, x of other programs (E50ref, nu_ur, E_rm, gamma_unsat, k_x), or
+!> another name that the column has.
 module qsmpm_named_items
   use qsmpm_card_items, only: item_type, data_type, value_problem, kind_word, kind_integer, kind_real
   use qsmpm_cards, only: card_type

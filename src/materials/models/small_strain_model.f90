@@ -7,7 +7,7 @@
 !> increment e. In the axes of e, H_ii of the other sign than e_ii is let go of (H + 1 := T (H + 1) T,
 !> T_ii = (1 + H_ii)^-1/2, Benz 2007). After a reversal the curve is that of Masing, 2 f(g/2) from there, until g/2 has
 !> reached the largest strain of before, and the first curve on from it (own rule, so that loops close and first
-!> loading goes on).
+!> loading goes on); where a step keeps a share of g it counts as a reversal by the rest of one.
 !> A step takes the secant of its strain, so that the stress of a path in one direction does not depend on the steps.
 !> Poisson's ratio stays. Its plastic strains are those of the model.
 module qsmpm_small_strain_model
@@ -27,8 +27,8 @@ module qsmpm_small_strain_model
   real(wp), parameter :: decay = 0.385_wp
   !> State: the history, largest strain before the last reversal, g.
   integer, parameter :: at_largest = 7, at_strain = 8, own = 8
-  !> A strain that falls below this share is one of a reversal; no increment; differences.
-  real(wp), parameter :: reversed = 0.9_wp, none = 1.0e-14_wp, small = 1.0e-4_wp, small_modulus = 1.0e-6_wp
+  !> No increment; differences.
+  real(wp), parameter :: none = 1.0e-14_wp, small = 1.0e-4_wp, small_modulus = 1.0e-6_wp
 
   !> The model.
   type, extends(soil_model_type) :: small_strain_model_type
@@ -132,7 +132,7 @@ contains
     !> Strain increment, shear gamma (6), history at the start (own).
     real(wp), intent(in) :: increment(6), before(own)
     real(wp), intent(out) :: after(own), modulus
-    real(wp) :: e(3, 3), history(3, 3), values(3), vectors(3, 3), scale(3), first, last
+    real(wp) :: e(3, 3), history(3, 3), values(3), vectors(3, 3), scale(3), first, last, kept
     integer :: i
 
     after = before
@@ -148,7 +148,9 @@ contains
     history = spread(scale, 2, 3)*(history + identity)*spread(scale, 1, 3) - identity
     history = transformed(vectors, history)
     first = strain_along(history, e)
-    if (first < reversed*before(at_strain)) after(at_largest) = max(before(at_largest), &
+    kept = 1.0_wp
+    if (first < before(at_strain)) kept = first/before(at_strain)
+    after(at_largest) = kept*before(at_largest) + (1.0_wp - kept)*max(before(at_largest), &
       first_strain(before(at_strain), before(at_largest)))
     last = strain_along(history + e, e)
     if (abs(last - first) > small*(last + first)) then
