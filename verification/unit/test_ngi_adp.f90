@@ -235,6 +235,9 @@ contains
     call make(p, 3, law)
     call law%start_at(rest, [7.0_wp, 5.0_wp, 1.0_wp], state)
     call tests%close('strength at a depth', state(5), active + 10.0_wp, 1.0e-12_wp)
+    call tests%close('shear modulus at a depth', law%shear_modulus(rest, state), 400.0_wp*(active + 10.0_wp), 1.0e-9_wp)
+    call tests%close('compliance at a depth', maxval(abs(law%shear_compliance(rest, state, 1.0_wp, 1.1_wp)* &
+      800.0_wp*(active + 10.0_wp) - 1.0_wp)), 0.0_wp, 1.0e-12_wp)
     call tests%close('shear stress at the start', state(4), 8.0_wp, 1.0e-12_wp)
     call tests%close('nothing is mobilised by it', state(6), 0.0_wp, 1.0e-9_wp)
     call law%start_at(rest, [7.0_wp, 15.0_wp, 1.0_wp], state)
