@@ -15,22 +15,26 @@
 module qsmpm_pore_water
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_consolidation, only: excess_pressure
+  use qsmpm_active_bodies, only: bodies_active
+  use qsmpm_consolidation, only: excess_field, excess_pressure
+  use qsmpm_element, only: corner_count
+  use qsmpm_free_surface, only: filling_pressure
+  use qsmpm_kept_arrays, only: keep_values, kept_values
   use qsmpm_load_description, only: head_type, water_level_type
   use qsmpm_phase_description, only: phase_type
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
-  use qsmpm_phase_loads, only: has_consolidation
+  use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
   use qsmpm_phase_tree, only: lineage
   use qsmpm_points, only: carries_water
   use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_vertical, only: upwards, vertical_of
-  use qsmpm_water_table, only: water_table_type, head_at, rise_of, submerged_share
+  use qsmpm_water_table, only: water_table_type, head_at, level_at, rise_of, submerged_share
   implicit none
   private
 
   public :: has_water, has_pore_pressure, dry_tables, take_levels, water_forces, &
-    steady_pressure, update_pore_pressure, discharge_in, has_inflow
+    steady_pressure, update_pore_pressure, discharge_in, has_inflow, begin_free_surface
 
 contains
 
@@ -136,10 +140,10 @@ contains
     type(water_level_type), intent(in) :: level
     type(water_table_type), intent(inout) :: table
 
-    table%present = .not. level%none
-    if (level%none) return
-    table%unit_weight = level%unit_weight
     if (allocated(table%field)) deallocate (table%field)
+    table%present = .not. (level%none .or. level%coupled)
+    if (.not. table%present) return
+    table%unit_weight = level%unit_weight
     if (allocated(level%field)) table%field = level%field
     table%x = level%line(1, :)
     table%height = level%line(2, :)
@@ -224,6 +228,49 @@ contains
       end associate
     end associate
   end function steady_pressure
+
+  !> Ground that begins to consolidate under a free surface has the pressure of the water before with the excess on it;
+  !> suction hangs from its surface, or from the base of the mesh. Bodies that come are dry.
+  pure subroutine begin_free_surface(model)
+    type(model_type), intent(inout) :: model
+    real(wp) :: nodal(model%space%node_count), pressure(model%mesh%node_count), level
+    logical :: stays(size(model%analysis%bodies)), given(model%mesh%node_count)
+    type(water_table_type), allocatable :: tables(:)
+    integer, allocatable :: line(:)
+    integer :: i, p, axis
+
+    associate (phases => model%analysis%phases, number => model%state%progress%phase, mesh => model%mesh)
+      if (free_surface_of(phases, number) == 0) return
+      axis = vertical_of(model%analysis)
+      allocate (line, source=lineage(phases, number))
+      pressure = -2.0_wp*filling_pressure(model)
+      given = .false.
+      call dry_tables(model%analysis, tables)
+      do i = 1, size(line) - 1
+        call take_levels(model%analysis, phases(line(i)), tables)
+      end do
+      stays = bodies_active(model%analysis, line(max(1, size(line) - 1)))
+      nodal = reshape(kept_values(model%state%kept, excess_field), shape(nodal))
+      do p = 1, model%state%points%count
+        associate (c => model%state%points%cell(p), table => tables(model%state%points%body(p)))
+          if (.not. stays(model%state%points%body(p))) cycle
+          do i = mesh%cell_first(c), mesh%cell_first(c) + corner_count(mesh%cell_kind(c)) - 1
+            associate (a => mesh%cell_nodes(i))
+              if (given(a)) cycle
+              given(a) = .true.
+              pressure(a) = nodal(a)
+              if (free_surface_of(phases, line(max(1, size(line) - 1))) > 0) cycle
+              level = table%up*minval(table%up*mesh%coordinates(axis, :))
+              if (table%present) level = level_at(table, mesh%coordinates(:, a))
+              pressure(a) = nodal(a) + table%up*phases(consolidation_of(phases, number))%consolidation%unit_weight &
+                *(level - mesh%coordinates(axis, a))
+            end associate
+          end do
+        end associate
+      end do
+      call keep_values(model%state%kept, excess_field, reshape(pressure, [1, size(pressure)]))
+    end associate
+  end subroutine begin_free_surface
 
   !> Pore pressures of the material points where they are and as the load stands, where they are carried.
   pure subroutine update_pore_pressure(model)

@@ -13,7 +13,6 @@ module qsmpm_seepage_scene
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_type
-  use qsmpm_phase_loads, only: consolidation_of
   use qsmpm_phase_tree, only: lineage
   use qsmpm_vertical, only: upwards, vertical_of
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
@@ -44,6 +43,7 @@ contains
     do p = 1, size(model%analysis%phases)
       call check_change(model%analysis, p, diagnostics)
       do i = 1, size(model%analysis%phases(p)%water_levels)
+        if (model%analysis%phases(p)%water_levels(i)%coupled) cycle
         if (model%analysis%phases(p)%water_levels(i)%flows) call find_flow(model, p, i, diagnostics)
       end do
     end do
@@ -64,8 +64,9 @@ contains
       do k = size(path), 1, -1
         associate (levels => analysis%phases(path(k))%water_levels)
           if (size(levels) == 0) cycle
-          if (any(levels%flows)) call add_diagnostic(diagnostics, phase%where, '*PHASE', "phase '"//phase%name// &
-            "' changes bodies that water flows through: repeat *WATER LEVEL, TYPE=SEEPAGE in it")
+          if (any(levels%flows .and. .not. levels%coupled)) call add_diagnostic(diagnostics, phase%where, &
+            '*PHASE', "phase '"//phase%name//"' changes bodies that water flows through: repeat *WATER LEVEL, "// &
+            'TYPE=SEEPAGE in it')
           return
         end associate
       end do
@@ -212,8 +213,6 @@ contains
     end if
     if (.not. analysis%phases(number)%duration_given) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
       'FLOW=TRANSIENT takes time: *PHASE, TIME=, in the unit of *PERMEABILITY')
-    if (consolidation_of(analysis%phases, number) > 0) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
-      'FLOW=TRANSIENT and *CONSOLIDATION are not for one phase: which of them carries the pressure is not known')
   end subroutine check_time
 
   !> Cells that water flows through, and their permeability.

@@ -67,6 +67,8 @@ contains
 
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p), card => state%analysis%phases(p)%consolidation)
+        if (consolidation_of(state%analysis%phases, p) > 0) &
+          phase%water_levels%coupled = phase%water_levels%flows .and. phase%water_levels%transient
         if (consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety .and. .not. &
           phase%duration_given) &
           call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' does not say how long it lasts, "// &

@@ -1,0 +1,101 @@
+!> What a deck needs whose ground consolidates under a free surface (qsmpm_free_surface).
+module qsmpm_free_surface_check
+  use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active, body_materials
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_history_description, only: quantity_excess_pressure
+  use qsmpm_load_description, only: water_level_type
+  use qsmpm_model, only: model_type
+  use qsmpm_phase_loads, only: consolidation_of, free_surface_of
+  use qsmpm_phase_tree, only: lineage
+  use qsmpm_rounded_text, only: rounded_text
+  implicit none
+  private
+
+  public :: check_free_surface
+
+contains
+
+  !> Where a phase has one.
+  subroutine check_free_surface(model, number, diagnostics)
+    !> Its notes tell of suction.
+    type(model_type), intent(inout) :: model
+    !> Of the phase.
+    integer, intent(in) :: number
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: i
+
+    if (free_surface_of(model%analysis%phases, number) == 0) return
+    associate (phase => model%analysis%phases(number))
+      do i = 1, size(phase%water_levels)
+        associate (level => phase%water_levels(i))
+          if (.not. level%coupled) then
+            call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', "phase '"//phase%name//"': the ground "// &
+              'consolidates under a free surface (FLOW=TRANSIENT before), whose pressure no other level takes over')
+          else
+            call check_levels(model, number, level, diagnostics)
+          end if
+        end associate
+      end do
+      if (any(model%analysis%histories%quantity == quantity_excess_pressure)) call add_diagnostic(diagnostics, &
+        phase%where, '*HISTORY', "QUANTITY=EXCESS PRESSURE: in phase '"//phase%name//"' there is one pressure, "// &
+        'with that of the water at rest in it; take QUANTITY=PORE PRESSURE')
+    end associate
+    call check_soil(model%analysis, number, diagnostics)
+  end subroutine check_free_surface
+
+  !> Plane ground that has water before, and weighs its water once.
+  subroutine check_levels(model, number, level, diagnostics)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: number
+    type(water_level_type), intent(in) :: level
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: weight, pull
+    integer, allocatable :: line(:)
+    logical :: wet
+    integer :: i
+
+    wet = .false.
+    pull = 0.0_wp
+    allocate (line, source=lineage(model%analysis%phases, number))
+    do i = 1, size(line)
+      associate (phase => model%analysis%phases(line(i)))
+        if (phase%gravity%given) pull = norm2(phase%load_factor*phase%gravity%vector)
+        if (i < size(line)) wet = wet .or. any(.not. phase%water_levels%none)
+      end associate
+    end do
+    if (model%analysis%model == three_dimensional) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
+      'FLOW=TRANSIENT is for plane strain and axisymmetry')
+    if (.not. wet) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'FLOW=TRANSIENT begins from the '// &
+      'water of a phase before, and there is none: give one with *GRAVITY and a *WATER LEVEL')
+    weight = model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation%unit_weight
+    if (abs(level%unit_weight*pull - weight) > 1.0e-6_wp*weight) call add_diagnostic(diagnostics, level%where, &
+      '*WATER LEVEL', 'UNIT WEIGHT times *GRAVITY is '//rounded_text(level%unit_weight*pull)// &
+      ', and *CONSOLIDATION has UNIT WEIGHT='//rounded_text(weight)//': water that flows has one weight')
+    model%notes = model%notes//"phase '"//model%analysis%phases(number)%name// &
+      "': the surface of the water moves in ground that consolidates; suction acts over the height of a cell above "// &
+      'it, where pores fill and empty, and counts as none beyond'//new_line('a')
+  end subroutine check_levels
+
+  !> Water that leaves soil has to be told.
+  subroutine check_soil(analysis, number, diagnostics)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: number
+    type(diagnostics_type), intent(inout) :: diagnostics
+    logical :: active(size(analysis%bodies))
+    integer :: material(size(analysis%bodies)), b
+
+    active = bodies_active(analysis, number)
+    material = body_materials(analysis, number)
+    do b = 1, size(active)
+      if (.not. active(b)) cycle
+      associate (soil => analysis%materials(material(b)))
+        if (.not. soil%permeability(1) > 0.0_wp .or. soil%drainable_porosity > 0.0_wp) cycle
+        call add_diagnostic(diagnostics, soil%where, '*MATERIAL', "water is to leave body '"// &
+          analysis%bodies(b)%name//"' in time, but *PERMEABILITY of material '"//soil%name// &
+          "' has no DRAINABLE POROSITY: 0.05 to 0.3 in sand, a few hundredths in silt and clay")
+      end associate
+    end do
+  end subroutine check_soil
+end module qsmpm_free_surface_check
