@@ -21,7 +21,7 @@ module qsmpm_free_surface
   implicit none
   private
 
-  public :: water_bounds_type, filling_pressure, acting_pressure, find_bounds, rows_in_force
+  public :: water_bounds_type, filling_pressure, acting_pressure, find_bounds, rows_in_force, idle_rows, idle_note
 
   !> What bounds are to the water.
   type :: water_bounds_type
@@ -137,6 +137,38 @@ contains
       end do
     end associate
   end subroutine find_bounds
+
+  !> Rows of the present phase that no face is of.
+  pure function idle_rows(model) result(idle)
+    type(model_type), intent(in) :: model
+    logical, allocatable :: idle(:)
+    type(water_bounds_type) :: bounds
+    integer :: r
+
+    call find_bounds(model, [(.false., r=1, model%mesh%node_count)], 1.0_wp, bounds)
+    allocate (idle, source=[(all(bounds%row /= r), r=1, size(rows_in_force(model%analysis%phases, &
+      model%state%progress%phase, 1.0_wp)))])
+  end function idle_rows
+
+  !> The warning of levels that no face of the ground has; empty where there is none.
+  pure function idle_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    logical, allocatable :: idle(:)
+    type(head_type), allocatable :: rows(:)
+    integer :: r
+
+    text = ''
+    associate (phases => model%analysis%phases, number => model%state%progress%phase)
+      if (free_surface_of(phases, number) == 0) return
+      allocate (idle, source=idle_rows(model))
+      allocate (rows, source=rows_in_force(phases, number, 1.0_wp))
+      do r = 1, size(idle)
+        if (idle(r)) text = text//"warning: phase '"//phases(number)%name//"': no face of the ground lies in '"// &
+          rows(r)%set//"', whose level is not there"//new_line('a')
+      end do
+    end associate
+  end function idle_note
 
   !> Whether a face is part of a node set, or of a surface, whose points go with the ground.
   pure logical function is_on(model, name, c, f)

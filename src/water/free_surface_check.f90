@@ -1,9 +1,11 @@
 !> What a deck needs whose ground consolidates under a free surface (qsmpm_free_surface).
 module qsmpm_free_surface_check
   use qsmpm_kinds, only: wp
-  use qsmpm_active_bodies, only: bodies_active, body_materials
-  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_active_bodies, only: bodies_active, body_materials, has_stages
+  use qsmpm_analysis, only: analysis_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_element, only: corner_count
+  use qsmpm_free_surface, only: idle_rows
   use qsmpm_history_description, only: quantity_excess_pressure
   use qsmpm_load_description, only: water_level_type
   use qsmpm_model, only: model_type
@@ -65,8 +67,9 @@ contains
         if (i < size(line)) wet = wet .or. any(.not. phase%water_levels%none)
       end associate
     end do
-    if (model%analysis%model == three_dimensional) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
-      'FLOW=TRANSIENT is for plane strain and axisymmetry')
+    if (any(corner_count(model%mesh%cell_kind) /= 3)) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
+      'FLOW=TRANSIENT with *CONSOLIDATION is for triangles, in plane strain and axisymmetry')
+    call check_parts(model, number, level, diagnostics)
     if (.not. wet) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'FLOW=TRANSIENT begins from the '// &
       'water of a phase before, and there is none: give one with *GRAVITY and a *WATER LEVEL')
     weight = model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation%unit_weight
@@ -77,6 +80,26 @@ contains
       "': the surface of the water moves in ground that consolidates; suction acts over the height of a cell above "// &
       'it, where pores fill and empty, and counts as none beyond'//new_line('a')
   end subroutine check_levels
+
+  !> Levels are at faces of the ground, as far as bodies do not come and go (qsmpm_phase_start warns then).
+  subroutine check_parts(model, number, level, diagnostics)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: number
+    type(water_level_type), intent(in) :: level
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: now, r
+    logical, allocatable :: idle(:)
+
+    if (has_stages(model%analysis)) return
+    now = model%state%progress%phase
+    model%state%progress%phase = number
+    allocate (idle, source=idle_rows(model))
+    model%state%progress%phase = now
+    do r = 1, size(idle)
+      if (idle(r)) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', "no face of the ground "// &
+        "lies in '"//level%heads(r)%set//"' (a well within ground is for phases without *CONSOLIDATION)")
+    end do
+  end subroutine check_parts
 
   !> Water that leaves soil has to be told.
   subroutine check_soil(analysis, number, diagnostics)

@@ -6,7 +6,7 @@ module test_free_surface
   use qsmpm_consolidation, only: excess_field, excess_pressure
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
-  use qsmpm_free_surface, only: acting_pressure, filling_pressure, rows_in_force
+  use qsmpm_free_surface, only: acting_pressure, filling_pressure, idle_note, rows_in_force
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_kinds, only: wp
@@ -31,7 +31,7 @@ module test_free_surface
   character(len=*), parameter :: term_name = 'flow of the pore water'
   !> Sand of 2 x 2 m with the water at 1.4 m, beside air where a lake stands at its right side.
   character(len=*), parameter :: scene = '*GRID| X, 0, 3, 6| Y, 0, 3, 6|*NSET, NSET=base, PLANE=Y| 0|'// &
-    '*NSET, NSET=left, PLANE=X| 0|*SURFACE, NAME=shore, TYPE=SEGMENT| 2, 0, 2, 2|'// &
+    '*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=well, BOX| 0.4, 1.1, 0.4, 1.1|*SURFACE, NAME=shore, TYPE=SEGMENT| 2, 0, 2, 2|'// &
     '*SURFACE, NAME=top, TYPE=OUTLINE, BODY=sand, BOX| 0, 2, 2, 2|'// &
     '*MATERIAL, NAME=sand|*ELASTIC| 100, 0.2|*UNIT WEIGHT| 18, 20|*PERMEABILITY, DRAINABLE POROSITY=0.2| 0.3, 0.2|'// &
     '*BODY, NAME=sand, MATERIAL=sand, SHAPE=BOX| 0, 2, 0, 2|*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
@@ -184,6 +184,11 @@ contains
     call tests%close('a new one', level_of(3, 2), 0.0_wp, 1.0e-14_wp)
     call tests%close('one that begins', level_of(2, 1), 1.0_wp, 1.0e-14_wp)
     call tests%close('one that stays', level_of(4, 1), 0.2_wp, 1.0e-14_wp)
+    call tests%check('all are at faces', len(idle_note(model)) == 0)
+    call end_system(step%system)
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' well, 1|*END PHASE|', 2, model, &
+      step)
+    call tests%check('one that is not is told', index(idle_note(model), "'lowers': no face of the ground lies in 'well'") > 0)
     call end_system(step%system)
   contains
     !> Level of a row in a phase.
@@ -207,6 +212,9 @@ contains
     call refuse('it begins from water', '*PHASE, NAME=lowers, TIME=3|*FIX| base, ALL|*GRAVITY| 0, -1|'//flows//levels// &
       '*END PHASE|', 'begins from the water of a phase before')
     call refuse('one pressure', '*HISTORY, NAME=e, QUANTITY=EXCESS PRESSURE|'//rest//lowers, 'there is one pressure')
+    call refuse('parts', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' well, 1|*END PHASE|', &
+      "no face of the ground lies in 'well'", without='*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
+      '0, 1, 2, 2.5|')
     call refuse('pores', rest//lowers, 'no DRAINABLE POROSITY', without=', DRAINABLE POROSITY=0.2')
   contains
     !> A deck that is.
