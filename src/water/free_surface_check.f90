@@ -45,6 +45,13 @@ contains
         'with that of the water at rest in it; take QUANTITY=PORE PRESSURE')
     end associate
     call check_soil(model%analysis, number, diagnostics)
+    associate (card => model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation)
+      do i = 1, size(card%sets)
+        if (.not. card%sets(i)%closed) call add_diagnostic(diagnostics, card%sets(i)%where, '*CONSOLIDATION', "'"// &
+          card%sets(i)%name//"' is OPEN, and in phase '"//model%analysis%phases(number)%name//"' the surface of the "// &
+          'water is free: give its level there by a row of *WATER LEVEL, and *CONSOLIDATION again without it')
+      end do
+    end associate
   end subroutine check_free_surface
 
   !> Plane ground that has water before, and weighs its water once.

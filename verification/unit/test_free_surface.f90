@@ -211,6 +211,8 @@ contains
       '*END PHASE|', 'has one weight')
     call refuse('it begins from water', '*PHASE, NAME=lowers, TIME=3|*FIX| base, ALL|*GRAVITY| 0, -1|'//flows//levels// &
       '*END PHASE|', 'begins from the water of a phase before')
+    call refuse('no open set', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//' base, OPEN|'//levels//'*END PHASE|', &
+      "'base' is OPEN, and in phase 'lowers' the surface of the water is free")
     call refuse('one pressure', '*HISTORY, NAME=e, QUANTITY=EXCESS PRESSURE|'//rest//lowers, 'there is one pressure')
     call refuse('parts', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' well, 1|*END PHASE|', &
       "no face of the ground lies in 'well'", without='*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
