@@ -14,7 +14,7 @@ module qsmpm_pore_flow
   use qsmpm_consolidation, only: drained_nodes, excess_field, permeable_points
   use qsmpm_element, only: corner_count, element_geometry, linear_kind
   use qsmpm_equations, only: equations_type
-  use qsmpm_free_surface, only: filling_pressure, find_bounds, water_bounds_type
+  use qsmpm_free_surface, only: dry, filling_pressure, find_bounds, kept_water, water_bounds_type
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_load_path, only: between
   use qsmpm_matrix_blocks, only: add_block
@@ -54,8 +54,9 @@ module qsmpm_pore_flow
   type :: flow_state_type
     !> On the skeleton, its derivative by the corners; change, slope of the pressure with the weight of the water.
     real(wp) :: pressure = 0.0_wp, by_pressure(8) = 1.0_wp, change = 0.0_wp, slope(3) = 0.0_wp, divergence = 0.0_wp
-    !> Filled share of the corners and its derivative; relative permeability and its derivative.
-    real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, factor = 1.0_wp, by_factor(8) = 0.0_wp
+    !> Filled share of the corners, water in their drainable pores, relative permeability, and their derivatives.
+    real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, water(8) = 1.0_wp, by_water(8) = 0.0_wp
+    real(wp) :: factor = 1.0_wp, by_factor(8) = 0.0_wp
   end type flow_state_type
 
   type, extends(term_type) :: pore_flow_type
@@ -219,7 +220,7 @@ contains
       if (soil%saturated_weight >= 0.0_wp) point%mass = (soil%saturated_weight - soil%unit_weight)*volume
       point%gained = (point%volume - volume)*self%unit_weight
       point%suction(:n) = suction(point%place%node(:n))
-      point%filled(:n) = filled_share(point%kept(:n), point%suction(:n))
+      point%filled(:n) = kept_water(point%kept(:n), point%suction(:n))
       if (soil%young > 0.0_wp) point%yields = 1.0_wp/soil%young
       point%conducts(:n) = maxval(point%permeability)*self%unit_weight/point%suction(:n)**2
     end associate
@@ -304,6 +305,8 @@ contains
     here%filled = filled_share(nodal, point%suction)
     where (nodal < 0.0_wp .and. nodal > -point%suction) here%by_filled = 1.0_wp/point%suction
     here%by_pressure = here%filled + here%by_filled*nodal
+    here%water = kept_water(nodal, point%suction)
+    here%by_water = merge(dry/point%suction, here%by_filled, nodal <= -point%suction)
     call let_through_in_time(nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
   end subroutine fill_pores
 
@@ -352,7 +355,7 @@ contains
         do a = 1, point%corners
           associate (at => self%flow_size(own(point%place%count + a)))
             at = at + point%volume*(point%shape(a)*(self%storage*abs(here%change) + abs(here%divergence) &
-              + point%pores*abs(here%filled(a) - point%filled(a))) + here%factor*( &
+              + point%pores*abs(here%water(a) - point%filled(a))) + here%factor*( &
               abs(dot_product(conductance(self, point)*(here%slope - self%heavy), point%slope(:, a))) &
               + abs(dot_product(conductance(self, point)*self%heavy, point%slope(:, a)))))
           end associate
@@ -413,7 +416,7 @@ contains
         do a = 1, point%corners
           associate (at => flow(own(point%place%count + a)))
             at = at + point%volume*(point%shape(a)*(self%storage*here%change + here%filled(a)*here%divergence &
-              + point%pores*(here%filled(a) - point%filled(a))) &
+              + point%pores*(here%water(a) - point%filled(a))) &
               + here%factor*dot_product(conductance(self, point)*here%slope, point%slope(:, a)))
           end associate
         end do
@@ -518,8 +521,8 @@ contains
               + dot_product(conductance(self, point)*(here%factor*point%slope(:, b) + here%by_factor(b)*here%slope), &
               point%slope(:, a)))
           end do
-          block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + point%volume*point%shape(b)*here%by_filled(b) &
-            *(here%divergence + point%pores)
+          block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + point%volume*point%shape(b) &
+            *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores)
         end do
         do a = 1, merge(point%corners, 0, self%total)
           if (.not. self%held(point%place%node(a))) cycle

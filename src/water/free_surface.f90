@@ -21,7 +21,11 @@ module qsmpm_free_surface
   implicit none
   private
 
-  public :: water_bounds_type, filling_pressure, acting_pressure, find_bounds, rows_in_force, idle_rows, idle_note
+  public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, rows_in_force, &
+    idle_rows, idle_note
+
+  !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
+  real(wp), parameter, public :: dry = 1.0e-3_wp
 
   !> What bounds are to the water.
   type :: water_bounds_type
@@ -70,6 +74,15 @@ contains
 
     acting_pressure = filled_share(pressure, suction)*pressure
   end function acting_pressure
+
+  !> Water in drainable pores as a share of them: S, and a little that dry ground gives off as its suction grows,
+  !> without which rain would change the pressure there by a jump.
+  elemental real(wp) function kept_water(pressure, suction)
+    !> Suction under which the pores are empty.
+    real(wp), intent(in) :: pressure, suction
+
+    kept_water = filled_share(pressure, suction) + dry*min(0.0_wp, 1.0_wp + pressure/suction)
+  end function kept_water
 
   !> The levels of a phase at a fraction of it: those of the card in force, from what parts of the same name had before.
   pure function rows_in_force(phases, number, fraction) result(rows)

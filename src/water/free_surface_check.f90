@@ -48,8 +48,9 @@ contains
     associate (card => model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation)
       do i = 1, size(card%sets)
         if (.not. card%sets(i)%closed) call add_diagnostic(diagnostics, card%sets(i)%where, '*CONSOLIDATION', "'"// &
-          card%sets(i)%name//"' is OPEN, and in phase '"//model%analysis%phases(number)%name//"' the surface of the "// &
-          'water is free: give its level there by a row of *WATER LEVEL, and *CONSOLIDATION again without it')
+          card%sets(i)%name//"' is OPEN, and in phase '"//model%analysis%phases(number)%name// &
+          "' the surface of the water is free: give its level there by a row of *WATER LEVEL, and *CONSOLIDATION "// &
+          'again without it')
       end do
     end associate
   end subroutine check_free_surface

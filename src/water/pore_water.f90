@@ -233,7 +233,7 @@ contains
   !> suction hangs from its surface, or from the base of the mesh. Bodies that come are dry.
   pure subroutine begin_free_surface(model)
     type(model_type), intent(inout) :: model
-    real(wp) :: nodal(model%space%node_count), pressure(model%mesh%node_count), level
+    real(wp) :: nodal(model%space%node_count), pressure(model%mesh%node_count), suction(model%mesh%node_count), level
     logical :: stays(size(model%analysis%bodies)), given(model%mesh%node_count)
     type(water_table_type), allocatable :: tables(:)
     integer, allocatable :: line(:)
@@ -243,7 +243,8 @@ contains
       if (free_surface_of(phases, number) == 0) return
       axis = vertical_of(model%analysis)
       allocate (line, source=lineage(phases, number))
-      pressure = -2.0_wp*filling_pressure(model)
+      suction = filling_pressure(model)
+      pressure = -2.0_wp*suction
       given = .false.
       call dry_tables(model%analysis, tables)
       do i = 1, size(line) - 1
@@ -264,6 +265,7 @@ contains
               if (table%present) level = level_at(table, mesh%coordinates(:, a))
               pressure(a) = nodal(a) + table%up*phases(consolidation_of(phases, number))%consolidation%unit_weight &
                 *(level - mesh%coordinates(axis, a))
+              pressure(a) = max(pressure(a), -2.0_wp*suction(a))
             end associate
           end do
         end associate

@@ -6,7 +6,7 @@ module test_free_surface
   use qsmpm_consolidation, only: excess_field, excess_pressure
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
-  use qsmpm_free_surface, only: acting_pressure, filling_pressure, idle_note, rows_in_force
+  use qsmpm_free_surface, only: acting_pressure, filling_pressure, idle_note, kept_water, rows_in_force
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_kinds, only: wp
@@ -96,10 +96,20 @@ contains
     call tests%close('half full', acting_pressure(-2.0_wp, 4.0_wp), -1.0_wp, 1.0e-15_wp)
     call tests%close('empty', acting_pressure(-5.0_wp, 4.0_wp), 0.0_wp, 1.0e-15_wp)
     call tests%close('full', acting_pressure(3.0_wp, 4.0_wp), 3.0_wp, 1.0e-15_wp)
+    call tests%close('full pores', kept_water(1.0_wp, 4.0_wp), 1.0_wp, 1.0e-15_wp)
+    call tests%close('half full ones', kept_water(-2.0_wp, 4.0_wp), 0.5_wp, 1.0e-15_wp)
+    call tests%close('dry ones give off a little', kept_water(-12.0_wp, 4.0_wp), -2.0e-3_wp, 1.0e-15_wp)
     acting = excess_pressure(model)
     call tests%check('points have what acts', all(acting > -0.26_wp*maxval(suction)) .and. any(acting < 0.0_wp))
     call tests%close('which is that of the water where they are full', maxval(abs(acting - 10.0_wp*(1.4_wp &
       - model%state%points%position(2, :))), mask=model%state%points%position(2, :) < 0.8_wp), 0.0_wp, 1.0e-9_wp)
+    call end_system(step%system)
+    call make_step('PLANE STRAIN', rest(:index(rest, '1.4') - 1)//'0.2'//rest(index(rest, '1.4') + 3:)//lowers, 2, model, &
+      step)
+    pressure = pack(kept_values(model%state%kept, excess_field), .true.)
+    suction = filling_pressure(model)
+    call tests%check('suction ends at twice what empties the pores', all(pressure >= -2.0_wp*suction - 1.0e-9_wp))
+    call tests%close('which it reaches', minval(pressure/suction, mask=suction > 1.0e-3_wp), -2.0_wp, 1.0e-9_wp)
     call end_system(step%system)
   end subroutine check_start
 
