@@ -52,7 +52,9 @@ contains
     call check_tangent(tests, 'AXISYMMETRIC')
     call check_start(tests)
     call check_bounds(tests)
-    call check_rain(tests)
+    call check_rain(tests, 'PLANE STRAIN')
+    call check_rain(tests, 'AXISYMMETRIC')
+    call check_inflow(tests)
     call check_levels(tests)
     call check_refusals(tests)
   end subroutine collect_free_surface
@@ -120,7 +122,6 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp), allocatable :: table(:, :), force(:, :), pressure(:)
-    class(term_type), pointer :: term
     integer :: a, field, n
 
     allocate (model, step)
@@ -149,16 +150,38 @@ contains
         call tests%check('and in air', all(out > 0.0_wp .or. y < 1.99_wp .or. abs(out) <= 0.0_wp))
       end associate
     end associate
-    call evaluate_step(model, step, table, tangent_none)
-    term => term_named(step, term_name)
-    call term%commit(table, model)
-    call tests%check('water comes in at the shore', abs(discharge_in(model%analysis, 3, 'shore')) > 0.0_wp)
     call end_system(step%system)
   end subroutine check_bounds
 
-  !> Rain on the top comes in at its nodes, over the time of the step.
-  subroutine check_rain(tests)
+  !> In full ground a pressure that rises by 7 along x brings k_x 7/gamma_w H in at the shore, 2 m high.
+  subroutine check_inflow(tests)
     type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: table(:, :)
+    class(term_type), pointer :: term
+    integer :: a, field
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', rest(:index(rest, '1.4') - 1)//'2.8'//rest(index(rest, '1.4') + 3:)// &
+      '*PHASE, NAME=same, TIME=3|'//flows//'*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| shore, 2.8|'// &
+      '*END PHASE|', 2, model, step)
+    field = find_field(step%unknowns, excess_field)
+    allocate (table, source=0.0_wp*waves(step, 0.0_wp))
+    do a = 1, model%space%node_count
+      table(1, joint_node(step%unknowns, a, field)) = 7.0_wp*model%mesh%coordinates(1, a)
+    end do
+    call evaluate_step(model, step, table, tangent_none)
+    term => term_named(step, term_name)
+    call term%commit(table, model)
+    call tests%close('what comes in', discharge_in(model%analysis, 2, 'shore'), 0.3_wp*0.7_wp*2.0_wp, 1.0e-10_wp)
+    call end_system(step%system)
+  end subroutine check_inflow
+
+  !> Rain on the top comes in at its nodes, over the time of the step: 2 m2, or radius^2/2.
+  subroutine check_rain(tests, kind)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp), allocatable :: table(:, :), force(:, :)
@@ -168,7 +191,7 @@ contains
     do turn = 1, 2
       if (allocated(table)) deallocate (table)
       allocate (model, step)
-      call make_step('PLANE STRAIN', rest//'*PHASE, NAME=rain, TIME=3|'//flows//levels//' top, 0, '// &
+      call make_step(kind, rest//'*PHASE, NAME=rain, TIME=3|'//flows//levels//' top, 0, '// &
         trim(merge('0.0  ', '0.001', turn == 1))//'|*END PHASE|', 2, model, step)
       field = find_field(step%unknowns, excess_field)
       allocate (table, source=0.0_wp*waves(step, 0.0_wp))
@@ -176,7 +199,7 @@ contains
       out(turn) = sum(force(1, [(joint_node(step%unknowns, a, field), a=1, model%space%node_count)]), &
         mask=model%mesh%coordinates(2, :model%space%node_count) > 1.9_wp)
       call end_system(step%system)
-      if (turn == 2) call tests%close('rain comes in', out(1) - out(2), 0.001_wp*0.75_wp*2.0_wp, 1.0e-12_wp)
+      if (turn == 2) call tests%close('rain comes in, '//kind, out(1) - out(2), 0.001_wp*0.75_wp*2.0_wp, 1.0e-12_wp)
       deallocate (model, step)
     end do
   end subroutine check_rain
