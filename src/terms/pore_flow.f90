@@ -383,7 +383,7 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
     type(flow_state_type) :: here
-    real(wp) :: weight(3)
+    real(wp) :: weight(3), flow(size(displacement, 2))
     integer :: i, a
 
     do i = 1, size(self%points)
@@ -397,8 +397,9 @@ contains
         end do
       end associate
     end do
-    force(1, :) = force(1, :) + net_flow(self, displacement)
-    if (self%total) call add_bounds(self, displacement, force)
+    flow = net_flow(self, displacement)
+    force(1, :) = force(1, :) + flow
+    if (self%total) call add_bounds(self, displacement, flow, force)
   end subroutine add_force
 
   !> What flows out of the nodes and is taken up there, rain taken off, in the time of the step (columns).
@@ -467,15 +468,16 @@ contains
   end subroutine hold_bounds
 
   !> The load of free water; nodes that hold the pressure of the bounds let flow what does.
-  pure subroutine add_bounds(self, table, force)
+  pure subroutine add_bounds(self, table, flow, force)
     class(pore_flow_type), intent(in) :: self
-    real(wp), intent(in) :: table(:, :)
+    !> Of all unknowns; net flow (columns).
+    real(wp), intent(in) :: table(:, :), flow(:)
     real(wp), intent(inout) :: force(:, :)
     logical, allocatable :: held(:)
     real(wp) :: residual(size(self%kept))
     integer :: a
 
-    call hold_bounds(self, table, net_flow(self, table), held, residual)
+    call hold_bounds(self, table, flow, held, residual)
     do a = 1, size(held)
       force(:self%dimension, a) = force(:self%dimension, a) - self%bounds%load(:, a)
       if (held(a)) force(1, joint_node(self%unknowns, a, self%field)) = residual(a)

@@ -12,6 +12,7 @@ module qsmpm_free_surface
   use qsmpm_element, only: corner_count, face_area_vector, face_corners, face_count, face_rule, &
     linear_kind, shape_functions
   use qsmpm_load_description, only: head_type
+  use qsmpm_load_path, only: between
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of
@@ -22,7 +23,7 @@ module qsmpm_free_surface
   private
 
   public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, rows_in_force, &
-    idle_rows, idle_note
+    former_levels, idle_rows, idle_note
 
   !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
   real(wp), parameter, public :: dry = 1.0e-3_wp
@@ -84,38 +85,47 @@ contains
     kept_water = filled_share(pressure, suction) + dry*min(0.0_wp, 1.0_wp + pressure/suction)
   end function kept_water
 
-  !> The levels of a phase at a fraction of it: those of the card in force, from what parts of the same name had before.
+  !> The levels of a phase at a fraction of it: those of the card in force, evenly from what they were.
   pure function rows_in_force(phases, number, fraction) result(rows)
     type(phase_type), intent(in) :: phases(:)
     !> Of the phase.
     integer, intent(in) :: number
     real(wp), intent(in) :: fraction
     type(head_type), allocatable :: rows(:)
-    integer, allocatable :: line(:)
-    real(wp), allocatable :: final(:)
-    integer :: i, k, r, h, from
+    integer :: k, from
 
     from = free_surface_of(phases, number)
     do k = 1, size(phases(from)%water_levels)
       if (phases(from)%water_levels(k)%coupled) rows = phases(from)%water_levels(k)%heads
     end do
-    if (from /= number) return
-    final = rows%level
+    if (from == number) rows%level = between(former_levels(phases, number, rows), rows%level, fraction)
+  end function rows_in_force
+
+  !> Levels that parts of the bounds had in the flow before a phase; of a new one its own.
+  pure function former_levels(phases, number, rows) result(level)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    type(head_type), intent(in) :: rows(:)
+    real(wp) :: level(size(rows))
+    integer, allocatable :: line(:)
+    integer :: i, k, r, h
+
+    level = rows%level
     allocate (line, source=lineage(phases, number))
-    do i = 1, size(line) - 1
+    do i = size(line) - 1, 1, -1
       do k = 1, size(phases(line(i))%water_levels)
-        associate (level => phases(line(i))%water_levels(k))
-          if (.not. level%flows) cycle
+        associate (before => phases(line(i))%water_levels(k))
+          if (.not. before%flows) cycle
           do r = 1, size(rows)
-            do h = 1, size(level%heads)
-              if (level%heads(h)%set == rows(r)%set) rows(r)%level = level%heads(h)%level
+            do h = 1, size(before%heads)
+              if (before%heads(h)%set == rows(r)%set) level(r) = before%heads(h)%level
             end do
           end do
+          return
         end associate
       end do
     end do
-    rows%level = rows%level + fraction*(final - rows%level)
-  end function rows_in_force
+  end function former_levels
 
   !> The bounds as they stand at a fraction of the phase.
   pure subroutine find_bounds(model, open, fraction, bounds)

@@ -15,7 +15,7 @@ module qsmpm_free_surface_check
   implicit none
   private
 
-  public :: check_free_surface
+  public :: check_free_surface, check_pores
 
 contains
 
@@ -44,7 +44,7 @@ contains
         phase%where, '*HISTORY', "QUANTITY=EXCESS PRESSURE: in phase '"//phase%name//"' there is one pressure, "// &
         'with that of the water at rest in it; take QUANTITY=PORE PRESSURE')
     end associate
-    call check_soil(model%analysis, number, diagnostics)
+    call check_pores(model%analysis, number, diagnostics)
     associate (card => model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation)
       do i = 1, size(card%sets)
         if (.not. card%sets(i)%closed) call add_diagnostic(diagnostics, card%sets(i)%where, '*CONSOLIDATION', "'"// &
@@ -110,7 +110,7 @@ contains
   end subroutine check_parts
 
   !> Water that leaves soil has to be told.
-  subroutine check_soil(analysis, number, diagnostics)
+  subroutine check_pores(analysis, number, diagnostics)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
     type(diagnostics_type), intent(inout) :: diagnostics
@@ -128,5 +128,5 @@ contains
           "' has no DRAINABLE POROSITY: 0.05 to 0.3 in sand, a few hundredths in silt and clay")
       end associate
     end do
-  end subroutine check_soil
+  end subroutine check_pores
 end module qsmpm_free_surface_check

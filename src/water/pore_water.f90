@@ -25,7 +25,7 @@ module qsmpm_pore_water
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
-  use qsmpm_phase_tree, only: lineage
+  use qsmpm_phase_tree, only: lineage, parent_of
   use qsmpm_points, only: carries_water
   use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_vertical, only: upwards, vertical_of
@@ -33,7 +33,7 @@ module qsmpm_pore_water
   implicit none
   private
 
-  public :: has_water, has_pore_pressure, dry_tables, take_levels, water_forces, &
+  public :: has_water, has_pore_pressure, dry_tables, take_levels, levels_in_force, water_forces, &
     steady_pressure, update_pore_pressure, discharge_in, has_inflow, begin_free_surface
 
 contains
@@ -112,6 +112,23 @@ contains
     tables%across = merge(2, 1, tables%axis == 1)
     tables%up = upwards(analysis)
   end subroutine dry_tables
+
+  !> Levels at the end of a phase.
+  pure subroutine levels_in_force(analysis, number, tables)
+    type(analysis_type), intent(in) :: analysis
+    !> Of the phase; 0 for none.
+    integer, intent(in) :: number
+    !> (bodies)
+    type(water_table_type), allocatable, intent(out) :: tables(:)
+    integer, allocatable :: path(:)
+    integer :: k
+
+    call dry_tables(analysis, tables)
+    allocate (path, source=lineage(analysis%phases, number))
+    do k = 1, size(path)
+      call take_levels(analysis, analysis%phases(path(k)), tables)
+    end do
+  end subroutine levels_in_force
 
   !> The levels that a phase gives: that of all bodies to those without one of their own, then those of single bodies.
   pure subroutine take_levels(analysis, phase, tables)
@@ -236,21 +253,17 @@ contains
     real(wp) :: nodal(model%space%node_count), pressure(model%mesh%node_count), suction(model%mesh%node_count), level
     logical :: stays(size(model%analysis%bodies)), given(model%mesh%node_count)
     type(water_table_type), allocatable :: tables(:)
-    integer, allocatable :: line(:)
-    integer :: i, p, axis
+    integer :: i, p, axis, before
 
     associate (phases => model%analysis%phases, number => model%state%progress%phase, mesh => model%mesh)
       if (free_surface_of(phases, number) == 0) return
       axis = vertical_of(model%analysis)
-      allocate (line, source=lineage(phases, number))
+      before = parent_of(phases, number)
       suction = filling_pressure(model)
       pressure = -2.0_wp*suction
       given = .false.
-      call dry_tables(model%analysis, tables)
-      do i = 1, size(line) - 1
-        call take_levels(model%analysis, phases(line(i)), tables)
-      end do
-      stays = bodies_active(model%analysis, line(max(1, size(line) - 1)))
+      call levels_in_force(model%analysis, before, tables)
+      stays = bodies_active(model%analysis, before)
       nodal = reshape(kept_values(model%state%kept, excess_field), shape(nodal))
       do p = 1, model%state%points%count
         associate (c => model%state%points%cell(p), table => tables(model%state%points%body(p)))
@@ -260,7 +273,7 @@ contains
               if (given(a)) cycle
               given(a) = .true.
               pressure(a) = nodal(a)
-              if (free_surface_of(phases, line(max(1, size(line) - 1))) > 0) cycle
+              if (free_surface_of(phases, before) > 0) cycle
               level = table%up*minval(table%up*mesh%coordinates(axis, :))
               if (table%present) level = level_at(table, mesh%coordinates(:, a))
               pressure(a) = nodal(a) + table%up*phases(consolidation_of(phases, number))%consolidation%unit_weight &

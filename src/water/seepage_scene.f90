@@ -9,6 +9,8 @@ module qsmpm_seepage_scene
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_error, only: error_type
   use qsmpm_fitted_background, only: fit_scene
+  use qsmpm_free_surface, only: former_levels
+  use qsmpm_free_surface_check, only: check_pores
   use qsmpm_load_description, only: water_level_type
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
   use qsmpm_model, only: model_type
@@ -122,26 +124,19 @@ contains
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: from(size(level%heads))
-    integer :: material(size(analysis%bodies)), place(2), i, k
+    integer :: material(size(analysis%bodies)), place(2), k
     integer, allocatable :: body(:)
 
     place = flow_before(analysis%phases, number)
     associate (earlier => analysis%phases(place(1))%water_levels(place(2)))
-      from = level%heads%level
-      do i = 1, size(from)
-        do k = 1, size(earlier%heads)
-          if (earlier%heads(k)%set == level%heads(i)%set) from(i) = earlier%heads(k)%level
-        end do
-      end do
       flow%head = upwards(analysis)*earlier%field%head
     end associate
     call leave_dry(flow%kind == node_head .or. flow%rain > 0.0_wp .or. flow%head > flow%height, scene, flow)
     material = body_materials(analysis, number)
     allocate (body, source=pack(scene%mesh%region, scene%flows))
     call give_pores([(analysis%materials(material(body(k)))%drainable_porosity, k=1, size(body))], flow)
-    call follow_seepage(flow, scene%row, upwards(analysis)*from, upwards(analysis)*level%heads%level, &
-      analysis%phases(number)%duration, error)
+    call follow_seepage(flow, scene%row, upwards(analysis)*former_levels(analysis%phases, number, level%heads), &
+      upwards(analysis)*level%heads%level, analysis%phases(number)%duration, error)
   end subroutine follow_flow
 
   !> The flow in force before a phase: phase and card, 0 for none.
@@ -187,12 +182,8 @@ contains
         analysis%materials(material(b))%where, '*MATERIAL', "water is to flow through body '"// &
         analysis%bodies(b)%name//"', but material '"//analysis%materials(material(b))%name// &
         "' has no *PERMEABILITY (0 for one that is tight)")
-      if (level%transient .and. analysis%materials(material(b))%permeability(1) > 0.0_wp .and. &
-        .not. analysis%materials(material(b))%drainable_porosity > 0.0_wp) call add_diagnostic(diagnostics, &
-        analysis%materials(material(b))%where, '*MATERIAL', "water is to leave body '"//analysis%bodies(b)%name// &
-        "' in time, but *PERMEABILITY of material '"//analysis%materials(material(b))%name// &
-        "' has no DRAINABLE POROSITY: 0.05 to 0.3 in sand, a few hundredths in silt and clay")
     end do
+    if (level%transient) call check_pores(analysis, number, diagnostics)
     if (level%transient) call check_time(analysis, number, level, diagnostics)
   end subroutine check_scene
 
