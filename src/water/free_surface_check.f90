@@ -7,9 +7,9 @@ module qsmpm_free_surface_check
   use qsmpm_element, only: corner_count
   use qsmpm_free_surface, only: idle_rows
   use qsmpm_history_description, only: quantity_excess_pressure
-  use qsmpm_load_description, only: water_level_type
+  use qsmpm_load_description, only: traction_type, water_level_type
   use qsmpm_model, only: model_type
-  use qsmpm_phase_loads, only: consolidation_of, free_surface_of
+  use qsmpm_phase_loads, only: consolidation_of, free_surface_of, load_in_force
   use qsmpm_phase_tree, only: lineage
   use qsmpm_rounded_text, only: rounded_text
   implicit none
@@ -95,15 +95,21 @@ contains
     integer, intent(in) :: number
     type(water_level_type), intent(in) :: level
     type(diagnostics_type), intent(inout) :: diagnostics
+    type(traction_type) :: load
     integer :: now, r
     logical, allocatable :: idle(:)
 
-    if (has_stages(model%analysis)) return
-    now = model%state%progress%phase
-    model%state%progress%phase = number
-    allocate (idle, source=idle_rows(model))
-    model%state%progress%phase = now
+    allocate (idle(size(level%heads)), source=.false.)
+    if (.not. has_stages(model%analysis)) then
+      now = model%state%progress%phase
+      model%state%progress%phase = number
+      idle = idle_rows(model)
+      model%state%progress%phase = now
+    end if
     do r = 1, size(idle)
+      load = load_in_force(model%analysis%phases, lineage(model%analysis%phases, number), level%heads(r)%set, .true.)
+      if (load%of_water) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', "the water at '"// &
+        level%heads(r)%set//"' presses by its level, and by a *PRESSURE as well: leave that out")
       if (idle(r)) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', "no face of the ground "// &
         "lies in '"//level%heads(r)%set//"' (a well within ground is for phases without *CONSOLIDATION)")
     end do

@@ -244,6 +244,8 @@ contains
       '*END PHASE|', 'has one weight')
     call refuse('it begins from water', '*PHASE, NAME=lowers, TIME=3|*FIX| base, ALL|*GRAVITY| 0, -1|'//flows//levels// &
       '*END PHASE|', 'begins from the water of a phase before')
+    call refuse('no pressure of the same water', rest//'*PHASE, NAME=lowers, TIME=3|*PRESSURE, SURFACE=shore, LEVEL=1, '// &
+      'UNIT WEIGHT=10|'//flows//levels//'*END PHASE|', "presses by its level, and by a *PRESSURE as well")
     call refuse('no open set', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//' base, OPEN|'//levels//'*END PHASE|', &
       "'base' is OPEN, and in phase 'lowers' the surface of the water is free")
     call refuse('one pressure', '*HISTORY, NAME=e, QUANTITY=EXCESS PRESSURE|'//rest//lowers, 'there is one pressure')
