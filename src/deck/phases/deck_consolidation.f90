@@ -21,7 +21,8 @@ contains
       'phase, and of those behind it: soil of a *PERMEABILITY bears what is put on it by its water first. Faces in '// &
       'air are open, the sides of the grid closed, unless the lines say otherwise. In a phase of TYPE=SAFETY time '// &
       'stands still. With *WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT in the phase the pressure is all that there '// &
-      'is, under a surface of the water that moves.', consolidation_fields, '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN')
+      'is, under a surface of the water that moves.', consolidation_fields, &
+      '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN')
   end subroutine add_consolidation_keyword
 
   !> *CONSOLIDATION.
