@@ -6,7 +6,8 @@ module test_free_surface
   use qsmpm_consolidation, only: excess_field, excess_pressure
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
-  use qsmpm_free_surface, only: acting_pressure, filling_pressure, idle_note, kept_water, rows_in_force
+  use qsmpm_free_surface, only: acting_pressure, filling_pressure, find_bounds, idle_note, kept_water, &
+    rows_in_force, water_bounds_type
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_kinds, only: wp
@@ -55,6 +56,8 @@ contains
     call check_rain(tests, 'PLANE STRAIN')
     call check_rain(tests, 'AXISYMMETRIC')
     call check_inflow(tests)
+    call check_faces(tests, 'PLANE STRAIN', 1.0_wp)
+    call check_faces(tests, 'AXISYMMETRIC', 2.0_wp)
     call check_levels(tests)
     call check_refusals(tests)
   end subroutine collect_free_surface
@@ -152,6 +155,43 @@ contains
     end associate
     call end_system(step%system)
   end subroutine check_bounds
+
+  !> Two parts that meet have the higher level where they do, whichever comes first; each presses by its own.
+  subroutine check_faces(tests, kind, depth)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    !> Of the shore: 1, or its radius.
+    real(wp), intent(in) :: depth
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(water_bounds_type) :: bounds
+    integer :: turn, a, n
+    logical, allocatable :: corner(:), above(:)
+
+    do turn = 1, 2
+      allocate (model, step)
+      call make_step(kind, rest//'*PHASE, NAME=two, TIME=3|'//flows//'*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, '// &
+        'UNIT WEIGHT=10|'//trim(merge(' shore, 2.8| top, 1.5| ', ' top, 1.5| shore, 2.8| ', turn == 1))//'|*END PHASE|', 2, &
+        model, step)
+      n = model%mesh%node_count
+      call find_bounds(model, [(.false., a=1, n)], 1.0_wp, bounds)
+      associate (x => model%mesh%coordinates(1, :), y => model%mesh%coordinates(2, :))
+        corner = abs(x - 2.0_wp) < 1.0e-9_wp .and. abs(y - 2.0_wp) < 1.0e-9_wp
+        above = bounds%open .and. x < 1.9_wp
+        call tests%close('where they meet, '//kind, sum(bounds%pressure, mask=corner), 8.0_wp, 1.0e-9_wp)
+        call tests%check('held there', all(bounds%held .or. .not. corner))
+        call tests%check('a face in air on the top', any(above) .and. .not. any(bounds%held .and. above) .and. &
+          all(y > 1.99_wp .or. .not. above))
+        call tests%check('each has its row', all(bounds%row == merge(2, 1, turn == 1) .or. .not. above) .and. &
+          all(bounds%row == merge(1, 2, turn == 1) .or. .not. corner))
+        call tests%close('the shore is pushed', sum(bounds%load(1, :)), -depth*10.0_wp*(2.8_wp**2 - 0.8_wp**2)/2.0_wp, &
+          1.0e-9_wp)
+        call tests%close('not upwards', sum(bounds%load(2, :)), 0.0_wp, 1.0e-9_wp)
+      end associate
+      call end_system(step%system)
+      deallocate (model, step)
+    end do
+  end subroutine check_faces
 
   !> In full ground a pressure that rises by 7 along x brings k_x 7/gamma_w H in at the shore, 2 m high.
   subroutine check_inflow(tests)
