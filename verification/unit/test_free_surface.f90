@@ -313,6 +313,7 @@ contains
       text = message_text(messages)
       if (allocated(error)) text = text//error%message
       call tests%check(what, index(text, message) > 0)
+      call tests%check('the model is left where it was', model%state%progress%phase < 2)
     end subroutine refuse
   end subroutine check_refusals
 
