@@ -3,15 +3,18 @@
 !> fields of the points (qsmpm_field_list) are called `point_` and their name.
 module qsmpm_named_values
   use qsmpm_kinds, only: wp
+  use qsmpm_consolidation, only: excess_field
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_field_list, only: field_type, field_list_type, field_name_length, shown_nowhere
   use qsmpm_histories, only: take_histories
+  use qsmpm_kept_arrays, only: is_kept, keep_values, kept_values
   use qsmpm_limit_load, only: limit_loads, relative_compliance
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_phase_ends, only: end_of_phase, factor_of_phase
   use qsmpm_phase_times, only: time_in_phase
   use qsmpm_points, only: points_type, allocate_points, place_of
+  use qsmpm_pore_water, only: update_pore_pressure
   use qsmpm_simulation, only: simulation_type
   use qsmpm_text, only: string_type, did_you_mean, integer_text
   implicit none
@@ -22,8 +25,8 @@ module qsmpm_named_values
   integer, parameter :: name_length = field_name_length
   character(len=*), parameter :: of_point = 'point_'
   !> What there is beside the fields of the points.
-  character(len=name_length), parameter :: other_names(24) = [character(len=name_length) :: &
-    'point_force', 'node_position', 'node_reaction', 'gravity', 'histories', &
+  character(len=name_length), parameter :: other_names(25) = [character(len=name_length) :: &
+    'point_force', 'node_position', 'node_reaction', 'node_pressure', 'gravity', 'histories', &
     'stage', 'step', 'share', 'load_factor', 'time', 'finished', 'coming_stage', 'dimension', &
     'external_work', 'internal_work', &
     'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error', 'compliance', &
@@ -90,6 +93,8 @@ contains
       case ('node_reaction')
         rows = model%mesh%dimension
         columns = model%space%node_count
+      case ('node_pressure')
+        columns = merge(model%space%node_count, 0, is_kept(model%state%kept, excess_field))
       case ('gravity', 'limit_load')
         rows = 3
       case ('histories')
@@ -134,6 +139,8 @@ contains
         values = pack(simulation%model%state%coordinates, .true.)
       case ('node_reaction')
         values = pack(simulation%model%state%reactions, .true.)
+      case ('node_pressure')
+        if (columns > 0) values = pack(kept_values(simulation%model%state%kept, excess_field), .true.)
       case ('gravity')
         values = loading%gravity_start + simulation%model%state%progress%fraction* &
           (loading%gravity_final - loading%gravity_start)
@@ -275,6 +282,9 @@ contains
       call start_stresses(simulation%model, reshape(values, [rows, columns]))
     case ('point_state')
       simulation%model%state%points%state(:, :) = reshape(values, [rows, columns])
+    case ('node_pressure')
+      if (columns > 0) call keep_values(simulation%model%state%kept, excess_field, reshape(values, [1, columns]))
+      call update_pore_pressure(simulation%model)
     case ('point_force')
       call simulation%set_point_force(reshape(values, [rows, columns]), error)
     case default

@@ -149,6 +149,7 @@ contains
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: i, p
 
+    if (.not. allocated(model%mesh%node_sets)) allocate (model%mesh%node_sets(0))
     do i = 1, size(model%analysis%node_sets)
       call make_node_set(model, model%analysis%node_sets(i), diagnostics)
     end do

@@ -89,6 +89,8 @@ module qsmpm_load_description
     logical :: flows = .false.
     !> In time, from the flow before.
     logical :: transient = .false.
+    !> In ground that consolidates, whose equations have its pressure (qsmpm_pore_flow); there is no field then.
+    logical :: coupled = .false.
     type(head_type), allocatable :: heads(:)
     type(seepage_field_type), allocatable :: field
   end type water_level_type

@@ -7,7 +7,7 @@ module qsmpm_phase_loads
   implicit none
   private
 
-  public :: acts, consolidation_of, has_consolidation, is_loaded, is_body_loaded, load_in_force
+  public :: acts, consolidation_of, free_surface_of, has_consolidation, is_loaded, is_body_loaded, load_in_force
 
 contains
 
@@ -44,6 +44,21 @@ contains
       if (phases(line(i))%consolidation%given) from = line(i)
     end do
   end function consolidation_of
+
+  !> Phase whose levels bound ground that consolidates under a free surface in another, 0 for none.
+  pure integer function free_surface_of(phases, number) result(from)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    integer, allocatable :: line(:)
+    integer :: i
+
+    from = 0
+    allocate (line, source=lineage(phases, number))
+    do i = 1, size(line)
+      if (.not. allocated(phases(line(i))%water_levels)) cycle
+      if (any(phases(line(i))%water_levels%coupled)) from = line(i)
+    end do
+  end function free_surface_of
 
   !> Whether a phase puts a load on the model.
   pure logical function acts(phase)

@@ -14,13 +14,14 @@ module qsmpm_phase_start
   use qsmpm_cavities, only: closure_of
   use qsmpm_body_stages, only: change_bodies
   use qsmpm_error, only: error_type
+  use qsmpm_free_surface, only: idle_note
   use qsmpm_initial_contact, only: press_on_bodies
   use qsmpm_initial_stress, only: set_initial_stresses
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_load_path, only: between
   use qsmpm_phase_ends, only: fraction_reached
-  use qsmpm_pore_water, only: dry_tables, take_levels, update_pore_pressure
+  use qsmpm_pore_water, only: begin_free_surface, dry_tables, take_levels, update_pore_pressure
   use qsmpm_vertical, only: upwards
   use qsmpm_softening, only: softening_state
   use qsmpm_surface_pressure, only: surface_pressure_type, reached_pressure
@@ -106,6 +107,8 @@ contains
       if (present(notes) .and. (phase%updates_strength .or. phase%initial%kind /= initial_keep .or. &
         size(phase%materials) > 0)) notes = notes//strength_note(model)
     end associate
+    call begin_free_surface(model)
+    if (present(notes)) notes = notes//idle_note(model)
     call update_pore_pressure(model)
   end subroutine start_phase
 
@@ -255,6 +258,8 @@ contains
     loading%closure_start = loading%closure_final
     loading%water_start = loading%water_final
     call take_levels(model%analysis, phase, loading%water_final)
+    ! The field of qsmpm_pore_flow has all of the pressure, at once.
+    if (any(phase%water_levels%coupled)) loading%water_start = loading%water_final
     do s = 1, size(model%analysis%surfaces)
       do i = 1, size(phase%tractions)
         if (model%analysis%surfaces(s)%name /= phase%tractions(i)%surface) cycle

@@ -14,18 +14,22 @@ module qsmpm_pore_flow
   use qsmpm_consolidation, only: drained_nodes, excess_field, permeable_points
   use qsmpm_element, only: corner_count, element_geometry, linear_kind
   use qsmpm_equations, only: equations_type
+  use qsmpm_free_surface, only: dry, filling_pressure, find_bounds, kept_water, water_bounds_type
   use qsmpm_kept_arrays, only: kept_values
+  use qsmpm_load_path, only: between
   use qsmpm_material_description, only: permeability_at
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
   use qsmpm_permeability_law, only: permeability_ratio
   use qsmpm_phase_description, only: phase_safety
-  use qsmpm_phase_loads, only: consolidation_of, has_consolidation
+  use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
   use qsmpm_pore_water, only: update_pore_pressure
+  use qsmpm_seepage, only: filled_share, let_through_in_time
   use qsmpm_space, only: functions_at, shape_values_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: failure_type, force_sizes_type, increment_type, term_type
   use qsmpm_unknowns, only: find_field, joint_node
+  use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
 
@@ -39,12 +43,37 @@ module qsmpm_pore_flow
     real(wp) :: hoop = 0.0_wp
     integer :: corners = 0
     real(wp) :: shape(8) = 0.0_wp, slope(3, 8) = 0.0_wp, kept(8) = 0.0_wp
+    !> Under a free surface: share of drainable pores, mass that the water in them adds where they are full, and weight
+    !> of water that has come in as the soil grew; of its corners the suction under which they are empty, how much of
+    !> them was filled, and what a unit of pressure makes flow there, of the size of the matrix, in unit time and at
+    !> once.
+    real(wp) :: pores = 0.0_wp, mass = 0.0_wp, gained = 0.0_wp, yields = 0.0_wp
+    real(wp) :: suction(8) = 1.0_wp, filled(8) = 1.0_wp, conducts(8) = 0.0_wp
   end type flow_point_type
+
+  !> What the unknowns make of it.
+  type :: flow_state_type
+    !> On the skeleton, its derivative by the corners; change, slope of the pressure with the weight of the water.
+    real(wp) :: pressure = 0.0_wp, by_pressure(8) = 1.0_wp, change = 0.0_wp, slope(3) = 0.0_wp, divergence = 0.0_wp
+    !> Filled share of the corners, water in their drainable pores, relative permeability, and their derivatives.
+    real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, water(8) = 1.0_wp, by_water(8) = 0.0_wp
+    real(wp) :: factor = 1.0_wp, by_factor(8) = 0.0_wp
+  end type flow_state_type
 
   type, extends(term_type) :: pore_flow_type
     !> Weight of water, compressibility of water and grains, time of the step; pressures stay.
     real(wp) :: unit_weight = 1.0_wp, storage = 0.0_wp, duration = 0.0_wp, phase_time = 1.0_wp
-    integer :: dimension = 2, field = 0
+    integer :: dimension = 2, field = 0, axis = 2
+    !> The pressure is all that there is, under a free surface; sense of upwards, gravity as it stands.
+    logical :: total = .false.
+    real(wp) :: up = 1.0_wp, gravity(3) = 0.0_wp
+    !> Gradient of the pressure of water at rest, upwards.
+    real(wp) :: heavy(3) = 0.0_wp
+    logical, allocatable :: open(:)
+    type(water_bounds_type) :: bounds
+    !> Pressure at the start of the step, and whether that of the bounds is there at the last evaluation (nodes).
+    real(wp), allocatable :: kept(:)
+    logical, allocatable :: held(:)
     type(flow_point_type), allocatable :: points(:)
     !> Sizes of the flows at the last evaluation (columns).
     real(wp), allocatable :: flow_size(:)
@@ -53,6 +82,7 @@ module qsmpm_pore_flow
     procedure :: prescribe
     procedure :: prepare
     procedure :: begin
+    procedure :: set_load
     procedure :: evaluate
     procedure :: add_force
     procedure :: add_sizes
@@ -99,6 +129,7 @@ contains
       kept = reshape(kept_values(model%state%kept, excess_field), shape(kept))
     else
       drained = drained_nodes(model, model%analysis%phases(from)%consolidation)
+      if (free_surface_of(model%analysis%phases, model%state%progress%phase) > 0) return
     end if
     do a = 1, size(drained)
       if (.not. drained(a)) cycle
@@ -113,10 +144,12 @@ contains
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     integer, allocatable :: wet(:)
-    real(wp) :: kept(model%space%node_count)
+    real(wp) :: kept(model%space%node_count), suction(model%mesh%node_count)
     integer :: from, p, i
 
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
+    self%total = free_surface_of(model%analysis%phases, model%state%progress%phase) > 0
+    self%heavy = 0.0_wp
     self%symmetric = from == 0
     self%dimension = model%mesh%dimension
     allocate (wet(0))
@@ -128,10 +161,20 @@ contains
       wet = pack([(p, p=1, model%state%points%count)], permeable_points(model))
       kept = reshape(kept_values(model%state%kept, excess_field), shape(kept))
     end if
+    if (self%total) then
+      self%axis = vertical_of(model%analysis)
+      self%up = upwards(model%analysis)
+      self%heavy(self%axis) = self%up*self%unit_weight
+      suction = filling_pressure(model)
+      self%kept = kept
+      self%held = [(.false., p=1, size(kept))]
+      self%open = drained_nodes(model, model%analysis%phases(from)%consolidation)
+    end if
     if (allocated(self%points)) deallocate (self%points)
     allocate (self%points(size(wet)))
     do i = 1, size(wet)
       call see_point(self, model, wet(i), kept, self%points(i))
+      if (self%total) call see_pores(self, model, wet(i), suction, self%points(i))
     end do
     call connect(self)
   end subroutine prepare
@@ -164,6 +207,27 @@ contains
     end associate
   end subroutine see_point
 
+  !> Drainable pores of a point, and how much of them is filled.
+  subroutine see_pores(self, model, p, suction, point)
+    class(pore_flow_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: p
+    !> Under which the pores at a node are empty (nodes).
+    real(wp), intent(in) :: suction(:)
+    type(flow_point_type), intent(inout) :: point
+
+    associate (soil => model%analysis%materials(model%state%points%material(p)), n => point%corners, &
+        volume => model%state%points%initial_volume(p))
+      point%pores = soil%drainable_porosity
+      if (soil%saturated_weight >= 0.0_wp) point%mass = (soil%saturated_weight - soil%unit_weight)*volume
+      point%gained = (point%volume - volume)*self%unit_weight
+      point%suction(:n) = suction(point%place%node(:n))
+      point%filled(:n) = kept_water(point%kept(:n), point%suction(:n))
+      if (soil%young > 0.0_wp) point%yields = 1.0_wp/soil%young
+      point%conducts(:n) = maxval(point%permeability)*self%unit_weight/point%suction(:n)**2
+    end associate
+  end subroutine see_pores
+
   !> Displacements and pressures around each point couple.
   subroutine connect(self)
     class(pore_flow_type), intent(inout) :: self
@@ -195,31 +259,58 @@ contains
     self%duration = increment%step_info%duration*self%phase_time
   end subroutine begin
 
-  !> Pressure and its change, its slope, and the change of volume at a point.
-  pure subroutine values_at(self, i, table, pressure, change, slope, divergence)
+  !> Levels, rain and gravity as they stand.
+  subroutine set_load(self, model, configuration, fraction)
+    class(pore_flow_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    real(wp), intent(in) :: fraction
+
+    if (.not. self%total) return
+    self%gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
+    call find_bounds(model, self%open, fraction, self%bounds)
+  end subroutine set_load
+
+  !> What the unknowns make of a point.
+  pure subroutine values_at(self, i, table, here)
     class(pore_flow_type), intent(in) :: self
     integer, intent(in) :: i
     real(wp), intent(in) :: table(:, :)
-    real(wp), intent(out) :: pressure, change, slope(3), divergence
+    type(flow_state_type), intent(out) :: here
+    real(wp) :: nodal(8)
     integer :: a, n
 
     n = self%points(i)%place%count
-    pressure = 0.0_wp
-    change = 0.0_wp
-    slope = 0.0_wp
-    divergence = 0.0_wp
+    nodal = 0.0_wp
     associate (own => self%connectivity%nodes(self%connectivity%first(i):), point => self%points(i))
       do a = 1, point%corners
-        change = change + point%shape(a)*table(1, own(n + a))
-        pressure = pressure + point%shape(a)*point%kept(a)
-        slope = slope + point%slope(:, a)*(point%kept(a) + table(1, own(n + a)))
+        here%change = here%change + point%shape(a)*table(1, own(n + a))
+        nodal(a) = point%kept(a) + table(1, own(n + a))
+        here%slope = here%slope + point%slope(:, a)*nodal(a)
       end do
-      pressure = pressure + change
       do a = 1, n
-        divergence = divergence + dot_product(volume_of(self, point, a), table(:self%dimension, own(a)))
+        here%divergence = here%divergence + dot_product(volume_of(self, point, a), table(:self%dimension, own(a)))
       end do
+      if (self%total) call fill_pores(self, point, nodal, here)
+      here%pressure = sum(point%shape*here%filled*nodal)
     end associate
   end subroutine values_at
+
+  !> How far pores are filled by the pressures of the corners, and what that lets through.
+  pure subroutine fill_pores(self, point, nodal, here)
+    class(pore_flow_type), intent(in) :: self
+    type(flow_point_type), intent(in) :: point
+    real(wp), intent(in) :: nodal(8)
+    type(flow_state_type), intent(inout) :: here
+
+    here%slope = here%slope + self%heavy
+    here%filled = filled_share(nodal, point%suction)
+    where (nodal < 0.0_wp .and. nodal > -point%suction) here%by_filled = 1.0_wp/point%suction
+    here%by_pressure = here%filled + here%by_filled*nodal
+    here%water = kept_water(nodal, point%suction)
+    here%by_water = merge(dry/point%suction, here%by_filled, nodal <= -point%suction)
+    call let_through_in_time(nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
+  end subroutine fill_pores
 
   !> Change of volume by the displacement of a node.
   pure function volume_of(self, point, a) result(volume)
@@ -232,6 +323,16 @@ contains
     volume(1) = volume(1) + point%hoop*point%place%shape(a)
   end function volume_of
 
+  !> Weight that a point has more where its pores are full.
+  pure function weight_of(self, point) result(weight)
+    class(pore_flow_type), intent(in) :: self
+    type(flow_point_type), intent(in) :: point
+    real(wp) :: weight(3)
+
+    weight = point%mass*self%gravity
+    weight(self%axis) = weight(self%axis) - self%up*point%gained
+  end function weight_of
+
   !> Sizes of the flows.
   subroutine evaluate(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
     class(pore_flow_type), intent(inout) :: self
@@ -243,23 +344,29 @@ contains
     type(sparse_matrix_type), intent(inout) :: matrix
     type(failure_type), intent(inout) :: failure
     real(wp), intent(in), optional :: prescribed(:, :)
-    real(wp) :: pressure, change, slope(3), divergence
+    type(flow_state_type) :: here
+    logical, allocatable :: held(:)
     integer :: i, a
 
     if (present(prescribed)) continue
     if (allocated(self%flow_size)) deallocate (self%flow_size)
     allocate (self%flow_size(size(displacement, 2)), source=0.0_wp)
     do i = 1, size(self%points)
-      call values_at(self, i, displacement, pressure, change, slope, divergence)
+      call values_at(self, i, displacement, here)
       associate (point => self%points(i), own => self%connectivity%nodes(self%connectivity%first(i):))
         do a = 1, point%corners
           associate (at => self%flow_size(own(point%place%count + a)))
-            at = at + point%volume*(point%shape(a)*(self%storage*abs(change) + abs(divergence)) &
-              + abs(dot_product(conductance(self, point)*slope, point%slope(:, a))))
+            at = at + point%volume*(point%shape(a)*(self%storage*abs(here%change) + abs(here%divergence) &
+              + point%pores*abs(here%water(a) - point%filled(a))) + here%factor*( &
+              abs(dot_product(conductance(self, point)*(here%slope - self%heavy), point%slope(:, a))) &
+              + abs(dot_product(conductance(self, point)*self%heavy, point%slope(:, a)))))
           end associate
         end do
       end associate
     end do
+    if (.not. self%total) return
+    call hold_bounds(self, displacement, net_flow(self, displacement), held)
+    self%held = held
   end subroutine evaluate
 
   !> Permeability over the weight of water, in the time of the step.
@@ -277,25 +384,107 @@ contains
     !> The table of all unknowns.
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
-    real(wp) :: pressure, change, slope(3), divergence
+    type(flow_state_type) :: here
+    real(wp) :: weight(3), flow(size(displacement, 2))
     integer :: i, a
 
     do i = 1, size(self%points)
-      call values_at(self, i, displacement, pressure, change, slope, divergence)
+      call values_at(self, i, displacement, here)
       associate (point => self%points(i), own => self%connectivity%nodes(self%connectivity%first(i):), &
           d => self%dimension)
+        weight = weight_of(self, point)
         do a = 1, point%place%count
-          force(:d, own(a)) = force(:d, own(a)) - point%volume*pressure*volume_of(self, point, a)
+          force(:d, own(a)) = force(:d, own(a)) - point%volume*here%pressure*volume_of(self, point, a) &
+            - sum(point%shape*here%filled)*point%place%shape(a)*weight(:d)
         end do
+      end associate
+    end do
+    flow = net_flow(self, displacement)
+    force(1, :) = force(1, :) + flow
+    if (self%total) call add_bounds(self, displacement, flow, force)
+  end subroutine add_force
+
+  !> What flows out of the nodes and is taken up there, rain taken off, in the time of the step (columns).
+  pure function net_flow(self, table) result(flow)
+    class(pore_flow_type), intent(in) :: self
+    real(wp), intent(in) :: table(:, :)
+    real(wp) :: flow(size(table, 2))
+    type(flow_state_type) :: here
+    integer :: i, a
+
+    flow = 0.0_wp
+    do i = 1, size(self%points)
+      call values_at(self, i, table, here)
+      associate (point => self%points(i), own => self%connectivity%nodes(self%connectivity%first(i):))
         do a = 1, point%corners
-          associate (flow => force(1, own(point%place%count + a)))
-            flow = flow + point%volume*(point%shape(a)*(self%storage*change + divergence) &
-              + dot_product(conductance(self, point)*slope, point%slope(:, a)))
+          associate (at => flow(own(point%place%count + a)))
+            at = at + point%volume*(point%shape(a)*(self%storage*here%change + here%filled(a)*here%divergence &
+              + point%pores*(here%water(a) - point%filled(a))) &
+              + here%factor*dot_product(conductance(self, point)*here%slope, point%slope(:, a)))
           end associate
         end do
       end associate
     end do
-  end subroutine add_force
+    if (.not. self%total) return
+    do a = 1, size(self%kept)
+      associate (at => flow(joint_node(self%unknowns, a, self%field)))
+        at = at - self%duration*self%bounds%rain(a)
+      end associate
+    end do
+  end function net_flow
+
+  !> What a unit of pressure makes flow at the nodes, of the size of the matrix (nodes).
+  pure function own_flow(self) result(flow)
+    class(pore_flow_type), intent(in) :: self
+    real(wp) :: flow(size(self%kept))
+    integer :: i
+
+    flow = 0.0_wp
+    do i = 1, size(self%points)
+      associate (point => self%points(i), n => self%points(i)%corners)
+        associate (node => point%place%node(:n))
+          flow(node) = flow(node) + point%volume*point%shape(:n)*(self%duration*point%conducts(:n) + point%yields)
+        end associate
+      end associate
+    end do
+  end function own_flow
+
+  !> Where the pressure of the bounds is there: below free water, and where water leaves into the air, or would.
+  pure subroutine hold_bounds(self, table, flow, held, residual)
+    class(pore_flow_type), intent(in) :: self
+    real(wp), intent(in) :: table(:, :)
+    !> Net flow (columns).
+    real(wp), intent(in) :: flow(:)
+    logical, allocatable, intent(out) :: held(:)
+    !> Pressure beyond that of the bounds, as a flow (nodes).
+    real(wp), intent(out), optional :: residual(:)
+    real(wp) :: beyond(size(self%kept))
+    integer :: column(size(self%kept)), a
+
+    column = [(joint_node(self%unknowns, a, self%field), a=1, size(column))]
+    beyond = own_flow(self)
+    held = self%bounds%open .and. beyond > 0.0_wp
+    beyond = beyond*(self%kept + table(1, column) - self%bounds%pressure)
+    held = held .and. (self%bounds%held .or. beyond > flow(column))
+    if (present(residual)) residual = beyond
+  end subroutine hold_bounds
+
+  !> The load of free water; nodes that hold the pressure of the bounds let flow what does.
+  pure subroutine add_bounds(self, table, flow, force)
+    class(pore_flow_type), intent(in) :: self
+    !> Of all unknowns; net flow (columns).
+    real(wp), intent(in) :: table(:, :), flow(:)
+    real(wp), intent(inout) :: force(:, :)
+    logical, allocatable :: held(:)
+    real(wp) :: residual(size(self%kept))
+    integer :: a
+
+    call hold_bounds(self, table, flow, held, residual)
+    do a = 1, size(held)
+      force(:self%dimension, a) = force(:self%dimension, a) - self%bounds%load(:, a)
+      if (held(a)) force(1, joint_node(self%unknowns, a, self%field)) = residual(a)
+    end do
+  end subroutine add_bounds
 
   !> Those of the last evaluation.
   subroutine add_sizes(self, sizes)
@@ -312,24 +501,37 @@ contains
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(inout) :: matrix
     real(wp), allocatable :: block(:, :, :, :)
+    type(flow_state_type) :: here
+    real(wp) :: weight(3)
     integer :: i, a, b, n
 
     do i = 1, size(self%points)
+      call values_at(self, i, displacement, here)
       associate (point => self%points(i), d => self%dimension)
         n = point%place%count
         if (allocated(block)) then
           if (size(block, 2) /= n + point%corners) deallocate (block)
         end if
         if (.not. allocated(block)) allocate (block(d, n + point%corners, d, n + point%corners), source=0.0_wp)
+        weight = weight_of(self, point)
         do b = 1, point%corners
           do a = 1, n
-            block(:, a, 1, n + b) = -point%volume*volume_of(self, point, a)*point%shape(b)
-            block(1, n + b, :, a) = -block(:, a, 1, n + b)
+            block(:, a, 1, n + b) = -point%shape(b)*(point%volume*volume_of(self, point, a)*here%by_pressure(b) &
+              + here%by_filled(b)*point%place%shape(a)*weight(:d))
+            block(1, n + b, :, a) = point%shape(b)*point%volume*here%filled(b)*volume_of(self, point, a)
           end do
           do a = 1, point%corners
             block(1, n + a, 1, n + b) = point%volume*(self%storage*point%shape(a)*point%shape(b) &
-              + dot_product(conductance(self, point)*point%slope(:, a), point%slope(:, b)))
+              + dot_product(conductance(self, point)*(here%factor*point%slope(:, b) + here%by_factor(b)*here%slope), &
+              point%slope(:, a)))
           end do
+          block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + point%volume*point%shape(b) &
+            *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores)
+        end do
+        do a = 1, merge(point%corners, 0, self%total)
+          if (.not. self%held(point%place%node(a))) cycle
+          block(1, n + a, :, :) = 0.0_wp
+          block(1, n + a, 1, n + a) = point%volume*point%shape(a)*(self%duration*point%conducts(a) + point%yields)
         end do
       end associate
       call add_block(equations, self%first_stencil + i - 1, block, matrix)
@@ -342,6 +544,27 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(model_type), intent(inout) :: model
 
+    if (self%total .and. self%duration > 0.0_wp) call tell_inflow(self, displacement, model)
     if (size(self%points) > 0) call update_pore_pressure(model)
   end subroutine commit
+
+  !> What has come in by each row of the levels in a unit of time.
+  subroutine tell_inflow(self, displacement, model)
+    class(pore_flow_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    type(model_type), intent(inout) :: model
+    real(wp) :: flow(size(displacement, 2)), inflow(size(self%kept))
+    integer :: a, k, r
+
+    flow = net_flow(self, displacement)
+    inflow = self%bounds%rain + [(flow(joint_node(self%unknowns, a, self%field)), a=1, size(inflow))]/self%duration
+    associate (levels => model%analysis%phases(free_surface_of(model%analysis%phases, model%state%progress%phase)) &
+        %water_levels)
+      do k = 1, size(levels)
+        do r = 1, merge(size(levels(k)%heads), 0, levels(k)%coupled)
+          levels(k)%heads(r)%inflow = sum(inflow, mask=self%bounds%row == r)
+        end do
+      end do
+    end associate
+  end subroutine tell_inflow
 end module qsmpm_pore_flow

@@ -10,6 +10,8 @@ module qsmpm_consolidation
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_element, only: corner_count, element_order, face_corners, face_count, linear_kind, &
     shape_functions
+  use qsmpm_free_surface, only: acting_pressure, filling_pressure
+  use qsmpm_free_surface_check, only: check_free_surface
   use qsmpm_kept_arrays, only: is_kept, kept_values
   use qsmpm_load_description, only: consolidation_type
   use qsmpm_material_description, only: material_type
@@ -18,7 +20,7 @@ module qsmpm_consolidation
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_permeability_law, only: permeability_constant, permeability_words
-  use qsmpm_phase_loads, only: consolidation_of, has_consolidation
+  use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
@@ -51,6 +53,8 @@ contains
     pressure = 0.0_wp
     if (.not. is_kept(model%state%kept, excess_field)) return
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
+    if (free_surface_of(model%analysis%phases, model%state%progress%phase) > 0) &
+      nodal = acting_pressure(nodal, filling_pressure(model))
     associate (mesh => model%mesh, points => model%state%points)
       do p = 1, points%count
         associate (c => points%cell(p))
@@ -143,6 +147,7 @@ contains
             "' is of TYPE=SAFETY: time stands still in it")
         else if (consolidation_of(model%analysis%phases, p) > 0) then
           call check_soil(model%analysis, p, diagnostics)
+          call check_free_surface(model, p, diagnostics)
           if (phase%consolidation%given) model%notes = model%notes//step_note(model, p)
         end if
       end associate

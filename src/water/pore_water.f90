@@ -15,22 +15,26 @@
 module qsmpm_pore_water
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_consolidation, only: excess_pressure
+  use qsmpm_active_bodies, only: bodies_active
+  use qsmpm_consolidation, only: excess_field, excess_pressure
+  use qsmpm_element, only: corner_count
+  use qsmpm_free_surface, only: filling_pressure
+  use qsmpm_kept_arrays, only: keep_values, kept_values
   use qsmpm_load_description, only: head_type, water_level_type
   use qsmpm_phase_description, only: phase_type
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
-  use qsmpm_phase_loads, only: has_consolidation
-  use qsmpm_phase_tree, only: lineage
+  use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
+  use qsmpm_phase_tree, only: lineage, parent_of
   use qsmpm_points, only: carries_water
   use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_vertical, only: upwards, vertical_of
-  use qsmpm_water_table, only: water_table_type, head_at, rise_of, submerged_share
+  use qsmpm_water_table, only: water_table_type, head_at, level_at, rise_of, submerged_share
   implicit none
   private
 
-  public :: has_water, has_pore_pressure, dry_tables, take_levels, water_forces, &
-    steady_pressure, update_pore_pressure, discharge_in, has_inflow
+  public :: has_water, has_pore_pressure, dry_tables, take_levels, levels_in_force, water_forces, &
+    steady_pressure, update_pore_pressure, discharge_in, has_inflow, begin_free_surface
 
 contains
 
@@ -109,6 +113,23 @@ contains
     tables%up = upwards(analysis)
   end subroutine dry_tables
 
+  !> Levels at the end of a phase.
+  pure subroutine levels_in_force(analysis, number, tables)
+    type(analysis_type), intent(in) :: analysis
+    !> Of the phase; 0 for none.
+    integer, intent(in) :: number
+    !> (bodies)
+    type(water_table_type), allocatable, intent(out) :: tables(:)
+    integer, allocatable :: path(:)
+    integer :: k
+
+    call dry_tables(analysis, tables)
+    allocate (path, source=lineage(analysis%phases, number))
+    do k = 1, size(path)
+      call take_levels(analysis, analysis%phases(path(k)), tables)
+    end do
+  end subroutine levels_in_force
+
   !> The levels that a phase gives: that of all bodies to those without one of their own, then those of single bodies.
   pure subroutine take_levels(analysis, phase, tables)
     type(analysis_type), intent(in) :: analysis
@@ -136,10 +157,10 @@ contains
     type(water_level_type), intent(in) :: level
     type(water_table_type), intent(inout) :: table
 
-    table%present = .not. level%none
-    if (level%none) return
-    table%unit_weight = level%unit_weight
     if (allocated(table%field)) deallocate (table%field)
+    table%present = .not. (level%none .or. level%coupled)
+    if (.not. table%present) return
+    table%unit_weight = level%unit_weight
     if (allocated(level%field)) table%field = level%field
     table%x = level%line(1, :)
     table%height = level%line(2, :)
@@ -224,6 +245,47 @@ contains
       end associate
     end associate
   end function steady_pressure
+
+  !> Ground that begins to consolidate under a free surface has the pressure of the water before with the excess on it;
+  !> suction hangs from its surface, or from the base of the mesh. Bodies that come are dry.
+  pure subroutine begin_free_surface(model)
+    type(model_type), intent(inout) :: model
+    real(wp) :: nodal(model%space%node_count), pressure(model%mesh%node_count), suction(model%mesh%node_count), level
+    logical :: stays(size(model%analysis%bodies)), given(model%mesh%node_count)
+    type(water_table_type), allocatable :: tables(:)
+    integer :: i, p, axis, before
+
+    associate (phases => model%analysis%phases, number => model%state%progress%phase, mesh => model%mesh)
+      if (free_surface_of(phases, number) == 0) return
+      axis = vertical_of(model%analysis)
+      before = parent_of(phases, number)
+      suction = filling_pressure(model)
+      pressure = -2.0_wp*suction
+      given = .false.
+      call levels_in_force(model%analysis, before, tables)
+      stays = bodies_active(model%analysis, before)
+      nodal = reshape(kept_values(model%state%kept, excess_field), shape(nodal))
+      do p = 1, model%state%points%count
+        associate (c => model%state%points%cell(p), table => tables(model%state%points%body(p)))
+          if (.not. stays(model%state%points%body(p))) cycle
+          do i = mesh%cell_first(c), mesh%cell_first(c) + corner_count(mesh%cell_kind(c)) - 1
+            associate (a => mesh%cell_nodes(i))
+              if (given(a)) cycle
+              given(a) = .true.
+              pressure(a) = nodal(a)
+              if (free_surface_of(phases, before) > 0) cycle
+              level = table%up*minval(table%up*mesh%coordinates(axis, :))
+              if (table%present) level = level_at(table, mesh%coordinates(:, a))
+              pressure(a) = nodal(a) + table%up*phases(consolidation_of(phases, number))%consolidation%unit_weight &
+                *(level - mesh%coordinates(axis, a))
+              pressure(a) = max(pressure(a), -2.0_wp*suction(a))
+            end associate
+          end do
+        end associate
+      end do
+      call keep_values(model%state%kept, excess_field, reshape(pressure, [1, size(pressure)]))
+    end associate
+  end subroutine begin_free_surface
 
   !> Pore pressures of the material points where they are and as the load stands, where they are carried.
   pure subroutine update_pore_pressure(model)

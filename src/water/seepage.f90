@@ -27,7 +27,7 @@ module qsmpm_seepage
   private
 
   public :: seepage_type, seepage_newton_type, solve_seepage, start_seepage, find_heads, end_seepage, filled_share, &
-    height_of
+    height_of, let_through_in_time
 
   !> Permeability of soil without water, as a share.
   real(wp), parameter :: least = 1.0e-3_wp
@@ -410,14 +410,23 @@ contains
     associate (node => flow%corner(:, c))
       associate (pressure => flow%head(node) - flow%height(node))
         if (flow%interval > 0.0_wp) then
-          call relative(max(pressure, -flow%reach(node)), sum(flow%reach(node))/3.0_wp, factor, by_head)
-          where (pressure < -flow%reach(node)) by_head = 0.0_wp
+          call let_through_in_time(pressure, flow%reach(node), factor, by_head)
         else
           call relative(pressure, width, factor, by_head)
         end if
       end associate
     end associate
   end subroutine let_through
+
+  !> Relative permeability of a cell, and its derivative, by what its corners fill over.
+  pure subroutine let_through_in_time(pressure, reach, factor, by_pressure)
+    !> Of the corners, and what they are empty at, of one unit.
+    real(wp), intent(in) :: pressure(3), reach(3)
+    real(wp), intent(out) :: factor, by_pressure(3)
+
+    call relative(max(pressure, -reach), sum(reach)/3.0_wp, factor, by_pressure)
+    where (pressure < -reach) by_pressure = 0.0_wp
+  end subroutine let_through_in_time
 
   !> k_r of a cell, and its derivative, by the pressures of its corners.
   pure subroutine relative(pressure, width, factor, by_head)

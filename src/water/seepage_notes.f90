@@ -143,7 +143,7 @@ contains
 
     text = ''
     associate (phase => model%analysis%phases(model%state%progress%phase), points => model%state%points)
-      if (.not. any(phase%water_levels%flows)) return
+      if (.not. any(phase%water_levels%flows .and. .not. phase%water_levels%coupled)) return
       way = largest(model%part%team, maxval([0.0_wp, norm2(points%position - points%initial_position, dim=1)]))
       if (.not. way > model%cell_size) return
       text = "warning: phase '"//phase%name//"': its water flows through the ground as it was drawn, and "// &

@@ -9,12 +9,13 @@ module qsmpm_seepage_scene
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_error, only: error_type
   use qsmpm_fitted_background, only: fit_scene
+  use qsmpm_free_surface, only: former_levels
+  use qsmpm_free_surface_check, only: check_pores
   use qsmpm_load_description, only: water_level_type
   use qsmpm_material_description, only: permeability_at
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_type
-  use qsmpm_phase_loads, only: consolidation_of
   use qsmpm_phase_tree, only: lineage
   use qsmpm_vertical, only: upwards, vertical_of
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
@@ -45,6 +46,7 @@ contains
     do p = 1, size(model%analysis%phases)
       call check_change(model%analysis, p, diagnostics)
       do i = 1, size(model%analysis%phases(p)%water_levels)
+        if (model%analysis%phases(p)%water_levels(i)%coupled) cycle
         if (model%analysis%phases(p)%water_levels(i)%flows) call find_flow(model, p, i, diagnostics)
       end do
     end do
@@ -65,8 +67,9 @@ contains
       do k = size(path), 1, -1
         associate (levels => analysis%phases(path(k))%water_levels)
           if (size(levels) == 0) cycle
-          if (any(levels%flows)) call add_diagnostic(diagnostics, phase%where, '*PHASE', "phase '"//phase%name// &
-            "' changes bodies that water flows through: repeat *WATER LEVEL, TYPE=SEEPAGE in it")
+          if (any(levels%flows .and. .not. levels%coupled)) call add_diagnostic(diagnostics, phase%where, &
+            '*PHASE', "phase '"//phase%name//"' changes bodies that water flows through: repeat *WATER LEVEL, "// &
+            'TYPE=SEEPAGE in it')
           return
         end associate
       end do
@@ -122,26 +125,19 @@ contains
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: from(size(level%heads))
-    integer :: material(size(analysis%bodies)), place(2), i, k
+    integer :: material(size(analysis%bodies)), place(2), k
     integer, allocatable :: body(:)
 
     place = flow_before(analysis%phases, number)
     associate (earlier => analysis%phases(place(1))%water_levels(place(2)))
-      from = level%heads%level
-      do i = 1, size(from)
-        do k = 1, size(earlier%heads)
-          if (earlier%heads(k)%set == level%heads(i)%set) from(i) = earlier%heads(k)%level
-        end do
-      end do
       flow%head = upwards(analysis)*earlier%field%head
     end associate
     call leave_dry(flow%kind == node_head .or. flow%rain > 0.0_wp .or. flow%head > flow%height, scene, flow)
     material = body_materials(analysis, number)
     allocate (body, source=pack(scene%mesh%region, scene%flows))
     call give_pores([(analysis%materials(material(body(k)))%drainable_porosity, k=1, size(body))], flow)
-    call follow_seepage(flow, scene%row, upwards(analysis)*from, upwards(analysis)*level%heads%level, &
-      analysis%phases(number)%duration, error)
+    call follow_seepage(flow, scene%row, upwards(analysis)*former_levels(analysis%phases, number, level%heads), &
+      upwards(analysis)*level%heads%level, analysis%phases(number)%duration, error)
   end subroutine follow_flow
 
   !> The flow in force before a phase: phase and card, 0 for none.
@@ -187,12 +183,8 @@ contains
         analysis%materials(material(b))%where, '*MATERIAL', "water is to flow through body '"// &
         analysis%bodies(b)%name//"', but material '"//analysis%materials(material(b))%name// &
         "' has no *PERMEABILITY (0 for one that is tight)")
-      if (level%transient .and. analysis%materials(material(b))%permeability(1) > 0.0_wp .and. &
-        .not. analysis%materials(material(b))%drainable_porosity > 0.0_wp) call add_diagnostic(diagnostics, &
-        analysis%materials(material(b))%where, '*MATERIAL', "water is to leave body '"//analysis%bodies(b)%name// &
-        "' in time, but *PERMEABILITY of material '"//analysis%materials(material(b))%name// &
-        "' has no DRAINABLE POROSITY: 0.05 to 0.3 in sand, a few hundredths in silt and clay")
     end do
+    if (level%transient) call check_pores(analysis, number, diagnostics)
     if (level%transient) call check_time(analysis, number, level, diagnostics)
   end subroutine check_scene
 
@@ -213,8 +205,6 @@ contains
     end if
     if (.not. analysis%phases(number)%duration_given) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
       'FLOW=TRANSIENT takes time: *PHASE, TIME=, in the unit of *PERMEABILITY')
-    if (consolidation_of(analysis%phases, number) > 0) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
-      'FLOW=TRANSIENT and *CONSOLIDATION are not for one phase: which of them carries the pressure is not known')
   end subroutine check_time
 
   !> Cells that water flows through, and their permeability.

@@ -14,7 +14,7 @@ module qsmpm_water_check
   use qsmpm_overburden, only: overburden_type, make_overburden, ground_over, body_holds, facet_places
   use qsmpm_phase_loads, only: load_in_force
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_pore_water, only: has_water, dry_tables, take_levels
+  use qsmpm_pore_water, only: has_water, levels_in_force
   use qsmpm_vertical, only: upwards, vertical_of
   use qsmpm_team, only: smallest, largest_of_all => largest
   use qsmpm_rounded_text, only: short => rounded_text, rounded_text
@@ -48,7 +48,7 @@ contains
       up=upwards(model%analysis))
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
-        call levels_in_force(model, p, tables)
+        call levels_in_force(model%analysis, p, tables)
         do i = 1, size(phase%water_levels)
           associate (level => phase%water_levels(i))
             if (level%none .or. level%flows) cycle
@@ -85,23 +85,6 @@ contains
       return
     end do
   end function effective_note
-
-  !> Levels at the end of a phase.
-  subroutine levels_in_force(model, number, tables)
-    type(model_type), intent(in) :: model
-    !> Number of the phase.
-    integer, intent(in) :: number
-    !> (bodies)
-    type(water_table_type), allocatable, intent(out) :: tables(:)
-    integer, allocatable :: path(:)
-    integer :: k
-
-    call dry_tables(model%analysis, tables)
-    allocate (path, source=lineage(model%analysis%phases, number))
-    do k = 1, size(path)
-      call take_levels(model%analysis, model%analysis%phases(path(k)), tables)
-    end do
-  end subroutine levels_in_force
 
   !> Height of the mesh along the vertical.
   pure real(wp) function mesh_height(model, axis) result(height)

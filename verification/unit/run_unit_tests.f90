@@ -116,6 +116,8 @@ program run_unit_tests
   use test_props, only: collect_props
   use test_confinement, only: collect_confinement
   use test_consolidation, only: collect_consolidation
+  use test_inf_sup, only: collect_inf_sup
+  use test_free_surface, only: collect_free_surface
   use test_contacts, only: collect_contacts
   use test_terms, only: collect_terms
   use test_unknowns, only: collect_unknowns
@@ -268,6 +270,8 @@ program run_unit_tests
   call register('terms', collect_terms)
   call register('confinement', collect_confinement)
   call register('consolidation', collect_consolidation)
+  call register('inf_sup', collect_inf_sup)
+  call register('free_surface', collect_free_surface)
   call register('contacts', collect_contacts)
   call register('body_contact', collect_body_contact)
   call register('penetration', collect_penetration)

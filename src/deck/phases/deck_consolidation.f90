@@ -20,7 +20,9 @@ contains
     call table%add('CONSOLIDATION', in_phase, once, 'Excess pore pressure that flows away in the TIME of the '// &
       'phase, and of those behind it: soil of a *PERMEABILITY bears what is put on it by its water first. Faces in '// &
       'air are open, the sides of the grid closed, unless the lines say otherwise. In a phase of TYPE=SAFETY time '// &
-      'stands still.', consolidation_fields, '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN')
+      'stands still. With *WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT in the phase the pressure is all that there '// &
+      'is, under a surface of the water that moves.', consolidation_fields, &
+      '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN')
   end subroutine add_consolidation_keyword
 
   !> *CONSOLIDATION.
@@ -67,6 +69,8 @@ contains
 
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p), card => state%analysis%phases(p)%consolidation)
+        if (consolidation_of(state%analysis%phases, p) > 0) &
+          phase%water_levels%coupled = phase%water_levels%flows .and. phase%water_levels%transient
         if (consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety .and. .not. &
           phase%duration_given) &
           call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' does not say how long it lasts, "// &

@@ -190,6 +190,32 @@ class Clay(unittest.TestCase):
             np.testing.assert_allclose(run.points.state[:, 0], 1.5 * (80.0 + 60.0**2 / 80.0), rtol=1e-12)
 
 
+class Pressures(unittest.TestCase):
+    """Pore pressures of consolidation, at nodes."""
+
+    DECK = DECKS.parents[0] / "cases" / "decks" / "consolidation_layer.inp"
+
+    def test_pressures_are_read_and_set(self) -> None:
+        with qsmpm.Simulation(self.DECK) as run:
+            run.advance()
+            height, pressure = run.get("node_position").reshape(-1, 2)[:, 1], run.get("node_pressure").ravel()
+            self.assertEqual(pressure.shape, height.shape)
+            corner = (pressure != 0) & (height < 0.45)
+            self.assertTrue(corner.any())
+            np.testing.assert_allclose(pressure[corner], 1.0, atol=0.02)
+            run.set("node_pressure", 0.5 * run.get("node_pressure"))
+            np.testing.assert_allclose(run.get("node_pressure").ravel(), 0.5 * pressure)
+            low = run.get("point_position").reshape(-1, 2)[:, 1] < 0.35
+            np.testing.assert_allclose(run.get("point_pore_pressure").ravel()[low], 0.5, atol=0.01)
+            run.advance()
+            # Nothing but the water can carry the load yet.
+            np.testing.assert_allclose(run.get("node_pressure").ravel()[corner], 1.0, atol=0.02)
+
+    def test_none_where_nothing_consolidates(self) -> None:
+        with qsmpm.Simulation(BLOCK) as run:
+            self.assertEqual(run.get("node_pressure").size, 0)
+
+
 class Views(unittest.TestCase):
     """Arrays of the points."""
 

@@ -18,6 +18,8 @@ TALBOT = 24
 """Places on Talbot's contour."""
 THICK_CELLS, THICK_STEPS = 100, 600
 """Differences in place and time of a layer that strains by much."""
+COLUMN_CELLS, COLUMN_STEPS = 100, 1000
+"""Differences in place and time of a column that empties."""
 
 
 def layer_settlement(time_factor: float) -> float:
@@ -137,6 +139,73 @@ def _thick_step(
         if max(map(abs, change)) < 1e-12:
             break
     return log_j
+
+
+def emptying_column(time: float, porosity: float, modulus: float, loss: float = 0.0, outflow: bool = False) -> float:
+    """Settlement, or what has flown out, over the height of full ground whose base is opened to the air, so that its surface falls.
+
+    Formula: n dS/dt + S de/dt = d/dy(k_r (dp/dy + 1)), M e = S p - w, S = 1 for p >= 0, S falls to 0 over a cell, k_r = S
+    Units: time k t/H [-]; porosity n that gives off water; modulus M/(gamma_w H) [-]; loss of weight by air over gamma_w [-]; outflow
+    Range: all > 0, loss from 0 on
+    Assumes: one dimension, small strains, no suction beyond a cell; w is what has been lost above
+    Source: Biot 1941 with Bishop's stress, by differences in place and time, upwind
+    Check: columns of stiff ground (outflow k t, then n H) and the settlement at the end, (1 - loss)/(2 M)
+    """
+    positive(time=time, porosity=porosity, modulus=modulus)
+    within("loss", loss, 0.0)
+    h, dt = 1.0 / COLUMN_CELLS, time / COLUMN_STEPS
+    p = [1.0 - (i + 0.5) * h for i in range(COLUMN_CELLS)]
+    full, lost, gone = [1.0] * COLUMN_CELLS, [0.0] * COLUMN_CELLS, 0.0
+    grown = [0.0] * COLUMN_CELLS
+    start = list(p)
+    for _ in range(COLUMN_STEPS):
+        p = _column_step(p, full, grown, [b + c for b, c in zip(start, lost, strict=True)], dt, porosity, modulus)
+        full = [max(0.0, min(1.0, 1 + x / h)) for x in p]
+        grown = [(s * x - b - c) / modulus for s, x, b, c in zip(full, p, start, lost, strict=True)]
+        gone += dt * full[0] * (p[0] / (h / 2) + 1)
+        above = 0.0
+        for i in range(COLUMN_CELLS - 1, -1, -1):
+            lost[i] = -(above + loss * (1 - full[i]) * h / 2)
+            above += loss * (1 - full[i]) * h
+    if outflow:
+        return gone
+    return -sum((s * x - b - c) / modulus for s, x, b, c in zip(full, p, start, lost, strict=True)) * h
+
+
+def _column_step(
+    p: list[float], full: list[float], grown: list[float], base: list[float], dt: float, porosity: float, modulus: float,
+) -> list[float]:  # fmt: skip
+    """Pressures after a step, by Newton's method; a cell stops where it begins to fill, or is full."""
+    n, h = len(p), 1.0 / len(p)
+    for _ in range(60):
+        s = [max(0.0, min(1.0, 1 + x / h)) for x in p]
+        ds = [1 / h if -h < x < 0 else 0.0 for x in p]
+        e = [(a * x - b) / modulus for a, x, b in zip(s, p, base, strict=True)]
+        rest = [h * (porosity * (s[i] - full[i]) + s[i] * (e[i] - grown[i])) for i in range(n)]
+        main = [h * (porosity * ds[i] + ds[i] * (e[i] - grown[i]) + s[i] * (s[i] + ds[i] * p[i]) / modulus) for i in range(n)]
+        lower, upper = [0.0] * n, [0.0] * n
+        for i in range(n):
+            # What flows down out of a cell.
+            drop = (p[0] / (h / 2) if i == 0 else (p[i] - p[i - 1]) / h) + 1
+            by_own, by_below = dt * (ds[i] * drop + s[i] / (h / 2 if i == 0 else h)), -dt * s[i] / h
+            rest[i] += dt * s[i] * drop
+            main[i] += by_own + 1e-14
+            if i > 0:
+                rest[i - 1] -= dt * s[i] * drop
+                lower[i] += by_below
+                main[i - 1] -= by_below
+                upper[i - 1] -= by_own
+        change = _tridiagonal(lower, main, upper, [-r for r in rest])
+        before = p
+        p = [x + d for x, d in zip(p, change, strict=True)]
+        for i, x in enumerate(before):
+            if x > 0:
+                p[i] = max(p[i], -1e-3 * h)
+            elif x > -h:
+                p[i] = max(min(p[i], 1e-3 * h), -1.001 * h)
+        if max(map(abs, change)) < 1e-9:
+            break
+    return p
 
 
 def _tridiagonal(lower: list[float], main: list[float], upper: list[float], right: list[float]) -> list[float]:

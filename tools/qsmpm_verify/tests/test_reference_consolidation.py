@@ -98,6 +98,13 @@ class Cylinder(unittest.TestCase):
         self.assertGreater(ref.cylinder_pressure(0.08, 0.0), 1.15)
         self.assertAlmostEqual(ref.cylinder_pressure(0.3, 0.0, 1.0), 0.0, delta=1e-9)
 
+    def test_column_that_empties(self) -> None:
+        self.assertAlmostEqual(ref.emptying_column(0.05, 0.1, 2000, 0.1, outflow=True), 0.05, delta=2e-4)
+        self.assertAlmostEqual(ref.emptying_column(0.2, 0.1, 2000, 0.1, outflow=True), 0.1, delta=1.5e-3)
+        self.assertAlmostEqual(ref.emptying_column(0.02, 0.005, 200, 0.1), 0.9 / 400, delta=1e-6)
+        # Stiff ground, half empty: the whole weight below the surface, less what is lost above it.
+        self.assertAlmostEqual(ref.emptying_column(0.05, 0.1, 2000, 0.1), (0.5 - 0.0375) / 2000, delta=1e-6)
+
 
 if __name__ == "__main__":
     unittest.main()

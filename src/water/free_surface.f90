@@ -1,0 +1,290 @@
+!> Ground that consolidates under a surface of the water that is not known: how much of the pores is filled by a pore
+!> pressure, how it presses on the skeleton, and what the bounds of the ground are to the water.
+!>
+!>   S = 1 for p >= 0,  1 + p/(gamma_w c) for -gamma_w c < p < 0,  0 below          c: height of the cells at a node
+!>   pi = S p                                                       presses on the skeleton (Bishop 1959, chi = S)
+!>
+!> Below its level a part of the bounds has the pressure of the free water, which presses on the faces there too; above
+!> it, and on all other faces in air, water leaves where p would be positive. docs/methods/consolidation.md
+module qsmpm_free_surface
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_element, only: corner_count, face_area_vector, face_corners, face_count, face_rule, &
+    linear_kind, shape_functions
+  use qsmpm_load_description, only: head_type
+  use qsmpm_load_path, only: between
+  use qsmpm_model, only: model_type
+  use qsmpm_phase_description, only: phase_type
+  use qsmpm_phase_loads, only: consolidation_of, free_surface_of
+  use qsmpm_phase_tree, only: lineage
+  use qsmpm_seepage, only: filled_share
+  use qsmpm_vertical, only: upwards, vertical_of
+  implicit none
+  private
+
+  public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, rows_in_force, &
+    former_levels, idle_rows, idle_note
+
+  !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
+  real(wp), parameter, public :: dry = 1.0e-3_wp
+
+  !> What bounds are to the water.
+  type :: water_bounds_type
+    !> Water leaves where the pressure is larger than that of the free water, or comes in too: held (nodes).
+    logical, allocatable :: open(:), held(:)
+    !> Of the free water, 0 in air; rain in unit time (nodes).
+    real(wp), allocatable :: pressure(:), rain(:)
+    !> Row of the card that a node is of, 0 for none (nodes).
+    integer, allocatable :: row(:)
+    !> Force of the free water (dimension, nodes).
+    real(wp), allocatable :: load(:, :)
+  end type water_bounds_type
+
+contains
+
+  !> Suction under which the pores at a node are empty: the weight of water over the mean height of its cells (nodes).
+  pure function filling_pressure(model) result(suction)
+    type(model_type), intent(in) :: model
+    real(wp) :: suction(model%mesh%node_count)
+    real(wp) :: count(model%mesh%node_count)
+    integer :: p, axis
+
+    axis = vertical_of(model%analysis)
+    suction = 0.0_wp
+    count = 0.0_wp
+    associate (mesh => model%mesh, points => model%state%points)
+      do p = 1, points%count
+        associate (c => points%cell(p))
+          associate (node => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) - 1 + &
+              corner_count(mesh%cell_kind(c))))
+            count(node) = count(node) + points%volume(p)
+            suction(node) = suction(node) + points%volume(p)*(maxval(mesh%coordinates(axis, node)) &
+              - minval(mesh%coordinates(axis, node)))
+          end associate
+        end associate
+      end do
+    end associate
+    suction = max(suction/max(count, tiny(1.0_wp)), tiny(1.0_wp))*model%analysis%phases(max(1, &
+      consolidation_of(model%analysis%phases, model%state%progress%phase)))%consolidation%unit_weight
+  end function filling_pressure
+
+  !> What a pore pressure puts on the skeleton.
+  elemental real(wp) function acting_pressure(pressure, suction)
+    !> Suction under which the pores are empty.
+    real(wp), intent(in) :: pressure, suction
+
+    acting_pressure = filled_share(pressure, suction)*pressure
+  end function acting_pressure
+
+  !> Water in drainable pores as a share of them: S, and a little that dry ground gives off as its suction grows,
+  !> without which rain would change the pressure there by a jump.
+  elemental real(wp) function kept_water(pressure, suction)
+    !> Suction under which the pores are empty.
+    real(wp), intent(in) :: pressure, suction
+
+    kept_water = filled_share(pressure, suction) + dry*min(0.0_wp, 1.0_wp + pressure/suction)
+  end function kept_water
+
+  !> The levels of a phase at a fraction of it: those of the card in force, evenly from what they were.
+  pure function rows_in_force(phases, number, fraction) result(rows)
+    type(phase_type), intent(in) :: phases(:)
+    !> Of the phase.
+    integer, intent(in) :: number
+    real(wp), intent(in) :: fraction
+    type(head_type), allocatable :: rows(:)
+    integer :: k, from
+
+    from = free_surface_of(phases, number)
+    do k = 1, size(phases(from)%water_levels)
+      if (phases(from)%water_levels(k)%coupled) rows = phases(from)%water_levels(k)%heads
+    end do
+    if (from == number) rows%level = between(former_levels(phases, number, rows), rows%level, fraction)
+  end function rows_in_force
+
+  !> Levels that parts of the bounds had in the flow before a phase; of a new one its own.
+  pure function former_levels(phases, number, rows) result(level)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    type(head_type), intent(in) :: rows(:)
+    real(wp) :: level(size(rows))
+    integer, allocatable :: line(:)
+    integer :: i, k, r, h
+
+    level = rows%level
+    allocate (line, source=lineage(phases, number))
+    do i = size(line) - 1, 1, -1
+      do k = 1, size(phases(line(i))%water_levels)
+        associate (before => phases(line(i))%water_levels(k))
+          if (.not. before%flows) cycle
+          do r = 1, size(rows)
+            do h = 1, size(before%heads)
+              if (before%heads(h)%set == rows(r)%set) level(r) = before%heads(h)%level
+            end do
+          end do
+          return
+        end associate
+      end do
+    end do
+  end function former_levels
+
+  !> The bounds as they stand at a fraction of the phase.
+  pure subroutine find_bounds(model, open, fraction, bounds)
+    type(model_type), intent(in) :: model
+    !> Faces in air (mesh nodes).
+    logical, intent(in) :: open(:)
+    real(wp), intent(in) :: fraction
+    type(water_bounds_type), intent(out) :: bounds
+    type(head_type), allocatable :: rows(:)
+    logical :: filled(model%mesh%cell_count)
+    integer :: c, f, i
+
+    associate (mesh => model%mesh)
+      allocate (bounds%open, source=open)
+      allocate (bounds%held(mesh%node_count), source=.false.)
+      allocate (bounds%row(mesh%node_count), source=0)
+      allocate (bounds%pressure(mesh%node_count), bounds%rain(mesh%node_count), source=0.0_wp)
+      allocate (bounds%load(mesh%dimension, mesh%node_count), source=0.0_wp)
+      filled = .false.
+      filled(model%state%points%cell) = .true.
+      rows = rows_in_force(model%analysis%phases, model%state%progress%phase, fraction)
+      do c = 1, mesh%cell_count
+        if (.not. filled(c)) cycle
+        do f = 1, face_count(mesh%cell_kind(c))
+          if (mesh%face_neighbour(f, c) > 0) then
+            if (filled(mesh%face_neighbour(f, c))) cycle
+          end if
+          do i = 1, size(rows)
+            if (is_on(model, rows(i)%set, c, f)) call take_face(model, rows(i), i, c, f, bounds)
+          end do
+        end do
+      end do
+    end associate
+  end subroutine find_bounds
+
+  !> Rows of the present phase that no face is of.
+  pure function idle_rows(model) result(idle)
+    type(model_type), intent(in) :: model
+    logical, allocatable :: idle(:)
+    type(water_bounds_type) :: bounds
+    integer :: r
+
+    call find_bounds(model, [(.false., r=1, model%mesh%node_count)], 1.0_wp, bounds)
+    allocate (idle, source=[(all(bounds%row /= r), r=1, size(rows_in_force(model%analysis%phases, &
+      model%state%progress%phase, 1.0_wp)))])
+  end function idle_rows
+
+  !> The warning of levels that no face of the ground has; empty where there is none.
+  pure function idle_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    logical, allocatable :: idle(:)
+    type(head_type), allocatable :: rows(:)
+    integer :: r
+
+    text = ''
+    associate (phases => model%analysis%phases, number => model%state%progress%phase)
+      if (free_surface_of(phases, number) == 0) return
+      allocate (idle, source=idle_rows(model))
+      allocate (rows, source=rows_in_force(phases, number, 1.0_wp))
+      do r = 1, size(idle)
+        if (idle(r)) text = text//"warning: phase '"//phases(number)%name//"': no face of the ground lies in '"// &
+          rows(r)%set//"', whose level is not there"//new_line('a')
+      end do
+    end associate
+  end function idle_note
+
+  !> Whether a face is part of a node set, or of a surface, whose points go with the ground.
+  pure logical function is_on(model, name, c, f)
+    type(model_type), intent(in) :: model
+    character(len=*), intent(in) :: name
+    !> Number of the cell, and of its face.
+    integer, intent(in) :: c, f
+    real(wp) :: shape(8)
+    integer :: s, i, k
+    real(wp), parameter :: on_face = 1.0e-3_wp
+
+    is_on = .false.
+    associate (mesh => model%mesh, points => model%state%surface, kind => model%mesh%cell_kind(c))
+      associate (corners => face_corners(kind, f))
+        do s = 1, size(mesh%node_sets)
+          if (mesh%node_sets(s)%name == name) is_on = all([(any(mesh%node_sets(s)%items == &
+            mesh%cell_nodes(mesh%cell_first(c) - 1 + corners(k))), k=1, size(corners))])
+        end do
+        do i = 1, points%count
+          if (points%cell(i) /= c .or. is_on) cycle
+          if (model%analysis%surfaces(points%surface(i))%name /= name) cycle
+          call shape_functions(linear_kind(kind), points%local(:, i), shape(:corner_count(kind)))
+          is_on = sum(shape(corners)) > 1.0_wp - on_face
+        end do
+      end associate
+    end associate
+  end function is_on
+
+  !> Level, load and rain on a face.
+  pure subroutine take_face(model, row, number, c, f, bounds)
+    type(model_type), intent(in) :: model
+    type(head_type), intent(in) :: row
+    !> Of the row, the cell, and its face.
+    integer, intent(in) :: number, c, f
+    type(water_bounds_type), intent(inout) :: bounds
+    real(wp), allocatable :: place(:, :), weight(:)
+    real(wp) :: shape(20), at(model%mesh%dimension), area(model%mesh%dimension), depth
+    integer :: axis, q, n
+    integer, parameter :: degree = 9
+
+    axis = vertical_of(model%analysis)
+    associate (mesh => model%mesh, kind => model%mesh%cell_kind(c), first => model%mesh%cell_first(c))
+      n = mesh%cell_first(c + 1) - first
+      associate (node => mesh%cell_nodes(first:first + n - 1), &
+          ends => mesh%cell_nodes(first - 1 + face_corners(kind, f)))
+        call face_rule(kind, f, degree, place, weight)
+        do q = 1, size(weight)
+          call shape_functions(kind, place(:, q), shape(:n))
+          at = matmul(mesh%coordinates(:, node), shape(:n))
+          call face_area_vector(kind, f, place(:, q), mesh%coordinates(:, node), area)
+          depth = weight(q)
+          if (model%analysis%model == axisymmetric) depth = weight(q)*at(1)
+          bounds%load(:, node) = bounds%load(:, node) - depth*max(0.0_wp, free_pressure(model, row, at(axis))) &
+            *spread(area, 2, n)*spread(shape(:n), 1, size(area))
+          call shape_functions(linear_kind(kind), place(:, q), shape(:corner_count(kind)))
+          associate (corner => node(:corner_count(kind)))
+            bounds%rain(corner) = bounds%rain(corner) + row%rain*depth*abs(area(axis))*shape(:corner_count(kind))
+          end associate
+        end do
+        call take_ends(model, row, number, ends, bounds)
+      end associate
+    end associate
+  end subroutine take_face
+
+  !> Level at the corners of a face.
+  pure subroutine take_ends(model, row, number, ends, bounds)
+    type(model_type), intent(in) :: model
+    type(head_type), intent(in) :: row
+    !> Of the row, and of the corners.
+    integer, intent(in) :: number, ends(:)
+    type(water_bounds_type), intent(inout) :: bounds
+    real(wp) :: pressure
+    integer :: i
+
+    do i = 1, size(ends)
+      pressure = free_pressure(model, row, model%mesh%coordinates(vertical_of(model%analysis), ends(i)))
+      if (bounds%held(ends(i)) .and. pressure < bounds%pressure(ends(i))) cycle
+      bounds%row(ends(i)) = number
+      bounds%open(ends(i)) = .true.
+      bounds%held(ends(i)) = bounds%held(ends(i)) .or. pressure >= 0.0_wp
+      bounds%pressure(ends(i)) = max(0.0_wp, pressure)
+    end do
+  end subroutine take_ends
+
+  !> Pressure of the free water at a height, negative above its level.
+  pure real(wp) function free_pressure(model, row, height) result(pressure)
+    type(model_type), intent(in) :: model
+    type(head_type), intent(in) :: row
+    real(wp), intent(in) :: height
+
+    associate (phases => model%analysis%phases)
+      pressure = phases(consolidation_of(phases, model%state%progress%phase))%consolidation%unit_weight &
+        *upwards(model%analysis)*(row%level - height)
+    end associate
+  end function free_pressure
+end module qsmpm_free_surface

@@ -1,0 +1,138 @@
+!> What a deck needs whose ground consolidates under a free surface (qsmpm_free_surface).
+module qsmpm_free_surface_check
+  use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active, body_materials, has_stages
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_element, only: corner_count
+  use qsmpm_free_surface, only: idle_rows
+  use qsmpm_history_description, only: quantity_excess_pressure
+  use qsmpm_load_description, only: traction_type, water_level_type
+  use qsmpm_model, only: model_type
+  use qsmpm_phase_loads, only: consolidation_of, free_surface_of, load_in_force
+  use qsmpm_phase_tree, only: lineage
+  use qsmpm_rounded_text, only: rounded_text
+  implicit none
+  private
+
+  public :: check_free_surface, check_pores
+
+contains
+
+  !> Where a phase has one.
+  subroutine check_free_surface(model, number, diagnostics)
+    !> Its notes tell of suction.
+    type(model_type), intent(inout) :: model
+    !> Of the phase.
+    integer, intent(in) :: number
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: i
+
+    if (free_surface_of(model%analysis%phases, number) == 0) return
+    associate (phase => model%analysis%phases(number))
+      do i = 1, size(phase%water_levels)
+        associate (level => phase%water_levels(i))
+          if (.not. level%coupled) then
+            call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', "phase '"//phase%name//"': the ground "// &
+              'consolidates under a free surface (FLOW=TRANSIENT before), whose pressure no other level takes over')
+          else
+            call check_levels(model, number, level, diagnostics)
+          end if
+        end associate
+      end do
+      if (any(model%analysis%histories%quantity == quantity_excess_pressure)) call add_diagnostic(diagnostics, &
+        phase%where, '*HISTORY', "QUANTITY=EXCESS PRESSURE: in phase '"//phase%name//"' there is one pressure, "// &
+        'with that of the water at rest in it; take QUANTITY=PORE PRESSURE')
+    end associate
+    call check_pores(model%analysis, number, diagnostics)
+    associate (card => model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation)
+      do i = 1, size(card%sets)
+        if (.not. card%sets(i)%closed) call add_diagnostic(diagnostics, card%sets(i)%where, '*CONSOLIDATION', "'"// &
+          card%sets(i)%name//"' is OPEN, and in phase '"//model%analysis%phases(number)%name// &
+          "' the surface of the water is free: give its level there by a row of *WATER LEVEL, and *CONSOLIDATION "// &
+          'again without it')
+      end do
+    end associate
+  end subroutine check_free_surface
+
+  !> Plane ground that has water before, and weighs its water once.
+  subroutine check_levels(model, number, level, diagnostics)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: number
+    type(water_level_type), intent(in) :: level
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: weight, pull
+    integer, allocatable :: line(:)
+    logical :: wet
+    integer :: i
+
+    wet = .false.
+    pull = 0.0_wp
+    allocate (line, source=lineage(model%analysis%phases, number))
+    do i = 1, size(line)
+      associate (phase => model%analysis%phases(line(i)))
+        if (phase%gravity%given) pull = norm2(phase%load_factor*phase%gravity%vector)
+        if (i < size(line)) wet = wet .or. any(.not. phase%water_levels%none)
+      end associate
+    end do
+    if (any(corner_count(model%mesh%cell_kind) /= 3)) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
+      'FLOW=TRANSIENT with *CONSOLIDATION is for triangles, in plane strain and axisymmetry')
+    call check_parts(model, number, level, diagnostics)
+    if (.not. wet) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'FLOW=TRANSIENT begins from the '// &
+      'water of a phase before, and there is none: give one with *GRAVITY and a *WATER LEVEL')
+    weight = model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation%unit_weight
+    if (abs(level%unit_weight*pull - weight) > 1.0e-6_wp*weight) call add_diagnostic(diagnostics, level%where, &
+      '*WATER LEVEL', 'UNIT WEIGHT times *GRAVITY is '//rounded_text(level%unit_weight*pull)// &
+      ', and *CONSOLIDATION has UNIT WEIGHT='//rounded_text(weight)//': water that flows has one weight')
+    model%notes = model%notes//"phase '"//model%analysis%phases(number)%name// &
+      "': the surface of the water moves in ground that consolidates; suction acts over the height of a cell above "// &
+      'it, where pores fill and empty, and counts as none beyond'//new_line('a')
+  end subroutine check_levels
+
+  !> Levels are at faces of the ground, as far as bodies do not come and go (qsmpm_phase_start warns then).
+  subroutine check_parts(model, number, level, diagnostics)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: number
+    type(water_level_type), intent(in) :: level
+    type(diagnostics_type), intent(inout) :: diagnostics
+    type(traction_type) :: load
+    integer :: now, r
+    logical, allocatable :: idle(:)
+
+    allocate (idle(size(level%heads)), source=.false.)
+    if (.not. has_stages(model%analysis)) then
+      now = model%state%progress%phase
+      model%state%progress%phase = number
+      idle = idle_rows(model)
+      model%state%progress%phase = now
+    end if
+    do r = 1, size(idle)
+      load = load_in_force(model%analysis%phases, lineage(model%analysis%phases, number), level%heads(r)%set, .true.)
+      if (load%of_water) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', "the water at '"// &
+        level%heads(r)%set//"' presses by its level, and by a *PRESSURE as well: leave that out")
+      if (idle(r)) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', "no face of the ground "// &
+        "lies in '"//level%heads(r)%set//"' (a well within ground is for phases without *CONSOLIDATION)")
+    end do
+  end subroutine check_parts
+
+  !> Water that leaves soil has to be told.
+  subroutine check_pores(analysis, number, diagnostics)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: number
+    type(diagnostics_type), intent(inout) :: diagnostics
+    logical :: active(size(analysis%bodies))
+    integer :: material(size(analysis%bodies)), b
+
+    active = bodies_active(analysis, number)
+    material = body_materials(analysis, number)
+    do b = 1, size(active)
+      if (.not. active(b)) cycle
+      associate (soil => analysis%materials(material(b)))
+        if (.not. soil%permeability(1) > 0.0_wp .or. soil%drainable_porosity > 0.0_wp) cycle
+        call add_diagnostic(diagnostics, soil%where, '*MATERIAL', "water is to leave body '"// &
+          analysis%bodies(b)%name//"' in time, but *PERMEABILITY of material '"//soil%name// &
+          "' has no DRAINABLE POROSITY: 0.05 to 0.3 in sand, a few hundredths in silt and clay")
+      end associate
+    end do
+  end subroutine check_pores
+end module qsmpm_free_surface_check

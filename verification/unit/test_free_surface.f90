@@ -1,0 +1,358 @@
+!> Ground that consolidates under a free surface: the matrix against differences, the pressure that a phase begins with,
+!> what bounds, rain and free water do where nothing is solved, levels that move, and what is refused. Solutions are
+!> cases (consolidation.toml).
+module test_free_surface
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_consolidation, only: excess_field, excess_pressure
+  use qsmpm_deck, only: parse_deck, message_list_type, message_text
+  use qsmpm_error, only: error_type
+  use qsmpm_free_surface, only: acting_pressure, filling_pressure, find_bounds, idle_note, kept_water, &
+    rows_in_force, water_bounds_type
+  use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
+  use qsmpm_kept_arrays, only: kept_values
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: step_info_type, tangent_none
+  use qsmpm_linear_system, only: end_system
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_pore_water, only: discharge_in
+  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_term, only: increment_type, term_type
+  use qsmpm_term_sums, only: begin_terms, set_loads
+  use qsmpm_unknowns, only: find_field, joint_node
+  use deck_samples, only: joined
+  use term_samples, only: force_named, matrix_and_difference, term_named
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_free_surface
+
+  character(len=*), parameter :: term_name = 'flow of the pore water'
+  !> Sand of 2 x 2 m with the water at 1.4 m, beside air where a lake stands at its right side.
+  character(len=*), parameter :: scene = '*GRID| X, 0, 3, 6| Y, 0, 3, 6|*NSET, NSET=base, PLANE=Y| 0|'// &
+    '*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=well, BOX| 0.4, 1.1, 0.4, 1.1|*SURFACE, NAME=shore, TYPE=SEGMENT| 2, 0, 2, 2|'// &
+    '*SURFACE, NAME=top, TYPE=OUTLINE, BODY=sand, BOX| 0, 2, 2, 2|'// &
+    '*MATERIAL, NAME=sand|*ELASTIC| 100, 0.2|*UNIT WEIGHT| 18, 20|*PERMEABILITY, DRAINABLE POROSITY=0.2| 0.3, 0.2|'// &
+    '*BODY, NAME=sand, MATERIAL=sand, SHAPE=BOX| 0, 2, 0, 2|*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
+    '0, 1, 2, 2.5|', &
+    rest = '*PHASE, NAME=rest|*FIX| base, ALL| left, X|*GRAVITY| 0, -1|*WATER LEVEL, UNIT WEIGHT=10| 0, 1.4|*END PHASE|', &
+    flows = '*CONSOLIDATION, UNIT WEIGHT=10|', &
+    levels = '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| shore, 1|', &
+    lowers = '*PHASE, NAME=lowers, TIME=3|'//flows//levels//'*END PHASE|'
+
+contains
+
+  !> All checks.
+  subroutine collect_free_surface(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('free_surface')
+    call check_tangent(tests, 'PLANE STRAIN')
+    call check_tangent(tests, 'AXISYMMETRIC')
+    call check_start(tests)
+    call check_bounds(tests)
+    call check_rain(tests, 'PLANE STRAIN')
+    call check_rain(tests, 'AXISYMMETRIC')
+    call check_inflow(tests)
+    call check_faces(tests, 'PLANE STRAIN', 1.0_wp)
+    call check_faces(tests, 'AXISYMMETRIC', 2.0_wp)
+    call check_levels(tests)
+    call check_refusals(tests)
+  end subroutine collect_free_surface
+
+  !> The matrix times a direction is the change of the residual along it, in ground that is full, empty and between.
+  subroutine check_tangent(tests, kind)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: product(:), change(:), pressure(:)
+
+    allocate (model, step)
+    call make_step(kind, rest//lowers, 2, model, step)
+    pressure = pack(kept_values(model%state%kept, excess_field), .true.)
+    call tests%check('there are nodes with suction', any(pressure < 0.0_wp) .and. any(pressure > 0.0_wp))
+    call matrix_and_difference(model, step, waves(step, 0.3_wp), waves(step, 1.1_wp), 1.0e-6_wp, product, change)
+    call tests%close('the matrix is the derivative of the residual, '//kind, maxval(abs(product - change)), 0.0_wp, &
+      1.0e-6_wp*maxval(abs(product)))
+    call end_system(step%system)
+  end subroutine check_tangent
+
+  !> A phase begins with the pressure of the water before; what acts is S p.
+  subroutine check_start(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: pressure(:), suction(:), acting(:)
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=lowers, TIME=3|*ACTIVATE| fill|'//flows//levels//'*END PHASE|', 2, &
+      model, step)
+    pressure = pack(kept_values(model%state%kept, excess_field), .true.)
+    suction = filling_pressure(model)
+    associate (y => model%mesh%coordinates(2, :))
+      call tests%close('the water before, and suction above it', maxval(abs(pressure - 10.0_wp*(1.4_wp - y)), &
+        mask=suction > 1.0e-3_wp .and. y < 2.01_wp), 0.0_wp, 1.0e-9_wp)
+      call tests%check('what has come is dry', all(pressure < -suction .or. y < 2.01_wp .or. suction < 1.0e-3_wp))
+      call tests%check('and there is such', any(y > 2.2_wp .and. suction > 1.0e-3_wp))
+    end associate
+    call tests%close('half full', acting_pressure(-2.0_wp, 4.0_wp), -1.0_wp, 1.0e-15_wp)
+    call tests%close('empty', acting_pressure(-5.0_wp, 4.0_wp), 0.0_wp, 1.0e-15_wp)
+    call tests%close('full', acting_pressure(3.0_wp, 4.0_wp), 3.0_wp, 1.0e-15_wp)
+    call tests%close('full pores', kept_water(1.0_wp, 4.0_wp), 1.0_wp, 1.0e-15_wp)
+    call tests%close('half full ones', kept_water(-2.0_wp, 4.0_wp), 0.5_wp, 1.0e-15_wp)
+    call tests%close('dry ones give off a little', kept_water(-12.0_wp, 4.0_wp), -2.0e-3_wp, 1.0e-15_wp)
+    acting = excess_pressure(model)
+    call tests%check('points have what acts', all(acting > -0.26_wp*maxval(suction)) .and. any(acting < 0.0_wp))
+    call tests%close('which is that of the water where they are full', maxval(abs(acting - 10.0_wp*(1.4_wp &
+      - model%state%points%position(2, :))), mask=model%state%points%position(2, :) < 0.8_wp), 0.0_wp, 1.0e-9_wp)
+    call end_system(step%system)
+    call make_step('PLANE STRAIN', rest(:index(rest, '1.4') - 1)//'0.2'//rest(index(rest, '1.4') + 3:)//lowers, 2, model, &
+      step)
+    pressure = pack(kept_values(model%state%kept, excess_field), .true.)
+    suction = filling_pressure(model)
+    call tests%check('suction ends at twice what empties the pores', all(pressure >= -2.0_wp*suction - 1.0e-9_wp))
+    call tests%close('which it reaches', minval(pressure/suction, mask=suction > 1.0e-3_wp), -2.0_wp, 1.0e-9_wp)
+    call end_system(step%system)
+  end subroutine check_start
+
+  !> Free water presses on the ground by its level, half way from 1.4 to 1; below it nodes have its pressure, above it
+  !> they do as long as water would leave.
+  subroutine check_bounds(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: table(:, :), force(:, :), pressure(:)
+    integer :: a, field, n
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=same, TIME=3|'//flows//'*WATER LEVEL, TYPE=SEEPAGE, '// &
+      'FLOW=TRANSIENT, UNIT WEIGHT=10| shore, 1.4|*END PHASE|'//lowers, 3, model, step)
+    n = model%space%node_count
+    field = find_field(step%unknowns, excess_field)
+    pressure = pack(kept_values(model%state%kept, excess_field), .true.)
+    allocate (table, source=0.0_wp*waves(step, 0.0_wp))
+    associate (x => model%mesh%coordinates(1, :n), y => model%mesh%coordinates(2, :n))
+      do a = 1, n
+        table(1, joint_node(step%unknowns, a, field)) = -pressure(a)
+      end do
+      force = force_named(step, term_name, table)
+      call tests%close('without pressure the load of the free water is left', sum(force(1, :n)), &
+        0.5_wp*10.0_wp*1.2_wp**2, 1.0e-2_wp)
+      call tests%check('it is on the shore', sum(abs(force(1, :n)), mask=x < 1.4_wp) < 1.0e-12_wp)
+      ! With a pressure of 5 all over the shore flows by what is beyond the level.
+      do a = 1, n
+        table(1, joint_node(step%unknowns, a, field)) = 5.0_wp - pressure(a)
+      end do
+      force = force_named(step, term_name, table)
+      associate (out => [(force(1, joint_node(step%unknowns, a, field)), a=1, n)])
+        call tests%check('beyond the level', all(out > 0.0_wp .or. x < 1.99_wp .or. y < 0.8_wp .or. abs(out) <= 0.0_wp))
+        call tests%check('short of it', all(out < 0.0_wp .or. x < 1.99_wp .or. y > 0.6_wp .or. abs(out) <= 0.0_wp))
+        call tests%check('and in air', all(out > 0.0_wp .or. y < 1.99_wp .or. abs(out) <= 0.0_wp))
+      end associate
+    end associate
+    call end_system(step%system)
+  end subroutine check_bounds
+
+  !> Two parts that meet have the higher level where they do, whichever comes first; each presses by its own.
+  subroutine check_faces(tests, kind, depth)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    !> Of the shore: 1, or its radius.
+    real(wp), intent(in) :: depth
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(water_bounds_type) :: bounds
+    integer :: turn, a, n
+    logical, allocatable :: corner(:), above(:)
+
+    do turn = 1, 2
+      allocate (model, step)
+      call make_step(kind, rest//'*PHASE, NAME=two, TIME=3|'//flows//'*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, '// &
+        'UNIT WEIGHT=10|'//trim(merge(' shore, 2.8| top, 1.5| ', ' top, 1.5| shore, 2.8| ', turn == 1))//'|*END PHASE|', 2, &
+        model, step)
+      n = model%mesh%node_count
+      call find_bounds(model, [(.false., a=1, n)], 1.0_wp, bounds)
+      associate (x => model%mesh%coordinates(1, :), y => model%mesh%coordinates(2, :))
+        corner = abs(x - 2.0_wp) < 1.0e-9_wp .and. abs(y - 2.0_wp) < 1.0e-9_wp
+        above = bounds%open .and. x < 1.9_wp
+        call tests%close('where they meet, '//kind, sum(bounds%pressure, mask=corner), 8.0_wp, 1.0e-9_wp)
+        call tests%check('held there', all(bounds%held .or. .not. corner))
+        call tests%check('a face in air on the top', any(above) .and. .not. any(bounds%held .and. above) .and. &
+          all(y > 1.99_wp .or. .not. above))
+        call tests%check('each has its row', all(bounds%row == merge(2, 1, turn == 1) .or. .not. above) .and. &
+          all(bounds%row == merge(1, 2, turn == 1) .or. .not. corner))
+        call tests%close('the shore is pushed', sum(bounds%load(1, :)), -depth*10.0_wp*(2.8_wp**2 - 0.8_wp**2)/2.0_wp, &
+          1.0e-9_wp)
+        call tests%close('not upwards', sum(bounds%load(2, :)), 0.0_wp, 1.0e-9_wp)
+      end associate
+      call end_system(step%system)
+      deallocate (model, step)
+    end do
+  end subroutine check_faces
+
+  !> In full ground a pressure that rises by 7 along x brings k_x 7/gamma_w H in at the shore, 2 m high.
+  subroutine check_inflow(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: table(:, :)
+    class(term_type), pointer :: term
+    integer :: a, field
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', rest(:index(rest, '1.4') - 1)//'2.8'//rest(index(rest, '1.4') + 3:)// &
+      '*PHASE, NAME=same, TIME=3|'//flows//'*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| shore, 2.8|'// &
+      '*END PHASE|', 2, model, step)
+    field = find_field(step%unknowns, excess_field)
+    allocate (table, source=0.0_wp*waves(step, 0.0_wp))
+    do a = 1, model%space%node_count
+      table(1, joint_node(step%unknowns, a, field)) = 7.0_wp*model%mesh%coordinates(1, a)
+    end do
+    call evaluate_step(model, step, table, tangent_none)
+    term => term_named(step, term_name)
+    call term%commit(table, model)
+    call tests%close('what comes in', discharge_in(model%analysis, 2, 'shore'), 0.3_wp*0.7_wp*2.0_wp, 1.0e-10_wp)
+    call end_system(step%system)
+  end subroutine check_inflow
+
+  !> Rain on the top comes in at its nodes, over the time of the step: 2 m2, or radius^2/2.
+  subroutine check_rain(tests, kind)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: table(:, :), force(:, :)
+    real(wp) :: out(2)
+    integer :: a, field, turn
+
+    do turn = 1, 2
+      if (allocated(table)) deallocate (table)
+      allocate (model, step)
+      call make_step(kind, rest//'*PHASE, NAME=rain, TIME=3|'//flows//levels//' top, 0, '// &
+        trim(merge('0.0  ', '0.001', turn == 1))//'|*END PHASE|', 2, model, step)
+      field = find_field(step%unknowns, excess_field)
+      allocate (table, source=0.0_wp*waves(step, 0.0_wp))
+      force = force_named(step, term_name, table)
+      out(turn) = sum(force(1, [(joint_node(step%unknowns, a, field), a=1, model%space%node_count)]), &
+        mask=model%mesh%coordinates(2, :model%space%node_count) > 1.9_wp)
+      call end_system(step%system)
+      if (turn == 2) call tests%close('rain comes in, '//kind, out(1) - out(2), 0.001_wp*0.75_wp*2.0_wp, 1.0e-12_wp)
+      deallocate (model, step)
+    end do
+  end subroutine check_rain
+
+  !> Levels of a name go evenly from what they were, a new one is there at once; later phases keep them.
+  subroutine check_levels(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', rest//lowers//'*PHASE, NAME=on, TIME=1|*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, '// &
+      'UNIT WEIGHT=10| shore, 0.2| top, 0|*END PHASE|*PHASE, NAME=stays, TIME=1|*END PHASE|', 3, model, step)
+    call tests%close('a quarter of the way', level_of(3, 1), 0.8_wp, 1.0e-14_wp)
+    call tests%close('a new one', level_of(3, 2), 0.0_wp, 1.0e-14_wp)
+    call tests%close('one that begins', level_of(2, 1), 1.0_wp, 1.0e-14_wp)
+    call tests%close('one that stays', level_of(4, 1), 0.2_wp, 1.0e-14_wp)
+    call tests%check('all are at faces', len(idle_note(model)) == 0)
+    call end_system(step%system)
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' well, 1|*END PHASE|', 2, model, &
+      step)
+    call tests%check('one that is not is told', index(idle_note(model), "'lowers': no face of the ground lies in 'well'") > 0)
+    call end_system(step%system)
+  contains
+    !> Level of a row in a phase.
+    real(wp) function level_of(number, row)
+      integer, intent(in) :: number, row
+
+      associate (rows => rows_in_force(model%analysis%phases, number, 0.25_wp))
+        level_of = rows(row)%level
+      end associate
+    end function level_of
+  end subroutine check_levels
+
+  !> What is refused, and how.
+  subroutine check_refusals(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call refuse('no other level', rest//lowers//'*PHASE, NAME=on, TIME=1|*WATER LEVEL, UNIT WEIGHT=10| 0, 1|*END PHASE|', &
+      'whose pressure no other level takes over')
+    call refuse('water has one weight', rest//'*PHASE, NAME=lowers, TIME=3|*CONSOLIDATION, UNIT WEIGHT=9|'//levels// &
+      '*END PHASE|', 'has one weight')
+    call refuse('it begins from water', '*PHASE, NAME=lowers, TIME=3|*FIX| base, ALL|*GRAVITY| 0, -1|'//flows//levels// &
+      '*END PHASE|', 'begins from the water of a phase before')
+    call refuse('no pressure of the same water', rest//'*PHASE, NAME=lowers, TIME=3|*PRESSURE, SURFACE=shore, LEVEL=1, '// &
+      'UNIT WEIGHT=10|'//flows//levels//'*END PHASE|', "presses by its level, and by a *PRESSURE as well")
+    call refuse('no open set', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//' base, OPEN|'//levels//'*END PHASE|', &
+      "'base' is OPEN, and in phase 'lowers' the surface of the water is free")
+    call refuse('one pressure', '*HISTORY, NAME=e, QUANTITY=EXCESS PRESSURE|'//rest//lowers, 'there is one pressure')
+    call refuse('parts', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' well, 1|*END PHASE|', &
+      "no face of the ground lies in 'well'", without='*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
+      '0, 1, 2, 2.5|')
+    call refuse('pores', rest//lowers, 'no DRAINABLE POROSITY', without=', DRAINABLE POROSITY=0.2')
+  contains
+    !> A deck that is.
+    subroutine refuse(what, phases, message, without)
+      character(len=*), intent(in) :: what, phases, message
+      !> Left out of the scene.
+      character(len=*), intent(in), optional :: without
+      class(analysis_type), allocatable :: analysis
+      class(model_type), allocatable :: model
+      type(message_list_type) :: messages
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: text
+
+      allocate (analysis, model)
+      text = scene
+      if (present(without)) text = scene(:index(scene, without) - 1)//scene(index(scene, without) + len(without):)
+      call parse_deck('soil.inp', joined('*MODEL, TYPE=PLANE STRAIN|'//text//phases), analysis, messages, error)
+      if (.not. allocated(error)) call build_model(analysis, model, error)
+      text = message_text(messages)
+      if (allocated(error)) text = text//error%message
+      call tests%check(what, index(text, message) > 0)
+      call tests%check('the model is left where it was', model%state%progress%phase < 2)
+    end subroutine refuse
+  end subroutine check_refusals
+
+  !> A step of a quarter of a phase of 3 that ends half way into it, prepared.
+  subroutine make_step(kind, phases, number, model, step)
+    character(len=*), intent(in) :: kind, phases
+    !> Of the phase.
+    integer, intent(in) :: number
+    type(model_type), intent(out) :: model
+    type(step_type), intent(out) :: step
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    integer :: p
+
+    allocate (analysis)
+    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//scene//phases), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'a deck of the free_surface suite is broken'
+    call begin_analysis(model, step%terms)
+    do p = 1, number
+      model%state%progress%phase = p
+      call start_phase(model)
+    end do
+    call initialise_step(model, step, error)
+    if (allocated(error)) error stop 'a step of the free_surface suite cannot be made'
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.25_wp, phase_time=3.0_wp)))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+  end subroutine make_step
+
+  !> Displacements and pressures without order.
+  function waves(step, phase) result(table)
+    type(step_type), intent(in) :: step
+    real(wp), intent(in) :: phase
+    real(wp) :: table(size(step%equations%constrained, 1), size(step%equations%constrained, 2))
+    integer :: a
+
+    do a = 1, size(table, 2)
+      table(:2, a) = 0.01_wp*[sin(1.7_wp*a + phase), cos(2.3_wp*a + phase)]
+    end do
+  end function waves
+end module test_free_surface
