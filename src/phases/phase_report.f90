@@ -33,7 +33,7 @@ module qsmpm_phase_report
   private
 
   public :: phase_report_type, report_step, report_stabilisation, report_length, report_phase, warn_of_lag, &
-    warn_of_initial_strength, advise_on_tangent, failure_text, overloaded, start_text
+    warn_of_initial_strength, advise_on_tangent, all_is_held, failure_text, overloaded, start_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
@@ -318,6 +318,17 @@ contains
       ', next to it, was refused'
     if (present(reason)) outcome%reason = outcome%reason//': '//reason
   end function overloaded
+
+  !> Whether no piece hangs on nothing: on a grid a gap narrower than its functions would hold one up unseen.
+  logical function all_is_held(model, step) result(held)
+    type(model_type), intent(in) :: model
+    !> Scratch of the step that failed.
+    type(step_type), intent(in) :: step
+    character(len=:), allocatable :: unsupported
+
+    call find_unsupported_parts(model, step, unsupported)
+    held = len(unsupported) == 0
+  end function all_is_held
 
   !> Say which pieces hang on nothing. Each process of a team looks at its part as it stands now.
   subroutine find_unsupported_parts(model, step, text)

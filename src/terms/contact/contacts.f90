@@ -399,12 +399,12 @@ contains
     angle = self%scratch%now(body)%pose%rotation(3) + displacement(1, self%scratch%turning_column(body))
   end function angle_of
 
-  !> Loads and pushes on the bodies by their size: what their equations refer to. Moments refer to those of the forces
-  !> of the loads in the mean of the places at the least: of a body that is set down the soil pushes nothing yet.
+  !> Loads and pushes on the bodies by their size: what their equations refer to. Where the soil pushes nothing yet, of
+  !> a body that is set down, moments refer to the forces of the loads at the mean arm of the places.
   subroutine add_sizes(self, sizes)
     class(contacts_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
-    real(wp) :: size_here(3), arm(3), moment, arms(3), area
+    real(wp) :: size_here(3), arm(3), moment, arms(3), area, before
     integer :: b, c, k
 
     associate (scratch => self%scratch, d => self%scratch%dimension)
@@ -414,6 +414,7 @@ contains
           size_here = merge(abs(scratch%load(:3, b)), 0.0_wp, scratch%counts_loads)
           moment = merge(abs(moment_of(scratch%load(:, b), scratch%now(b)%pose%rotation(3))), 0.0_wp, &
             scratch%counts_loads)
+          before = moment
           arms = 0.0_wp
           area = 0.0_wp
           do c = 1, scratch%patches%count
@@ -429,8 +430,8 @@ contains
               end associate
             end do
           end do
-          if (scratch%counts_loads .and. area > 0.0_wp) &
-            moment = max(moment, dot_product(abs(scratch%load(:2, b)), [arms(2), arms(1)])/area)
+          if (scratch%counts_loads .and. area > 0.0_wp .and. .not. moment > before) &
+            moment = moment + dot_product(abs(scratch%load(:2, b)), [arms(2), arms(1)])/area
           if (column > 0) sizes%force(:d, column) = sizes%force(:d, column) + size_here(:d)
           if (turn > 0) sizes%force(1, turn) = sizes%force(1, turn) + moment
         end associate
