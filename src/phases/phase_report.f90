@@ -25,7 +25,7 @@ module qsmpm_phase_report
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
-  use qsmpm_sheared_ground, only: flow_notes, swollen_note
+  use qsmpm_sheared_ground, only: fallen_note, flow_notes, swollen_note
   use qsmpm_team, only: largest, total
   use qsmpm_text, only: integer_list, integer_text
   use qsmpm_user_material, only: interface_umat, model_tangent_auto, model_tangent_numerical
@@ -185,7 +185,7 @@ contains
         call observer%note(start_text(progress, phase%name, model%analysis%length_unit))
     end associate
     call check_locking(model, observer)
-    call observer%note_lines(swollen_note(model))
+    call observer%note_lines(swollen_note(model)//fallen_note(model))
     if (report%flow_told) return
     notes = flow_notes(model)
     call observer%note_lines(notes)
