@@ -6,10 +6,11 @@ module qsmpm_background_in_use
   use qsmpm_material_description, only: locking_none, locking_uniform_pressure
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_model, only: model_type
+  use qsmpm_phase_description, only: phase_safety
   implicit none
   private
 
-  public :: take_background, is_at_start, number_of
+  public :: take_background, take_treatment, is_at_start, number_of
 
 contains
 
@@ -27,24 +28,36 @@ contains
     is_at_start = allocated(model%analysis%backgrounds) .and. number_of(model%state%window) == 1
   end function is_at_start
 
-  !> Kind of mesh, element, method, treatment of locking and size of the cells of a background.
+  !> Kind of mesh, element, method, size of the cells and treatment of locking of a background.
   pure subroutine take_background(number, model)
     integer, intent(in) :: number
     type(model_type), intent(inout) :: model
-    integer :: m
 
     if (.not. allocated(model%analysis%backgrounds)) return
     associate (analysis => model%analysis, background => model%analysis%backgrounds(number))
       analysis%mesh%kind = background%kind
       analysis%mesh%element = background%element
       analysis%method = background%method
+      if (allocated(background%cell_size)) model%cell_size = background%cell_size
+    end associate
+    call take_treatment(model)
+  end subroutine take_background
+
+  !> Treatment of locking in the phase of the state, on the background that it is on.
+  pure subroutine take_treatment(model)
+    type(model_type), intent(inout) :: model
+    logical :: lowers
+    integer :: m
+
+    if (.not. allocated(model%analysis%backgrounds) .or. model%state%progress%phase < 1) return
+    lowers = model%analysis%phases(model%state%progress%phase)%kind == phase_safety
+    associate (background => model%analysis%backgrounds(number_of(model%state%window)))
       if (.not. allocated(background%pressure_factor)) return
-      model%cell_size = background%cell_size
       do m = 1, size(model%laws)
-        model%laws(m)%pressure_factor = background%pressure_factor(m)
-        analysis%materials(m)%locking_treatment = merge(locking_uniform_pressure, locking_none, &
-          background%pressure_factor(m) > 0.0_wp)
+        model%laws(m)%pressure_factor = background%pressure_factor(m, merge(2, 1, lowers))
+        model%analysis%materials(m)%locking_treatment = merge(locking_uniform_pressure, locking_none, &
+          model%laws(m)%pressure_factor > 0.0_wp)
       end do
     end associate
-  end subroutine take_background
+  end subroutine take_treatment
 end module qsmpm_background_in_use

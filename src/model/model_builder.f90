@@ -300,19 +300,23 @@ contains
     end do
   end subroutine choose_locking_treatments
 
-  !> Treatment of locking and size of the cells of the grid of splines that a fitted mesh gives way to.
+  !> Treatment of locking and size of the cells of the grid of splines that a fitted mesh gives way to. Soil of friction
+  !> that slides on splines without treatment stops short (docs/methods/fitted.md); under loads that grow it would find
+  !> no equilibrium with it.
   subroutine settle_grid(model)
     type(model_type), intent(inout) :: model
-    real(wp) :: factor(size(model%laws))
-    integer :: m
+    real(wp) :: factor(size(model%laws), 2)
+    integer :: m, k
 
     if (.not. allocated(model%analysis%backgrounds)) return
-    do m = 1, size(factor)
+    do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
-        factor(m) = merge(material%pressure_factor, resistance_of(material, .false., .false.), &
+        factor(m, :) = merge(material%pressure_factor, resistance_of(material, .false., .false.), &
           material%pressure_factor >= 0.0_wp)
-        if (material%locking_treatment == locking_none .or. (material%locking_treatment == locking_auto .and. &
-          .not. locks(traits_of(material), .false.))) factor(m) = 0.0_wp
+        do k = 1, 2
+          if (material%locking_treatment == locking_none .or. (material%locking_treatment == locking_auto .and. &
+            .not. locks(traits_of(material), k == 2))) factor(m, k) = 0.0_wp
+        end do
       end associate
     end do
     associate (grid => model%analysis%backgrounds(2), axes => model%analysis%mesh%axes)
@@ -365,7 +369,7 @@ contains
 
     model%state%coordinates = model%mesh%coordinates
     if (allocated(model%analysis%backgrounds)) then
-      model%analysis%backgrounds(1)%pressure_factor = model%laws%pressure_factor
+      model%analysis%backgrounds(1)%pressure_factor = spread(model%laws%pressure_factor, 2, 2)
       model%analysis%backgrounds(1)%cell_size = model%cell_size
     end if
     allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), &

@@ -59,6 +59,9 @@ module qsmpm_method_description
     integer :: kind = mesh_grid
     character(len=:), allocatable :: element
     type(method_type) :: method
-    real(wp), allocatable :: pressure_factor(:), cell_size
+    !> Resistance of the cells of each material to another pressure in a point (qsmpm_uniform_pressure), 0 for no
+    !> treatment of locking; the second of phases of TYPE=SAFETY.
+    real(wp), allocatable :: pressure_factor(:, :)
+    real(wp), allocatable :: cell_size
   end type background_type
 end module qsmpm_method_description

@@ -4,6 +4,7 @@ module qsmpm_lowered_laws
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: materials_active
   use qsmpm_analysis, only: three_dimensional
+  use qsmpm_background_in_use, only: take_treatment
   use qsmpm_material_description, only: material_type
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
@@ -24,7 +25,7 @@ module qsmpm_lowered_laws
 
 contains
 
-  !> Make the laws those of the strength in force.
+  !> Make the laws those of the strength in force, treated against locking as its phase wants it.
   subroutine fit_laws(model)
     type(model_type), intent(inout) :: model
     type(strength_factor_type) :: wanted
@@ -32,6 +33,7 @@ contains
     type(error_type), allocatable :: error
     integer :: m
 
+    call take_treatment(model)
     wanted = strength_in_force(model)
     if (model%strength == wanted) return
     do m = 1, size(model%laws)

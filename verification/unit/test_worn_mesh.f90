@@ -40,6 +40,7 @@ contains
     call check_quality(tests)
     call check_tangled(tests)
     call check_cell_size(tests)
+    call check_treatment(tests)
   end subroutine collect_worn_mesh
 
   !> Half of the load on triangles, a step on the grid, and back.
@@ -125,6 +126,30 @@ contains
     model%mesh%coordinates = model%state%coordinates
     call tests%check('those that were drawn so flat are not', .not. is_worn(model))
   end subroutine check_quality
+
+  !> Soil of friction is treated against locking on the grid while its strength is lowered, and under loads it is not; on
+  !> triangles always.
+  subroutine check_treatment(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    type(step_loop_type) :: loop
+    type(state_type) :: loaded, lowered
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: note
+
+    call begin(model, loop, deck=slope//'*PHASE, NAME=factor, TYPE=SAFETY|*END PHASE|')
+    call tests%close('on triangles it has the resistance of a cell', model%laws(1)%pressure_factor, 0.5_wp, 0.0_wp)
+    call leave_mesh(model, note, error)
+    call tests%check('on the grid it has none under a load', .not. allocated(error) .and. &
+      .not. model%laws(1)%pressure_factor > 0.0_wp)
+    loaded = model%state
+    lowered = model%state
+    lowered%progress%phase = 2
+    call restore(lowered, model)
+    call tests%close('and that of splines as its strength falls', model%laws(1)%pressure_factor, 1.0_wp, 0.0_wp)
+    call restore(loaded, model)
+    call tests%check('a state of before has it again as it was', .not. model%laws(1)%pressure_factor > 0.0_wp)
+  end subroutine check_treatment
 
   !> A mesh that turns inside out, and one that no equilibrium is found on, are left within a step; on the grid the run
   !> ends.
