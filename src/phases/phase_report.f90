@@ -7,7 +7,7 @@ module qsmpm_phase_report
   use qsmpm_phase_description, only: phase_type
   use qsmpm_contact_report, only: contact_check_type, check_contact, end_contact_check
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
-  use qsmpm_error, only: error_type, error_not_converged, error_tangled
+  use qsmpm_error, only: error_type, error_not_converged, error_singular, error_tangled
   use qsmpm_phase_loads, only: is_body_loaded
   use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
   use qsmpm_grid_window, only: window_type, cells_of, operator(==)
@@ -300,6 +300,9 @@ contains
       'pushed wear a mesh that goes with the ground: push a *RIGID BODY, take ELEMENT=QUAD4 of *GRID, or less of a push'
     if (outcome%cause == error_not_converged .and. is_body_loaded(phase)) message = message//'; the load that is '// &
       'carried is that of this grid, a second one of finer cells tells its error'
+    if (outcome%cause == error_singular .and. is_body_loaded(phase) .and. model%state%progress%load_factor > 0.0_wp) &
+      message = message//'; friction under a rigid body that is loaded is used up and it slides, or the soil yields '// &
+      'throughout: the load that is carried is the limit'
     if (phase%controls%limit_compliance > 0.0_wp) then
       write (text, '(a,f0.1,a)') '; the last step was ', relative_compliance(model%state%progress%limit), &
         ' times as compliant as the first one'
