@@ -301,8 +301,8 @@ contains
     if (outcome%cause == error_not_converged .and. is_body_loaded(phase)) message = message//'; the load that is '// &
       'carried is that of this grid, a second one of finer cells tells its error'
     if (outcome%cause == error_singular .and. is_body_loaded(phase) .and. model%state%progress%load_factor > 0.0_wp) &
-      message = message//'; friction under a rigid body that is loaded is used up and it slides, or the soil yields '// &
-      'throughout: the load that is carried is the limit'
+      message = message//'; friction under a rigid body that is loaded is used up and it slides, or the soil '// &
+      'yields throughout: the load that is carried is the limit'
     if (phase%controls%limit_compliance > 0.0_wp) then
       write (text, '(a,f0.1,a)') '; the last step was ', relative_compliance(model%state%progress%limit), &
         ' times as compliant as the first one'
