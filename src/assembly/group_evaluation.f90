@@ -7,7 +7,7 @@
 !> places of the results only.
 module qsmpm_group_evaluation
   use qsmpm_kinds, only: wp, long
-  use qsmpm_law, only: law_slot_type, batch_type, tangent_none, tangent_elastic, status_ok
+  use qsmpm_law, only: law_slot_type, law_type, batch_type, tangent_none, tangent_elastic, status_ok
   use qsmpm_points, only: points_type
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_pressure_balance, only: pressure_type, allocate_pressure, packed_determinant
@@ -166,7 +166,7 @@ contains
       if (present(field) .and. slot%law%field_length > 0.0_wp) &
         call load_field(integration, group, from, slot%law%state_count, field, batch)
       if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
-      if (slot%law%asks_where) call load_places(integration, points, group, from, batch)
+      if (slot%law%asks_where) call load_places(integration, points, slot%law, d, group, from, tensor, batch)
       if (treated) then
         work%pressure%offset(:count) = 0.0_wp
         if (present(offset)) work%pressure%offset(:count) = offset(from:to)
@@ -315,13 +315,15 @@ contains
     batch%state(used + 1:, :batch%count) = batch%state_start(used + 1:, :batch%count)
   end subroutine pass_states
 
-  !> Where a run of points is.
-  pure subroutine load_places(integration, points, group, from, batch)
+  !> Where a run of points is, and how wide its cell is.
+  pure subroutine load_places(integration, points, law, d, group, from, tensor, batch)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
-    !> The group, and the first point.
-    integer, intent(in) :: group
-    integer, intent(in) :: from
+    class(law_type), intent(in) :: law
+    !> 2 or 3, the group, and the first point.
+    integer, intent(in) :: d, group, from
+    !> Displacement gradients (dimension, directions, points or more).
+    real(wp), intent(in) :: tensor(d, integration%directions, *)
     !> The points handed to the law.
     type(batch_type), intent(inout) :: batch
     integer :: k, p
@@ -331,12 +333,28 @@ contains
       batch%number(k) = 0
       batch%cell(k) = integration%cell(group)
       batch%cell_size(k) = integration%cell_size(group)
+      if (.not. (law%of_user .or. law%field_length > 0.0_wp)) batch%cell_size(k) = width_across( &
+        integration%cell_metric(:, :, group), tensor(:, :d, k), batch%cell_size(k))
       batch%place(:, k) = integration%cell_centre(:, group)
       if (p <= 0) cycle
       batch%number(k) = int(min(points%number(p), int(huge(batch%number), long)))
       batch%place(:, k) = points%position(:, p)
     end do
   end subroutine load_places
+
+  !> Width of a cell across the band that a displacement gradient L makes of it: tr(L G L^T)/tr(L L^T) is the mean of
+  !> n . G n over the normals n of what L is made of, and that of n where L = m n, a slip along m.
+  pure real(wp) function width_across(metric, gradient, usual) result(width)
+    !> G (dimension, dimension), and L.
+    real(wp), intent(in) :: metric(:, :), gradient(:, :)
+    !> The width where nothing moves.
+    real(wp), intent(in) :: usual
+    real(wp) :: whole
+
+    whole = sum(gradient**2)
+    width = usual
+    if (whole > 0.0_wp) width = sqrt(sum(matmul(gradient, metric)*gradient)/whole)
+  end function width_across
 
   !> Keep the results of a run of points.
   pure subroutine store_batch(from, batch, results)

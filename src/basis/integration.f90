@@ -16,7 +16,7 @@ module qsmpm_integration
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_measure, only: cell_width
+  use qsmpm_mesh_measure, only: cell_metric, cell_width
   use qsmpm_points, only: points_type
   use qsmpm_space, only: space_type, shape_values_type, functions_at, cell_nodes_of_space, node_position, most_functions
   use qsmpm_spline_axis, only: axis_averages, radial_averages, most_averaged
@@ -57,8 +57,9 @@ module qsmpm_integration
     !> Displacement gradients of the step to be used in place of those of the functions; unallocated as a
     !> rule (dimension, dimension, n).
     real(wp), allocatable :: given(:, :, :)
-    !> Centre and size of each group's cell, where a law asks for them (dimension, group_count), (group_count).
-    real(wp), allocatable :: cell_centre(:, :), cell_size(:)
+    !> Centre, size and metric of each group's cell, where a law asks for them (dimension, group_count), (group_count),
+    !> (dimension, dimension, group_count).
+    real(wp), allocatable :: cell_centre(:, :), cell_size(:), cell_metric(:, :, :)
   end type integration_type
 
 contains
@@ -128,19 +129,22 @@ contains
     end do
   end function group_of
 
-  !> Centre and size of the groups' cells.
+  !> Centre, size and metric of the groups' cells.
   subroutine measure_cells(mesh, integration)
     type(mesh_type), intent(in) :: mesh
     type(integration_type), intent(inout) :: integration
     integer :: g, first, n
 
-    if (allocated(integration%cell_size)) deallocate (integration%cell_size, integration%cell_centre)
+    if (allocated(integration%cell_size)) deallocate (integration%cell_size, &
+      integration%cell_centre, integration%cell_metric)
     allocate (integration%cell_size(integration%group_count), &
-      integration%cell_centre(mesh%dimension, integration%group_count))
+      integration%cell_centre(mesh%dimension, integration%group_count), &
+      integration%cell_metric(mesh%dimension, mesh%dimension, integration%group_count))
     do g = 1, integration%group_count
       first = mesh%cell_first(integration%cell(g))
       n = corner_count(mesh%cell_kind(integration%cell(g)))
       integration%cell_size(g) = cell_width(mesh, integration%cell(g))
+      integration%cell_metric(:, :, g) = cell_metric(mesh, integration%cell(g), integration%cell_size(g))
       integration%cell_centre(:, g) = sum(mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1)), dim=2)/n
     end do
   end subroutine measure_cells

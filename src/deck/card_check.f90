@@ -1,14 +1,12 @@
 !> The strict check of a card against its entry in the keyword table: parameters first, then data
 !> lines. Defaults are filled in, so that the reader need not know them.
 module qsmpm_card_check
-  use qsmpm_kinds, only: wp
-  use qsmpm_text, only: did_you_mean, replaced, word_place, string_type, add_word, upper, squeezed, split, &
-    read_integer, read_real, integer_text, number_good, number_not_finite, number_not_whole
+  use qsmpm_named_items, only: order_named_items
+  use qsmpm_text, only: did_you_mean, string_type, add_word, split, integer_text
   use qsmpm_cards, only: card_type, parameter_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_renamed_words, only: renamed_parameter, by_converter
-  use qsmpm_card_items, only: item_type, data_type, in_range, holds, value_text, kind_word, kind_integer, kind_real, &
-    kind_flag
+  use qsmpm_card_items, only: item_type, data_type, holds, value_text, value_problem, kind_flag
   use qsmpm_keyword_table, only: keyword_type
   implicit none
   private
@@ -114,57 +112,6 @@ contains
     end do
   end subroutine check_values
 
-  !> What is wrong with a value, empty when nothing is.
-  pure function value_problem(item, value) result(problem)
-    type(item_type), intent(in) :: item
-    character(len=*), intent(in) :: value
-    character(len=:), allocatable :: problem
-    type(string_type), allocatable :: words(:)
-
-    problem = ''
-    if (len(item%allowed) > 0) then
-      call split(item%allowed, '|', words)
-      if (word_place(words, upper(squeezed(value))) > 0) return
-    end if
-    select case (item%kind)
-    case (kind_word)
-      problem = item%name//" '"//value//"' is not one of "//replaced(item%allowed, '|', ', ')// &
-        did_you_mean(upper(squeezed(value)), words)
-    case (kind_integer, kind_real)
-      problem = number_problem(item, value)
-    end select
-  end function value_problem
-
-  !> What is wrong with a number, empty when nothing is.
-  pure function number_problem(item, value) result(problem)
-    type(item_type), intent(in) :: item
-    character(len=*), intent(in) :: value
-    character(len=:), allocatable :: problem
-    real(wp) :: number
-    integer :: outcome, whole
-
-    if (item%kind == kind_integer) then
-      call read_integer(value, whole, outcome)
-      number = whole
-    else
-      call read_real(value, number, outcome)
-    end if
-    problem = ''
-    select case (outcome)
-    case (number_good)
-      if (.not. in_range(number, item%range)) problem = item%name//' = '//value// &
-        ' is outside '//item%range
-    case (number_not_finite)
-      problem = item%name//" '"//value//"' is not a finite number"
-    case (number_not_whole)
-      problem = item%name//" '"//value//"' is not a whole number (or is too large)"
-    case default
-      problem = item%name//" '"//value//"' is not a number"
-      if (scan(value, ' '//achar(9)) > 0) problem = problem//'; numbers are separated by commas'
-      if (len(item%allowed) > 0) problem = problem//' or '//item%allowed
-    end select
-  end function number_problem
-
   !> Parameters that are not given get their defaults, or an empty value.
   pure subroutine fill_defaults(entry, card)
     type(keyword_type), intent(in) :: entry
@@ -221,11 +168,12 @@ contains
       return
     end if
     associate (lines => entry%data(d))
+      call order_named_items(lines, card, state)
       do i = 1, size(card%rows)
         if (i > lines%maximum) then
           call bad_row(card, i, state, 'more data lines than the '//integer_text(lines%maximum)// &
             ' that belong here')
-        else if (.not. lines%free) then
+        else if (.not. (lines%free .or. card%rows(i)%by_name)) then
           call check_row(lines, card, i, state)
         end if
       end do

@@ -146,6 +146,7 @@ contains
     item%default = ''
     item%needs = ''
     item%excludes = ''
+    item%other_name = name
     if (present(allowed)) item%allowed = allowed
     if (present(range)) item%range = range
     if (present(needs)) item%needs = needs
@@ -176,11 +177,12 @@ contains
   end subroutine whole
 
   !> A number; `none` is the word for one that is huge. One without a range is not set where `given` is false.
-  subroutine number(self, name, value, sentence, range, needs, required, none, given, third)
+  subroutine number(self, name, value, sentence, range, needs, required, none, given, third, also)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
     real(wp), intent(inout) :: value
-    character(len=*), intent(in), optional :: range, needs, none
+    !> `also`: another name of a column.
+    character(len=*), intent(in), optional :: range, needs, none, also
     logical, intent(in), optional :: required
     logical, intent(inout), optional :: given
     !> A column of models in space only.
@@ -191,6 +193,7 @@ contains
 
     call make_item(self, item, name, kind_real, sentence, none, range, needs, required)
     if (present(third)) item%third = third
+    if (present(also)) item%other_name = also
     text = ''
     if (value >= huge(value)) then
       if (present(none)) text = none

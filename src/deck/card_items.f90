@@ -3,12 +3,13 @@
 !> mathematics: '(0, 0.5]', '[1, inf)'. Conditions are 'NAME' (given) or 'NAME=A|B' (value, given or default).
 module qsmpm_card_items
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type, word_place, stripped, split, read_real
+  use qsmpm_text, only: string_type, word_place, stripped, split, read_real, read_integer, did_you_mean, replaced, &
+    upper, squeezed, number_good, number_not_finite, number_not_whole
   use qsmpm_cards, only: card_type
   implicit none
   private
 
-  public :: item_type, data_type, append_item, append_data, value_text, in_range, holds
+  public :: item_type, data_type, append_item, append_data, value_text, value_problem, in_range, holds
 
   !> What a value is.
   integer, parameter, public :: kind_word = 1, kind_name = 2, kind_file = 3, kind_integer = 4, kind_real = 5, &
@@ -17,6 +18,8 @@ module qsmpm_card_items
   !> A parameter or a column of data lines.
   type :: item_type
     character(len=:), allocatable :: name, sentence
+    !> Name of the column in other programs, where that is quite another.
+    character(len=:), allocatable :: other_name
     integer :: kind = kind_word
     !> Words with bars between them; for numbers the words that may stand in their place.
     character(len=:), allocatable :: allowed
@@ -86,6 +89,57 @@ contains
     end select
     if (item%kind /= kind_word .and. len(item%allowed) > 0) text = text//'|'//item%allowed
   end function value_text
+
+  !> What is wrong with a value, empty when nothing is.
+  pure function value_problem(item, value) result(problem)
+    type(item_type), intent(in) :: item
+    character(len=*), intent(in) :: value
+    character(len=:), allocatable :: problem
+    type(string_type), allocatable :: words(:)
+
+    problem = ''
+    if (len(item%allowed) > 0) then
+      call split(item%allowed, '|', words)
+      if (word_place(words, upper(squeezed(value))) > 0) return
+    end if
+    select case (item%kind)
+    case (kind_word)
+      problem = item%name//" '"//value//"' is not one of "//replaced(item%allowed, '|', ', ')// &
+        did_you_mean(upper(squeezed(value)), words)
+    case (kind_integer, kind_real)
+      problem = number_problem(item, value)
+    end select
+  end function value_problem
+
+  !> What is wrong with a number, empty when nothing is.
+  pure function number_problem(item, value) result(problem)
+    type(item_type), intent(in) :: item
+    character(len=*), intent(in) :: value
+    character(len=:), allocatable :: problem
+    real(wp) :: number
+    integer :: outcome, whole
+
+    if (item%kind == kind_integer) then
+      call read_integer(value, whole, outcome)
+      number = whole
+    else
+      call read_real(value, number, outcome)
+    end if
+    problem = ''
+    select case (outcome)
+    case (number_good)
+      if (.not. in_range(number, item%range)) problem = item%name//' = '//value// &
+        ' is outside '//item%range
+    case (number_not_finite)
+      problem = item%name//" '"//value//"' is not a finite number"
+    case (number_not_whole)
+      problem = item%name//" '"//value//"' is not a whole number (or is too large)"
+    case default
+      problem = item%name//" '"//value//"' is not a number"
+      if (scan(value, ' '//achar(9)) > 0) problem = problem//'; numbers are separated by commas'
+      if (len(item%allowed) > 0) problem = problem//' or '//item%allowed
+    end select
+  end function number_problem
 
   !> Whether a number is in a range.
   pure logical function in_range(value, range)

@@ -50,6 +50,8 @@ module qsmpm_card_visitors
     logical :: active = .false., found = .false.
     logical :: counted = .false.
     logical :: plane = .false.
+    !> A column of the row has no value: those behind it are named.
+    logical :: named = .false.
     !> Rows that are complete, and the one that is not.
     type(echo_type) :: rows
     character(len=:), allocatable :: current
@@ -160,9 +162,10 @@ contains
     if (self%current > size(self%card%rows)) return
     associate (row => self%card%rows(self%current))
       if (.not. row%good .or. self%columns > size(row%items)) return
+      if (len(row%items(self%columns)%text) == 0) return
       text = row%items(self%columns)%text
       self%met = .true.
-      if (item%kind == kind_word) text = upper(squeezed(text))
+      if (item%kind == kind_word .or. len(item%allowed) > 0) text = upper(squeezed(text))
     end associate
   end subroutine read_column
 
@@ -246,6 +249,8 @@ contains
     type(item_type), intent(in) :: item
     character(len=:), allocatable, intent(inout) :: text
 
+    if (item%is_column .and. self%active .and. .not. (item%third .and. self%plane) .and. item%kind /= kind_name) &
+      self%named = self%named .or. len(text) == 0
     if (len(text) == 0) return
     if (.not. item%is_column) then
       if (holds(self%card, item%needs)) call add_parameter(self%card, item%name, text, item%kind /= kind_flag)
@@ -274,6 +279,7 @@ contains
     character(len=*), intent(in) :: text
 
     if (len(self%current) > 0) self%current = self%current//', '
+    if (self%named) self%current = self%current//item%name//'='
     if (item%kind == kind_name) then
       self%current = self%current//quoted(text)
     else
@@ -287,6 +293,7 @@ contains
 
     if (len(self%current) > 0) call self%rows%line(' '//self%current)
     self%current = ''
+    self%named = .false.
   end subroutine end_row
 
   !> Write what is left of a row, or rows of all.

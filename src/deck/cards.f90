@@ -30,6 +30,8 @@ module qsmpm_cards
     type(string_type), allocatable :: items(:)
     !> Nothing wrong was found in it.
     logical :: good = .true.
+    !> Was given by name, and is in order and checked (qsmpm_named_items).
+    logical :: by_name = .false.
   end type row_type
 
   !> A card.

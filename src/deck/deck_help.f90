@@ -5,6 +5,7 @@ module qsmpm_deck_help
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table
   use qsmpm_help_topics, only: is_topic, topic_text
+  use qsmpm_named_items, only: may_be_named
   use qsmpm_deck_reference_head, only: reference_head
   use qsmpm_renamed_words, only: renamed_text
   implicit none
@@ -184,7 +185,10 @@ contains
     text = 'Data lines'
     if (data%maximum == 1) text = 'Data line'
     if (len(data%when) > 0) text = text//' with '//quote//data%when//quote
-    text = text//': '//data%sentence//newline
+    text = text//': '//data%sentence
+    if (data%maximum == 1 .and. may_be_named(data)) text = text//', in this order or by name ('//quote// &
+      data%columns(1)%name//'=...'//quote//')'
+    text = text//newline
     if (size(data%columns) > 0) text = text//newline
     do i = 1, size(data%columns)
       text = text//bullet//column_text(data%columns(i), quote)//newline

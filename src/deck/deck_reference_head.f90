@@ -45,6 +45,10 @@ contains
       '- A comma at the end of a line goes on with the next line. Lines may be of any length.', &
       '- Numbers: `1`, `1.0`, `1e3`, `1d3`. Nothing is abbreviated or cut off.', &
       '- A value or name that holds a comma or an equals sign stands in double quotes.', &
+      '- Numbers of a data line may be given by name, in any order and on any number of lines:', &
+      "  `E50ref=3e4` or `phi'=30, c'=2`. Names are the columns', without regard to capitals,", &
+      "  blanks, `_`, `'`, `*`, `.`, `^` and the endings `ref`, `ur`, `rm`, `unsat`, `x`. Numbers", &
+      '  without a name come first, in the order of the columns.', &
       '- Files are relative to the file that names them. `*INCLUDE` puts the lines of another', &
       '  file in its place; it may bring cards, or data lines of the card before.', &
       '- Units are consistent and only labelled (`*UNITS`). Tension is positive. Angles are in', &

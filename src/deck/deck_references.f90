@@ -28,6 +28,7 @@ module qsmpm_deck_references
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_stage_check, only: check_stages
   use qsmpm_deck_profile, only: check_profiles
+  use qsmpm_deck_words, only: axis_words
   use qsmpm_deck_consolidation, only: check_drainage
   use qsmpm_deck_phases, only: check_first_times
   use qsmpm_deck_water, only: check_water
@@ -198,10 +199,40 @@ contains
     if (state%analysis%method%kinematics == kinematics_jaumann .and. state%analysis%method%rate == rate_paper .and. &
       .not. traits%linear_elasticity) call state%error_from(material%where, 'MATERIAL', "material '"//material%name// &
       "' hardens: *METHOD, RATE=PAPER is not for it; take MIDPOINT or KINEMATICS=LOGARITHMIC")
+    if (traits%vertical > 0 .and. traits%vertical /= vertical_of(state%analysis) .and. has_gravity(state)) &
+      call state%error_from(material%where, 'MATERIAL', "material '"//material%name//"': gravity does not act "// &
+      'along the axis that *'//traits%keyword//' takes for the vertical: ALONG='// &
+      trim(axis_words(vertical_of(state%analysis))))
+    if (traits%flows_in_time) call warn_of_time(state, material, traits%keyword)
     if (size(state%analysis%phases) == 0 .or. .not. traits%needs_stress) return
     if (state%analysis%phases(1)%initial%kind == initial_keep) call state%warn(material%where, 'MATERIAL', &
       "clay '"//material%name//"' starts without stress, at its smallest pressure: *INITIAL, TYPE=K0 gives it one")
   end subroutine check_law
+
+  !> Warn of phases without a time where a material flows in it.
+  subroutine warn_of_time(state, material, keyword)
+    type(deck_state_type), intent(inout) :: state
+    type(material_type), intent(in) :: material
+    character(len=*), intent(in) :: keyword
+    integer :: p
+
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        if (.not. (phase%duration_given .or. phase%kind == phase_safety)) call state%warn(phase%where, 'PHASE', &
+          "material '"//material%name//"' has *"//keyword//', and the phase no TIME: it lasts one unit')
+      end associate
+    end do
+  end subroutine warn_of_time
+
+  !> Whether any phase has gravity.
+  pure logical function has_gravity(state)
+    type(deck_state_type), intent(in) :: state
+    integer :: p
+
+    associate (phases => state%analysis%phases)
+      has_gravity = any([(any(abs(phases(p)%gravity%vector) > 0.0_wp), p=1, size(phases))])
+    end associate
+  end function has_gravity
 
   !> Node sets of fixities, prescriptions, histories and the moving mesh.
   subroutine check_node_sets(state)

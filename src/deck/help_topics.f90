@@ -140,14 +140,20 @@ contains
         'SHEAR STRENGTH,YIELD,WEAK,STRONG', &
         '*MOHR COULOMB: c, phi, psi and a tension cut-off; s_u is c with phi = 0, by depth in *STRENGTH PROFILE'), &
       topics_type('SOIL,CLAY,SAND,GRAVEL,ROCK,CONCRETE,STEEL,GRANULAR,TRESCA,VON MISES,MOHR,COULOMB', &
-        '*MOHR COULOMB (phi = 0 is Tresca), *DRUCKER PRAGER, *CAM CLAY, *HARDENING SOIL, *HOEK BROWN (rock), '// &
-        '*USER MATERIAL; concrete and steel are *ELASTIC'), &
+        '*MOHR COULOMB (phi = 0 is Tresca), *DRUCKER PRAGER, *CAM CLAY, *HARDENING SOIL, *NGI ADP (undrained '// &
+        'clay), *SOFT SOIL CREEP, *HOEK BROWN (rock), *USER MATERIAL; concrete and steel are *ELASTIC'), &
       topics_type('OCR,POP,OVERCONSOLIDAT,PRECONSOLIDAT', &
         'OCR= and PRECONSOLIDATION= of *CAM CLAY, OCR= of *K0'), &
+      topics_type('CREEP,VISC,RATE OF,TIME DEPEND,SECONDARY', &
+        '*SOFT SOIL CREEP, in the TIME= of the *PHASE: docs/methods/clay_laws.md; other laws do not flow in time'), &
       topics_type('SHANSEP,STRENGTH GAIN,GAIN OF STRENGTH', &
         '*STRENGTH PROFILE, TYPE=SHANSEP is s_u by the vertical effective stress, *UPDATE STRENGTH what it has '// &
         'gained: docs/methods/undrained.md'), &
-      topics_type('HYPOPLASTIC,HSS,SMALL STRAIN,NORSAND,JOINTED,LIQUEFACTION,CYCLIC,FATIGUE', &
+      topics_type('HSS,SMALL STRAIN,SMALL-STRAIN', &
+        'G0 and gamma_07 of *HARDENING SOIL: docs/methods/hardening_laws.md'), &
+      topics_type('ANISOTROP,ADP,DSS,DIRECT SIMPLE SHEAR', &
+        '*NGI ADP: undrained strength that differs with the direction of shear: docs/methods/clay_laws.md'), &
+      topics_type('HYPOPLASTIC,NORSAND,JOINTED,LIQUEFACTION,CYCLIC,FATIGUE', &
         'there is no such law; nearest: a *USER MATERIAL, your UMAT or UDSM of it: docs/user_models.md'), &
       topics_type('DRAIN,UNDRAINED,EXCESS', &
         '*UNDRAINED below a material, *DRAIN STATE in a phase; without them soil is drained; '// &
@@ -265,11 +271,9 @@ contains
       topics_type('EARTHQUAKE,DYNAMIC,VIBRAT,WAVE,INERTIA,VELOCITY,IMPACT,BLAST,SEISMIC,PSEUDO-STATIC', &
         'there is no inertia: every step is an equilibrium; nearest: a horizontal share of *GRAVITY '// &
         '(pseudo-static): docs/cannot.md'), &
-      topics_type('CREEP,VISC,RATE OF,TIME DEPEND,SECONDARY', &
-        'no law here flows in time; nearest: a *USER MATERIAL, which gets TIME= of the *PHASE: '// &
-        'docs/cannot.md'), &
       topics_type('TIME', &
-        'every step is an equilibrium; TIME= of *PHASE is for a *USER MATERIAL that depends on it'), &
+        'every step is an equilibrium; TIME= of *PHASE is for *CONSOLIDATION, *SOFT SOIL CREEP and a *USER '// &
+        'MATERIAL that depends on it'), &
       topics_type('HEAT,THERMAL,TEMPERATURE,FREEZ,UNSATURAT,SUCTION,SWELL,SHRINK,EXPANSIVE,GAS', &
         'temperature, suction and gas are not there: docs/cannot.md'), &
       topics_type('GPU,CUDA', &

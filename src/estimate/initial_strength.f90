@@ -37,6 +37,8 @@ contains
         call prepare_point(law, batch)
         call pack_gradient(identity, batch%gradient(:, 1))
         batch%volume_ratio = 1.0_wp
+        ! Soil that creeps does so in no time.
+        batch%step_info%phase_time = 0.0_wp
         do p = 1, points%count
           if (points%material(p) /= m .or. .not. own(p)) cycle
           batch%stress_start(:, 1) = points%stress(:, p)

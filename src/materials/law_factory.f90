@@ -9,6 +9,8 @@ module qsmpm_law_factory
   use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
   use qsmpm_principal_law, only: new_principal_law, kinematics_jaumann, kinematics_logarithmic
   use qsmpm_principal_model, only: principal_model_type
+  use qsmpm_soil_model, only: soil_model_type
+  use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
   use qsmpm_softening_model, only: softening_model_type, set_softening
   implicit none
   private
@@ -55,8 +57,18 @@ contains
     class(law_type), allocatable, intent(out) :: law
     type(error_type), allocatable, intent(out) :: error
     class(principal_model_type), allocatable :: model
+    class(soil_model_type), allocatable :: soil
+    type(soil_model_law_type), allocatable :: made
 
-    call parameters%make_model(model, error)
-    if (.not. allocated(error)) call new_principal_law(model, dimension, kinematics, rate, law, error)
+    call parameters%make_soil_model(soil, error)
+    if (allocated(soil)) then
+      allocate (made)
+      call make_soil_model_law(soil, dimension, made)
+      made%of_user = .false.
+      call move_alloc(made, law)
+    else if (.not. allocated(error)) then
+      call parameters%make_model(model, error)
+      if (.not. allocated(error)) call new_principal_law(model, dimension, kinematics, rate, law, error)
+    end if
   end subroutine new_soil_law
 end module qsmpm_law_factory

@@ -10,6 +10,7 @@ module qsmpm_law_parameters
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_principal_model, only: principal_model_type
+  use qsmpm_soil_model, only: soil_model_type
   use qsmpm_strength_constants, only: strength_constant_type
   use qsmpm_strength_factor, only: strength_factor_type
   implicit none
@@ -47,6 +48,14 @@ module qsmpm_law_parameters
     real(wp) :: friction_angle = -1.0_wp, cohesion = -1.0_wp
     !> Stiffness comes of the stress, so that a point should start with one.
     logical :: needs_stress = .false.
+    !> The stress is total: pore water of its own would count twice.
+    logical :: total_stress = .false.
+    !> Its state holds a tensor, which images of a reduced scene do not turn.
+    logical :: keeps_tensor = .false.
+    !> It flows in the time of the phases.
+    logical :: flows_in_time = .false.
+    !> Axis that the law takes for the vertical, 0 for none.
+    integer :: vertical = 0
   end type law_description_type
 
   !> Parameters of a law.
@@ -54,7 +63,9 @@ module qsmpm_law_parameters
   contains
     procedure(describe_interface), deferred :: describe
     procedure(fields_interface), deferred :: fields
-    procedure(make_interface), deferred :: make_model
+    !> One of these makes the model: in principal values where it has no directions of its own, else of tensors.
+    procedure :: make_model => no_model
+    procedure :: make_soil_model => no_soil_model
     !> Lower the strength, as the law knows it or the constants that the user names.
     procedure :: lower => refuse_to_lower
     procedure :: lower_named => refuse_constants
@@ -106,17 +117,31 @@ module qsmpm_law_parameters
       class(law_parameters_type), intent(inout) :: self
       class(field_visitor_type), intent(inout) :: visitor
     end subroutine fields_interface
-
-    !> The model, or why there is none: a parameter is out of its range.
-    subroutine make_interface(self, model, error)
-      import :: law_parameters_type, principal_model_type, error_type
-      class(law_parameters_type), intent(in) :: self
-      class(principal_model_type), allocatable, intent(out) :: model
-      type(error_type), allocatable, intent(out) :: error
-    end subroutine make_interface
   end interface
 
 contains
+
+  !> There is none in principal values.
+  subroutine no_model(self, model, error)
+    class(law_parameters_type), intent(in) :: self
+    class(principal_model_type), allocatable, intent(out) :: model
+    !> Why there is none: a parameter is out of its range.
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self)
+    end associate
+  end subroutine no_model
+
+  !> There is none of tensors.
+  subroutine no_soil_model(self, model, error)
+    class(law_parameters_type), intent(in) :: self
+    class(soil_model_type), allocatable, intent(out) :: model
+    !> As of `make_model`.
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self)
+    end associate
+  end subroutine no_soil_model
 
   !> Refuse to lower a strength that the law does not name.
   subroutine refuse_to_lower(self, by, error)

@@ -50,6 +50,9 @@ module qsmpm_principal_model
     logical :: symmetric = .false.
     !> Whether the model counts strain by the size of the cell.
     logical :: asks_cell_size = .false.
+    !> Whether the model flows with time; the time that a step takes, which the law then sets, 0 for none.
+    logical :: asks_time = .false.
+    real(wp) :: time = 0.0_wp
     !> l of a nonlocal model, 0 for others, and the largest cell that has the field. The last two state variables are
     !> kappa and kbar (qsmpm_nonlocal_strain).
     real(wp) :: field_length = 0.0_wp

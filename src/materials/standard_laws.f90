@@ -6,6 +6,8 @@ module qsmpm_standard_laws
   use qsmpm_hardening_soil, only: hardening_soil_parameters_type
   use qsmpm_hoek_brown, only: hoek_brown_parameters_type
   use qsmpm_law_parameters, only: law_parameters_type, law_parameters_slot_type
+  use qsmpm_ngi_adp, only: ngi_adp_parameters_type
+  use qsmpm_soft_soil_creep, only: soft_soil_creep_parameters_type
   implicit none
   private
 
@@ -23,6 +25,8 @@ contains
     call add(laws, hardening_soil_parameters_type())
     call add(laws, drucker_prager_parameters_type())
     call add(laws, hoek_brown_parameters_type())
+    call add(laws, ngi_adp_parameters_type())
+    call add(laws, soft_soil_creep_parameters_type())
   end subroutine standard_laws
 
   !> One more law.

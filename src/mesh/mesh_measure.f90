@@ -3,10 +3,11 @@ module qsmpm_mesh_measure
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_geometry, full_rule, corner_count
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_tensor, only: determinant
   implicit none
   private
 
-  public :: cell_volume, cell_size, cell_width, mesh_volume, interpolate, &
+  public :: cell_volume, cell_size, cell_width, cell_metric, mesh_volume, interpolate, &
     find_bounds
 
 contains
@@ -70,6 +71,30 @@ contains
 
     cell_width = max(0.0_wp, cell_volume(mesh, cell))**(1.0_wp/mesh%dimension)
   end function cell_width
+
+  !> Metric G of a cell, whose width along n is (n . G n)^1/2: of quadrilaterals and bricks the second moments of their
+  !> corners, for a box the squares of its sides, scaled to its width all around; others are as wide all around.
+  pure function cell_metric(mesh, cell, width) result(metric)
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell, and its width (cell_width).
+    integer, intent(in) :: cell
+    real(wp), intent(in) :: width
+    real(wp) :: metric(mesh%dimension, mesh%dimension), x(3, corner_count(mesh%cell_kind(cell))), whole(3, 3)
+    integer :: n, d, i
+
+    d = mesh%dimension
+    n = size(x, 2)
+    whole = 0.0_wp
+    do i = 1, 3
+      whole(i, i) = 1.0_wp
+    end do
+    if (n == 2**d) then
+      x(:d, :) = mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell) + n - 1))
+      x(:d, :) = x(:d, :) - spread(sum(x(:d, :), dim=2)/n, 2, n)
+      whole(:d, :d) = matmul(x(:d, :), transpose(x(:d, :)))
+    end if
+    metric = whole(:d, :d)*width**2/max(determinant(whole), tiny(1.0_wp))**(1.0_wp/d)
+  end function cell_metric
 
   !> Volume of the whole mesh.
   real(wp) function mesh_volume(mesh) result(volume)

@@ -34,6 +34,7 @@ module qsmpm_model_builder
   use qsmpm_rigid_bodies, only: make_rigid_bodies, lay_rigid_bodies
   use qsmpm_profile_check, only: check_strength_profiles
   use qsmpm_points, only: allocate_watched, start_strains, start_water
+  use qsmpm_softening_parameters, only: regularise_nonlocal
   use qsmpm_stress_at_rest, only: horizontal_at_rest
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_consolidation, only: check_consolidation
@@ -289,7 +290,7 @@ contains
         if (material%locking_treatment == locking_none) cycle
         if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, linear, &
           lowest .and. .not. smooth)
-        model%laws(m)%flows = may_yield(material)
+        model%laws(m)%flows = may_yield(material) .and. .not. softens_by_point(material)
         model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
           'locking, factor '//real_text(material%pressure_factor)//new_line('a')
@@ -350,6 +351,14 @@ contains
       factor = flow_resistance
     end if
   end function resistance_of
+
+  !> Whether the strength of a point falls with what it alone has sheared: a resistance that falls with the flow lets
+  !> cells beside a band take part in it.
+  pure logical function softens_by_point(material)
+    type(material_type), intent(in) :: material
+
+    softens_by_point = material%softening%given .and. material%softening%regularisation /= regularise_nonlocal
+  end function softens_by_point
 
   !> Whether a material locks: it nearly keeps its volume in elasticity, or flows without friction; functions that are
   !> linear in a cell lock in any flow of Mohr-Coulomb soil, whose dilatancy ties the volume as fast as none does.

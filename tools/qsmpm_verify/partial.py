@@ -69,6 +69,7 @@ def changed(card: Card, change: Callable[[list[float]], list[float]]) -> Card:
         if not line.strip() or line.lstrip().startswith("**"):
             continue
         words = items(line)
+        card.refuse_names(words)
         numbers = [i for i, word in enumerate(words) if is_number(word)]
         for i, value in zip(numbers, change([float(words[i]) for i in numbers]), strict=True):
             words[i] = f"{value:.10g}"

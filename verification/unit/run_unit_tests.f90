@@ -26,6 +26,9 @@ program run_unit_tests
   use test_drucker_prager, only: collect_drucker_prager
   use test_hardening_soil, only: collect_hardening_soil
   use test_hoek_brown, only: collect_hoek_brown
+  use test_ngi_adp, only: collect_ngi_adp
+  use test_small_strain, only: collect_small_strain
+  use test_soft_soil_creep, only: collect_soft_soil_creep
   use test_jaumann_law, only: collect_jaumann_law
   use test_soil_model_law, only: collect_soil_model_law
   use test_user_adapters, only: collect_user_adapters
@@ -176,6 +179,9 @@ program run_unit_tests
   call register('drucker_prager', collect_drucker_prager)
   call register('hardening_soil', collect_hardening_soil)
   call register('hoek_brown', collect_hoek_brown)
+  call register('ngi_adp', collect_ngi_adp)
+  call register('small_strain', collect_small_strain)
+  call register('soft_soil_creep', collect_soft_soil_creep)
   call register('jaumann_law', collect_jaumann_law)
   call register('soil_model_law', collect_soil_model_law)
   call register('doors', collect_user_adapters)

@@ -44,6 +44,7 @@ contains
     call described(tests)
     call read_and_written(tests)
     call refused(tests)
+    call by_name(tests)
   end subroutine collect_card_fields
 
   !> The card: all that is said of it.
@@ -60,7 +61,8 @@ contains
     call fields%name('NSET', sample%set, 'where', required=.true.)
     call fields%data('stiffness')
     call fields%number('E', sample%modulus, 'modulus', range='(0, inf)')
-    call fields%number('strength', sample%strength, 'largest stress', range='[0, inf)', required=.false., none='NONE')
+    call fields%number('strength', sample%strength, 'largest stress', range='[0, inf)', required=.false., none='NONE', &
+      also='sigma_t')
   end subroutine sample_fields
 
   !> The table of keywords with the card in it.
@@ -193,4 +195,43 @@ contains
     call tests%check('what is required', index(messages, 'parameter NSET is missing') > 0 .and. &
       index(messages, '1 data line(s) wanted') > 0)
   end subroutine refused
+
+  !> A data line by name, in any order and on several lines, by names of other programs; what is wrong with one.
+  subroutine by_name(tests)
+    type(tests_type), intent(inout) :: tests
+    type(sample_type) :: sample
+    character(len=:), allocatable :: messages
+
+    call read_sample('*SAMPLE, NSET=top'//nl//' strength = 5'//nl//" E^'_r.m=7", sample, messages)
+    call tests%check('two lines by name are right; found: '//messages, len(messages) == 0)
+    call tests%check('and are read', all(same_bits([sample%modulus, sample%strength], [7.0_wp, 5.0_wp])))
+    call read_sample('*SAMPLE, NSET=top'//nl//' 7, sigma t=none', sample, messages)
+    call tests%check('a number before a name, another name; found: '//messages, len(messages) == 0 .and. &
+      all(same_bits([sample%modulus, sample%strength], [7.0_wp, huge(1.0_wp)])))
+    call read_sample('*SAMPLE, NSET=top'//nl//' e=7', sample, messages)
+    call tests%check('what is not named stays', len(messages) == 0 .and. same_bits(sample%strength, huge(1.0_wp)))
+    call read_sample('*SAMPLE, NSET=top'//nl//' E=7'//nl//' strenght=5', sample, messages)
+    call tests%check('an unknown name; found: '//messages, messages == "a.inp:3: *SAMPLE: unknown name 'strenght' "// &
+      '(did you mean strength?); there are E, strength'//nl)
+    call wrong('a parameter', ' E=7'//nl//' count=5', 'a.inp:3: *SAMPLE: count is a parameter and stands in the line of '// &
+      'the keyword: *SAMPLE, COUNT=')
+    call wrong('given twice', ' 7, strength=5'//nl//' e=8', 'a.inp:3: *SAMPLE: E is given twice')
+    call wrong('missing', ' strength=5', 'a.inp:2: *SAMPLE: E is missing')
+    call wrong('empty', ' E=7, strength=', 'a.inp:2: *SAMPLE: strength is empty')
+    call wrong('out of range', ' strength=5'//nl//' E=-7', 'a.inp:3: *SAMPLE: E = -7 is outside (0, inf)')
+    call wrong('without a name', ' E=7, 5', "a.inp:2: *SAMPLE: '5' has no name, as those beside it: strength=5?")
+    call wrong('on a line of its own', ' E=7'//nl//' 5', "a.inp:3: *SAMPLE: '5' has no name")
+    call wrong('too many', ' 7, 5, 3, E=1', "a.inp:2: *SAMPLE: '3' is more than the columns: E, strength")
+
+  contains
+
+    !> A card has an error, and the column stays.
+    subroutine wrong(name, rows, message)
+      character(len=*), intent(in) :: name, rows, message
+
+      call read_sample('*SAMPLE, NSET=top'//nl//rows, sample, messages)
+      call tests%check('by name: '//name//'; found: '//messages, index(messages, message) > 0 .and. &
+        same_bits(sample%modulus, 0.0_wp))
+    end subroutine wrong
+  end subroutine by_name
 end module test_card_fields

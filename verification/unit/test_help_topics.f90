@@ -33,17 +33,17 @@ contains
       'footing', 'friction', 'total stress', 'movie', 'gmsh', 'python', 'bishop', 'monte carlo', 'liquefaction', 'ocr', &
       'rigid', 'c', 'speed', 'concrete', 'rain', 'volume loss', 'contraction', 'dxf', 'strut', 'prop', 'soil nail', &
       'interface', 'dynamic', 'dynamics', 'tbm', 'lining', 'shoring', 'vibration', &
-      'volume-loss']
+      'volume-loss', 'anisotropy', 'small strain']
     character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', '*RIGID BODY', '*CONTACT', &
       '*DEACTIVATE', '*SAFETY', '*PROP', 'SEEPAGE', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
       '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', 'Excess', '*HISTORY', '*MOHR COULOMB', &
       'LIMIT COMPLIANCE', '*PHASE', 'RUNOUT', '*UNIT WEIGHT', '*CONTRACTION', '*ELASTIC', '*UNDRAINED', &
       '*CONTACT', '*MOHR COULOMB', '*HISTORY', '*PRESCRIBE', '*INITIAL', 'equilibrium', &
-      'no law', '*MOHR COULOMB', 'KINEMATICS', '*GRID', '*ELASTIC', '*ELASTIC', 'LIMIT COMPLIANCE', '*SOFTENING', &
+      '*SOFT SOIL CREEP', '*MOHR COULOMB', 'KINEMATICS', '*GRID', '*ELASTIC', '*ELASTIC', 'LIMIT COMPLIANCE', '*SOFTENING', &
       'POLYGON', '*RIGID BODY', '*CONTACT', 'FIELDS', '*FIELD', '*MESH', 'embedding', 'slices', 'reliability DECK', &
       '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'steady rain', &
       '*CONTRACTION', '*CONTRACTION', 'qsmpm-verify import', '*PROP', '*PROP', '*PROP', '*CONTACT', 'no inertia', 'no inertia', &
-      '*CONTRACTION', 'stiff', '*PROP', 'no inertia', '*CONTRACTION']
+      '*CONTRACTION', 'stiff', '*PROP', 'no inertia', '*CONTRACTION', '*NGI ADP', 'gamma_07']
     character(len=:), allocatable :: text
     logical :: found
     integer :: k

@@ -3,6 +3,7 @@ module test_mesh_topology
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_measure, only: cell_metric, cell_width
   use qsmpm_inline_mesh, only: inline_mesh
   use qsmpm_mesh_topology, only: build_topology
   use qsmpm_element, only: tri3, tri6, quad4, quad8, hex8, wedge6, tet4
@@ -31,6 +32,7 @@ contains
     call check_folded(tests)
     call check_neighbours(tests)
     call check_mixed(tests)
+    call check_metric(tests)
   end subroutine collect_mesh_topology
 
   !> Tables of a mesh given by labels; an empty message when all is well.
@@ -68,6 +70,59 @@ contains
     call tests%check(name//' is told as '//fragment//' and not as "'//message//'"', index(message, &
       fragment) > 0)
   end subroutine expect
+
+  !> Widths of cells along directions: a box has its sides, turned or not, a sheared one its height, a triangle one.
+  subroutine check_metric(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: a = 0.6_wp, turn(2, 2) = reshape([cos(a), sin(a), -sin(a), cos(a)], [2, 2])
+    real(wp), parameter :: box(2, 4) = reshape([real(wp) :: 0, 0, 3, 0, 3, 1, 0, 1], [2, 4])
+    real(wp) :: corners(3, 8), turned(2, 4)
+
+    corners = 0.0_wp
+    corners(:2, :4) = box
+    call tests%close('a box is as wide as its sides are long', off(widths(quad4, corners(:, :4)), [3.0_wp, &
+      1.0_wp]), 0.0_wp, 1.0e-14_wp)
+    corners(1, 3:4) = corners(1, 3:4) + 2.0_wp
+    call tests%close('sheared it is as wide across', off(widths(quad4, corners(:, :4), 2), [1.0_wp]), &
+      0.0_wp, 1.0e-14_wp)
+    turned = matmul(turn, box)
+    corners(:2, :4) = turned
+    call tests%close('turned it is as its image in both directions', off(widths(quad4, corners(:, :4)), &
+      sqrt([9.0_wp*cos(a)**2 + sin(a)**2, 9.0_wp*sin(a)**2 + cos(a)**2])), 0.0_wp, 1.0e-14_wp)
+    corners(:2, :3) = box(:, [1, 2, 4])
+    corners(3, :) = 0.0_wp
+    call tests%close('a triangle is the root of its area wide', off(widths(tri3, corners(:, :3)), [sqrt(1.5_wp), &
+      sqrt(1.5_wp)]), 0.0_wp, 1.0e-14_wp)
+    corners = brick(:, :8)
+    corners(3, :) = 0.25_wp*corners(3, :)
+    call tests%close('a brick is as wide as its sides are long', off(widths(hex8, corners), [2.0_wp, 2.0_wp, &
+      0.5_wp]), 0.0_wp, 1.0e-14_wp)
+
+  contains
+
+    !> Widths of a cell along the axes, or along one and those behind it.
+    function widths(kind, nodes, from)
+      integer, intent(in) :: kind
+      real(wp), intent(in) :: nodes(:, :)
+      integer, intent(in), optional :: from
+      real(wp), allocatable :: widths(:), metric(:, :)
+      type(mesh_type) :: mesh
+      character(len=:), allocatable :: message
+      integer :: i
+
+      call build(kind, nodes, reshape([(9 + i, i=1, size(nodes, 2))], [size(nodes, 2), 1]), mesh, message)
+      metric = cell_metric(mesh, 1, cell_width(mesh, 1))
+      widths = [(sqrt(metric(i, i)), i=1, mesh%dimension)]
+      if (present(from)) widths = widths(from:)
+    end function widths
+
+    !> Largest difference.
+    pure real(wp) function off(found, expected)
+      real(wp), intent(in) :: found(:), expected(:)
+
+      off = maxval(abs(found - expected))
+    end function off
+  end subroutine check_metric
 
   !> Cells that run the wrong way round, and flat ones.
   subroutine check_volumes(tests)

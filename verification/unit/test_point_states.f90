@@ -8,6 +8,7 @@ module test_point_states
   use qsmpm_fields, only: state_name, state_values
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_kinds, only: wp
+  use qsmpm_messages, only: message_text
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
@@ -32,6 +33,7 @@ contains
     call build(0.5_wp, model)
     call check_names(tests, model)
     call check_strength(tests)
+    call check_creep(tests)
   end subroutine collect_point_states
 
   !> Four layers of four laws under their weight.
@@ -110,4 +112,32 @@ contains
     call build(4.5_wp, model)
     call tests%check('above the passive one till and sand are', sum(count_beyond_strength(model)) == 2*layer)
   end subroutine check_strength
+
+  !> Soil that creeps: a phase without TIME is warned of, and what creeps in a while lies within the strength.
+  subroutine check_creep(tests)
+    type(tests_type), intent(inout) :: tests
+    class(analysis_type), allocatable :: analysis
+    class(model_type), allocatable :: model
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: said
+    integer :: timed
+    character(len=11), parameter :: time(2) = [character(len=11) :: '', ', TIME=1000']
+
+    do timed = 1, 2
+      allocate (analysis, model)
+      call parse_deck('creep.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 1, 1|Y, 0, 4, 4|'// &
+        '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=peat|*SOFT SOIL CREEP|0.1, 0.02, 0.004, 1, 25, 0|*UNIT WEIGHT|12|'// &
+        '*BODY, NAME=a, MATERIAL=peat, SHAPE=ALL|*METHOD, BASIS=GIMP|*PHASE, NAME=weight'//trim(time(timed))// &
+        '|*INITIAL, TYPE=K0|4, 0.6|*FIX|base, ALL|*GRAVITY|0, -1|*CONTROLS, STEPS=1|*END PHASE|'), analysis, messages, error)
+      said = message_text(messages)
+      call tests%check('a phase without TIME is told: '//said, &
+        (index(said, "material 'peat' has *SOFT SOIL CREEP, and the phase no TIME: it lasts one unit") > 0) .eqv. timed == 1)
+      if (.not. allocated(error)) call build_model(analysis, model, error)
+      if (allocated(error)) error stop 'the peat of the unit tests cannot be built'
+      call start_phase(model)
+      call tests%check('what creeps is within its strength', all(count_beyond_strength(model) == 0))
+      deallocate (analysis, model)
+    end do
+  end subroutine check_creep
 end module test_point_states

@@ -74,6 +74,12 @@ contains
     if (.not. allocated(error)) call refuse_sharing(built, 2, error)
     call tests%check('several processes refuse it', allocated(error))
     if (allocated(error)) call tests%check('by name: '//error%message, index(error%message, '*ANCHOR') > 0)
+    call parse_deck('twins.inp', changed(twin_deck(), '*ELASTIC| 1000, 0.3|', '*HARDENING SOIL| 30, 30, 90, 0.5, 0.2, 1, '// &
+      '1, 30, 0|'), analysis, messages, error)
+    call tests%check('a hardening soil is known', not_carried(analysis) == '')
+    call parse_deck('twins.inp', changed(twin_deck(), '*ELASTIC| 1000, 0.3|', '*HARDENING SOIL| 30, 30, 90, 0.5, 0.2, 1, '// &
+      '1, 30, 0| G0=100, gamma_07=1e-4|'), analysis, messages, error)
+    call tests%check('with a strain history it is not', not_carried(analysis) == '*HARDENING SOIL with a strain history')
     call parse_deck('twins.inp', joined(twin_deck()), analysis, messages, error)
     analysis%histories(1)%quantity = huge(1)
     call tests%check('nor with a history of an unknown quantity', index(not_carried(analysis), '*HISTORY') == 1)

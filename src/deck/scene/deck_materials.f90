@@ -94,7 +94,7 @@ contains
       call fields%number('phi', material%friction_angle, 'friction angle', range='[0, 90)')
       call fields%number('psi', material%dilatancy_angle, 'dilatancy angle, not above phi', range='[0, 90)')
       call fields%number('tensile strength', material%tensile_strength, 'largest principal stress; NONE (the '// &
-        'default) leaves the tip of the yield surface', range='[0, inf)', required=.false., none='NONE')
+        'default) leaves the tip of the yield surface', range='[0, inf)', required=.false., none='NONE', also='sigma_t')
     end associate
   end subroutine strength_fields
 

@@ -1,5 +1,6 @@
 !> Cards of the soil laws of qsmpm_standard_laws, as each describes itself: nothing here knows any of them.
 module qsmpm_deck_soil_laws
+  use qsmpm_carried_cards, only: note_card
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
@@ -7,6 +8,7 @@ module qsmpm_deck_soil_laws
   use qsmpm_keyword_table, only: table_type, in_material, once
   use qsmpm_law_parameters, only: law_parameters_type, law_parameters_slot_type, law_description_type
   use qsmpm_principal_model, only: principal_model_type
+  use qsmpm_soil_model, only: soil_model_type
   use qsmpm_standard_laws, only: standard_laws
   implicit none
   private
@@ -76,10 +78,17 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     class(principal_model_type), allocatable :: model
+    class(soil_model_type), allocatable :: soil
+    type(law_description_type) :: described
     type(error_type), allocatable :: error
 
     if (.not. card%is_right()) return
-    call state%analysis%materials(state%material)%soil_law%make_model(model, error)
+    associate (law => state%analysis%materials(state%material)%soil_law)
+      described = law%describe()
+      if (described%keeps_tensor) call note_card(state%analysis, card%keyword//' with a strain history')
+      call law%make_soil_model(soil, error)
+      if (.not. (allocated(error) .or. allocated(soil))) call law%make_model(model, error)
+    end associate
     if (allocated(error)) call state%error_at(card, card%rows(1), error%message)
   end subroutine check_soil_law
 end module qsmpm_deck_soil_laws

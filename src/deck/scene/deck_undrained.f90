@@ -132,7 +132,9 @@ contains
     sentence = ''
     traits = traits_of(material)
     associate (undrained => material%undrained)
-      if (undrained%kind /= undrained_a .and. (.not. material%mohr_coulomb .or. material%user%given .or. &
+      if (traits%total_stress) then
+        sentence = '*'//traits%keyword//' is a law of total stress, undrained by itself'
+      else if (undrained%kind /= undrained_a .and. (.not. material%mohr_coulomb .or. material%user%given .or. &
         allocated(material%soil_law))) then
         sentence = 'TYPE='//trim(merge('B', 'C', undrained%kind == undrained_b))//' wants a strength s_u: *MOHR '// &
           'COULOMB with c = s_u and phi = 0; TYPE=A takes the effective strength of any law'

@@ -30,7 +30,7 @@ module qsmpm_principal_law
     is_cauchy
   use qsmpm_jaumann_plane, only: update_jaumann_plane => update_plane
   use qsmpm_jaumann_solid, only: update_jaumann_solid => update_solid
-  use qsmpm_law, only: law_type, batch_type, field_coupling_type, tangent_elastic
+  use qsmpm_law, only: law_type, batch_type, field_coupling_type, tangent_elastic, time_increment
   use qsmpm_logarithmic_plane, only: update_logarithmic_plane => update_plane
   use qsmpm_logarithmic_solid, only: update_logarithmic_solid => update_solid
   use qsmpm_point_result, only: finish_points
@@ -154,14 +154,15 @@ contains
     type(batch_type), intent(inout) :: batch
     !> One of tangent_none, tangent_consistent, tangent_elastic.
     integer, intent(in) :: tangent
+    class(principal_model_type), allocatable :: timed
     integer :: p
 
-    if (self%kinematics == kinematics_logarithmic) then
-      if (self%dimension == 2) call update_logarithmic_plane(self%model, self%elastic_blend, batch, tangent)
-      if (self%dimension == 3) call update_logarithmic_solid(self%model, self%elastic_blend, batch, tangent)
+    if (self%model%asks_time) then
+      allocate (timed, source=self%model)
+      timed%time = time_increment(batch%step_info)
+      call update_points(self, timed, batch, tangent)
     else
-      if (self%dimension == 2) call update_jaumann_plane(self%model, self%rate, self%elastic_blend, batch, tangent)
-      if (self%dimension == 3) call update_jaumann_solid(self%model, self%rate, self%elastic_blend, batch, tangent)
+      call update_points(self, self%model, batch, tangent)
     end if
     call finish_points(batch, tangent)
     if (tangent /= tangent_elastic .or. self%model%hookean) return
@@ -169,6 +170,23 @@ contains
       batch%tangent(:, :, p) = 0.5_wp*(batch%tangent(:, :, p) + transpose(batch%tangent(:, :, p)))
     end do
   end subroutine update
+
+  !> The kernel of kinematics and dimension.
+  subroutine update_points(self, model, batch, tangent)
+    class(principal_law_type), intent(in) :: self
+    !> The law's own, or one that knows the time.
+    class(principal_model_type), intent(in) :: model
+    type(batch_type), intent(inout) :: batch
+    integer, intent(in) :: tangent
+
+    if (self%kinematics == kinematics_logarithmic) then
+      if (self%dimension == 2) call update_logarithmic_plane(model, self%elastic_blend, batch, tangent)
+      if (self%dimension == 3) call update_logarithmic_solid(model, self%elastic_blend, batch, tangent)
+    else
+      if (self%dimension == 2) call update_jaumann_plane(model, self%rate, self%elastic_blend, batch, tangent)
+      if (self%dimension == 3) call update_jaumann_solid(model, self%rate, self%elastic_blend, batch, tangent)
+    end if
+  end subroutine update_points
 
   !> Components of stress or ln b_e, and the model's state variables.
   pure integer function fit_count(self)

@@ -8,13 +8,15 @@
 module qsmpm_hardening_soil
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_hardening_soil_parameters, only: hardening_soil_data_type, check_hardening_soil
+  use qsmpm_hardening_soil_parameters, only: hardening_soil_data_type, check_hardening_soil, has_small_strain
   use qsmpm_hardening_soil_return, only: hardening_return_type, solve_return, is_outside, stress_derivative
   use qsmpm_hardening_soil_surfaces, only: surfaces_type, make_surfaces, stress_level, stress_power, shear_strain, &
     cap_size
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_mohr_coulomb_return, only: falling_order
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
+  use qsmpm_small_strain_model, only: make_small_strain_model
+  use qsmpm_soil_model, only: soil_model_type
   implicit none
   private
 
@@ -24,6 +26,7 @@ module qsmpm_hardening_soil
   type, extends(hardening_soil_data_type) :: hardening_soil_parameters_type
   contains
     procedure :: make_model
+    procedure :: make_soil_model
   end type hardening_soil_parameters_type
 
   !> The model.
@@ -54,6 +57,23 @@ contains
     call set_soil(self, soil, error)
     if (.not. allocated(error)) allocate (model, source=soil)
   end subroutine make_model
+
+  !> The model with small-strain stiffness, where that is given; a lowered soil has the stiffness of unloading.
+  subroutine make_soil_model(self, model, error)
+    class(hardening_soil_parameters_type), intent(in) :: self
+    class(soil_model_type), allocatable, intent(out) :: model
+    !> As of `make_model`.
+    type(error_type), allocatable, intent(out) :: error
+    class(principal_model_type), allocatable :: soil
+    real(wp) :: ratio
+
+    if (.not. has_small_strain(self)) return
+    call self%make_model(soil, error)
+    if (allocated(error)) return
+    ratio = 2.0_wp*(1.0_wp + self%poisson)*self%small_shear/self%eur
+    if (self%lowered_friction >= 0.0_wp) ratio = 1.0_wp
+    call make_small_strain_model(soil, ratio, self%threshold, model)
+  end subroutine make_soil_model
 
   !> Model of checked parameters.
   subroutine set_soil(parameters, model, error)

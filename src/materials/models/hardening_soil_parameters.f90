@@ -10,7 +10,7 @@ module qsmpm_hardening_soil_parameters
   implicit none
   private
 
-  public :: hardening_soil_data_type, check_hardening_soil
+  public :: hardening_soil_data_type, check_hardening_soil, has_small_strain
 
   !> All but the model that is made of it.
   type, abstract, extends(law_parameters_type) :: hardening_soil_data_type
@@ -35,6 +35,9 @@ module qsmpm_hardening_soil_parameters
     real(wp) :: pop = 0.0_wp
     !> Smallest stress for stiffness; not positive: a hundredth of the reference pressure.
     real(wp) :: smallest_pressure = -1.0_wp
+    !> Shear modulus at very small strain and the reference pressure, and the shear strain at which its secant has
+    !> fallen to 0.72 of it; not positive: none.
+    real(wp) :: small_shear = -1.0_wp, threshold = -1.0_wp
     !> Angles of a lowered cone, c cot phi being that of the soil; negative: those above.
     real(wp) :: lowered_friction = -1.0_wp, lowered_dilatancy = -1.0_wp
   contains
@@ -55,6 +58,7 @@ contains
     law%example = '*HARDENING SOIL, OCR=2| 3e4, 3e4, 9e4, 0.5, 0.2, 100, 1, 35, 5'
     law%has_strength = .true.
     law%associated_flow = .false.
+    law%keeps_tensor = has_small_strain(self)
     law%dilatancy_angle = self%dilatancy_angle
     law%friction_angle = self%friction_angle
     law%cohesion = self%cohesion
@@ -88,6 +92,11 @@ contains
       required=.false.)
     call visitor%law_number('K0nc', self%k0, 'stress ratio of one-dimensional compression, 1 - sin phi', '(0, 1)', &
       required=.false.)
+    call visitor%law_number('G0', self%small_shear, 'shear modulus at very small strain and the reference '// &
+      'pressure, not below Eur/(2 + 2 nu); small-strain stiffness (Benz 2007) where it is given', '(0, inf)', &
+      required=.false.)
+    call visitor%law_number('gamma_07', self%threshold, 'shear strain at which its secant is 0.72 G0', '(0, 0.1)', &
+      required=.false.)
   end subroutine fields
 
   !> Lower the cone; the cap stays.
@@ -105,6 +114,13 @@ contains
     ! c/F and tan(phi)/F leave the apex where it is.
     call lower_strength(by, cohesion, self%lowered_friction, self%lowered_dilatancy)
   end subroutine lower
+
+  !> Whether stiffness at small strain is given.
+  pure logical function has_small_strain(parameters)
+    class(hardening_soil_data_type), intent(in) :: parameters
+
+    has_small_strain = max(parameters%small_shear, parameters%threshold) > 0.0_wp
+  end function has_small_strain
 
   !> Refuse parameters that describe no soil; whether a cap exists is found by qsmpm_hardening_soil_surfaces.
   pure subroutine check_hardening_soil(parameters, error)
@@ -133,6 +149,10 @@ contains
         call fail(error, error_deck, 'OCR must not be below 1 and POP not negative')
       else if (.not. p%eur > 2.0_wp*p%e50/(2.0_wp - p%ratio)) then
         call fail(error, error_deck, 'Eur must be above the initial slope 2 E50/(2 - Rf) of the hyperbola')
+      else if (has_small_strain(p) .and. .not. min(p%small_shear, p%threshold) > 0.0_wp) then
+        call fail(error, error_deck, 'G0 and gamma_07 belong together')
+      else if (has_small_strain(p) .and. 2.0_wp*(1.0_wp + p%poisson)*p%small_shear < p%eur) then
+        call fail(error, error_deck, 'G0 must not be below the shear modulus of unloading, Eur/(2 + 2 nu)')
       end if
     end associate
   end subroutine check_hardening_soil

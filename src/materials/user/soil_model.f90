@@ -80,6 +80,8 @@ module qsmpm_soil_model
     procedure :: start_at => start_anywhere
     !> One step of one point.
     procedure(update_interface), deferred :: update
+    !> Elastic shear modulus of a step.
+    procedure :: shear_modulus => usual_shear
   end type soil_model_type
 
   abstract interface
@@ -119,4 +121,13 @@ contains
 
     call self%start(stress, state)
   end subroutine start_anywhere
+
+  !> G of a model that says nothing else: the one that scales stabilisation.
+  pure real(wp) function usual_shear(self, stress, state) result(shear)
+    class(soil_model_type), intent(in) :: self
+    !> Effective stress (4 or 6), and state (state_count).
+    real(wp), intent(in) :: stress(:), state(:)
+
+    shear = self%shear_scale
+  end function usual_shear
 end module qsmpm_soil_model

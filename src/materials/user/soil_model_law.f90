@@ -44,6 +44,8 @@ module qsmpm_soil_model_law
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
+    procedure :: shear_modulus
+    procedure :: shear_compliance
   end type soil_model_law_type
 
 contains
@@ -358,7 +360,8 @@ contains
     end if
     batch%message = 'the model refuses the step'
     if (allocated(response%message)) batch%message = response%message
-    batch%message = "material '"//self%name//"': "//batch%message//'; '//place//', phase '// &
+    if (len(self%name) > 0) batch%message = "material '"//self%name//"': "//batch%message
+    batch%message = batch%message//'; '//place//', phase '// &
       integer_text(increment%step_info%phase)//', step '//integer_text(increment%step_info%step)
   end subroutine report
 
@@ -429,4 +432,21 @@ contains
     stress = fields(1:size(stress))
     state(1:self%state_count) = fields(size(stress) + 1:self%fit_count())
   end subroutine from_fields
+
+  !> G of the model.
+  pure real(wp) function shear_modulus(self, stress, state) result(shear)
+    class(soil_model_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:)
+
+    shear = self%model%shear_modulus(stress, state(self%before_own + 1:self%state_count))
+  end function shear_modulus
+
+  !> 1/2G of the model, of linear elasticity in Cauchy stress.
+  pure function shear_compliance(self, stress, state, volume_ratio, volume_change) result(compliance)
+    class(soil_model_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
+    real(wp) :: compliance(2)
+
+    compliance = 0.5_wp/self%shear_modulus(stress, state)
+  end function shear_compliance
 end module qsmpm_soil_model_law

@@ -78,6 +78,7 @@ def place_of(deck: Deck, variable: Variable, table: Table) -> tuple[int, int, in
     if not 1 <= variable.line <= len(lines):
         raise Trouble(f"variable '{variable.name}': *{keyword} has {len(lines)} data lines")
     line = lines[variable.line - 1]
+    deck.cards[found[0]].refuse_names(items(deck.cards[found[0]].lines[line]))
     if columns[plain(variable.column)] >= len(items(deck.cards[found[0]].lines[line])):
         raise Trouble(f"variable '{variable.name}': the deck does not give '{variable.column}' of *{keyword}")
     return found[0], line, columns[plain(variable.column)]

@@ -40,7 +40,17 @@ class Card:
 
     def data(self) -> list[list[str]]:
         """Items of the data lines."""
-        return [items(line) for line in self.lines if line.strip() and not line.lstrip().startswith("**")]
+        rows = [items(line) for line in self.lines if line.strip() and not line.lstrip().startswith("**")]
+        for row in rows:
+            self.refuse_names(row)
+        return rows
+
+    def refuse_names(self, row: Sequence[str]) -> None:
+        """Refuse a data line by name: only the program knows the order of the columns."""
+        if any("=" in item and not item.startswith('"') for item in row):
+            raise Trouble(
+                f"*{self.keyword}: '{', '.join(row)}' is by name: write the numbers in the order of the columns, as NAME.echo.inp of a run has them"
+            )
 
     def with_value(self, name: str, value: str) -> Card:
         """The card with a parameter set."""

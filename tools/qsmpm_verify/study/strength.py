@@ -15,7 +15,10 @@ STRONGER = 2.0
 """What c and tan phi are multiplied by."""
 GAVE_WAY = "the ground gave way, and came to rest in another shape"
 """What the program says where it looks for the factor of ground that did not stand."""
-OTHER_STRENGTHS = {"CAM CLAY", "HARDENING SOIL", "USER MATERIAL", "STRENGTH PROFILE", "SOFTENING", "DRUCKER PRAGER", "HOEK BROWN", "CONTACT"}
+OTHER_STRENGTHS = {
+    "CAM CLAY", "HARDENING SOIL", "USER MATERIAL", "STRENGTH PROFILE", "SOFTENING", "DRUCKER PRAGER", "HOEK BROWN", "CONTACT", "NGI ADP",
+    "SOFT SOIL CREEP",
+}  # fmt: skip
 """Cards that hold a strength which is not multiplied here."""
 
 
@@ -42,6 +45,8 @@ def stronger(text: str) -> str:
                 return ""
         elif keyword == "MOHR COULOMB" and line.strip() and not line.startswith("**"):
             words = items(line)
+            if "=" in line:
+                return ""
             phi, psi = float(words[1]), float(words[2])
             words[0] = f"{STRONGER * float(words[0]):.12g}"
             words[1] = f"{math.degrees(math.atan(STRONGER * math.tan(math.radians(phi)))):.12g}"

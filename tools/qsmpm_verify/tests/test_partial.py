@@ -69,6 +69,11 @@ class Partial(unittest.TestCase):
         self.assertEqual((cards["LOAD"], cards["PRESSURE"][0], cards["MOHR COULOMB"][1]), (["-67.5, 1, 2"], "30", "70, 0, 0"))
         self.assertIn("compared with 1.485", told)
 
+    def test_numbers_by_name_are_refused(self) -> None:
+        deck = self.folder / "named.inp"
+        deck.write_text((self.folder / "a.inp").read_text(encoding="utf-8").replace("70, 0, 0", "c=70, phi=0, psi=0"), encoding="utf-8")
+        self.assertIn("*MOHR COULOMB: 'c=70, phi=0, psi=0' is by name", self.told(2, str(deck), "DA1-2"))
+
     def test_another_table_counts_and_what_is_none_is_refused(self) -> None:
         (self.folder / "own.toml").write_text("[mine]\nfriction = 1.3\n")
         self.told(0, str(self.folder / "a.inp"), "mine", "--table", str(self.folder / "own.toml"))

@@ -1,0 +1,275 @@
+!> The NGI-ADP model (Grimstad, Andresen and Jostad 2012): undrained strength of clay that differs with the direction of
+!> shear, mobilised with the plastic strain; total stress, Hooke's elasticity G = ratio s_A.
+!>
+!> The vertical of the soil is a direction in the state that turns with the material, as the step does
+!> (qsmpm_step_turn): in its axes the return is that of qsmpm_ngi_adp_return. State: that direction, the shear stress
+!> tau_0 at the start, s_A of the place at the start, and the plastic shear strain over that to failure. What differs
+!> from the paper: gamma_f is plastic strain, counted as a share of gamma_f step by step, so that nothing mobilised is
+!> lost where the direction changes; tau_0 is that of the initial stress unless it is given; flow is along S t.
+!> A factor of safety divides the strengths; G and gamma_f stay.
+module qsmpm_ngi_adp
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_law, only: status_ok
+  use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
+  use qsmpm_ngi_adp_return, only: clay_strength_type, return_clay, share_of_strain
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
+  use qsmpm_strength_factor, only: strength_factor_type
+  use qsmpm_tensor, only: cross, identity, pack_symmetric, unpack_symmetric
+  implicit none
+  private
+
+  public :: ngi_adp_parameters_type
+
+  !> State: places of tau_0, s_A and the share; tau_0 stays this far within the strengths.
+  integer, parameter :: at_start = 4, at_strength = 5, at_share = 6
+  real(wp), parameter :: within = 0.999_wp
+
+  !> Parameters; gamma as numbers, not per cent.
+  type, extends(law_parameters_type) :: ngi_adp_parameters_type
+    real(wp) :: stiffness = 0.0_wp, poisson = 0.0_wp
+    real(wp) :: active = 0.0_wp, simple = 0.0_wp, passive = 0.0_wp
+    real(wp) :: strain_active = 0.0_wp, strain_simple = 0.0_wp, strain_passive = 0.0_wp
+    real(wp) :: gain = 0.0_wp, level = 0.0_wp
+    !> tau_0/s_A; huge: of the initial stress.
+    real(wp) :: start = huge(1.0_wp)
+    !> Axis of the vertical.
+    integer :: along = 2
+    real(wp) :: factor = 1.0_wp
+  contains
+    procedure :: describe
+    procedure :: fields
+    procedure :: make_soil_model
+    procedure :: lower
+  end type ngi_adp_parameters_type
+
+  !> The model.
+  type, extends(soil_model_type) :: ngi_adp_type
+    type(ngi_adp_parameters_type) :: soil
+  contains
+    procedure :: start
+    procedure :: start_at
+    procedure :: update
+    procedure :: shear_modulus
+  end type ngi_adp_type
+
+contains
+
+  !> The card.
+  pure type(law_description_type) function describe(self) result(law)
+    class(ngi_adp_parameters_type), intent(in) :: self
+
+    law%keyword = 'NGI ADP'
+    law%sentence = 'Clay whose undrained strength differs with the direction of shear, in total stress (Grimstad, '// &
+      'Andresen and Jostad 2012), instead of *ELASTIC and *MOHR COULOMB. Active: the vertical pressure is the '// &
+      'largest. A factor of safety divides the strengths.'
+    law%example = '*NGI ADP| G_ur/su_A=400, nu=0.495, su_A=30, su_DSS/su_A=0.7, su_P/su_A=0.4| gamma_f_C=0.01, '// &
+      'gamma_f_DSS=0.02, gamma_f_E=0.04| su_A_inc=2, y_ref=0'
+    law%poisson = self%poisson
+    law%has_strength = .true.
+    law%failure_ties_volume = .true.
+    law%failure_keeps_volume = .true.
+    law%total_stress = .true.
+    law%vertical = self%along
+  end function describe
+
+  !> Its fields.
+  subroutine fields(self, visitor)
+    class(ngi_adp_parameters_type), intent(inout) :: self
+    class(field_visitor_type), intent(inout) :: visitor
+
+    call visitor%law_choice('ALONG', self%along, 'X|Y|Z', 'axis of y_ref, the vertical')
+    call visitor%law_data('clay')
+    call visitor%law_number('G_ur/su_A', self%stiffness, 'shear modulus of unloading over the active '// &
+      'strength', '(0, inf)')
+    call visitor%law_number('nu', self%poisson, "Poisson's ratio in total stress, 0.495", '[0, 0.5)')
+    call visitor%law_number('su_A', self%active, 'active strength at the level y_ref and above', '(0, inf)')
+    call visitor%law_number('su_DSS/su_A', self%simple, 'strength in direct simple shear over it', '(0, 2)')
+    call visitor%law_number('su_P/su_A', self%passive, 'passive strength over it', '(0, 1]')
+    call visitor%law_number('gamma_f_C', self%strain_active, 'plastic shear strain at failure in active '// &
+      'compression, 1.5 eps_1 of a triaxial test; 0.02 for 2 %', '(0, 0.5)')
+    call visitor%law_number('gamma_f_DSS', self%strain_simple, 'that of direct simple shear', '(0, 0.5)')
+    call visitor%law_number('gamma_f_E', self%strain_passive, 'that of extension', '(0, 0.5)')
+    call visitor%law_number('su_A_inc', self%gain, 'gain of su_A a unit of depth below y_ref, 0', '[0, inf)', &
+      required=.false.)
+    call visitor%law_number('y_ref', self%level, 'coordinate, 0', '(-inf, inf)', required=.false.)
+    call visitor%law_number('tau_0/su_A', self%start, 'shear stress at the start over su_A; that of the initial '// &
+      'stress when not given', '(-1, 1)', required=.false.)
+  end subroutine fields
+
+  !> The model.
+  subroutine make_soil_model(self, model, error)
+    class(ngi_adp_parameters_type), intent(in) :: self
+    class(soil_model_type), allocatable, intent(out) :: model
+    !> Set when a parameter is out of its range.
+    type(error_type), allocatable, intent(out) :: error
+    type(ngi_adp_type) :: made
+    character(len=20), parameter :: names(6) = [character(len=20) :: '', '', '', 'initial_shear_stress', &
+      'undrained_strength', 'failure_strain_share']
+    integer :: i
+
+    call check(self, error)
+    if (allocated(error)) return
+    made%soil = self
+    made%state_count = size(names)
+    allocate (made%state_names(size(names)))
+    do i = 1, size(names)
+      made%state_names(i)%text = trim(names(i))
+    end do
+    made%shear_scale = self%stiffness*self%active
+    made%stiffness_scale = 2.0_wp*(1.0_wp + self%poisson)*made%shear_scale
+    allocate (model, source=made)
+  end subroutine make_soil_model
+
+  !> Refuse parameters that describe no clay.
+  pure subroutine check(self, error)
+    class(ngi_adp_parameters_type), intent(in) :: self
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: strains(3)
+
+    strains = [self%strain_active, self%strain_simple, self%strain_passive]
+    if (.not. (self%stiffness > 0.0_wp .and. self%active > 0.0_wp .and. self%simple > 0.0_wp .and. &
+               self%passive > 0.0_wp .and. self%passive <= 1.0_wp)) then
+      call fail(error, error_deck, 'G_ur/su_A and the strengths must be positive, su_P not above su_A')
+    else if (.not. (self%poisson >= 0.0_wp .and. self%poisson < 0.5_wp)) then
+      call fail(error, error_deck, "Poisson's ratio must lie from 0 to below 0.5")
+    else if (.not. (minval(strains) > 0.0_wp .and. maxval(strains) < 0.5_wp)) then
+      call fail(error, error_deck, 'strains at failure must lie between 0 and 0.5: 0.02 for 2 %')
+    else if (self%start < huge(1.0_wp) .and. .not. (self%start > -self%passive .and. self%start < 1.0_wp)) then
+      call fail(error, error_deck, 'tau_0/su_A must lie between -su_P/su_A and 1')
+    else if (.not. self%gain >= 0.0_wp) then
+      call fail(error, error_deck, 'su_A_inc must not be negative')
+    end if
+  end subroutine check
+
+  !> Lower the strengths.
+  subroutine lower(self, by, error)
+    class(ngi_adp_parameters_type), intent(inout) :: self
+    type(strength_factor_type), intent(in) :: by
+    !> Never set: without friction every flow rule is the same.
+    type(error_type), allocatable, intent(out) :: error
+
+    self%factor = self%factor*by%factor
+  end subroutine lower
+
+  !> What a point with a strength and a shear stress at the start has.
+  pure type(clay_strength_type) function clay_of(soil, strength, start) result(clay)
+    type(ngi_adp_parameters_type), intent(in) :: soil
+    real(wp), intent(in) :: strength, start
+
+    clay%active = strength/soil%factor
+    clay%simple = soil%simple*clay%active
+    clay%passive = soil%passive*clay%active
+    clay%start = max(-within*clay%passive, min(within*clay%active, start))
+    clay%shear = soil%stiffness*strength
+    clay%strain_active = soil%strain_active
+    clay%strain_simple = soil%strain_simple
+    clay%strain_passive = soil%strain_passive
+  end function clay_of
+
+  !> State at the level of the reference.
+  subroutine start(self, stress, state)
+    class(ngi_adp_type), intent(in) :: self
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(out) :: state(:)
+    real(wp) :: place(3)
+
+    place = self%soil%level
+    call self%start_at(stress, place, state)
+  end subroutine start
+
+  !> State at a place: tau_0 of the stress is half of vertical less mean horizontal pressure.
+  subroutine start_at(self, stress, place, state)
+    class(ngi_adp_type), intent(in) :: self
+    real(wp), intent(in) :: stress(6), place(3)
+    real(wp), intent(out) :: state(:)
+    type(clay_strength_type) :: clay
+    real(wp) :: turn(3, 3), local(6)
+
+    associate (soil => self%soil)
+      state(1:3) = identity(:, soil%along)
+      state(at_strength) = soil%active + soil%gain*max(0.0_wp, soil%level - place(soil%along))
+      turn = local_axes(state(1:3))
+      call pack_symmetric(matmul(turn, matmul(unpack_symmetric(stress), transpose(turn))), local)
+      local(1:3) = local(1:3) - sum(local(1:3))/3.0_wp
+      state(at_start) = -0.75_wp*local(2)
+      if (soil%start < huge(1.0_wp)) state(at_start) = soil%start*state(at_strength)
+      clay = clay_of(soil, state(at_strength), state(at_start))
+      state(at_start) = clay%start
+      state(at_share) = share_of_strain(clay, local)
+    end associate
+  end subroutine start_at
+
+  !> Axes of the soil as rows, the vertical the second.
+  pure function local_axes(vertical) result(axes)
+    real(wp), intent(in) :: vertical(3)
+    real(wp) :: axes(3, 3)
+
+    axes(2, :) = vertical/norm2(vertical)
+    axes(3, :) = identity(:, merge(3, 1, abs(axes(2, 3)) < 0.8_wp))
+    axes(3, :) = axes(3, :) - dot_product(axes(3, :), axes(2, :))*axes(2, :)
+    axes(3, :) = axes(3, :)/norm2(axes(3, :))
+    axes(1, :) = cross(axes(2, :), axes(3, :))
+  end function local_axes
+
+  !> Stresses of the axes of the soil in those of space (6,6).
+  pure function stress_map(axes) result(map)
+    real(wp), intent(in) :: axes(3, 3)
+    real(wp) :: map(6, 6), unit(6)
+    integer :: i
+
+    do i = 1, 6
+      unit = 0.0_wp
+      unit(i) = 1.0_wp
+      call pack_symmetric(matmul(transpose(axes), matmul(unpack_symmetric(unit), axes)), map(:, i))
+    end do
+  end function stress_map
+
+  !> One step.
+  subroutine update(self, increment, stress, state, response)
+    class(ngi_adp_type), intent(in) :: self
+    type(soil_increment_type), intent(in) :: increment
+    real(wp), intent(inout) :: stress(6)
+    real(wp), intent(inout) :: state(:)
+    type(soil_response_type), intent(inout) :: response
+    type(clay_strength_type) :: clay
+    real(wp) :: axes(3, 3), map(6, 6), strain(6), trial(6), derivative(6, 6), mean, bulk, share
+    integer :: i
+
+    response%status = status_ok
+    state(1:3) = matmul(increment%rotation, state(1:3))
+    state(1:3) = state(1:3)/norm2(state(1:3))
+    clay = clay_of(self%soil, state(at_strength), state(at_start))
+    bulk = clay%shear*(2.0_wp + 2.0_wp*self%soil%poisson)/(3.0_wp - 6.0_wp*self%soil%poisson)
+    axes = local_axes(state(1:3))
+    map = stress_map(axes)
+    strain = matmul(transpose(map), increment%strain)
+    call pack_symmetric(matmul(axes, matmul(unpack_symmetric(stress), transpose(axes))), trial)
+    mean = sum(trial(1:3))/3.0_wp + bulk*sum(strain(1:3))
+    trial = trial + clay%shear*[2.0_wp*strain(1:3), strain(4:6)]
+    trial(1:3) = trial(1:3) - sum(trial(1:3))/3.0_wp
+    share = max(0.0_wp, state(at_share))
+    call return_clay(clay, trial, share, stress, state(at_share), response%plastic, derivative)
+    stress(1:3) = stress(1:3) + mean
+    stress = matmul(map, stress)
+    if (.not. increment%wants_tangent) return
+    if (increment%elastic_tangent) then
+      derivative = 0.0_wp
+      do i = 1, 6
+        derivative(i, i) = 1.0_wp
+      end do
+    end if
+    derivative(:, 1:3) = 2.0_wp*clay%shear*(derivative(:, 1:3) - spread(sum(derivative(:, 1:3), 2)/3.0_wp, 2, 3))
+    derivative(:, 4:6) = clay%shear*derivative(:, 4:6)
+    derivative(1:3, 1:3) = derivative(1:3, 1:3) + bulk
+    response%tangent = matmul(map, matmul(derivative, transpose(map)))
+  end subroutine update
+
+  !> G of the place.
+  pure real(wp) function shear_modulus(self, stress, state) result(shear)
+    class(ngi_adp_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:)
+
+    shear = self%soil%stiffness*state(at_strength)
+  end function shear_modulus
+end module qsmpm_ngi_adp

@@ -1,0 +1,357 @@
+!> The soft soil creep model (Vermeer and Neher 1999; Stolle, Vermeer and Bonnier 1999) in principal values, compression
+!> positive: isotaches of an ellipse in p and q, and strength after Mohr and Coulomb.
+!>
+!>   elasticity  p = pmin exp(e/kappa*), a straight line below pmin; G = 3 (1 - 2 nu)/(2 (1 + nu)) p/kappa* of the start
+!>   creep       dev/dt = mu*/tau (peq/pp)^((lambda* - kappa*)/mu*),  peq = p + q^2/(M^2 (p + a)),  a = c cot(phi)
+!>   hardening   pp = pp0 exp(ev/(lambda* - kappa*))
+!>   flow        de/dt = dev/dt (d peq/d sigma)/(d peq/d p)
+!> ev the creep volume strain. M is such that compression without lateral strain holds the ratio K0nc, with eta =
+!> 3 (1 - K0nc)/(1 + 2 K0nc) and dev/dt : dp/dt : deq/dt = lambda*/p : 1 : 2/3 lambda*/p:
+!>   M^2 = eta^2 + 2 eta (lambda* - kappa*)/(2/3 lambda* - 2/9 eta kappa* (1 + nu)/(1 - 2 nu))
+!> (derived here; it is the formula that PLAXIS prints). A step goes elastically, back to Mohr-Coulomb, and then creeps
+!> (qsmpm_creep_return), which leads inwards as M is above that of friction: peq/pp is 1 where the soil creeps by mu*
+!> in the reference time tau. A lowered soil, in the search for a factor of safety, does not creep.
+module qsmpm_soft_soil_creep
+  use qsmpm_kinds, only: wp, pi
+  use qsmpm_creep_return, only: creep_type, creep_step_type, return_creep, pressure_of, strain_of, equivalent_pressure
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_law, only: status_ok, status_cut
+  use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
+  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, make_mohr_coulomb, inside, return_outside
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_strength_factor, only: strength_factor_type, lower_strength
+  use qsmpm_tensor, only: identity
+  implicit none
+  private
+
+  public :: soft_soil_creep_parameters_type
+
+  !> Largest exponent of a trial pressure.
+  real(wp), parameter :: largest_exponent = 200.0_wp
+
+  !> Parameters; angles in degrees.
+  type, extends(law_parameters_type) :: soft_soil_creep_parameters_type
+    real(wp) :: lambda = 0.0_wp, kappa = 0.0_wp, mu = 0.0_wp
+    real(wp) :: cohesion = 0.0_wp, friction_angle = 0.0_wp, dilatancy_angle = 0.0_wp
+    real(wp) :: poisson = 0.15_wp
+    !> Stress ratio of one-dimensional compression; negative: 1 - sin phi.
+    real(wp) :: k0 = -1.0_wp
+    !> Largest vertical stress of the past: OCR times the initial one, plus POP.
+    real(wp) :: ocr = 1.0_wp, pop = 0.0_wp
+    real(wp) :: reference_time = 1.0_wp, smallest_pressure = 1.0_wp
+    logical :: lowered = .false.
+  contains
+    procedure :: describe
+    procedure :: fields
+    procedure :: make_model
+    procedure :: lower
+  end type soft_soil_creep_parameters_type
+
+  !> The model; state: pp and peq.
+  type, extends(principal_model_type) :: soft_soil_creep_type
+    type(creep_type) :: creep
+    type(mohr_coulomb_type) :: strength
+    real(wp) :: poisson = 0.0_wp, k0 = 0.0_wp, ocr = 1.0_wp, pop = 0.0_wp
+  contains
+    procedure :: initial_state
+    procedure :: field_to_state
+    procedure :: shear_modulus
+    procedure :: elastic_strain
+    procedure :: elastic_update
+    procedure :: update
+  end type soft_soil_creep_type
+
+contains
+
+  !> The card.
+  pure type(law_description_type) function describe(self) result(law)
+    class(soft_soil_creep_parameters_type), intent(in) :: self
+
+    law%keyword = 'SOFT SOIL CREEP'
+    law%sentence = 'Soft soil that creeps (Vermeer and Neher 1999), instead of *ELASTIC and *MOHR COULOMB, by the '// &
+      'TIME of the phases; one without TIME lasts a unit of it. Give *INITIAL, TYPE=K0. A factor of safety divides '// &
+      'c and tan(phi), and nothing creeps in its search.'
+    law%example = "*SOFT SOIL CREEP, OCR=1.4| lambda*=0.1, kappa*=0.02, mu*=0.004| c'=2, phi'=25, psi=0"
+    law%has_strength = .true.
+    law%associated_flow = .false.
+    law%needs_stress = .true.
+    law%flows_in_time = .true.
+    law%dilatancy_angle = self%dilatancy_angle
+    law%friction_angle = self%friction_angle
+    law%cohesion = self%cohesion
+    law%poisson = self%poisson
+  end function describe
+
+  !> Its fields.
+  subroutine fields(self, visitor)
+    class(soft_soil_creep_parameters_type), intent(inout) :: self
+    class(field_visitor_type), intent(inout) :: visitor
+
+    call visitor%law_number('OCR', self%ocr, 'largest vertical stress of the past over the initial one', '[1, inf)')
+    call visitor%law_number('POP', self%pop, 'what the largest vertical stress of the past lay above that', '[0, inf)')
+    call visitor%law_number('REFERENCE TIME', self%reference_time, 'a day in the unit of TIME: with OCR = 1 the '// &
+      'soil creeps by mu* in it', '(0, inf)')
+    call visitor%law_number('SMALLEST PRESSURE', self%smallest_pressure, 'mean pressure below which the bulk '// &
+      'modulus is constant; the default is meant for kPa', '(0, inf)')
+    call visitor%law_data('soil')
+    call visitor%law_number('lambda*', self%lambda, 'volume strain of first compression over ln p', '(0, 1)')
+    call visitor%law_number('kappa*', self%kappa, 'that of unloading, below lambda*', '(0, 1)')
+    call visitor%law_number('mu*', self%mu, 'creep strain over ln t: C_alpha/(ln 10 (1 + e))', '(0, 1)')
+    call visitor%law_number('c', self%cohesion, 'cohesion', '[0, inf)')
+    call visitor%law_number('phi', self%friction_angle, 'friction angle', '(0, 90)')
+    call visitor%law_number('psi', self%dilatancy_angle, 'dilatancy angle, not above phi', '[0, 90)')
+    call visitor%law_number('nu', self%poisson, "Poisson's ratio of unloading, 0.15", '[0, 0.5)', required=.false.)
+    call visitor%law_number('K0nc', self%k0, 'stress ratio of one-dimensional compression, 1 - sin phi', '(0, 1)', &
+      required=.false.)
+  end subroutine fields
+
+  !> Lower the strength, and let nothing creep.
+  subroutine lower(self, by, error)
+    class(soft_soil_creep_parameters_type), intent(inout) :: self
+    type(strength_factor_type), intent(in) :: by
+    !> Never set.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (self%k0 < 0.0_wp) self%k0 = ratio_of(self)
+    call lower_strength(by, self%cohesion, self%friction_angle, self%dilatancy_angle)
+    self%lowered = .true.
+  end subroutine lower
+
+  !> K0nc.
+  pure real(wp) function ratio_of(self) result(ratio)
+    class(soft_soil_creep_parameters_type), intent(in) :: self
+
+    ratio = self%k0
+    if (ratio < 0.0_wp) ratio = 1.0_wp - sin(self%friction_angle*pi/180.0_wp)
+  end function ratio_of
+
+  !> Refuse parameters that describe no soil.
+  pure subroutine check(parameters, error)
+    class(soft_soil_creep_parameters_type), intent(in) :: parameters
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (p => parameters)
+      if (.not. (p%kappa > 0.0_wp .and. p%lambda > p%kappa .and. p%mu > 0.0_wp)) then
+        call fail(error, error_deck, 'kappa* and mu* must be positive and lambda* above kappa*')
+      else if (.not. (p%friction_angle > 0.0_wp .and. p%friction_angle < 90.0_wp .and. p%cohesion >= 0.0_wp)) then
+        call fail(error, error_deck, 'the friction angle must lie between 0 and 90 degrees, and cohesion not be '// &
+          'negative')
+      else if (.not. (p%dilatancy_angle >= 0.0_wp .and. p%dilatancy_angle <= p%friction_angle)) then
+        call fail(error, error_deck, 'the dilatancy angle must lie from 0 to the friction angle')
+      else if (.not. (p%poisson >= 0.0_wp .and. p%poisson < 0.5_wp .and. p%k0 < 1.0_wp)) then
+        call fail(error, error_deck, "Poisson's ratio must lie from 0 to below 0.5, K0nc between 0 and 1")
+      else if (.not. (p%ocr >= 1.0_wp .and. p%pop >= 0.0_wp)) then
+        call fail(error, error_deck, 'OCR must not be below 1 and POP not negative')
+      else if (.not. min(p%reference_time, p%smallest_pressure) > 0.0_wp) then
+        call fail(error, error_deck, 'the reference time and the smallest pressure must be positive')
+      end if
+    end associate
+  end subroutine check
+
+  !> The model.
+  subroutine make_model(self, model, error)
+    class(soft_soil_creep_parameters_type), intent(in) :: self
+    class(principal_model_type), allocatable, intent(out) :: model
+    !> Set when a parameter is out of its range, or K0nc gives no ellipse above the friction.
+    type(error_type), allocatable, intent(out) :: error
+    type(soft_soil_creep_type) :: soil
+    real(wp) :: slope2, sine
+
+    call check(self, error)
+    if (allocated(error)) return
+    sine = sin(self%friction_angle*pi/180.0_wp)
+    slope2 = squared_slope(self)
+    if (.not. slope2 > (6.0_wp*sine/(3.0_wp - sine))**2) then
+      call fail(error, error_deck, 'K0nc = '//rounded_text(ratio_of(self))//' gives no ellipse that is steeper '// &
+        'than the friction: take a smaller one, or leave it out for 1 - sin phi')
+      return
+    end if
+    call set_soil(self, sqrt(slope2), soil)
+    allocate (model, source=soil)
+  end subroutine make_model
+
+  !> M^2; not positive where no slope gives K0nc.
+  pure real(wp) function squared_slope(self) result(slope2)
+    class(soft_soil_creep_parameters_type), intent(in) :: self
+    real(wp) :: eta, shear
+
+    eta = 3.0_wp*(1.0_wp - ratio_of(self))/(1.0_wp + 2.0_wp*ratio_of(self))
+    shear = 2.0_wp*self%lambda/3.0_wp - 2.0_wp*eta*self%kappa*(1.0_wp + self%poisson) &
+      /(9.0_wp*(1.0_wp - 2.0_wp*self%poisson))
+    slope2 = -1.0_wp
+    if (shear > 0.0_wp) slope2 = eta**2 + 2.0_wp*eta*(self%lambda - self%kappa)/shear
+  end function squared_slope
+
+  !> Model of checked parameters.
+  subroutine set_soil(parameters, slope, model)
+    type(soft_soil_creep_parameters_type), intent(in) :: parameters
+    real(wp), intent(in) :: slope
+    type(soft_soil_creep_type), intent(inout) :: model
+    type(material_parameters_type) :: strength
+    real(wp) :: pressure
+
+    associate (p => parameters)
+      model%creep = creep_type(p%kappa, p%lambda - p%kappa, p%mu, slope, &
+        p%cohesion/tan(p%friction_angle*pi/180.0_wp), p%smallest_pressure, p%reference_time)
+      model%poisson = p%poisson
+      model%k0 = ratio_of(p)
+      model%ocr = p%ocr
+      model%pop = p%pop
+      model%asks_time = .not. p%lowered
+      strength%cohesion = p%cohesion
+      strength%friction_angle = p%friction_angle
+      strength%dilatancy_angle = p%dilatancy_angle
+      ! The table of a return depends on the ratio of the moduli alone.
+      call make_mohr_coulomb(strength, 2.0_wp*p%poisson/(1.0_wp - 2.0_wp*p%poisson), 1.0_wp, model%strength)
+      pressure = 10.0_wp*max(p%smallest_pressure, p%pop)
+      model%shear = shear_of(p%poisson, pressure/p%kappa)
+      ! What carries load beyond the past stress is the compression line.
+      model%young = 3.0_wp*(1.0_wp - 2.0_wp*p%poisson)*pressure/p%lambda
+    end associate
+    model%state_count = 2
+    allocate (model%state_names(2))
+    model%state_names(1)%text = 'preconsolidation_pressure'
+    model%state_names(2)%text = 'equivalent_pressure'
+    model%message = 'soft soil creep: the volume strain of the step is too large'
+  end subroutine set_soil
+
+  !> G of a bulk modulus.
+  pure real(wp) function shear_of(poisson, bulk) result(shear)
+    real(wp), intent(in) :: poisson, bulk
+
+    shear = 1.5_wp*(1.0_wp - 2.0_wp*poisson)/(1.0_wp + poisson)*bulk
+  end function shear_of
+
+  !> p and q of principal stresses.
+  pure subroutine invariants(stress, p, q)
+    real(wp), intent(in) :: stress(3)
+    real(wp), intent(out) :: p, q
+
+    p = -sum(stress)/3.0_wp
+    q = sqrt(1.5_wp*sum((stress + p)**2))
+  end subroutine invariants
+
+  !> pp of the largest vertical stress of the past, not below peq of the stress.
+  pure subroutine initial_state(self, stress, state)
+    class(soft_soil_creep_type), intent(in) :: self
+    real(wp), intent(in) :: stress(3)
+    real(wp), intent(out) :: state(:)
+    real(wp) :: p, q, past
+
+    call invariants(stress, p, q)
+    state(2) = equivalent_pressure(self%creep, p, q)
+    past = self%pop - self%ocr*min(minval(stress), 0.0_wp)
+    call invariants(-past*[1.0_wp, self%k0, self%k0], p, q)
+    state(1) = max(state(2), equivalent_pressure(self%creep, p, q))
+    call self%field_to_state(state)
+  end subroutine initial_state
+
+  !> Pressures do not fall to nothing.
+  pure subroutine field_to_state(self, state)
+    class(soft_soil_creep_type), intent(in) :: self
+    real(wp), intent(inout) :: state(:)
+
+    state = max(state, [1.0_wp, 1.0e-3_wp]*self%creep%smallest)
+  end subroutine field_to_state
+
+  !> G of a step.
+  pure real(wp) function shear_modulus(self, stress)
+    class(soft_soil_creep_type), intent(in) :: self
+    real(wp), intent(in) :: stress(3)
+
+    shear_modulus = shear_of(self%poisson, max(-sum(stress)/3.0_wp, self%creep%smallest)/self%creep%swelling)
+  end function shear_modulus
+
+  !> Elastic strain of a stress.
+  pure function elastic_strain(self, modulus, stress) result(strain)
+    class(soft_soil_creep_type), intent(in) :: self
+    !> G of the step.
+    real(wp), intent(in) :: modulus
+    real(wp), intent(in) :: stress(3)
+    real(wp) :: strain(3), mean
+
+    mean = sum(stress)/3.0_wp
+    strain = (stress - mean)/(2.0_wp*modulus) - strain_of(self%creep, -mean)/3.0_wp
+  end function elastic_strain
+
+  !> Stress and derivative without strength and creep.
+  pure subroutine elastic_update(self, modulus, trial, result)
+    class(soft_soil_creep_type), intent(in) :: self
+    real(wp), intent(in) :: modulus
+    !> Principal elastic strains (3).
+    real(wp), intent(in) :: trial(3)
+    type(stress_update_type), intent(inout) :: result
+    real(wp) :: p, bulk, e
+
+    e = -sum(trial)
+    result%status = merge(status_ok, status_cut, e < largest_exponent*self%creep%swelling)
+    if (result%status /= status_ok) return
+    call pressure_of(self%creep, e, p, bulk)
+    result%stress = 2.0_wp*modulus*(trial + e/3.0_wp) - p
+    result%derivative = elastic_map(bulk - 2.0_wp*modulus/3.0_wp, modulus)
+  end subroutine elastic_update
+
+  !> Stress, state and derivative.
+  pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
+    class(soft_soil_creep_type), intent(in) :: self
+    !> G of the step.
+    real(wp), intent(in) :: modulus
+    !> Principal trial strains (3).
+    real(wp), intent(in) :: trial(3)
+    !> pp and peq at the start (2).
+    real(wp), intent(in) :: state(self%state_count)
+    real(wp), intent(in) :: cell_size
+    logical, intent(in) :: with_derivative
+    type(stress_update_type), intent(inout) :: result
+    type(creep_step_type) :: step
+    real(wp) :: start(2), deviator(3), slope(3, 3)
+    logical :: fails
+
+    call self%elastic_update(modulus, trial, result)
+    if (result%status /= status_ok) return
+    start = state
+    call self%field_to_state(start)
+    fails = .not. inside(self%strength, result%stress)
+    if (fails) then
+      deviator = result%stress
+      call return_outside(self%strength, deviator, result%stress, slope)
+      result%derivative = matmul(slope, result%derivative)
+    end if
+    step%shear = modulus
+    step%time = self%time
+    step%size = start(1)
+    step%before = start(2)
+    call invariants(result%stress, step%p1, step%q1)
+    call return_creep(self%creep, step)
+    result%yields = fails .or. step%now >= step%size
+    result%state(1:2) = [step%size*exp(step%x/self%creep%plastic), step%now]
+    deviator = result%stress + step%p1
+    result%stress = deviator - step%p
+    if (step%q1 > 0.0_wp) result%stress = step%q/step%q1*deviator - step%p
+    if (with_derivative) result%derivative = matmul(creep_derivative(step, deviator), result%derivative)
+  end subroutine update
+
+  !> d stress / d stress before the creep.
+  pure function creep_derivative(step, deviator) result(map)
+    type(creep_step_type), intent(in) :: step
+    !> Before the creep (3).
+    real(wp), intent(in) :: deviator(3)
+    real(wp) :: map(3, 3), q_by(3), p_by(3), q_slope(3), ratio
+    integer :: j
+
+    ratio = 1.0_wp
+    q_by = 0.0_wp
+    if (step%q1 > 0.0_wp) then
+      ratio = step%q/step%q1
+      q_by = 1.5_wp*deviator/step%q1
+    end if
+    p_by = step%by(1, 2)*q_by - step%by(1, 1)/3.0_wp
+    q_slope = 0.0_wp
+    if (step%q1 > 0.0_wp) q_slope = (step%by(2, 2)*q_by - step%by(2, 1)/3.0_wp - ratio*q_by)/step%q1
+    do j = 1, 3
+      map(:, j) = ratio*(identity(:, j) - 1.0_wp/3.0_wp) + deviator*q_slope(j) - p_by(j)
+    end do
+  end function creep_derivative
+end module qsmpm_soft_soil_creep
