@@ -39,6 +39,8 @@ module qsmpm_rigid_bodies
   real(wp), parameter :: most_of_edge = 0.99_wp
   !> Cells by which soil may be drawn inside of a body: the chords of a polygon that is drawn along a circle.
   real(wp), parameter, public :: drawn_within = 1.0e-2_wp
+  !> The same where the soil was taken out along the body: the middle of a thin piece along an arc lies inside of it.
+  real(wp), parameter :: left_within = 5.0e-2_wp
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
 
 contains
@@ -72,16 +74,17 @@ contains
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     type(distance_type) :: distance
-    real(wp) :: inside
+    real(wp) :: inside, within
     integer :: b, p
 
     do b = 1, size(model%rigid_shapes)
       inside = 0.0_wp
+      within = merge(left_within, drawn_within, model%analysis%rigid_bodies(b)%in_place)*model%cell_size
       associate (own => own_of(model%part%points, model%state%points%count))
         do p = 1, size(own)
           if (.not. own(p)) cycle
           distance = model%rigid_shapes(b)%distance_at(place_of(model%state%points, p))
-          if (distance%value < -drawn_within*model%cell_size) inside = inside + model%state%points%volume(p)
+          if (distance%value < -within) inside = inside + model%state%points%volume(p)
         end do
       end associate
       inside = total(model%part%team, inside)

@@ -23,6 +23,8 @@ module qsmpm_worn_mesh
 
   !> Least quality of a triangle, 1 where its sides are alike and 0.15 for an angle of 5 degrees.
   real(wp), parameter :: least_quality = 0.15_wp
+  !> Share of what a triangle was as drawn, below which it is worn: where a layer pinches out it is flat anyway.
+  real(wp), parameter :: worn_share = 0.5_wp
 
 contains
 
@@ -39,6 +41,7 @@ contains
   logical function is_worn(model)
     type(model_type), intent(in) :: model
     logical :: holds_soil(model%mesh%cell_count)
+    real(wp) :: now
     integer :: c
 
     is_worn = .false.
@@ -46,7 +49,9 @@ contains
     holds_soil = .false.
     holds_soil(model%state%points%cell) = .true.
     do c = 1, size(holds_soil)
-      if (holds_soil(c)) is_worn = quality(model%mesh, model%state%coordinates, c) < least_quality
+      if (.not. holds_soil(c)) cycle
+      now = quality(model%mesh, model%state%coordinates, c)
+      if (now < least_quality) is_worn = now < worn_share*quality(model%mesh, model%mesh%coordinates, c)
       if (is_worn) return
     end do
   end function is_worn

@@ -50,6 +50,8 @@ module qsmpm_initial_balance
   !> K0 stresses that would move the ground by no more are left as they are.
   real(wp), parameter :: exact = 1.0e-6_wp
 
+  !> Moves below this share of a cell are rounding.
+  real(wp), parameter :: rounding = 1.0e-14_wp
   character(len=*), parameter :: advice = 'Start from a phase with *GRAVITY alone, without *INITIAL, TYPE=K0, and '// &
     'begin the next one with *RESET DISPLACEMENTS'
 
@@ -281,7 +283,9 @@ contains
     call find_largest_move(step, by_residual, largest_of_own, worst)
     if (worst > 0) balance%position = model%state%points%position(:, worst)
     call take_largest(step%team, largest_of_own, balance%position)
-    balance%move = largest_of_own/max(balance%settlement, tiny(1.0_wp))
+    ! Loads that are rounding settle nothing, and nothing is out of balance beside them.
+    if (max(largest_of_own, balance%settlement) > rounding*model%cell_size) &
+      balance%move = largest_of_own/max(balance%settlement, tiny(1.0_wp))
   end subroutine measure_balance
 
   !> Norm of forces at the equations of all processes.

@@ -7,7 +7,7 @@ module qsmpm_phase_report
   use qsmpm_phase_description, only: phase_type
   use qsmpm_contact_report, only: contact_check_type, check_contact, end_contact_check
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
-  use qsmpm_error, only: error_type, error_not_converged, error_tangled
+  use qsmpm_error, only: error_type, error_not_converged, error_singular, error_tangled
   use qsmpm_phase_loads, only: is_body_loaded
   use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
   use qsmpm_grid_window, only: window_type, cells_of, operator(==)
@@ -25,7 +25,7 @@ module qsmpm_phase_report
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
-  use qsmpm_sheared_ground, only: flow_notes, swollen_note
+  use qsmpm_sheared_ground, only: fallen_note, flow_notes, swollen_note
   use qsmpm_team, only: largest, total
   use qsmpm_text, only: integer_list, integer_text
   use qsmpm_user_material, only: interface_umat, model_tangent_auto, model_tangent_numerical
@@ -33,7 +33,7 @@ module qsmpm_phase_report
   private
 
   public :: phase_report_type, report_step, report_stabilisation, report_length, report_phase, warn_of_lag, &
-    warn_of_initial_strength, advise_on_tangent, failure_text, overloaded, start_text
+    warn_of_initial_strength, advise_on_tangent, all_is_held, failure_text, overloaded, start_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
@@ -185,7 +185,7 @@ contains
         call observer%note(start_text(progress, phase%name, model%analysis%length_unit))
     end associate
     call check_locking(model, observer)
-    call observer%note_lines(swollen_note(model))
+    call observer%note_lines(swollen_note(model)//fallen_note(model))
     if (report%flow_told) return
     notes = flow_notes(model)
     call observer%note_lines(notes)
@@ -300,6 +300,9 @@ contains
       'pushed wear a mesh that goes with the ground: push a *RIGID BODY, take ELEMENT=QUAD4 of *GRID, or less of a push'
     if (outcome%cause == error_not_converged .and. is_body_loaded(phase)) message = message//'; the load that is '// &
       'carried is that of this grid, a second one of finer cells tells its error'
+    if (outcome%cause == error_singular .and. is_body_loaded(phase) .and. model%state%progress%load_factor > 0.0_wp) &
+      message = message//'; friction under a rigid body that is loaded is used up and it slides, or the soil '// &
+      'yields throughout: the load that is carried is the limit'
     if (phase%controls%limit_compliance > 0.0_wp) then
       write (text, '(a,f0.1,a)') '; the last step was ', relative_compliance(model%state%progress%limit), &
         ' times as compliant as the first one'
@@ -318,6 +321,17 @@ contains
       ', next to it, was refused'
     if (present(reason)) outcome%reason = outcome%reason//': '//reason
   end function overloaded
+
+  !> Whether no piece hangs on nothing: on a grid a gap narrower than its functions would hold one up unseen.
+  logical function all_is_held(model, step) result(held)
+    type(model_type), intent(in) :: model
+    !> Scratch of the step that failed.
+    type(step_type), intent(in) :: step
+    character(len=:), allocatable :: unsupported
+
+    call find_unsupported_parts(model, step, unsupported)
+    held = len(unsupported) == 0
+  end function all_is_held
 
   !> Say which pieces hang on nothing. Each process of a team looks at its part as it stands now.
   subroutine find_unsupported_parts(model, step, text)

@@ -22,8 +22,8 @@ module qsmpm_phases
   use qsmpm_joint_system, only: end_joint_system
   use qsmpm_kept_division, only: divide_all, join_all
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
-  use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, failure_text, overloaded, report_phase, &
-    report_length, report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
+  use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, all_is_held, failure_text, overloaded, &
+    report_phase, report_length, report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
   use qsmpm_phase_ends, only: is_lost, note_end, note_loss
   use qsmpm_phase_start, only: starts_whole, start_phase, resume_phase, measure_start
   use qsmpm_phase_tree, only: parent_of
@@ -146,11 +146,11 @@ contains
       call go_to_phase(model, next)
       call reset_division(model, loop)
       loop%end_notified = .false.
-      if (has_no_room(model)) call change_background(model, loop, observer, error)
+      if (has_no_room(model)) call change_background(model, loop, 'a body that comes finds no room', observer, error)
       if (.not. allocated(error)) call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
     end if
-    if (is_worn(model)) call change_background(model, loop, observer, error)
+    if (is_worn(model)) call change_background(model, loop, 'one is worn to less than 5 degrees', observer, error)
     if (allocated(error)) return
     call reach_step(model, loop, model%analysis%phases(model%state%progress%phase), observer, error)
     if (allocated(error)) then
@@ -162,9 +162,11 @@ contains
   end subroutine advance
 
   !> Go over to the grid that follows a mesh which is worn.
-  subroutine change_background(model, loop, observer, error)
+  subroutine change_background(model, loop, reason, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
+    !> Why, for the log.
+    character(len=*), intent(in) :: reason
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: note
@@ -172,7 +174,7 @@ contains
     call leave_mesh(model, note, error)
     if (allocated(error)) return
     call begin_analysis(model, loop%step%terms)
-    call observer%note(note)
+    call observer%note(note//': '//reason)
   end subroutine change_background
 
   !> Give every process of the team its part of the model; alone it keeps the whole.
@@ -415,6 +417,7 @@ contains
     type(step_before_type) :: before
     real(wp) :: length, last, strength
     integer :: repeats
+    logical :: leaves
 
     accepted = .false.
     repeats = 0
@@ -439,9 +442,11 @@ contains
       call set_strength(model, strength)
       if (allocated(error)) return
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
-      if (may_leave_mesh(model) .and. (outcome%cause == error_tangled .or. is_given_up(phase%controls, &
-        model%state%progress, outcome))) then
-        call change_background(model, loop, observer, error)
+      leaves = may_leave_mesh(model) .and. (outcome%cause == error_tangled .or. is_given_up(phase%controls, &
+        model%state%progress, outcome))
+      if (leaves) leaves = all_is_held(model, loop%step)
+      if (leaves) then
+        call change_background(model, loop, outcome%reason, observer, error)
         if (allocated(error)) return
         model%state%progress%next_step = 0.0_wp
         cycle

@@ -5,6 +5,7 @@
 module qsmpm_sheared_ground
   use qsmpm_kinds, only: wp
   use qsmpm_background_in_use, only: is_at_start
+  use qsmpm_limit_load, only: relative_compliance
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
   use qsmpm_phase_description, only: phase_safety
@@ -15,11 +16,13 @@ module qsmpm_sheared_ground
   implicit none
   private
 
-  public :: flow_notes, sheared_note, swollen_note, worn_note
+  public :: fallen_note, flow_notes, sheared_note, swollen_note, worn_note
 
   !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
   !> of the volume that is no corner or toe.
   real(wp), parameter :: flows = 0.1_wp, much = 2.0e-3_wp
+  !> A last step so many times as compliant as the first one is beyond failure: docs/methods/limit_loads.md.
+  real(wp), parameter :: fallen = 10.0_wp
   !> Volume over the initial one to which no soil swells: loose sand grows by a tenth at the most.
   real(wp), parameter :: swollen = 1.5_wp
   !> Plastic shear strain of soil that fails, and the share of tan(phi) after Davis below which it is reported.
@@ -31,30 +34,68 @@ contains
   function sheared_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
+
+    text = ''
+    if (.not. carries_strains(model%state%points)) then
+      text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': whether the ground "// &
+        'gave way before the search is not known: its points carry no strains (*FIELD, STRAIN=YES)'
+      return
+    end if
+    text = sheared_text(model)
+    if (len(text) > 0) text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name// &
+      "': before the search "//text//': under the loads of the phases before the ground gave way, and came to rest '// &
+      'in another shape'//way_text(model)//'. The factor is of that shape; as it was drawn the ground may not '// &
+      'stand, which `qsmpm-verify bounds DECK --phase PARENT --factor` tells'//new_line('a')
+  end function sheared_note
+
+  !> The warning where loads have gone beyond failure and the ground rests in another shape; empty where they have not,
+  !> and where the phase asks for its limit load.
+  function fallen_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    real(wp) :: times
+
+    text = ''
+    associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
+      times = relative_compliance(progress%limit)
+      if (phase%kind == phase_safety .or. phase%controls%limit_compliance > 0.0_wp .or. .not. times > fallen) return
+      if (.not. carries_strains(model%state%points)) return
+      text = sheared_text(model)
+      if (len(text) > 0) text = "warning: phase '"//phase%name//"': "//text//', and at its end the same load moves '// &
+        'the ground '//rounded_text(times, 2)//' times as far as in its first step: the ground has given way, and '// &
+        'rests in another shape'//way_text(model)//'. The load at which it did is less than that of the phase: '// &
+        '`qsmpm-verify bounds DECK --phase NAME` or *CONTROLS, LIMIT COMPLIANCE tells it'//new_line('a')
+    end associate
+  end function fallen_note
+
+  !> How much soil has sheared how far; empty for ground that stands.
+  function sheared_text(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
     logical :: own(model%state%points%count)
-    real(wp) :: sheared, whole, most, way
+    real(wp) :: sheared, whole, most
 
     text = ''
     associate (points => model%state%points, team => model%part%team)
-      if (.not. carries_strains(points)) then
-        text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': whether the ground "// &
-          'gave way before the search is not known: its points carry no strains (*FIELD, STRAIN=YES)'
-        return
-      end if
       own = own_of(model%part%points, points%count)
       sheared = total(team, sum(points%volume, mask=own .and. points%plastic_strain > flows))
       whole = total(team, sum(points%volume, mask=own))
       most = largest(team, maxval([0.0_wp, pack(points%plastic_strain, own)]))
-      way = largest(team, maxval([0.0_wp, pack(norm2(points%position - points%initial_position, dim=1), own)]))
     end associate
-    if (.not. sheared > much*whole) return
-    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name// &
-      "': before the search soil has sheared by up to "//rounded_text(most, 2)//', '// &
-      rounded_text(100.0_wp*sheared/whole, 2)//' % of it by more than '//rounded_text(flows, 2)// &
-      ': under the loads of the phases before the ground gave way, and came to rest in another shape, up to '// &
-      rounded_text(way, 2)//' away. The factor is of that shape; as it was drawn the ground may not stand, which '// &
-      '`qsmpm-verify bounds DECK --phase PARENT --factor` tells'//new_line('a')
-  end function sheared_note
+    if (sheared > much*whole) text = 'soil has sheared by up to '//rounded_text(most, 2)//', '// &
+      rounded_text(100.0_wp*sheared/whole, 2)//' % of it by more than '//rounded_text(flows, 2)
+  end function sheared_text
+
+  !> How far the soil has gone at the most.
+  function way_text(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+
+    associate (points => model%state%points)
+      text = ', up to '//rounded_text(largest(model%part%team, maxval([0.0_wp, pack(norm2(points%position - &
+        points%initial_position, dim=1), own_of(model%part%points, points%count))])), 2)//' away'
+    end associate
+  end function way_text
 
   !> The warning where a search begins on the grid that a run went over to; empty where it did not.
   pure function worn_note(model) result(text)

@@ -399,11 +399,12 @@ contains
     angle = self%scratch%now(body)%pose%rotation(3) + displacement(1, self%scratch%turning_column(body))
   end function angle_of
 
-  !> Loads and pushes on the bodies by their size: what their equations refer to.
+  !> Loads and pushes on the bodies by their size: what their equations refer to. Where the soil pushes nothing yet, of
+  !> a body that is set down, moments refer to the forces of the loads at the mean arm of the places.
   subroutine add_sizes(self, sizes)
     class(contacts_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
-    real(wp) :: size_here(3), arm(3), moment
+    real(wp) :: size_here(3), arm(3), moment, arms(3), area, before
     integer :: b, c, k
 
     associate (scratch => self%scratch, d => self%scratch%dimension)
@@ -413,6 +414,9 @@ contains
           size_here = merge(abs(scratch%load(:3, b)), 0.0_wp, scratch%counts_loads)
           moment = merge(abs(moment_of(scratch%load(:, b), scratch%now(b)%pose%rotation(3))), 0.0_wp, &
             scratch%counts_loads)
+          before = moment
+          arms = 0.0_wp
+          area = 0.0_wp
           do c = 1, scratch%patches%count
             if (scratch%pairs(scratch%patches%pair(c))%body /= b .or. .not. scratch%counted(c)) cycle
             do k = scratch%patches%first(c), scratch%patches%first(c + 1) - 1
@@ -421,9 +425,13 @@ contains
                 arm = abs(scratch%place(:, k) - scratch%before(b)%reference - scratch%before(b)%pose%displacement)
                 size_here = size_here + push
                 moment = moment + arm(1)*push(2) + arm(2)*push(1)
+                arms = arms + scratch%area(k)*arm
+                area = area + scratch%area(k)
               end associate
             end do
           end do
+          if (scratch%counts_loads .and. area > 0.0_wp .and. .not. moment > before) &
+            moment = moment + dot_product(abs(scratch%load(:2, b)), [arms(2), arms(1)])/area
           if (column > 0) sizes%force(:d, column) = sizes%force(:d, column) + size_here(:d)
           if (turn > 0) sizes%force(1, turn) = sizes%force(1, turn) + moment
         end associate
