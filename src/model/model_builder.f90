@@ -4,6 +4,7 @@
 !> deck are reported together, one a line.
 module qsmpm_model_builder
   use qsmpm_body_loads, only: lay_body_loads
+  use qsmpm_gap_warnings, only: gap_notes
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type, error_user_material, fail
@@ -162,7 +163,7 @@ contains
       if (method%stabilisation_factor < 0.0_wp) &
         method%stabilisation_factor = usual_factor(method)
     end associate
-    model%notes = model%notes//layer_notes(model%analysis)
+    model%notes = model%notes//layer_notes(model%analysis)//gap_notes(model%analysis)
     call set_drainage(model%analysis)
     if (.not. allocated(model%analysis%node_sets)) allocate (model%analysis%node_sets(0))
     if (.not. allocated(model%analysis%element_sets)) allocate (model%analysis%element_sets(0))

@@ -13,7 +13,7 @@ module qsmpm_layer_interfaces
   implicit none
   private
 
-  public :: interface_type, find_interfaces, thin_seam, is_weak, measure_body
+  public :: interface_type, find_interfaces, thin_seam, is_weak, measure_body, corners
 
   !> Cells that a weak body needs across it, and the share of its neighbour's strength below which it is weak.
   real(wp), parameter, public :: fewest_cells = 3.0_wp

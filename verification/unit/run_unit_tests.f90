@@ -143,6 +143,7 @@ program run_unit_tests
   use test_value_field, only: collect_value_field
   use test_undrained_law, only: collect_undrained_law
   use test_uniform_pressure, only: collect_uniform_pressure
+  use test_gap_warnings, only: collect_gap_warnings
   use test_weak_seams, only: collect_weak_seams
   implicit none
 
@@ -300,6 +301,7 @@ program run_unit_tests
   call register('value_field', collect_value_field)
   call register('undrained_law', collect_undrained_law)
   call register('uniform_pressure', collect_uniform_pressure)
+  call register('gap_warnings', collect_gap_warnings)
   call register('weak_seams', collect_weak_seams)
 
   call read_arguments(wanted)
