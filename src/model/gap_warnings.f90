@@ -39,7 +39,7 @@ contains
 
     notes = ''
     if (analysis%mesh%kind /= mesh_grid .or. analysis%method%basis == basis_fem) return
-    if (analysis%model == three_dimensional) return
+    if (analysis%model == three_dimensional .or. .not. allocated(analysis%bodies)) return
     call list_edges(analysis, edges)
     allocate (is_said(size(analysis%bodies), size(analysis%bodies)), source=.false.)
     do i = 1, size(edges)
@@ -70,8 +70,8 @@ contains
       text = "bodies '"//bodies(one)%name//"' and '"//bodies(other)%name//"' are "//rounded_text(width)//' apart'
       if (one == other) text = "body '"//bodies(one)%name//"' has a gap of "//rounded_text(width)
     end associate
-    text = 'warning: '//text//', too little for this grid: it carries forces across as if there were none; draw none, '// &
-      'take smaller cells, or a *GRID that names no ELEMENT, whose triangles fit it'//new_line('a')
+    text = 'warning: '//text//', too little for this grid: it carries forces across as if there were none; '// &
+      'draw none, take smaller cells, or a *GRID that names no ELEMENT, whose triangles fit it'//new_line('a')
   end function sentence
 
   !> Edges of all boxes and polygons, those of bodies that come later too.
