@@ -218,7 +218,8 @@ contains
       'follows is another equilibrium; smaller steps or cells tell', observer)
   end subroutine end_contact_check
 
-  !> Warn of clay that carries more and more after it has given way, where cells go with the nodes that push it.
+  !> Say where what is prescribed has met its limit load that this is one of the grid, and warn of clay that carries
+  !> more and more after it has given way, where cells go with the nodes that push it.
   subroutine warn_of_rise(model, course, observer)
     type(model_type), intent(in) :: model
     type(course_type), intent(in) :: course
@@ -226,7 +227,10 @@ contains
     type(law_description_type) :: traits(size(model%analysis%materials))
     integer :: m
 
-    if (model%analysis%method%basis /= basis_fem .or. .not. course%knee > 0.0_wp) return
+    if (.not. course%knee > 0.0_wp .or. .not. any(may_yield(model%analysis%materials))) return
+    call observer%note('the load at which the ground gives way is that of this grid: `qsmpm-verify study DECK '// &
+      '--history NAME` tells it with its grid error')
+    if (model%analysis%method%basis /= basis_fem) return
     if (.not. course%reached > (1.0_wp + much_of_knee)*course%knee) return
     traits = [(traits_of(model%analysis%materials(m)), m=1, size(traits))]
     if (any(may_yield(model%analysis%materials) .and. .not. traits%failure_keeps_volume)) return
