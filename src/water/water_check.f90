@@ -12,7 +12,7 @@ module qsmpm_water_check
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic, where_text
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: overburden_type, make_overburden, ground_over, body_holds, facet_places
-  use qsmpm_phase_loads, only: load_in_force
+  use qsmpm_phase_loads, only: free_surface_of, load_in_force
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: has_water, levels_in_force
   use qsmpm_vertical, only: upwards, vertical_of
@@ -72,16 +72,19 @@ contains
   !> That histories of forces on a boundary leave the water out, by the name of the first; empty where there is none.
   pure function effective_note(analysis) result(text)
     type(analysis_type), intent(in) :: analysis
-    character(len=:), allocatable :: text
+    character(len=:), allocatable :: text, but
     integer :: i
 
     text = ''
+    but = ''
+    if (any([(free_surface_of(analysis%phases, i) > 0, i=1, size(analysis%phases))])) &
+      but = ', but where *CONSOLIDATION has a free surface, where they contain it'
     do i = 1, size(analysis%histories)
       if (.not. any(analysis%histories(i)%quantity == [quantity_reaction, quantity_contact_force, &
         quantity_contact_pressure])) cycle
       text = "history '"//analysis%histories(i)%name//"', as all reactions and contact forces, is of effective "// &
         'stresses: the pressure of the water at rest comes on top, gamma_w h^2/2 on a wall '// &
-        '(docs/methods/water.md)'//new_line('a')
+        '(docs/methods/water.md)'//but//new_line('a')
       return
     end do
   end function effective_note
