@@ -203,13 +203,15 @@ contains
   !> Axes of the soil as rows, the vertical the second.
   pure function local_axes(vertical) result(axes)
     real(wp), intent(in) :: vertical(3)
-    real(wp) :: axes(3, 3)
+    real(wp) :: axes(3, 3), up(3), aside(3)
 
-    axes(2, :) = vertical/norm2(vertical)
-    axes(3, :) = identity(:, merge(3, 1, abs(axes(2, 3)) < 0.8_wp))
-    axes(3, :) = axes(3, :) - dot_product(axes(3, :), axes(2, :))*axes(2, :)
-    axes(3, :) = axes(3, :)/norm2(axes(3, :))
-    axes(1, :) = cross(axes(2, :), axes(3, :))
+    up = vertical/norm2(vertical)
+    aside = identity(:, merge(3, 1, abs(up(3)) < 0.8_wp))
+    aside = aside - dot_product(aside, up)*up
+    aside = aside/norm2(aside)
+    axes(1, :) = cross(up, aside)
+    axes(2, :) = up
+    axes(3, :) = aside
   end function local_axes
 
   !> Stresses of the axes of the soil in those of space (6,6).

@@ -100,14 +100,15 @@ contains
     type(clay_strength_type), intent(in) :: clay
     real(wp), intent(in) :: trial(6), start
     type(place_type), intent(out) :: at
-    real(wp) :: low, high, y, slope, change
+    real(wp) :: low, high, u, y, slope, change
     integer :: i
 
     y = max(1.0_wp, sqrt(start))
     call find_multiplier(clay, trial, start, y, at)
     if (at%residual(2) <= 0.0_wp) then
       y = sqrt(y**2 - at%residual(2))
-      call evaluate(clay, trial, start, at%u, y, at)
+      u = at%u
+      call evaluate(clay, trial, start, u, y, at)
       return
     end if
     low = sqrt(start)
@@ -229,7 +230,8 @@ contains
     offset = 0.5_wp*(clay%strain_active - clay%strain_passive)
     three = 1.0_wp - (offset*along)**2
     across = three/clay%strain_simple**2
-    length = sqrt(t(2)**2 + t(4)**2 + t(6)**2 + nearly_none*0.5_wp*sum(weight*t**2) + tiny(1.0_wp))
+    ! Of no stress at all its cube is a number, too.
+    length = sqrt(t(2)**2 + t(4)**2 + t(6)**2 + nearly_none*0.5_wp*sum(weight*t**2) + sqrt(tiny(1.0_wp)))
     cosine = -t(2)/length
     cosine_by = t(2)/length**3*(0.5_wp*nearly_none*weight*t + [0.0_wp, t(2), 0.0_wp, t(4), 0.0_wp, t(6)])
     cosine_by(2) = cosine_by(2) - 1.0_wp/length
