@@ -64,6 +64,8 @@ SCENES = (
           ("plot", "--x", "load_factor", "--y", "p")),
     Scene("clay_laws/creep_column", "settlement", "A column of soft clay that creeps for 10 000 days", "settlement over time",
           ("plot", "--x", "load_factor", "--y", "settlement")),
+    Scene("strength_profile/shansep_drain", "strength of consolidated clay", "Clay that gains strength under a fill (SHANSEP)", "vertical stress",
+          ("view", "--field", "stress_yy")),
     Scene("clay_laws/shear_loop", "after the loop", "A loop of shear at small strain", "force over the way",
           ("plot", "--x", "move", "--y", "shear")),
     Scene("softening_nonlocal/biaxial_16", "work of the whole run", "A shear band with a width of its own", "accumulated shear strain",

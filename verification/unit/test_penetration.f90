@@ -10,6 +10,7 @@ module test_penetration
   use qsmpm_kinds, only: wp
   use qsmpm_linear_system, only: end_system
   use qsmpm_model, only: model_type
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_model_builder, only: build_model
   use qsmpm_penetration, only: penetration_check_type, refuse_penetration, warn_of_penetration
   use qsmpm_phase_start, only: start_phase
@@ -50,6 +51,7 @@ contains
     call check_waves(tests, model)
     call check_falls(tests, model)
     call check_lost_reactions(tests, model)
+    call check_knee(tests, model)
     call check_sheared(tests, model)
     model%state%progress%fraction = 1.0_wp
     call check_idle(tests, model)
@@ -274,6 +276,66 @@ contains
     model%state%reactions = 0.0_wp
   end subroutine check_lost_reactions
 
+  !> Ground that gives way under what is prescribed: its load is said to be that of the grid, and of clay on a mesh that
+  !> goes with it a rise by more than a tenth is warned of. A phase that begins with a force goes on from it.
+  subroutine check_knee(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    character(len=*), parameter :: of_grid = 'the load at which the ground gives way is that of this grid', &
+      rises = 'the mean reaction along what it prescribes has risen by '
+    type(contact_check_type) :: check
+    integer :: basis
+
+    basis = model%analysis%method%basis
+    model%analysis%method%basis = basis_fem
+    model%analysis%materials%mohr_coulomb = .true.
+    call go([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 66.0_wp, 73.0_wp], 0)
+    call tests%close('clay that gives way at 61', ended(model, check, of_grid), 1.0_wp, 0.0_wp)
+    call go([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 66.0_wp, 73.0_wp], 0)
+    call tests%close('and carries a fifth more', ended(model, check, rises//'20 % since the clay gave way'), 1.0_wp, 0.0_wp)
+    call go([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 63.0_wp, 66.0_wp], 0)
+    call tests%close('a rise of 8 %', ended(model, check, of_grid), 1.0_wp, 0.0_wp)
+    call go([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 63.0_wp, 66.0_wp], 0)
+    call tests%close('is none', ended(model, check, rises), 0.0_wp, 0.0_wp)
+    call go([20.0_wp, 40.0_wp, 60.0_wp, 75.0_wp, 84.0_wp, 90.0_wp], 0)
+    call tests%close('a slope that falls to a third is no failure', ended(model, check, of_grid), 0.0_wp, 0.0_wp)
+    call go([20.0_wp, 40.0_wp, 41.0_wp, 42.0_wp, 43.0_wp, 44.0_wp], 3)
+    call tests%close('a phase taken up again at half of it, from its slope there', ended(model, check, of_grid), 0.0_wp, &
+      0.0_wp)
+    model%analysis%materials%friction_angle = 20.0_wp
+    call go([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 66.0_wp, 73.0_wp], 0)
+    call tests%close('of sand nothing is known', ended(model, check, rises), 0.0_wp, 0.0_wp)
+    model%analysis%materials%friction_angle = 0.0_wp
+    model%analysis%materials%mohr_coulomb = .false.
+    call go([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 66.0_wp, 73.0_wp], 0)
+    call tests%close('what cannot yield does not give way', ended(model, check, of_grid), 0.0_wp, 0.0_wp)
+    model%analysis%method%basis = basis
+    model%loading%prescribed = 0.0_wp
+    model%state%reactions = 0.0_wp
+    model%state%progress%fraction = 0.0_wp
+
+  contains
+
+    !> Steps of even length with such forces, the first ones before the check begins.
+    subroutine go(forces, before)
+      real(wp), intent(in) :: forces(:)
+      integer, intent(in) :: before
+      real(wp) :: start
+      integer :: i
+
+      start = 0.0_wp
+      if (before > 0) start = forces(before)
+      model%loading%prescribed(2, [1, 2]) = [-0.01_wp, -0.03_wp]
+      model%state%progress%fraction = real(before, wp)/size(forces)
+      model%state%reactions(2, [1, 2]) = start*[-0.5_wp, -7.0_wp/6.0_wp]
+      call begin_contact_check(model, check)
+      do i = before + 1, size(forces)
+        model%state%progress%fraction = real(i, wp)/size(forces)
+        call push_once(model, check, i, forces(i))
+      end do
+    end subroutine go
+  end subroutine check_knee
+
   !> Two waves and more are told with the largest; one alone, flat ones and a fall that stays are no waves.
   subroutine check_waves(tests, model)
     type(tests_type), intent(inout) :: tests
@@ -313,13 +375,23 @@ contains
     model%loading%prescribed = 0.0_wp
     model%loading%prescribed(2, [1, 2]) = [-0.01_wp, -0.03_wp]
     do i = 1, size(forces)
-      call place(model, i, [0.0_wp, 0.0_wp])
-      model%state%reactions = 0.0_wp
-      ! The mean of -f/2 and -7 f/6 by a quarter and three quarters is -f.
-      model%state%reactions(2, [1, 2]) = forces(i)*[-0.5_wp, -7.0_wp/6.0_wp]
-      call check_contact(model, check)
+      call push_once(model, check, i, forces(i))
     end do
   end subroutine push
+
+  !> One of them.
+  subroutine push_once(model, check, step, force)
+    type(model_type), intent(inout) :: model
+    type(contact_check_type), intent(inout) :: check
+    integer, intent(in) :: step
+    real(wp), intent(in) :: force
+
+    call place(model, step, [0.0_wp, 0.0_wp])
+    model%state%reactions = 0.0_wp
+    ! The mean of -f/2 and -7 f/6 by a quarter and three quarters is -f.
+    model%state%reactions(2, [1, 2]) = force*[-0.5_wp, -7.0_wp/6.0_wp]
+    call check_contact(model, check)
+  end subroutine push_once
 
   !> Soil that has sheared by more than a tenth in more than 0.2 % of its volume has flowed before the search.
   subroutine check_sheared(tests, model)
