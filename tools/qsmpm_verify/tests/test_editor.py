@@ -76,6 +76,21 @@ class Editor(unittest.TestCase):
         self.assertEqual(help_at(self.table, self.lines, 6, 2), explained(self.table.keywords["ELASTIC"]))
         self.assertIn("name of its material", help_at(self.table, self.lines, 7, 25))
 
+    def test_every_keyword_and_parameter_is_offered_and_explained(self) -> None:
+        """Hundreds of positions: each keyword behind a star, its parameters behind a comma, help on both."""
+        positions = 0
+        for name, entry in self.table.keywords.items():
+            self.assertIn(name, [offered for offered, _ in offers(self.table, ["*"], 0, 1)], name)
+            self.assertEqual(help_at(self.table, [f"*{name}"], 0, 3), explained(entry), name)
+            offered = [word for word, _ in offers(self.table, [f"*{name}, "], 0, len(name) + 3)]
+            for item in entry["parameters"]:
+                self.assertIn(item["name"], offered, name)
+                line = f"*{name}, {item['name']}=1"
+                self.assertIn(item["sentence"], help_at(self.table, [line], 0, len(name) + 4), line)
+                positions += 2
+            positions += 2
+        self.assertGreater(positions, 300)
+
     def test_messages_stand_at_their_lines(self) -> None:
         report = "a.inp:2: *GRID: unknown\na.inp:3: warning: thin\nother.inp:9: *BODY: bad\na.inp: 2 errors in the deck\n"
         found = diagnostics_of(report, "a.inp", ["one", "two", "three"])
