@@ -38,108 +38,116 @@ contains
     type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     type(item_type), allocatable :: columns(:)
-    type(string_type), allocatable :: values(:)
-    integer :: i, c
+    integer :: i
 
     if (.not. may_be_named(lines)) return
-    if (.not. any([(is_named(i), i=1, size(card%rows))])) return
-    allocate (columns(0))
-    do c = 1, size(lines%columns)
-      if (.not. (lines%columns(c)%third .and. state%dimension == 2)) columns = [columns, lines%columns(c)]
-    end do
+    if (.not. any([(is_named(card, i), i=1, size(card%rows))])) return
+    columns = pack(lines%columns, .not. (lines%columns%third .and. state%dimension == 2))
     if (lines%maximum == 1) then
-      call begin(1)
-      do i = 1, size(card%rows)
-        call take_row(i)
-      end do
-      card%rows(1)%good = all(card%rows%good)
+      call order_rows(columns, 1, size(card%rows), card, state)
       card%rows = card%rows(:1)
-      call finish(1)
       return
     end if
     do i = 1, size(card%rows)
-      if (.not. is_named(i)) cycle
-      call begin(i)
-      call take_row(i)
-      call finish(i)
+      if (is_named(card, i)) call order_rows(columns, i, i, card, state)
     end do
-
-  contains
-
-    !> Whether a row has a name in it.
-    pure logical function is_named(row)
-      integer, intent(in) :: row
-      integer :: k
-
-      is_named = any([(index(card%rows(row)%items(k)%text, '=') > 0, k=1, size(card%rows(row)%items))])
-    end function is_named
-
-    !> Nothing is given yet.
-    subroutine begin(row)
-      integer, intent(in) :: row
-      integer :: k
-
-      card%rows(row)%by_name = .true.
-      if (allocated(values)) deallocate (values)
-      allocate (values(size(columns)))
-      do k = 1, size(values)
-        values(k)%text = ''
-      end do
-    end subroutine begin
-
-    !> The items of a row.
-    subroutine take_row(row)
-      integer, intent(in) :: row
-      character(len=:), allocatable :: text, problem
-      integer :: k, column, equals
-      logical :: named
-
-      named = row > 1 .and. lines%maximum == 1
-      do k = 1, size(card%rows(row)%items)
-        text = card%rows(row)%items(k)%text
-        equals = index(text, '=')
-        named = named .or. equals > 0
-        column = k
-        if (equals > 0) column = column_of(columns, text(:equals - 1))
-        if (named .and. equals == 0) then
-          problem = "'"//text//"' has no name, as those beside it: "//columns(min(k, size(columns)))%name//'='//text// &
-            '?'
-        else if (column > size(columns)) then
-          problem = "'"//text//"' is more than the columns: "//names_of(columns)
-        else if (column == 0) then
-          problem = unknown_name(columns, card, squeezed(text(:equals - 1)))
-        else if (len(values(column)%text) > 0) then
-          problem = columns(column)%name//' is given twice'
-        else
-          values(column)%text = squeezed(text(equals + 1:))
-          problem = columns(column)%name//' is empty'
-          if (len(values(column)%text) > 0) problem = value_problem(columns(column), values(column)%text)
-        end if
-        if (len(problem) > 0) call report(row, problem)
-      end do
-    end subroutine take_row
-
-    !> What must be given is; the row becomes one in order.
-    subroutine finish(row)
-      integer, intent(in) :: row
-      integer :: k
-
-      do k = 1, size(columns)
-        if (columns(k)%required .and. len(values(k)%text) == 0 .and. card%rows(row)%good) &
-          call report(row, columns(k)%name//' is missing')
-      end do
-      call move_alloc(values, card%rows(row)%items)
-    end subroutine finish
-
-    !> An error of a data line.
-    subroutine report(row, sentence)
-      integer, intent(in) :: row
-      character(len=*), intent(in) :: sentence
-
-      card%rows(row)%good = .false.
-      call state%error_at(card, card%rows(row), sentence)
-    end subroutine report
   end subroutine order_named_items
+
+  !> Whether a row has a name in it.
+  pure logical function is_named(card, row)
+    type(card_type), intent(in) :: card
+    integer, intent(in) :: row
+    integer :: k
+
+    is_named = any([(index(card%rows(row)%items(k)%text, '=') > 0, k=1, size(card%rows(row)%items))])
+  end function is_named
+
+  !> Some rows as one in the order of the columns, in the place of the first of them; what must be given is.
+  subroutine order_rows(columns, first, last, card, state)
+    type(item_type), intent(in) :: columns(:)
+    integer, intent(in) :: first, last
+    type(card_type), intent(inout) :: card
+    type(deck_state_type), intent(inout) :: state
+    type(string_type) :: values(size(columns))
+    integer :: k
+
+    do k = 1, size(values)
+      values(k)%text = ''
+    end do
+    do k = first, last
+      call take_row(columns, k, k > first, card, state, values)
+    end do
+    card%rows(first)%by_name = .true.
+    card%rows(first)%good = all(card%rows(first:last)%good)
+    do k = 1, size(columns)
+      if (columns(k)%required .and. len(values(k)%text) == 0 .and. card%rows(first)%good) &
+        call report(card, first, columns(k)%name//' is missing', state)
+    end do
+    card%rows(first)%items = values
+  end subroutine order_rows
+
+  !> The items of a row; those behind a name have one.
+  subroutine take_row(columns, row, named_before, card, state, values)
+    type(item_type), intent(in) :: columns(:)
+    integer, intent(in) :: row
+    !> Names are wanted from the first item on.
+    logical, intent(in) :: named_before
+    type(card_type), intent(inout) :: card
+    type(deck_state_type), intent(inout) :: state
+    !> As text, empty where there is none yet (columns).
+    type(string_type), intent(inout) :: values(:)
+    character(len=:), allocatable :: text, problem
+    integer :: k, column, equals
+    logical :: named
+
+    named = named_before
+    do k = 1, size(card%rows(row)%items)
+      text = card%rows(row)%items(k)%text
+      equals = index(text, '=')
+      named = named .or. equals > 0
+      column = k
+      if (equals > 0) column = column_of(columns, text(:equals - 1))
+      if (named .and. equals == 0) then
+        problem = "'"//text//"' has no name, as those beside it: "//columns(min(k, size(columns)))%name//'='//text//'?'
+      else if (column > size(columns)) then
+        problem = "'"//text//"' is more than the columns: "//names_of(columns)
+      else if (column == 0) then
+        problem = unknown_name(columns, card, squeezed(text(:equals - 1)))
+      else
+        call take_value(columns(column), squeezed(text(equals + 1:)), values(column)%text, problem)
+      end if
+      if (len(problem) > 0) call report(card, row, problem, state)
+    end do
+  end subroutine take_row
+
+  !> A value of a column.
+  subroutine take_value(column, text, value, problem)
+    type(item_type), intent(in) :: column
+    character(len=*), intent(in) :: text
+    !> That of before, empty for none, and then this one.
+    character(len=:), allocatable, intent(inout) :: value
+    !> Empty for none.
+    character(len=:), allocatable, intent(out) :: problem
+
+    if (len(value) > 0) then
+      problem = column%name//' is given twice'
+      return
+    end if
+    value = text
+    problem = column%name//' is empty'
+    if (len(text) > 0) problem = value_problem(column, text)
+  end subroutine take_value
+
+  !> An error of a data line.
+  subroutine report(card, row, sentence, state)
+    type(card_type), intent(inout) :: card
+    integer, intent(in) :: row
+    character(len=*), intent(in) :: sentence
+    type(deck_state_type), intent(inout) :: state
+
+    card%rows(row)%good = .false.
+    call state%error_at(card, card%rows(row), sentence)
+  end subroutine report
 
   !> Column of a name, 0 where there is none.
   pure integer function column_of(columns, name) result(c)
