@@ -3,18 +3,16 @@
 !> With p = -tr(sigma)/3, q = sqrt(3/2 s:s), compression positive:
 !>   yield      f = q^2/M^2 + p (p - pc) <= 0,  associated flow,
 !>   hardening  pc = pc0 exp(ep/(l - k)),  ep the plastic volume strain, l = lambda/v0, k = kappa/v0,
-!>   elasticity p = pmin exp(e/k), e the elastic volume strain; below pmin the straight line that goes on
-!>              there, p = pmin (1 + e/k), so that a point without stress has stiffness;  s = 2 G dev(strain),
-!> G constant as given, or 3(1 - 2nu)/(2(1 + nu)) K(p) with p at the start of the step. All strains are
-!> logarithmic, so that compression lines are straight in ln v - ln p (Butterfield 1979).
+!>   elasticity that of a swelling line of slope k (qsmpm_swelling_model), G as given, or 3(1 - 2nu)/(2(1 + nu)) K(p).
+!> All strains are logarithmic, so that compression lines are straight in ln v - ln p (Butterfield 1979).
 module qsmpm_cam_clay
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_cam_clay_return, only: clay_type, cam_clay_return_type, pressure_of, solve_return, find_derivative, &
-    largest_exponent
+  use qsmpm_cam_clay_return, only: clay_type, cam_clay_return_type, solve_return, find_derivative
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
+  use qsmpm_swelling_model, only: swelling_line_type, swelling_model_type, make_line, pressure_of, largest_exponent
   use qsmpm_strength_constants, only: strength_constant_type, divide_constant, lower_constants
   use qsmpm_strength_factor, only: strength_factor_type, flow_material
   implicit none
@@ -51,17 +49,13 @@ module qsmpm_cam_clay
   end type cam_clay_parameters_type
 
   !> The model; one state variable, pc.
-  type, extends(principal_model_type) :: cam_clay_type
+  type, extends(swelling_model_type) :: cam_clay_type
     type(clay_type) :: clay
-    !> G/K where positive, else G is constant.
-    real(wp) :: shear_ratio = 0.0_wp
     real(wp) :: ocr = 1.0_wp, preconsolidation = 0.0_wp
   contains
     procedure :: initial_state
     procedure :: field_to_state
-    procedure :: shear_modulus
-    procedure :: elastic_strain
-    procedure :: elastic_update
+    procedure :: line
     procedure :: update
   end type cam_clay_type
 
@@ -174,14 +168,12 @@ contains
     model%state_names(1)%text = 'preconsolidation_pressure'
     model%message = 'Cam-Clay: the volume strain of the step is too large'
     model%clay%m2 = parameters%slope**2
-    model%clay%swelling = parameters%kappa/parameters%volume
+    call make_line(parameters%kappa/parameters%volume, parameters%smallest_pressure, model%clay)
     model%clay%plastic = (parameters%lambda - parameters%kappa)/parameters%volume
     model%ocr = parameters%ocr
     model%preconsolidation = parameters%preconsolidation
-    model%clay%smallest = parameters%smallest_pressure
     model%clay%by_m2 = 1.0_wp/model%clay%m2
     model%clay%by_plastic = 1.0_wp/model%clay%plastic
-    model%clay%by_swelling = 1.0_wp/model%clay%swelling
     pressure = max(parameters%preconsolidation, 10.0_wp*model%clay%smallest)
     model%shear = parameters%shear
     if (.not. parameters%shear > 0.0_wp) then
@@ -218,54 +210,13 @@ contains
     state(1) = max(state(1), 2.0_wp*self%clay%smallest)
   end subroutine field_to_state
 
-  !> G of a step.
-  pure real(wp) function shear_modulus(self, stress)
+  !> Its swelling line.
+  pure function line(self)
     class(cam_clay_type), intent(in) :: self
-    !> Principal stresses (3).
-    real(wp), intent(in) :: stress(3)
+    type(swelling_line_type) :: line
 
-    shear_modulus = self%shear
-    if (self%shear_ratio > 0.0_wp) shear_modulus = self%shear_ratio*max(-sum(stress)/3.0_wp, self%clay%smallest) &
-      *self%clay%by_swelling
-  end function shear_modulus
-
-  !> Elastic strain of a stress.
-  pure function elastic_strain(self, modulus, stress) result(strain)
-    class(cam_clay_type), intent(in) :: self
-    !> G of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal stresses (3).
-    real(wp), intent(in) :: stress(3)
-    real(wp) :: strain(3)
-    real(wp) :: mean, ratio
-
-    mean = sum(stress)/3.0_wp
-    ratio = -mean/self%clay%smallest
-    if (ratio > 1.0_wp) then
-      ratio = log(ratio)
-    else
-      ratio = ratio - 1.0_wp
-    end if
-    strain = (stress - mean)/(2.0_wp*modulus) - self%clay%swelling*ratio/3.0_wp
-  end function elastic_strain
-
-  !> Stress and derivative without strength.
-  pure subroutine elastic_update(self, modulus, trial, result)
-    class(cam_clay_type), intent(in) :: self
-    !> G of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal elastic strains (3).
-    real(wp), intent(in) :: trial(3)
-    type(stress_update_type), intent(inout) :: result
-    real(wp) :: p, bulk, e
-
-    e = -sum(trial)
-    result%status = merge(status_ok, status_cut, e < largest_exponent*self%clay%swelling)
-    if (result%status /= status_ok) return
-    call pressure_of(self%clay, e, p, bulk)
-    result%stress = 2.0_wp*modulus*(trial + e/3.0_wp) - p
-    result%derivative = elastic_map(bulk - 2.0_wp*modulus/3.0_wp, modulus)
-  end subroutine elastic_update
+    line = self%clay%swelling_line_type
+  end function line
 
   !> Stress, state and derivative.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)

@@ -6,25 +6,22 @@ module qsmpm_cam_clay_return
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_principal_model, only: elastic_map
+  use qsmpm_swelling_model, only: swelling_line_type, pressure_of, largest_exponent
   implicit none
   private
 
-  public :: clay_type, cam_clay_return_type, pressure_of, solve_return, find_derivative
+  public :: clay_type, cam_clay_return_type, solve_return, find_derivative
 
   !> Newton steps; relative change at which the next one would change nothing.
   integer, parameter :: most_steps = 12
   real(wp), parameter :: small_change = 1.0e-8_wp
   !> Halvings and doublings of the bracket.
   integer, parameter :: most_halvings = 60
-  !> Largest exponent of a trial pressure.
-  real(wp), parameter, public :: largest_exponent = 200.0_wp
 
-  !> Constants of the soil.
-  type :: clay_type
-    !> M^2, lambda/v0 - kappa/v0, kappa/v0, smallest pressure.
-    real(wp) :: m2 = 1.0_wp, plastic = 1.0_wp, swelling = 1.0_wp, smallest = 1.0_wp
-    !> One over the first three, for hot loops.
-    real(wp) :: by_m2 = 1.0_wp, by_plastic = 1.0_wp, by_swelling = 1.0_wp
+  !> Constants of the soil beside its swelling line, k = kappa/v0.
+  type, extends(swelling_line_type) :: clay_type
+    !> M^2, lambda/v0 - kappa/v0, and one over them for hot loops.
+    real(wp) :: m2 = 1.0_wp, plastic = 1.0_wp, by_m2 = 1.0_wp, by_plastic = 1.0_wp
   end type clay_type
 
   !> A return: its data and its two unknowns.
@@ -42,23 +39,6 @@ module qsmpm_cam_clay_return
   end type cam_clay_return_type
 
 contains
-
-  !> p and dp/de of an elastic volume strain.
-  pure subroutine pressure_of(self, e, p, bulk)
-    type(clay_type), intent(in) :: self
-    !> Elastic volume strain, compression positive.
-    real(wp), intent(in) :: e
-    !> p, and its derivative.
-    real(wp), intent(out) :: p, bulk
-
-    if (e > 0.0_wp) then
-      p = self%smallest*exp(e*self%by_swelling)
-      bulk = p*self%by_swelling
-    else
-      p = self%smallest*(1.0_wp + e*self%by_swelling)
-      bulk = self%smallest*self%by_swelling
-    end if
-  end subroutine pressure_of
 
   !> Residuals of the return at x and y, and their derivatives.
   pure subroutine residuals(self, r, residual)

@@ -10,20 +10,20 @@
 !> answer: the second grows with w from 0 to infinity below 1, the third with x; Newton's method, within brackets.
 module qsmpm_creep_return
   use qsmpm_kinds, only: wp
+  use qsmpm_swelling_model, only: swelling_line_type, pressure_of, strain_of
   implicit none
   private
 
-  public :: creep_type, creep_step_type, return_creep, pressure_of, strain_of, equivalent_pressure
+  public :: creep_type, creep_step_type, return_creep, equivalent_pressure
 
   integer, parameter :: most_steps = 100
   real(wp), parameter :: round_off = 1.0e-13_wp
   !> Share of the smallest pressure below which a peq does not creep; size of z at which its series is as exact.
   real(wp), parameter :: nothing = 1.0e-3_wp, short = 1.0e-4_wp
 
-  !> kappa*, lambda* - kappa*, mu*, M, a = c cot(phi), smallest pressure, tau.
-  type :: creep_type
-    real(wp) :: swelling = 0.0_wp, plastic = 0.0_wp, creep = 0.0_wp, slope = 0.0_wp, shift = 0.0_wp
-    real(wp) :: smallest = 0.0_wp, reference = 1.0_wp
+  !> Beside a swelling line of slope kappa*: lambda* - kappa*, mu*, M, a = c cot(phi), tau.
+  type, extends(swelling_line_type) :: creep_type
+    real(wp) :: plastic = 0.0_wp, creep = 0.0_wp, slope = 0.0_wp, shift = 0.0_wp, reference = 1.0_wp
   end type creep_type
 
   !> A step: G, dt, pp and peq at the start, p1 and q1; then x, w, p, q, peq, and d(p, q)/d(p1, q1).
@@ -35,31 +35,6 @@ module qsmpm_creep_return
   end type creep_step_type
 
 contains
-
-  !> Pressure and bulk modulus of an elastic volume strain, compression positive; a straight line below the smallest.
-  pure subroutine pressure_of(creep, strain, pressure, bulk)
-    type(creep_type), intent(in) :: creep
-    real(wp), intent(in) :: strain
-    real(wp), intent(out) :: pressure, bulk
-
-    if (strain > 0.0_wp) then
-      pressure = creep%smallest*exp(strain/creep%swelling)
-      bulk = pressure/creep%swelling
-    else
-      pressure = creep%smallest*(1.0_wp + strain/creep%swelling)
-      bulk = creep%smallest/creep%swelling
-    end if
-  end subroutine pressure_of
-
-  !> Elastic volume strain of a pressure.
-  pure real(wp) function strain_of(creep, pressure) result(strain)
-    type(creep_type), intent(in) :: creep
-    real(wp), intent(in) :: pressure
-
-    strain = pressure/creep%smallest - 1.0_wp
-    if (strain > 0.0_wp) strain = log(1.0_wp + strain)
-    strain = creep%swelling*strain
-  end function strain_of
 
   !> peq of p and q.
   pure real(wp) function equivalent_pressure(creep, p, q) result(pressure)

@@ -1,7 +1,7 @@
 !> The soft soil creep model (Vermeer and Neher 1999; Stolle, Vermeer and Bonnier 1999) in principal values, compression
 !> positive: isotaches of an ellipse in p and q, and strength after Mohr and Coulomb.
 !>
-!>   elasticity  p = pmin exp(e/kappa*), a straight line below pmin; G = 3 (1 - 2 nu)/(2 (1 + nu)) p/kappa* of the start
+!>   elasticity  that of a swelling line of slope kappa* (qsmpm_swelling_model), G = 3 (1 - 2 nu)/(2 (1 + nu)) K(p)
 !>   creep       dev/dt = mu*/tau (peq/pp)^((lambda* - kappa*)/mu*),  peq = p + q^2/(M^2 (p + a)),  a = c cot(phi)
 !>   hardening   pp = pp0 exp(ev/(lambda* - kappa*))
 !>   flow        de/dt = dev/dt (d peq/d sigma)/(d peq/d p)
@@ -13,23 +13,21 @@
 !> in the reference time tau. A lowered soil, in the search for a factor of safety, does not creep.
 module qsmpm_soft_soil_creep
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_creep_return, only: creep_type, creep_step_type, return_creep, pressure_of, strain_of, equivalent_pressure
+  use qsmpm_creep_return, only: creep_type, creep_step_type, return_creep, equivalent_pressure
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_law, only: status_ok, status_cut
+  use qsmpm_law, only: status_ok
   use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, make_mohr_coulomb, inside, return_outside
-  use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_strength_factor, only: strength_factor_type, lower_strength
+  use qsmpm_swelling_model, only: swelling_line_type, swelling_model_type, make_line
   use qsmpm_tensor, only: identity
   implicit none
   private
 
   public :: soft_soil_creep_parameters_type
-
-  !> Largest exponent of a trial pressure.
-  real(wp), parameter :: largest_exponent = 200.0_wp
 
   !> Parameters; angles in degrees.
   type, extends(law_parameters_type) :: soft_soil_creep_parameters_type
@@ -50,16 +48,14 @@ module qsmpm_soft_soil_creep
   end type soft_soil_creep_parameters_type
 
   !> The model; state: pp and peq.
-  type, extends(principal_model_type) :: soft_soil_creep_type
+  type, extends(swelling_model_type) :: soft_soil_creep_type
     type(creep_type) :: creep
     type(mohr_coulomb_type) :: strength
-    real(wp) :: poisson = 0.0_wp, k0 = 0.0_wp, ocr = 1.0_wp, pop = 0.0_wp
+    real(wp) :: k0 = 0.0_wp, ocr = 1.0_wp, pop = 0.0_wp
   contains
     procedure :: initial_state
     procedure :: field_to_state
-    procedure :: shear_modulus
-    procedure :: elastic_strain
-    procedure :: elastic_update
+    procedure :: line
     procedure :: update
   end type soft_soil_creep_type
 
@@ -193,9 +189,10 @@ contains
     real(wp) :: pressure
 
     associate (p => parameters)
-      model%creep = creep_type(p%kappa, p%lambda - p%kappa, p%mu, slope, &
-        p%cohesion/tan(p%friction_angle*pi/180.0_wp), p%smallest_pressure, p%reference_time)
-      model%poisson = p%poisson
+      model%creep = creep_type(plastic=p%lambda - p%kappa, creep=p%mu, slope=slope, &
+        shift=p%cohesion/tan(p%friction_angle*pi/180.0_wp), reference=p%reference_time)
+      call make_line(p%kappa, p%smallest_pressure, model%creep)
+      model%shear_ratio = 1.5_wp*(1.0_wp - 2.0_wp*p%poisson)/(1.0_wp + p%poisson)
       model%k0 = ratio_of(p)
       model%ocr = p%ocr
       model%pop = p%pop
@@ -206,7 +203,7 @@ contains
       ! The table of a return depends on the ratio of the moduli alone.
       call make_mohr_coulomb(strength, 2.0_wp*p%poisson/(1.0_wp - 2.0_wp*p%poisson), 1.0_wp, model%strength)
       pressure = 10.0_wp*max(p%smallest_pressure, p%pop)
-      model%shear = shear_of(p%poisson, pressure/p%kappa)
+      model%shear = model%shear_ratio*pressure/p%kappa
       ! What carries load beyond the past stress is the compression line.
       model%young = 3.0_wp*(1.0_wp - 2.0_wp*p%poisson)*pressure/p%lambda
     end associate
@@ -216,13 +213,6 @@ contains
     model%state_names(2)%text = 'equivalent_pressure'
     model%message = 'soft soil creep: the volume strain of the step is too large'
   end subroutine set_soil
-
-  !> G of a bulk modulus.
-  pure real(wp) function shear_of(poisson, bulk) result(shear)
-    real(wp), intent(in) :: poisson, bulk
-
-    shear = 1.5_wp*(1.0_wp - 2.0_wp*poisson)/(1.0_wp + poisson)*bulk
-  end function shear_of
 
   !> p and q of principal stresses.
   pure subroutine invariants(stress, p, q)
@@ -256,42 +246,13 @@ contains
     state = max(state, [1.0_wp, 1.0e-3_wp]*self%creep%smallest)
   end subroutine field_to_state
 
-  !> G of a step.
-  pure real(wp) function shear_modulus(self, stress)
+  !> Its swelling line.
+  pure function line(self)
     class(soft_soil_creep_type), intent(in) :: self
-    real(wp), intent(in) :: stress(3)
+    type(swelling_line_type) :: line
 
-    shear_modulus = shear_of(self%poisson, max(-sum(stress)/3.0_wp, self%creep%smallest)/self%creep%swelling)
-  end function shear_modulus
-
-  !> Elastic strain of a stress.
-  pure function elastic_strain(self, modulus, stress) result(strain)
-    class(soft_soil_creep_type), intent(in) :: self
-    !> G of the step.
-    real(wp), intent(in) :: modulus
-    real(wp), intent(in) :: stress(3)
-    real(wp) :: strain(3), mean
-
-    mean = sum(stress)/3.0_wp
-    strain = (stress - mean)/(2.0_wp*modulus) - strain_of(self%creep, -mean)/3.0_wp
-  end function elastic_strain
-
-  !> Stress and derivative without strength and creep.
-  pure subroutine elastic_update(self, modulus, trial, result)
-    class(soft_soil_creep_type), intent(in) :: self
-    real(wp), intent(in) :: modulus
-    !> Principal elastic strains (3).
-    real(wp), intent(in) :: trial(3)
-    type(stress_update_type), intent(inout) :: result
-    real(wp) :: p, bulk, e
-
-    e = -sum(trial)
-    result%status = merge(status_ok, status_cut, e < largest_exponent*self%creep%swelling)
-    if (result%status /= status_ok) return
-    call pressure_of(self%creep, e, p, bulk)
-    result%stress = 2.0_wp*modulus*(trial + e/3.0_wp) - p
-    result%derivative = elastic_map(bulk - 2.0_wp*modulus/3.0_wp, modulus)
-  end subroutine elastic_update
+    line = self%creep%swelling_line_type
+  end function line
 
   !> Stress, state and derivative.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
