@@ -3,7 +3,7 @@ module qsmpm_deck_value_fields
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_card_items, only: in_range
   use qsmpm_cards, only: card_type
-  use qsmpm_deck_lines, only: read_whole_file
+  use qsmpm_csv_columns, only: read_columns
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_error, only: error_type
   use qsmpm_finite, only: is_usable
@@ -13,8 +13,7 @@ module qsmpm_deck_value_fields
   use qsmpm_material_description, only: material_type
   use qsmpm_path, only: absolute_path, directory_of, extension_of, joined
   use qsmpm_strength_profile, only: follows_stress
-  use qsmpm_text, only: string_type, split, stripped, squeezed, upper, without_return, read_real, integer_text, &
-    number_good
+  use qsmpm_text, only: integer_text
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_value_field, only: value_field_type, field_cohesion, field_friction, field_young, field_weight, &
     field_permeability, field_words, field_ranges, field_cards, law_fields, same_places, set_samples
@@ -23,7 +22,7 @@ module qsmpm_deck_value_fields
 
   public :: add_value_fields_keyword, check_value_fields
 
-  character(len=1), parameter :: newline = new_line('a'), axes(3) = ['x', 'y', 'z']
+  character(len=5), parameter :: axes(3) = ['x    ', 'y    ', 'z    ']
 
 contains
 
@@ -84,7 +83,6 @@ contains
           sentence = trim(field_words(list(i)%parameter))//' stands there twice'
         else
           call read_samples(list(i), merge(3, 2, state%dimension == 3), sentence)
-          if (len(sentence) > 0) sentence = "'"//list(i)%file//"': "//sentence
         end if
         if (len(sentence) > 0) call state%error_at(card, card%rows(i), sentence)
       end do
@@ -97,119 +95,54 @@ contains
     integer, intent(in) :: dimension
     !> What is wrong, empty for nothing.
     character(len=:), allocatable, intent(out) :: sentence
+    type(error_type), allocatable :: error
     !> (dimension + 1, samples), the parameter last; line of each sample, or its number.
     real(wp), allocatable :: table(:, :)
     integer, allocatable :: lines(:)
-    character(len=:), allocatable :: what
+    character(len=:), allocatable :: row
     integer :: pair(2), i
 
+    sentence = ''
+    row = ':'
     if (any(extension_of(field%file) == [character(len=5) :: '.h5', '.hdf5'])) then
-      what = 'sample '
+      row = ', sample '
       call read_hdf5(field, dimension, table, sentence)
       allocate (lines(size(table, 2)), source=[(i, i=1, size(table, 2))])
+      if (len(sentence) == 0 .and. size(lines) == 0) sentence = 'there is no sample'
+      if (len(sentence) > 0) sentence = field%file//': '//sentence
     else
-      what = 'line '
-      call read_csv(field, dimension, table, lines, sentence)
+      call read_columns(field%file, [axes(:dimension), field_words(field%parameter)], dimension + 1, 'x, y'// &
+        trim(merge(', z', '   ', dimension == 3))//', '//trim(field_words(field%parameter)), table, lines, error)
+      if (allocated(error)) sentence = error%message
     end if
-    if (len(sentence) == 0 .and. size(lines) == 0) sentence = 'there is no sample'
-    if (len(sentence) > 0) return
-    do i = 1, size(lines)
-      associate (value => table(dimension + 1, i), range => field_ranges(field%parameter))
-        if (all(is_usable(table(:, i))) .and. in_range(value, trim(range))) cycle
-        sentence = what//integer_text(lines(i))
-        if (all(is_usable(table(:, i)))) then
-          sentence = sentence//': '//trim(field_words(field%parameter))//' = '//rounded_text(value)//' is outside '// &
-            trim(range)
-        else
-          sentence = sentence//' has a number that is not finite'
-        end if
-        return
-      end associate
+    do i = 1, merge(size(lines), 0, len(sentence) == 0)
+      sentence = sentence_of(table(:, i), field%parameter)
+      if (len(sentence) == 0) cycle
+      sentence = field%file//row//integer_text(lines(i))//': '//sentence
+      exit
     end do
+    if (len(sentence) > 0) return
     call set_samples(field, table(:dimension, :), table(dimension + 1, :))
     pair = same_places(field)
-    if (pair(1) > 0) sentence = 'two samples are at ('//rounded_text(field%places(1, pair(1)))//', '// &
+    if (pair(1) > 0) sentence = field%file//': two samples are at ('//rounded_text(field%places(1, pair(1)))//', '// &
       rounded_text(field%places(2, pair(1)))//'): which one counts is not known'
   end subroutine read_samples
 
-  !> Columns of a CSV file by their names, a sample a line.
-  subroutine read_csv(field, dimension, table, lines, sentence)
-    type(value_field_type), intent(in) :: field
-    integer, intent(in) :: dimension
-    real(wp), allocatable, intent(out) :: table(:, :)
-    !> Of the file, one a sample.
-    integer, allocatable, intent(out) :: lines(:)
-    character(len=:), allocatable, intent(out) :: sentence
-    character(len=*), parameter :: byte_order = char(239)//char(187)//char(191)
-    type(string_type), allocatable :: rows(:), cells(:)
-    character(len=:), allocatable :: text
-    integer :: column(dimension + 1), i, k, n
-    logical :: found
+  !> What is wrong with a sample, empty for nothing.
+  pure function sentence_of(sample, parameter) result(sentence)
+    !> Place and value.
+    real(wp), intent(in) :: sample(:)
+    integer, intent(in) :: parameter
+    character(len=:), allocatable :: sentence
 
     sentence = ''
-    allocate (table(dimension + 1, 0), lines(0))
-    call read_whole_file(field%file, text, found)
-    if (.not. found) then
-      sentence = 'there is no such file'
-      return
+    if (.not. all(is_usable(sample))) then
+      sentence = 'a number is not finite'
+    else if (.not. in_range(sample(size(sample)), trim(field_ranges(parameter)))) then
+      sentence = trim(field_words(parameter))//' = '//rounded_text(sample(size(sample)))//' is outside '// &
+        trim(field_ranges(parameter))
     end if
-    if (index(text, byte_order) == 1) text = text(len(byte_order) + 1:)
-    call split(text, newline, rows)
-    call split(without_return(rows(1)%text), ',', cells)
-    column = [(column_of(cells, axes(k)), k=1, dimension), column_of(cells, trim(field_words(field%parameter)))]
-    if (any(column == 0)) then
-      sentence = 'the first line names the columns, with commas between them: '//merge('x,y,z,', 'x,y,  ', &
-        dimension == 3)
-      sentence = trim(sentence)//trim(field_words(field%parameter))
-      return
-    end if
-    deallocate (table, lines)
-    allocate (table(dimension + 1, size(rows)), lines(size(rows)))
-    n = 0
-    do i = 2, size(rows)
-      if (len(stripped(without_return(rows(i)%text))) == 0) cycle
-      call split(without_return(rows(i)%text), ',', cells)
-      n = n + 1
-      lines(n) = i
-      call read_cells(cells, column, table(:, n), k)
-      if (k == 0) cycle
-      sentence = 'line '//integer_text(i)//' has no number in column '//integer_text(k)
-      return
-    end do
-    table = table(:, :n)
-    lines = lines(:n)
-  end subroutine read_csv
-
-  !> Number of the column of a name, 0 where there is none.
-  pure integer function column_of(cells, name) result(column)
-    type(string_type), intent(in) :: cells(:)
-    character(len=*), intent(in) :: name
-    integer :: i
-
-    column = 0
-    do i = 1, size(cells)
-      if (upper(squeezed(cells(i)%text)) == upper(name)) column = i
-    end do
-  end function column_of
-
-  !> Numbers of a line.
-  subroutine read_cells(cells, column, values, wrong)
-    type(string_type), intent(in) :: cells(:)
-    integer, intent(in) :: column(:)
-    real(wp), intent(out) :: values(:)
-    !> Column that has none, 0 for nothing.
-    integer, intent(out) :: wrong
-    integer :: k, outcome
-
-    values = 0.0_wp
-    do k = 1, size(column)
-      wrong = column(k)
-      if (column(k) > size(cells)) return
-      call read_real(stripped(cells(column(k))%text), values(k), outcome)
-      if (outcome /= number_good) return
-    end do
-    wrong = 0
-  end subroutine read_cells
+  end function sentence_of
 
   !> Data sets of an HDF5 file, a row of numbers each.
   subroutine read_hdf5(field, dimension, table, sentence)
@@ -228,7 +161,7 @@ contains
     call open_reader(reader, field%file)
     do k = 1, dimension + 1
       name = trim(field_words(field%parameter))
-      if (k <= dimension) name = axes(k)
+      if (k <= dimension) name = trim(axes(k))
       if (allocated(values)) deallocate (values)
       call get_array(reader, name, values)
       if (allocated(reader%reason)) exit

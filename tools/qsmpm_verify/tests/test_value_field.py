@@ -49,7 +49,7 @@ class ValueField(unittest.TestCase):
 
     def test_what_is_wrong_in_a_file_is_said(self) -> None:
         for other, why in (({"y": None}, "there is no data set 'y'"), ({"phi": [30.0]}, "data set 'phi' has another size than 'x'"),
-                           ({"phi": [30.0, 30.0, 30.0, float("nan")]}, "sample 4 has a number that is not finite"),
+                           ({"phi": [30.0, 30.0, 30.0, float("nan")]}, "sample 4: a number is not finite"),
                            ({"E": [1.0, 1.0, 0.0, 1.0]}, "sample 3: E = 0 is outside (0, inf)")):
             self.write(**other)
             done = self.run_deck("hdf5")

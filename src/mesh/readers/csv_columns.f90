@@ -1,0 +1,110 @@
+!> Columns of numbers of a CSV file whose first line names them: those that are asked for, a row a line that is not
+!> blank. Other columns are not read; names are compared without capitals.
+module qsmpm_csv_columns
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_text, only: string_type, split, squeezed, stripped, upper, read_real, number_good
+  use qsmpm_text_file, only: text_file_type, open_text, next_line, file_error
+  implicit none
+  private
+
+  public :: read_columns
+
+contains
+
+  !> Read a file.
+  subroutine read_columns(path, names, wanted, what, table, lines, error)
+    character(len=*), intent(in) :: path
+    !> Columns, of which the first `wanted` must be there, and of the others one at the least.
+    character(len=*), intent(in) :: names(:)
+    integer, intent(in) :: wanted
+    !> The names in words, for the message.
+    character(len=*), intent(in) :: what
+    !> (names, rows), 0 in columns that are not there, and the line of each row.
+    real(wp), allocatable, intent(out) :: table(:, :)
+    integer, allocatable, intent(out) :: lines(:)
+    !> What is wrong, with path and line; no row is an error.
+    type(error_type), allocatable, intent(out) :: error
+    type(text_file_type) :: file
+    type(string_type), allocatable :: cells(:)
+    character(len=:), allocatable :: line
+    integer :: column(size(names)), n
+    logical :: more
+
+    call open_text(path, file, error)
+    if (allocated(error)) return
+    call next_line(file, line, more)
+    call split(line, ',', cells)
+    column = columns_of(cells, names)
+    if (any(column(:wanted) == 0) .or. (wanted < size(names) .and. all(column(wanted + 1:) == 0))) then
+      call file_error(file, 'the first line names the columns: '//what, error)
+      return
+    end if
+    allocate (table(size(names), 0), lines(0))
+    n = 0
+    do
+      call next_line(file, line, more)
+      if (.not. more) exit
+      if (len(stripped(line)) == 0) cycle
+      n = n + 1
+      if (n > size(lines)) call make_room(table, lines)
+      lines(n) = file%line
+      call split(line, ',', cells)
+      call read_row(file, cells, names, column, table(:, n), error)
+      if (allocated(error)) return
+    end do
+    table = table(:, :n)
+    lines = lines(:n)
+    if (n == 0) call fail(error, error_deck, path//': no row of numbers follows the names of the columns')
+  end subroutine read_columns
+
+  !> Twice the room.
+  pure subroutine make_room(table, lines)
+    real(wp), allocatable, intent(inout) :: table(:, :)
+    integer, allocatable, intent(inout) :: lines(:)
+    real(wp), allocatable :: more(:, :)
+    integer :: n
+
+    n = size(lines)
+    allocate (more(size(table, 1), 2*n + 64), source=0.0_wp)
+    more(:, :n) = table
+    call move_alloc(more, table)
+    lines = [lines, spread(0, 1, n + 64)]
+  end subroutine make_room
+
+  !> Place of each name in the first line, 0 for none.
+  pure function columns_of(cells, names) result(column)
+    type(string_type), intent(in) :: cells(:)
+    character(len=*), intent(in) :: names(:)
+    integer :: column(size(names)), i, k
+
+    column = 0
+    do i = 1, size(cells)
+      do k = 1, size(names)
+        if (upper(squeezed(cells(i)%text)) == upper(trim(names(k)))) column(k) = i
+      end do
+    end do
+  end function columns_of
+
+  !> A row.
+  subroutine read_row(file, cells, names, column, values, error)
+    type(text_file_type), intent(in) :: file
+    type(string_type), intent(in) :: cells(:)
+    character(len=*), intent(in) :: names(:)
+    integer, intent(in) :: column(:)
+    real(wp), intent(out) :: values(:)
+    !> A number that is none.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k, outcome
+
+    values = 0.0_wp
+    do k = 1, size(column)
+      if (column(k) == 0) cycle
+      outcome = number_good + 1
+      if (column(k) <= size(cells)) call read_real(stripped(cells(column(k))%text), values(k), outcome)
+      if (outcome == number_good) cycle
+      call file_error(file, 'column '//trim(names(k))//' has no number', error)
+      return
+    end do
+  end subroutine read_row
+end module qsmpm_csv_columns
