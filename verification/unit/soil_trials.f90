@@ -1,5 +1,5 @@
-!> What the tests of hardening soils share: their parameters, laboratory tests on one point, and batches of
-!> points under pressure.
+!> What the tests of soils share: parameters of hardening ones, laboratory tests on one point, batches of points under
+!> pressure, and what is refused.
 module soil_trials
   use point_trials, only: step_point
   use law_trials, only: random_batch
@@ -9,13 +9,31 @@ module soil_trials
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, kinematics_logarithmic, rate_midpoint
+  use qsmpm_law_parameters, only: law_parameters_type
   use qsmpm_point_driver, only: point_type, start_point
+  use testing, only: tests_type
   implicit none
   private
 
-  public :: clay_parameters, sand_parameters, make_clay, make_sand, pressed_batch, press, compress, triaxial, oedometer
+  public :: clay_parameters, sand_parameters, make_clay, make_sand, pressed_batch, press, compress, triaxial, oedometer, &
+    expect_refusal
 
 contains
+
+  !> Parameters are refused with a sentence.
+  subroutine expect_refusal(tests, name, parameters, sentence)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name, sentence
+    class(law_parameters_type), intent(in) :: parameters
+    class(law_type), allocatable :: law
+    type(error_type), allocatable :: error
+    logical :: right
+
+    call new_law(parameters, 2, kinematics_jaumann, rate_midpoint, law, error)
+    right = allocated(error)
+    if (right) right = index(error%message, sentence) > 0
+    call tests%check('refused: '//name, right)
+  end subroutine expect_refusal
 
   !> M = 1, lambda = 0.2, kappa = 0.04, v0 = 2.2, nu = 0.3.
   pure function clay_parameters() result(p)

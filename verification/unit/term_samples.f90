@@ -14,9 +14,21 @@ module term_samples
   implicit none
   private
 
-  public :: term_named, contacts_of, force_named, load_at, damp, share_of, matrix_and_difference
+  public :: term_named, contacts_of, force_named, load_at, damp, share_of, matrix_and_difference, waves
 
 contains
+
+  !> Displacements and pressures without order, of the size of a hundredth.
+  function waves(step, phase) result(table)
+    type(step_type), intent(in) :: step
+    real(wp), intent(in) :: phase
+    real(wp) :: table(size(step%equations%constrained, 1), size(step%equations%constrained, 2))
+    integer :: a
+
+    do a = 1, size(table, 2)
+      table(:2, a) = 0.01_wp*[sin(1.7_wp*a + phase), cos(2.3_wp*a + phase)]
+    end do
+  end function waves
 
   !> The term of a name.
   function term_named(step, name) result(term)

@@ -19,7 +19,7 @@ module test_consolidation
   use qsmpm_term_sums, only: begin_terms, set_loads
   use qsmpm_unknowns, only: find_field, joint_node
   use deck_samples, only: joined
-  use term_samples, only: force_named, matrix_and_difference, term_named
+  use term_samples, only: force_named, matrix_and_difference, term_named, waves
   use testing, only: tests_type
   implicit none
   private
@@ -355,16 +355,4 @@ contains
     call start_phase(model)
     call prepare(model, step)
   end subroutine make_step
-
-  !> Displacements and pressures without order.
-  function waves(step, phase) result(table)
-    type(step_type), intent(in) :: step
-    real(wp), intent(in) :: phase
-    real(wp) :: table(size(step%equations%constrained, 1), size(step%equations%constrained, 2))
-    integer :: a
-
-    do a = 1, size(table, 2)
-      table(:2, a) = 0.01_wp*[sin(1.7_wp*a + phase), cos(2.3_wp*a + phase)]
-    end do
-  end function waves
 end module test_consolidation

@@ -22,7 +22,7 @@ module test_free_surface
   use qsmpm_term_sums, only: begin_terms, set_loads
   use qsmpm_unknowns, only: find_field, joint_node
   use deck_samples, only: joined
-  use term_samples, only: force_named, matrix_and_difference, term_named
+  use term_samples, only: force_named, matrix_and_difference, term_named, waves
   use testing, only: tests_type
   implicit none
   private
@@ -343,16 +343,4 @@ contains
     call begin_terms(step%terms, increment_type(step_info_type(duration=0.25_wp, phase_time=3.0_wp)))
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
   end subroutine make_step
-
-  !> Displacements and pressures without order.
-  function waves(step, phase) result(table)
-    type(step_type), intent(in) :: step
-    real(wp), intent(in) :: phase
-    real(wp) :: table(size(step%equations%constrained, 1), size(step%equations%constrained, 2))
-    integer :: a
-
-    do a = 1, size(table, 2)
-      table(:2, a) = 0.01_wp*[sin(1.7_wp*a + phase), cos(2.3_wp*a + phase)]
-    end do
-  end function waves
 end module test_free_surface

@@ -10,6 +10,7 @@ module test_ngi_adp
   use qsmpm_ngi_adp, only: ngi_adp_parameters_type
   use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_strength_factor, only: strength_factor_type
+  use soil_trials, only: expect_refusal
   use testing, only: tests_type
   implicit none
   private
@@ -284,37 +285,21 @@ contains
 
     p = clay()
     p%passive = 1.1_wp
-    call refused('passive above active', p, 'su_P not above su_A')
+    call expect_refusal(tests, 'passive above active', p, 'su_P not above su_A')
     p = clay()
     p%simple = 0.0_wp
-    call refused('no strength', p, 'strengths must be positive')
+    call expect_refusal(tests, 'no strength', p, 'strengths must be positive')
     p = clay()
     p%poisson = 0.5_wp
-    call refused('incompressible', p, 'below 0.5')
+    call expect_refusal(tests, 'incompressible', p, 'below 0.5')
     p = clay()
     p%strain_simple = 2.0_wp
-    call refused('strain in per cent', p, '0.02 for 2 %')
+    call expect_refusal(tests, 'strain in per cent', p, '0.02 for 2 %')
     p = clay()
     p%start = -0.5_wp
-    call refused('stress at the start', p, '-su_P/su_A')
+    call expect_refusal(tests, 'stress at the start', p, '-su_P/su_A')
     p = clay()
     p%gain = -1.0_wp
-    call refused('loss with depth', p, 'su_A_inc')
-
-  contains
-
-    !> A message has a sentence.
-    subroutine refused(name, wrong, sentence)
-      character(len=*), intent(in) :: name, sentence
-      type(ngi_adp_parameters_type), intent(in) :: wrong
-      class(law_type), allocatable :: law
-      type(error_type), allocatable :: error
-      logical :: right
-
-      call new_law(wrong, 2, kinematics_jaumann, rate_midpoint, law, error)
-      right = allocated(error)
-      if (right) right = index(error%message, sentence) > 0
-      call tests%check('refused: '//name, right)
-    end subroutine refused
+    call expect_refusal(tests, 'loss with depth', p, 'su_A_inc')
   end subroutine check_refusals
 end module test_ngi_adp

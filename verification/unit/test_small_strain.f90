@@ -10,7 +10,7 @@ module test_small_strain
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
   use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_strength_factor, only: strength_factor_type
-  use soil_trials, only: pressed_batch, sand_parameters
+  use soil_trials, only: expect_refusal, pressed_batch, sand_parameters
   use testing, only: tests_type
   implicit none
   private
@@ -222,28 +222,12 @@ contains
 
     p = stiff_sand()
     p%small_shear = 37000.0_wp
-    call refused('below G_ur', p, 'G0 must not be below')
+    call expect_refusal(tests, 'below G_ur', p, 'G0 must not be below')
     p = stiff_sand()
     p%threshold = -1.0_wp
-    call refused('no threshold', p, 'belong together')
+    call expect_refusal(tests, 'no threshold', p, 'belong together')
     p%threshold = threshold
     p%small_shear = -1.0_wp
-    call refused('no modulus', p, 'belong together')
-
-  contains
-
-    !> A message has a sentence.
-    subroutine refused(name, wrong, sentence)
-      character(len=*), intent(in) :: name, sentence
-      type(hardening_soil_parameters_type), intent(in) :: wrong
-      class(law_type), allocatable :: law
-      type(error_type), allocatable :: error
-      logical :: right
-
-      call new_law(wrong, 2, kinematics_jaumann, rate_midpoint, law, error)
-      right = allocated(error)
-      if (right) right = index(error%message, sentence) > 0
-      call tests%check('refused: '//name, right)
-    end subroutine refused
+    call expect_refusal(tests, 'no modulus', p, 'belong together')
   end subroutine check_refusals
 end module test_small_strain

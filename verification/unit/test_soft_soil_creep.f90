@@ -10,7 +10,7 @@ module test_soft_soil_creep
   use qsmpm_point_driver, only: point_type, start_point, prepare_point, control_point
   use qsmpm_soft_soil_creep, only: soft_soil_creep_parameters_type
   use qsmpm_strength_factor, only: strength_factor_type
-  use soil_trials, only: pressed_batch
+  use soil_trials, only: expect_refusal, pressed_batch
   use testing, only: tests_type
   implicit none
   private
@@ -298,43 +298,27 @@ contains
 
     p = soil()
     p%kappa = 0.2_wp
-    call refused('kappa* above lambda*', p, 'lambda* above kappa*')
+    call expect_refusal(tests, 'kappa* above lambda*', p, 'lambda* above kappa*')
     p = soil()
     p%mu = 0.0_wp
-    call refused('no creep', p, 'mu* must be positive')
+    call expect_refusal(tests, 'no creep', p, 'mu* must be positive')
     p = soil()
     p%friction_angle = 0.0_wp
-    call refused('no friction', p, 'friction angle')
+    call expect_refusal(tests, 'no friction', p, 'friction angle')
     p = soil()
     p%dilatancy_angle = 26.0_wp
-    call refused('dilatancy', p, 'dilatancy angle')
+    call expect_refusal(tests, 'dilatancy', p, 'dilatancy angle')
     p = soil()
     p%poisson = 0.5_wp
-    call refused('incompressible', p, "Poisson's ratio")
+    call expect_refusal(tests, 'incompressible', p, "Poisson's ratio")
     p = soil()
     p%ocr = 0.9_wp
-    call refused('underconsolidated', p, 'OCR')
+    call expect_refusal(tests, 'underconsolidated', p, 'OCR')
     p = soil()
     p%reference_time = 0.0_wp
-    call refused('no time', p, 'reference time')
+    call expect_refusal(tests, 'no time', p, 'reference time')
     p = soil()
     p%k0 = 0.95_wp
-    call refused('an ellipse below the friction', p, 'K0nc = 0.95')
-
-  contains
-
-    !> A message has a sentence.
-    subroutine refused(name, wrong, sentence)
-      character(len=*), intent(in) :: name, sentence
-      type(soft_soil_creep_parameters_type), intent(in) :: wrong
-      class(law_type), allocatable :: law
-      type(error_type), allocatable :: error
-      logical :: right
-
-      call new_law(wrong, 2, kinematics_jaumann, rate_midpoint, law, error)
-      right = allocated(error)
-      if (right) right = index(error%message, sentence) > 0
-      call tests%check('refused: '//name, right)
-    end subroutine refused
+    call expect_refusal(tests, 'an ellipse below the friction', p, 'K0nc = 0.95')
   end subroutine check_refusals
 end module test_soft_soil_creep
