@@ -13,10 +13,11 @@ module test_penetration
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model_builder, only: build_model
   use qsmpm_penetration, only: penetration_check_type, refuse_penetration, warn_of_penetration
+  use qsmpm_phase_description, only: phase_safety, phase_loading
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: keep_rigid_body, placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type, rigid_pose_type
-  use qsmpm_sheared_ground, only: sheared_note, swollen_note
+  use qsmpm_sheared_ground, only: fallen_note, flow_notes, sheared_note, swollen_note
   use qsmpm_team, only: team_type
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
@@ -414,9 +415,69 @@ contains
     model%state%points%initial_position(:, 2) = model%state%points%position(:, 2)
     model%state%points%plastic_strain = 0.0_wp
     model%state%points%volume = volume
+    call check_fallen(tests, model)
+    call check_flow(tests, model)
     call check_swollen(tests, model)
     model%state%points%volume = volume
   end subroutine check_sheared
+
+  !> Ground that has sheared, and whose last step moves ten times as far for its load as the first one, has fallen; a
+  !> phase that looks for its limit load, or its factor, says so itself.
+  subroutine check_fallen(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+
+    associate (limit => model%state%progress%limit, phase => model%analysis%phases(model%state%progress%phase))
+      limit%first = 0.5_wp
+      limit%last = 10.0_wp
+      call tests%check('soft in the end, and nothing has sheared', len(fallen_note(model)) == 0)
+      model%state%points%plastic_strain = 0.2_wp
+      call tests%check('fallen: '//fallen_note(model), index(fallen_note(model), "phase 'press': soil has sheared by up "// &
+        'to 0.2') > 0 .and. index(fallen_note(model), '20 times as far as in its first step') > 0)
+      phase%controls%limit_compliance = 10.0_wp
+      call tests%check('a phase that asks for its limit load', len(fallen_note(model)) == 0)
+      phase%controls%limit_compliance = 0.0_wp
+      phase%kind = phase_safety
+      call tests%check('and one that looks for a factor', len(fallen_note(model)) == 0)
+      phase%kind = phase_loading
+      limit%last = 4.9_wp
+      call tests%check('nine times as soft', len(fallen_note(model)) == 0)
+      limit%first = 0.0_wp
+      limit%last = 0.0_wp
+    end associate
+    model%state%points%plastic_strain = 0.0_wp
+  end subroutine check_fallen
+
+  !> Soil that fails with psi far below phi is told with the strength of Davis: of phi = 30 and psi = 0 tan(phi*) = sin(phi).
+  subroutine check_flow(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+
+    model%state%points%plastic_strain = 0.011_wp
+    call tests%check('elastic soil', len(flow_notes(model)) == 0)
+    associate (soil => model%analysis%materials(1), phase => model%analysis%phases(model%state%progress%phase))
+      soil%mohr_coulomb = .true.
+      soil%cohesion = 2.0_wp
+      soil%friction_angle = 30.0_wp
+      call tests%check('it fails; found: '//flow_notes(model), index(flow_notes(model), "material 'soil' fails and "// &
+        'flows at psi = 0 under phi = 30') > 0 .and. index(flow_notes(model), 'phi = psi = 26.6, c = 1.73 (Davis)') > 0)
+      soil%undrained%given = .true.
+      call tests%check('undrained soil', len(flow_notes(model)) == 0)
+      soil%undrained%given = .false.
+      soil%dilatancy_angle = 25.0_wp
+      call tests%check('psi near phi', len(flow_notes(model)) == 0)
+      soil%dilatancy_angle = 0.0_wp
+      phase%kind = phase_safety
+      call tests%check('a search for a factor', len(flow_notes(model)) == 0)
+      phase%kind = phase_loading
+      model%state%points%plastic_strain = 0.01_wp
+      call tests%check('soil that does not fail yet', len(flow_notes(model)) == 0)
+      soil%mohr_coulomb = .false.
+      soil%friction_angle = 0.0_wp
+      soil%cohesion = 0.0_wp
+    end associate
+    model%state%points%plastic_strain = 0.0_wp
+  end subroutine check_flow
 
   !> Soil that yields and has grown by half of its volume has a dilatancy without end.
   subroutine check_swollen(tests, model)

@@ -2,6 +2,7 @@
 !> loading, settlement over decades of time; its tangent by differences, the strength, refusals.
 module test_soft_soil_creep
   use law_trials, only: difference_error
+  use qsmpm_creep_return, only: creep_type, equivalent_pressure
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp, pi
   use qsmpm_law, only: law_type, batch_type, step_info_type, status_ok, tangent_consistent
@@ -42,6 +43,7 @@ contains
     end do
     call check_strength(tests)
     call check_start(tests)
+    call check_tension(tests)
     call check_refusals(tests)
   end subroutine collect_soft_soil_creep
 
@@ -291,6 +293,16 @@ contains
       (220.0_wp/3.0_wp + shift)), 1.0e-9_wp)
   end subroutine check_start
 
+  !> peq of soil under tension beyond its cohesion is its pressure.
+  subroutine check_tension(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%close('tension', equivalent_pressure(creep_type(slope=1.2_wp, shift=4.0_wp), -10.0_wp, 5.0_wp), -10.0_wp, &
+      0.0_wp)
+    call tests%close('within the cohesion', equivalent_pressure(creep_type(slope=0.5_wp, shift=4.0_wp), -3.0_wp, 1.0_wp), &
+      1.0_wp, 1.0e-15_wp)
+  end subroutine check_tension
+
   !> Parameters that are no soil.
   subroutine check_refusals(tests)
     type(tests_type), intent(inout) :: tests
@@ -320,5 +332,10 @@ contains
     p = soil()
     p%k0 = 0.95_wp
     call expect_refusal(tests, 'an ellipse below the friction', p, 'K0nc = 0.95')
+    p = soil()
+    p%k0 = 0.5_wp
+    p%poisson = 0.49_wp
+    p%kappa = 0.5_wp*p%lambda
+    call expect_refusal(tests, 'no ellipse: unloading alone gives more shear strain', p, 'K0nc = 0.5')
   end subroutine check_refusals
 end module test_soft_soil_creep

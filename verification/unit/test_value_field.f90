@@ -3,6 +3,13 @@ module test_value_field
   use qsmpm_kinds, only: wp
   use qsmpm_value_field, only: value_field_type, between_nearest, distance_beyond, field_as, field_cohesion, &
     field_friction, field_young, has_values, same_places, set_samples, value_at, value_between, values_of
+  use deck_samples, only: joined
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type, message_text
+  use qsmpm_error, only: error_type
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use scratch_folder, only: make_folder, remove_folder
   use testing, only: tests_type
   implicit none
   private
@@ -21,6 +28,7 @@ contains
     call check_nearest(tests)
     call check_list(tests)
     call check_places(tests)
+    call check_decks(tests)
   end subroutine collect_value_field
 
   !> Scattered places (dimension, n).
@@ -146,4 +154,107 @@ contains
     call set_samples(field, places, [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp])
     call tests%close('beside samples on a line', distance_beyond(field, [2.0_wp, 3.0_wp, 0.0_wp]), 2.0_wp, rounding)
   end subroutine check_places
+  !> Files and cards of decks: what is read, and what is refused by its line.
+  subroutine check_decks(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: nl = new_line('a'), soil = '*MATERIAL, NAME=soil|*ELASTIC|5000, 0.3|'// &
+      '*MOHR COULOMB|12, 20, 0|*UNIT WEIGHT|18|', clay = '*MATERIAL, NAME=clay|*CAM CLAY|1, 0.2, 0.04, 2.2, 0.3|', &
+      card = '*FIELD OF VALUES|'
+    character(len=:), allocatable :: folder
+
+    call make_folder(folder)
+    call write_file('good.csv', 'id,Y, x,C,phi,gamma,k'//achar(13)//nl//nl//'1,0,0,5,20,18,2'//nl//nl//'2,4,0,7,30,20,3'//nl)
+    call write_file('holes.csv', 'x,y,c'//nl//'0,0,5'//nl//nl//'1,0'//nl)
+    call write_file('range.csv', 'x,y,c,phi'//nl//'0,0,5,20'//nl//nl//'1,0,-1,95'//nl)
+    call write_file('bare.csv', 'x,y,c'//nl)
+    call write_file('no_x.csv', 'y,c'//nl//'0,5'//nl)
+    call expect('samples of one file for two parameters, in any order of columns', soil//card//'C, good.csv|'// &
+      'PHI, good.csv, NEAREST|', '')
+    call tests%check('the second of two materials too', index(text_of(soil//clay//card//'GAMMA, good.csv|'), &
+      "a positive one on *UNIT WEIGHT too") > 0)
+    call expect('a line that ends too soon', soil//card//'C, holes.csv|', 'holes.csv:4: column c has no number')
+    call expect('a number out of its range', soil//card//'C, range.csv|', 'range.csv:4: c = -1 is outside [0, inf)')
+    call expect('of the parameter that is asked for', soil//card//'PHI, range.csv|', 'range.csv:4: phi = 95 is outside')
+    call expect('names alone', soil//card//'C, bare.csv|', 'bare.csv: no row of numbers follows')
+    call expect('no coordinate', soil//card//'C, no_x.csv|', 'no_x.csv:1: the first line names the columns: x, y, c')
+    call expect('no file', soil//card//'C, none.csv|', 'cannot read the file')
+    call expect('twice', soil//card//'C, good.csv|C, good.csv|', 'c stands there twice')
+    call expect('a law of its own', clay//card//'C, good.csv|', "material 'clay': c of *MOHR COULOMB by place is for "// &
+      '*ELASTIC')
+    call expect('the second row', soil//card//'C, good.csv|K, good.csv|', 'k by place wants a positive one on *PERMEABILITY')
+    call expect('what any law has by place', clay//'*UNIT WEIGHT|18|'//card//'GAMMA, good.csv|', '')
+    call check_ranges()
+    call remove_folder(folder)
+
+  contains
+
+    !> Write a file of the folder.
+    subroutine write_file(name, text)
+      character(len=*), intent(in) :: name, text
+      integer :: unit
+
+      open (newunit=unit, file=folder//'/'//name, access='stream', form='unformatted', status='replace', action='write')
+      write (unit) text
+      close (unit)
+    end subroutine write_file
+
+    !> What is said of a deck, nothing where it is right.
+    subroutine expect(what, materials, message)
+      character(len=*), intent(in) :: what, materials, message
+      character(len=:), allocatable :: text
+
+      text = text_of(materials)
+      call tests%check(what//'; found: '//text, index(text, message) > 0 .and. &
+        (len(message) > 0 .or. index(text, 'FIELD OF VALUES') == 0))
+    end subroutine expect
+
+    !> Messages of a deck of some materials, of which the last is that of the ground.
+    function text_of(materials) result(text)
+      character(len=*), intent(in) :: materials
+      character(len=:), allocatable :: text
+      class(analysis_type), allocatable :: analysis
+      type(message_list_type) :: messages
+      type(error_type), allocatable :: error
+
+      call read_deck(materials, analysis, messages, error)
+      text = message_text(messages)
+    end function text_of
+
+    !> Two bodies of the first and of the last material.
+    subroutine read_deck(materials, analysis, messages, error)
+      character(len=*), intent(in) :: materials
+      class(analysis_type), allocatable, intent(out) :: analysis
+      type(message_list_type), intent(out) :: messages
+      type(error_type), allocatable, intent(out) :: error
+      integer :: from
+
+      from = index(materials, 'NAME=', back=.true.) + len('NAME=')
+      allocate (analysis)
+      call parse_deck(folder//'/deck.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 4, 4|Y, 0, 4, 4|'// &
+        '*NSET, NSET=base, PLANE=Y|0|'//materials//'*BODY, NAME=low, SHAPE=BOX, MATERIAL='//materials(17:20)// &
+        '|0, 4, 0, 2|*BODY, NAME=high, SHAPE=BOX, MATERIAL='//materials(from:from + 3)//'|0, 4, 2, 4|'// &
+        '*PHASE, NAME=weight|*FIX|base, ALL|*GRAVITY|0, -1|*END PHASE|'), analysis, messages, error)
+    end subroutine read_deck
+
+    !> What the log says of strengths: of each material over its own points.
+    subroutine check_ranges()
+      class(analysis_type), allocatable :: analysis
+      class(model_type), allocatable :: model
+      type(message_list_type) :: messages
+      type(error_type), allocatable :: error
+      character(len=*), parameter :: deep = '*STRENGTH PROFILE|4, 10, 3|', sand = '*MATERIAL, NAME=sand|*ELASTIC|'// &
+        '5000, 0.3|*MOHR COULOMB|1, 0, 0|'
+
+      call read_deck('*MATERIAL, NAME=firm|*ELASTIC|5000, 0.3|*MOHR COULOMB|1, 0, 0|'//deep//sand//deep, analysis, &
+        messages, error)
+      allocate (model)
+      if (.not. allocated(error)) call build_model(analysis, model, error)
+      call tests%check('profiles of two materials; found: '//message_text(messages), .not. allocated(error))
+      if (allocated(error)) return
+      ! 10 + 3 (4 - y) at the points of the lower and of the upper half.
+      call tests%check("the lower one's; found: "//model%notes, index(model%notes, &
+        "material 'firm': strength from 16.") > 0 .or. index(model%notes, "material 'firm': strength from 17") > 0)
+      call tests%check("the upper one's", index(model%notes, "material 'sand': strength from 10.") > 0)
+    end subroutine check_ranges
+  end subroutine check_decks
 end module test_value_field

@@ -6,6 +6,7 @@ module test_worn_mesh
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type, error_tangled
   use qsmpm_kinds, only: wp
+  use qsmpm_material_description, only: locking_none, locking_uniform_pressure
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_model_window, only: restore
@@ -147,8 +148,11 @@ contains
     lowered%progress%phase = 2
     call restore(lowered, model)
     call tests%close('and that of splines as its strength falls', model%laws(1)%pressure_factor, 1.0_wp, 0.0_wp)
+    call tests%check('its material is known to be treated', model%analysis%materials(1)%locking_treatment == &
+      locking_uniform_pressure)
     call restore(loaded, model)
-    call tests%check('a state of before has it again as it was', .not. model%laws(1)%pressure_factor > 0.0_wp)
+    call tests%check('a state of before has it again as it was', .not. model%laws(1)%pressure_factor > 0.0_wp .and. &
+      model%analysis%materials(1)%locking_treatment == locking_none)
   end subroutine check_treatment
 
   !> A mesh that turns inside out, and one that no equilibrium is found on, are left within a step; on the grid the run

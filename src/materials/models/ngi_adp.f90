@@ -67,7 +67,6 @@ contains
       'gamma_f_DSS=0.02, gamma_f_E=0.04| su_A_inc=2, y_ref=0'
     law%poisson = self%poisson
     law%has_strength = .true.
-    law%failure_ties_volume = .true.
     law%failure_keeps_volume = .true.
     law%total_stress = .true.
     law%vertical = self%along
