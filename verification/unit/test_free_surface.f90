@@ -55,6 +55,9 @@ contains
     call check_bounds(tests)
     call check_rain(tests, 'PLANE STRAIN')
     call check_rain(tests, 'AXISYMMETRIC')
+    call check_gravity(tests, 'PLANE STRAIN', 1.75_wp)
+    call check_gravity(tests, 'AXISYMMETRIC', 37.0_wp/24.0_wp)
+    call check_search(tests)
     call check_inflow(tests)
     call check_faces(tests, 'PLANE STRAIN', 1.0_wp)
     call check_faces(tests, 'AXISYMMETRIC', 2.0_wp)
@@ -155,6 +158,66 @@ contains
     end associate
     call end_system(step%system)
   end subroutine check_bounds
+
+  !> Water at rest does not flow; under one pressure everywhere it falls by its weight, K_y = 0.2, for 0.75: through the
+  !> base less the half cell of its last node, 1.75 m2, or 37/24 m2 by the radius.
+  subroutine check_gravity(tests, kind, area)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    real(wp), intent(in) :: area
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: table(:, :), force(:, :), pressure(:)
+    integer :: a, field, n
+
+    allocate (model, step)
+    call make_step(kind, rest//'*PHASE, NAME=same, TIME=3|'//flows//'*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, '// &
+      'UNIT WEIGHT=10| shore, 1.4|*END PHASE|', 2, model, step)
+    n = model%space%node_count
+    field = find_field(step%unknowns, excess_field)
+    pressure = pack(kept_values(model%state%kept, excess_field), .true.)
+    allocate (table, source=0.0_wp*waves(step, 0.0_wp))
+    force = force_named(step, term_name, table)
+    associate (x => model%mesh%coordinates(1, :n), y => model%mesh%coordinates(2, :n))
+      call tests%close('water at rest', maxval(abs([(force(1, joint_node(step%unknowns, a, field)), a=1, n)]), &
+        mask=x < 1.9_wp .and. y < 0.9_wp), 0.0_wp, 1.0e-12_wp)
+      do a = 1, n
+        table(1, joint_node(step%unknowns, a, field)) = 50.0_wp - pressure(a)
+      end do
+      force = force_named(step, term_name, table)
+      call tests%close('falls by its weight', -sum([(force(1, joint_node(step%unknowns, a, field)), a=1, n)], &
+        mask=y < 1.0e-9_wp .and. x < 1.9_wp), 0.2_wp*0.75_wp*area, 1.0e-10_wp)
+    end associate
+    call end_system(step%system)
+  end subroutine check_gravity
+
+  !> In a search for a factor of safety every node has the pressure that it had.
+  subroutine check_search(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    class(term_type), pointer :: term
+    logical, allocatable :: constrained(:, :), held(:)
+    real(wp), allocatable :: values(:, :), pressure(:), given(:)
+    integer :: a, field
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', '*MATERIAL, NAME=firm|*ELASTIC| 100, 0.2|*MOHR COULOMB| 5, 20, 0|*UNIT WEIGHT| 18, 20|'// &
+      '*PERMEABILITY, DRAINABLE POROSITY=0.2| 0.3, 0.2|*BODY, NAME=more, MATERIAL=firm, SHAPE=BOX| 1, 2, 2, 2.5|'// &
+      rest//lowers//'*PHASE, NAME=factor, TYPE=SAFETY|*END PHASE|', 3, model, step)
+    field = find_field(step%unknowns, excess_field)
+    pressure = pack(kept_values(model%state%kept, excess_field), .true.)
+    allocate (constrained(size(step%equations%constrained, 1), size(step%equations%constrained, 2)), source=.false.)
+    allocate (values(size(constrained, 1), size(constrained, 2)), source=0.0_wp)
+    term => term_named(step, term_name)
+    call term%prescribe(model, 0.5_wp, constrained, values)
+    allocate (held, source=[(constrained(1, joint_node(step%unknowns, a, field)), a=1, model%mesh%node_count)])
+    allocate (given, source=[(values(1, joint_node(step%unknowns, a, field)), a=1, model%mesh%node_count)])
+    call tests%check('all are held', all(held))
+    call tests%close('where they were', maxval(abs(given - pressure)), 0.0_wp, 0.0_wp)
+    call tests%check('which is not nothing', maxval(pressure) > 1.0_wp)
+    call end_system(step%system)
+  end subroutine check_search
 
   !> Two parts that meet have the higher level where they do, whichever comes first; each presses by its own.
   subroutine check_faces(tests, kind, depth)

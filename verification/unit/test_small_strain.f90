@@ -21,6 +21,9 @@ module test_small_strain
   real(wp), parameter :: g0 = 150000.0_wp, threshold = 1.0e-4_wp, unloading = 37500.0_wp
   logical, parameter :: all_given(5) = .true.
 
+  !> State variables of the strain history, before those of the soil.
+  integer, parameter :: own = 8
+
 contains
 
   subroutine collect_small_strain(tests)
@@ -30,6 +33,7 @@ contains
     call tests%start('small_strain')
     call check_secant(tests)
     call check_loop(tests)
+    call check_hardening(tests)
     call check_turn(tests)
     do d = 2, 3
       call check_tangent(tests, d, 1.0e-3_wp)
@@ -141,6 +145,30 @@ contains
     after = sheared(law, point, 2.0_wp*amplitude + 0.25_wp*amplitude, 9)
     call tests%close('first loading goes on beyond it', after, 2.5_wp*g0*amplitude/(1.0_wp + 1.25_wp*x), 2.0e-3_wp*top)
   end subroutine check_loop
+
+  !> Beyond the small strains the soil is that of the card without G0: its state of hardening is kept and grows alike.
+  subroutine check_hardening(tests)
+    type(tests_type), intent(inout) :: tests
+    type(hardening_soil_parameters_type) :: p
+    class(law_type), allocatable :: law, plain
+    type(point_type) :: point, other
+    real(wp) :: q(2), before(2)
+
+    p = sand_parameters()
+    call make(p, 2, plain)
+    p%small_shear = 2.0_wp*90000.0_wp/2.4_wp
+    p%threshold = threshold
+    call make(p, 2, law)
+    call start_point(law, [-100.0_wp, -100.0_wp, -100.0_wp, 0.0_wp], point)
+    call start_point(plain, [-100.0_wp, -100.0_wp, -100.0_wp, 0.0_wp], other)
+    before = point%state(own + 1:own + 2)
+    q(1) = sheared(law, point, 2.0e-2_wp, 40)
+    q(2) = sheared(plain, other, 2.0e-2_wp, 40)
+    call tests%close('at large strains it carries as much', q(1), q(2), 0.05_wp*q(2))
+    call tests%check('it has hardened', maxval(abs(point%state(own + 1:own + 2) - before)) > 1.0e-3_wp)
+    call tests%close('as much as without', maxval(point%state(own + 1:own + 2)), maxval(other%state(:2)), &
+      0.05_wp*maxval(other%state(:2)))
+  end subroutine check_hardening
 
   !> A turn between changes nothing: the history has turned.
   subroutine check_turn(tests)
