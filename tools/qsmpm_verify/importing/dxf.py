@@ -14,6 +14,7 @@ from ezdxf.path import make_path
 from shapely.geometry import LineString, Point, Polygon
 
 from qsmpm_verify.importing.faces import Drawn, add_faces, cut_into_faces, nearness
+from qsmpm_verify.importing.loads import add_even
 from qsmpm_verify.importing.section import METRES, Section, along_x, plain_name
 from qsmpm_verify.trouble import Trouble
 
@@ -21,6 +22,8 @@ LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 14: "dm"}
 """Of $INSUNITS (DXF reference, header variables)."""
 WATER = re.compile(r"water|gwl|gwt|phreatic|piezo|wasser|nappe|freatic", re.IGNORECASE)
+LOAD = re.compile(r"\b(?:sur)?(?:load|charge)s?[ _=:-]*(\d+(?:\.\d+)?)?", re.IGNORECASE)
+"""A layer of loads, and their kPa."""
 # Of the size of the drawing: how far a chord may be from its curve.
 CHORD = 1.0e-3
 
@@ -42,7 +45,13 @@ def read_dxf(path: Path, unit: str | None, water: str | None, gap: float | None)
     levels = [drawn for drawn in lines if is_water(drawn.layer)]
     if water and not levels:
         raise Trouble(f"{path}: no line on layer '{water}'; there are {', '.join(sorted({line.layer for line in lines}))}")
-    take_regions(section, [line for line in lines if not is_water(line.layer)], texts, metres, gap)
+    loads = [drawn for drawn in lines if not is_water(drawn.layer) and LOAD.search(drawn.layer)]
+    take_regions(section, [line for line in lines if not is_water(line.layer) and line not in loads], texts, metres, gap)
+    for load in loads:
+        size = LOAD.search(load.layer)
+        if size is None or size[1] is None:
+            raise Trouble(f"{path}: layer '{load.layer}': its name says no kPa; call it 'load 20', or otherwise when it bounds soil")
+        add_even(section, [(x * metres, y * metres) for x, y, *_ in load.line.coords], float(size[1]), f"layer '{load.layer}'")
     for level in levels:
         corners = [(x * metres, y * metres) for x, y, *_ in level.line.coords]
         section.water.append(along_x(corners, f"{path}: layer '{level.layer}'"))

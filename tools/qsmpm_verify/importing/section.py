@@ -35,6 +35,14 @@ class Region:
     outline: tuple[Point, ...]
 
 
+@dataclass(frozen=True)
+class Load:
+    """A load down on the ground: kPa on level area at places along x, from left to right, straight in between."""
+
+    name: str
+    points: tuple[tuple[float, float], ...]
+
+
 @dataclass
 class Section:
     """What is drawn, in metres and kN."""
@@ -43,6 +51,7 @@ class Section:
     soils: dict[str, Soil] = field(default_factory=dict)
     water: list[tuple[Point, ...]] = field(default_factory=list)
     water_weight: float = 9.81
+    loads: list[Load] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     """Sentences: what was taken how."""
     left: list[str] = field(default_factory=list)

@@ -10,13 +10,16 @@ import shapely
 from shapely.geometry import Polygon
 
 from qsmpm_verify.importing.faces import NEAR, add_faces
+from qsmpm_verify.importing.loads import add_even
 from qsmpm_verify.importing.rocscience import Units, number, pairs_of, sections_of, settings_of, texts_of, times, units_of, whole
 from qsmpm_verify.importing.section import Point, Section, Soil, along_x, plain_name
 from qsmpm_verify.trouble import Trouble
 
 MOHR_COULOMB = 0
+DOWN = 270.0
+"""Angle of a load."""
 LISTS = {
-    "anchors": r"\s*\d+\s+x1:", "forces": r".*\bload:", "pore pressures": r".*\bv:", "tension crack": r".*vertices:",
+    "anchors": r"\s*\d+\s+x1:", "pore pressures": r".*\bv:", "tension crack": r".*vertices:",
 }  # fmt: skip
 """Sections that a deck of the import has no card for, and what an entry of each looks like."""
 
@@ -41,6 +44,7 @@ def read_slide(path: Path, wanted: str | None) -> Section:
     for number_of_it, words in soils_of([*(part.get("material types", []) for part in shared), model.get("material types", [])]).items():
         take_soil(section, names.get(number_of_it, number_of_it), words, units)
     take_water(section, model, settings, places, units)
+    take_loads(section, model.get("forces", []), units)
     for what, entry in LISTS.items():
         if count := sum(bool(re.match(entry, line)) for line in model.get(what, [])):
             section.left.append(f"{count} x {what}")
@@ -125,3 +129,19 @@ def take_water(section: Section, model: dict[str, list[str]], settings: dict[str
         section.notes.append("the water table holds for all soils")
     elif way not in ("none", "", "hu"):
         section.left.append(f"water by '{way}': *WATER LEVEL takes a line, or TYPE=SEEPAGE finds one")
+
+
+def take_loads(section: Section, lines: list[str], units: Units) -> None:
+    """Even loads straight down; other ones are left."""
+    for line in lines:
+        words = pairs_of(line)
+        if "load" not in words:
+            continue
+        size, other = number(words, "load") or 0.0, number(words, "load2")
+        places = [number(words, key) for key in ("x1", "y1", "x2", "y2")]
+        x, y, end_x, end_y = (value if value is None else value * units.metres for value in places)
+        what = f"load {line.split()[0]}"
+        if x is None or y is None or end_x is None or end_y is None or number(words, "type") or number(words, "angle") != DOWN or other not in (None, size):
+            section.left.append(f"{what}: {line.strip()}: none that is even, over a stretch and straight down (angle: 270)")
+        else:
+            add_even(section, ((x, y), (end_x, end_y)), size * units.stress, what)
