@@ -22,6 +22,9 @@ NEVER = 1.0e9
 SHARE = 0.2
 """Below it a slice holds more than its ground does (Whitman and Bailey 1967)."""
 
+DRIVING = 0.01
+"""Moment over weight and radius below which columns are too wide to tell it from none."""
+
 
 @dataclass(frozen=True)
 class Ground:
@@ -82,49 +85,6 @@ def columns_of(slope: Slope, count: int) -> Columns:
     return Columns(x, width, bottom, top, surface, floor, water, load, push, numbers)
 
 
-def factor_of(cut: Columns, circle: tuple[float, float, float], water_weight: float) -> float:
-    """Factor of safety of the soil above a circle (x and y of the centre, radius); NEVER where it is none."""
-    x, y, radius = circle
-    across = np.clip((cut.x - x) / radius, -1.0, 1.0)
-    base = y - radius * np.sqrt(1.0 - across**2)
-    inside = (np.abs(cut.x - x) < radius) & (base < cut.surface)
-    places = np.flatnonzero(inside)
-    if len(places) < 8:
-        return NEVER
-    runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
-    take = max(runs, key=len)
-    whole = 0 < take[0] and take[-1] < len(cut.x) - 1 and np.all(base[take] >= cut.floor[take]) and np.max(cut.surface[take]) < y
-    if not whole:
-        return NEVER
-    base, surface, water = base[take], cut.surface[take], cut.water[take]
-    low, high = np.maximum(cut.bottom[:, take], base), cut.top[:, take]
-    wet = np.clip(np.minimum(high, water) - low, 0.0, None)
-    dry = np.clip(high - np.maximum(low, water), 0.0, None)
-    ponded = water_weight * np.maximum(water - surface, 0.0)
-    weight = cut.width * (cut.numbers[:, 0] @ dry + cut.numbers[:, 1] @ wet + ponded + cut.load[take])
-    within = (cut.bottom[:, take] <= base) & (base < high)
-    soil = np.argmax(within, axis=0)
-    cohesion, friction = cut.numbers[soil, 2], cut.numbers[soil, 3]
-    pressure = water_weight * np.maximum(water - base, 0.0)
-    sine = across[take]
-    cosine = np.sqrt(1.0 - sine**2)
-    # Clockwise: weight right of the centre, water that pushes to the left below it.
-    moment = float(np.sum(weight * sine) - np.sum(cut.push[take] * (y - surface)) / radius)
-    sine, moment = (sine, moment) if moment > 0.0 else (-sine, -moment)
-    if moment < 1.0e-9 * float(np.sum(weight)):
-        return NEVER
-    held = cohesion * cut.width + np.maximum(weight - pressure * cut.width, 0.0) * friction
-    factor = 1.0
-    for _ in range(100):
-        share = cosine + sine * friction / factor
-        if np.min(share) < SHARE:
-            return NEVER
-        before, factor = factor, float(np.sum(held / share)) / moment
-        if abs(factor - before) < 1.0e-7:
-            return factor
-    return NEVER
-
-
 def circle_through(cut: Columns, place: Sequence[float]) -> tuple[float, float, float] | None:
     """The circle that cuts the ground at two x, with half the angle of its arc."""
     start, end, half = place
@@ -136,12 +96,51 @@ def circle_through(cut: Columns, place: Sequence[float]) -> tuple[float, float, 
     return float(0.5 * (start + end) - lift * (high - low)), float(0.5 * (low + high) + lift * (end - start)), 0.5 * chord / math.sin(half)
 
 
+def factor_of(cut: Columns, place: Sequence[float], water_weight: float) -> float:
+    """Factor of safety of the soil above the circle through two x of the ground, with half the angle of its arc; NEVER where it is none."""
+    circle = circle_through(cut, place)
+    if circle is None:
+        return NEVER
+    x, y, radius = circle
+    share = np.clip(np.minimum(cut.x + 0.5 * cut.width, place[1]) - np.maximum(cut.x - 0.5 * cut.width, place[0]), 0.0, cut.width)
+    take = np.flatnonzero(share > 0.0)
+    width, across = share[take], np.clip((cut.x[take] - x) / radius, -1.0, 1.0)
+    base = y - radius * np.sqrt(1.0 - across**2)
+    if len(take) < 8 or np.any((base > cut.surface[take])[1:-1]) or np.any((base < cut.floor[take])[1:-1]) or np.max(cut.surface[take]) > y:
+        return NEVER
+    surface, water = cut.surface[take], cut.water[take]
+    low, high = np.maximum(cut.bottom[:, take], base), cut.top[:, take]
+    wet = np.clip(np.minimum(high, water) - low, 0.0, None)
+    dry = np.clip(high - np.maximum(low, water), 0.0, None)
+    ponded = water_weight * np.maximum(water - surface, 0.0)
+    weight = width * (cut.numbers[:, 0] @ dry + cut.numbers[:, 1] @ wet + ponded + cut.load[take])
+    within = (cut.bottom[:, take] <= base) & (base < high)
+    soil = np.argmax(within, axis=0)
+    cohesion, friction = cut.numbers[soil, 2], cut.numbers[soil, 3]
+    pressure = water_weight * np.maximum(water - base, 0.0)
+    sine, cosine = across, np.sqrt(1.0 - across**2)
+    # Clockwise: weight right of the centre, water that pushes to the left below it.
+    moment = float(np.sum(weight * sine) - np.sum(cut.push[take] * width / cut.width * (y - surface)) / radius)
+    sine, moment = (sine, moment) if moment > 0.0 else (-sine, -moment)
+    if moment < DRIVING * float(np.sum(weight)):
+        return NEVER
+    held = cohesion * width + np.maximum(weight - pressure * width, 0.0) * friction
+    factor = 1.0
+    for _ in range(100):
+        share = cosine + sine * friction / factor
+        if np.min(share) < SHARE:
+            return NEVER
+        before, factor = factor, float(np.sum(held / share)) / moment
+        if abs(factor - before) < 1.0e-7:
+            return factor
+    return NEVER
+
+
 def bishop(slope: Slope, count: int = 1200, grid: int = 36, angles: int = 10) -> tuple[float, tuple[float, float, float]]:
     """Least factor and its circle: all circles of a grid on coarse columns, then a simplex search on fine ones from the best four that differ."""
 
     def tried(cut: Columns, place: Sequence[float]) -> float:
-        circle = circle_through(cut, place)
-        return NEVER if circle is None else factor_of(cut, circle, slope.water_weight)
+        return factor_of(cut, place, slope.water_weight)
 
     coarse, fine = columns_of(slope, count // 6), columns_of(slope, count)
     ends = np.linspace(coarse.x[0], coarse.x[-1], grid + 2)[1:-1]
