@@ -18,6 +18,8 @@ from shapely.geometry import LineString, Polygon
 
 from qsmpm_verify.results import Array
 
+Place = tuple[float, float, float]
+"""Two x where a circle cuts the ground, half the angle of its arc."""
 NEVER = 1.0e9
 SHARE = 0.2
 """Below it a slice holds more than its ground does (Whitman and Bailey 1967)."""
@@ -85,7 +87,7 @@ def columns_of(slope: Slope, count: int) -> Columns:
     return Columns(x, width, bottom, top, surface, floor, water, load, push, numbers)
 
 
-def circle_through(cut: Columns, place: Sequence[float]) -> tuple[float, float, float] | None:
+def circle_through(cut: Columns, place: Place) -> tuple[float, float, float] | None:
     """The circle that cuts the ground at two x, with half the angle of its arc."""
     start, end, half = place
     if not (cut.x[0] < start < end < cut.x[-1] and 0.02 < half < 1.57 and end - start > 4.0 * cut.width):
@@ -96,7 +98,7 @@ def circle_through(cut: Columns, place: Sequence[float]) -> tuple[float, float, 
     return float(0.5 * (start + end) - lift * (high - low)), float(0.5 * (low + high) + lift * (end - start)), 0.5 * chord / math.sin(half)
 
 
-def factor_of(cut: Columns, place: Sequence[float], water_weight: float) -> float:
+def factor_of(cut: Columns, place: Place, water_weight: float) -> float:
     """Factor of safety of the soil above the circle through two x of the ground, with half the angle of its arc; NEVER where it is none."""
     circle = circle_through(cut, place)
     if circle is None:
@@ -136,17 +138,27 @@ def factor_of(cut: Columns, place: Sequence[float], water_weight: float) -> floa
     return NEVER
 
 
-def bishop(slope: Slope, count: int = 1200, grid: int = 36, angles: int = 10) -> tuple[float, tuple[float, float, float]]:
+def on_circle(slope: Slope, place: Place, count: int = 1200) -> tuple[float, tuple[float, float, float]]:
+    """Factor of safety on one circle by two x of the ground and half its angle, and its centre and radius."""
+    cut = columns_of(slope, count)
+    circle = circle_through(cut, place)
+    value = factor_of(cut, place, slope.water_weight)
+    if circle is None or value >= NEVER:
+        raise ArithmeticError("this circle is none that soil slips on")
+    return value, circle
+
+
+def bishop(slope: Slope, count: int = 1200, grid: int = 36, angles: int = 10) -> tuple[float, Place]:
     """Least factor and its circle: all circles of a grid on coarse columns, then a simplex search on fine ones from the best four that differ."""
 
-    def tried(cut: Columns, place: Sequence[float]) -> float:
+    def tried(cut: Columns, place: Place) -> float:
         return factor_of(cut, place, slope.water_weight)
 
     coarse, fine = columns_of(slope, count // 6), columns_of(slope, count)
     ends = np.linspace(coarse.x[0], coarse.x[-1], grid + 2)[1:-1]
     every = [(a, b, h) for i, a in enumerate(ends) for b in ends[i + 1 :] for h in np.linspace(0.1, 1.5, angles)]
     ranked = sorted((tried(coarse, place), place) for place in every)
-    starts: list[tuple[float, float, float]] = []
+    starts: list[Place] = []
     for value, place in ranked:
         if value < NEVER and len(starts) < 4 and all(max(abs(place[0] - p[0]), abs(place[1] - p[1])) > 2.5 * (ends[1] - ends[0]) for p in starts):
             starts.append(place)
@@ -154,11 +166,10 @@ def bishop(slope: Slope, count: int = 1200, grid: int = 36, angles: int = 10) ->
         raise ArithmeticError("no slip circle was found")
     spread = np.array([[0.0, 0.0, 0.0], [ends[1] - ends[0], 0.0, 0.0], [0.0, ends[1] - ends[0], 0.0], [0.0, 0.0, 0.1]])
     found = [
-        minimize(lambda p: tried(fine, p), start, method="Nelder-Mead", options={"initial_simplex": np.array(start) + spread, "xatol": 1e-4, "fatol": 1e-6})
+        minimize(lambda p: tried(fine, tuple(p)), start, method="Nelder-Mead", options={"initial_simplex": np.array(start) + spread, "xatol": 1e-4, "fatol": 1e-6})
         for start in starts
     ]  # fmt: skip
     best = min(found, key=lambda one: float(one.fun))
-    circle = circle_through(fine, best.x)
-    if circle is None or best.fun >= NEVER:
+    if best.fun >= NEVER:
         raise ArithmeticError("no slip circle was found")
-    return float(best.fun), circle
+    return float(best.fun), (float(best.x[0]), float(best.x[1]), float(best.x[2]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
+import shapely
 from shapely.geometry import Polygon
 from shapely.validation import explain_validity
 
@@ -13,6 +14,10 @@ from qsmpm_verify.trouble import Trouble
 
 SMALLEST, LARGEST = 0.5, 500.0
 """Heights of a section in metres beyond which the unit is asked about."""
+LIGHT, HEAVY = 5.0, 40.0
+"""Unit weights of soil in kN/m3 beyond which the unit is asked about."""
+AWAY = 0.05
+"""Metres that the line of a load may be off the ground."""
 NEAR = 1.0e-6
 """Of the area of a region: less is no overlap."""
 
@@ -46,6 +51,26 @@ def check_regions(section: Section) -> None:
         if common.area > NEAR * min(first.area, second.area):
             place = common.representative_point()
             raise Trouble(f"regions '{one}' and '{other}' overlap by {common.area:.4g} m2 around ({place.x:.6g}, {place.y:.6g}): soil is in one of them")
+    parts = shapely.get_parts(shapely.union_all([shape.buffer(NEAR * shape.length) for shape in shapes.values()]))
+    if len(parts) > 1:
+        ends = shapely.shortest_line(parts[0], parts[1]).coords
+        raise Trouble(f"the regions do not hold together: {len(parts)} parts; between ({ends[0][0]:.6g}, {ends[0][1]:.6g}) and "
+                      f"({ends[1][0]:.6g}, {ends[1][1]:.6g}) there is no soil")  # fmt: skip
+    for hole in parts[0].interiors:
+        place = Polygon(hole).representative_point()
+        section.notes.append(f"an opening of {Polygon(hole).area:.4g} m2 around ({place.x:.6g}, {place.y:.6g}): no region is drawn there")
+
+
+def check_soils(section: Section) -> None:
+    """Numbers of soils that are hardly in kN and m."""
+    for soil in section.soils.values():
+        for weight in (soil.weight, soil.saturated_weight):
+            if weight is not None and not LIGHT <= weight <= HEAVY:
+                section.notes.append(f"soil '{soil.name}': a unit weight of {weight:g} kN/m3: is it in kN/m3, and not in kg/m3 or t/m3?")
+        if soil.weight is not None and soil.saturated_weight is not None and soil.saturated_weight < soil.weight:
+            raise Trouble(f"soil '{soil.name}': saturated_weight {soil.saturated_weight:g} is below weight {soil.weight:g}: the weight with its water is meant")
+        if soil.friction is not None and 0.0 < soil.friction < 2.0:
+            section.notes.append(f"soil '{soil.name}': a friction angle of {soil.friction:g} degrees: is it in degrees?")
 
 
 def check_loads(section: Section) -> None:
@@ -57,7 +82,10 @@ def check_loads(section: Section) -> None:
         covered = sum(max(0.0, min(right, stretch.high[0]) - max(left, stretch.low[0])) for stretch in ground)
         if covered < (1.0 - NEAR) * (right - left):
             section.left.append(f"{load.name}: {right - left - covered:.4g} m of its {right - left:.4g} m from x = {left:g} to {right:g} are beside the section")
+        near = [y for stretch in ground if stretch.high[0] > left and stretch.low[0] < right for _, y in (stretch.at(max(left, stretch.low[0])), stretch.at(min(right, stretch.high[0])))]
+        if load.drawn_at is not None and near and max(abs(y - load.drawn_at) for y in near) > AWAY:
+            section.notes.append(f"{load.name}: its line at y = {load.drawn_at:g} is not the ground, which is at {min(near):.4g} to {max(near):.4g} there; it acts on the ground")
         if covered > 0.0:
             even = min(sizes) == max(sizes)
-            size = f"{sizes[0]:.6g} kPa" if even else f"{sizes[0]:.6g} to {sizes[-1]:.6g} kPa in {STEPS} steps"
-            section.notes.append(f"{load.name}: {size} down on the ground from x = {left:g} to {right:g}")
+            size = f"{sizes[0]:.6g} kPa" if even else f"{sizes[0]:.6g} to {sizes[-1]:.6g} kPa, in {STEPS} steps,"
+            section.notes.append(f"{load.name}: {size} on level area, down on the ground from x = {left:g} to {right:g}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from qsmpm_verify.importing.loads import tractions_of
+from qsmpm_verify.importing.loads import ground_of, tractions_of
 from qsmpm_verify.importing.section import Point, Section, area_of
 from qsmpm_verify.importing.soils import completed
 
@@ -31,7 +31,12 @@ def deck_of(section: Section, source: str, cells: int) -> str:
     tractions = tractions_of(section)
     for place, (pieces, _) in enumerate(tractions, start=1):
         lines += [f"*SURFACE, NAME=load {place}, TYPE=SEGMENT", *(f"{text(a)}, {text(b)}, {text(c)}, {text(d)}" for (a, b), (c, d) in pieces)]
-    lines += ["*PHASE, NAME=weight", "*FIX", "base, ALL", "left, X", "right, X", "*GRAVITY", "0, -1"]
+    floor = [(stretch.low, stretch.high) for stretch in ground_of(section, 1)]
+    uneven = max(abs(y - low_y) for piece in floor for _, y in piece) > 1.0e-6 * (high_y - low_y)
+    if uneven:
+        section.notes.append("the lower bound is not level: held all along it")
+        lines += ["*SURFACE, NAME=floor, TYPE=SEGMENT", *(f"{text(a)}, {text(b)}, {text(c)}, {text(d)}" for (a, b), (c, d) in floor)]
+    lines += ["*PHASE, NAME=weight", "*FIX", "base, ALL", "left, X", "right, X", *(["*SUPPORT, SURFACE=floor, TYPE=ALL"] if uneven else []), "*GRAVITY", "0, -1"]
     for level in section.water[:1]:
         lines += [f"*WATER LEVEL, UNIT WEIGHT={text(section.water_weight)}", *pairs(level)]
     for place, (_, traction) in enumerate(tractions, start=1):

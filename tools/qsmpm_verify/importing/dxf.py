@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +64,8 @@ def metres_of(drawing: Any, unit: str | None, section: Section) -> float:
     """Metres in a unit of the drawing."""
     known = UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
     if unit is None and known is None:
-        section.notes.append("the drawing says no unit ($INSUNITS): taken as metres; --unit says otherwise")
+        code = drawing.header.get("$INSUNITS", 0)
+        section.notes.append(f"the drawing says no unit that is known here ($INSUNITS = {code}): taken as metres; --unit says otherwise")
     chosen = unit or known or "m"
     if chosen != "m":
         section.notes.append(f"drawn in {chosen}, written in m")
@@ -147,7 +149,12 @@ def take_regions(section: Section, lines: list[Drawn], texts: list[tuple[Point, 
     for face in cut.faces:
         inside = [text for place, text in texts if face.contains(place)]
         middle = face.representative_point()
-        layers = [layer for outline, layer in around if outline.buffer(near).contains(middle)]
+        outlines = [(outline, layer) for outline, layer in around if outline.buffer(near).contains(middle)]
+        layers = [layer for _, layer in outlines]
+        for (small, one), (large, other) in pairwise(outlines if not inside else []):
+            if one != other and small.difference(large).area > near * small.length:
+                raise Trouble(f"closed lines of layers '{one}' and '{other}' overlap around ({middle.x * metres:.6g}, {middle.y * metres:.6g}): "
+                              "draw each soil once, or name what is cut by a text inside")
         soils.append(inside[0] if inside else plain_name(layers[0]) if layers else "ground")
         if len(inside) > 1:
             section.notes.append(f"a region holds {len(inside)} texts; it is called '{inside[0]}', not '{inside[1]}'")

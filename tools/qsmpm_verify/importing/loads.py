@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import shapely
-from shapely.geometry import LineString, MultiPolygon, Polygon
+from shapely.geometry import LineString, Polygon
 
 from qsmpm_verify.importing.section import Load, Point, Section
 
@@ -29,19 +29,19 @@ class Stretch:
         return x, self.low[1] + share * (self.high[1] - self.low[1])
 
 
-def ground_of(section: Section) -> list[Stretch]:
-    """The ground from left to right: the upper bound of all regions; a vertical face is between two stretches."""
-    soil = shapely.union_all([Polygon(region.outline) for region in section.regions])
+def ground_of(section: Section, side: int = 3) -> list[Stretch]:
+    """The ground from left to right: the upper bound of all regions, or their lower one (`side` 1); a vertical face is between two stretches."""
+    soil = shapely.union_all([shapely.make_valid(Polygon(region.outline)) for region in section.regions])
     low_x, high_x, low_y, high_y = section.box()
     near = 1.0e-6 * (high_x - low_x)
-    bounds = soil.geoms if isinstance(soil, MultiPolygon) else [soil]
+    bounds = [part for part in shapely.get_parts(soil) if isinstance(part, Polygon)]
     found = []
     for left, right in pairwise(sorted({x for part in bounds for x, *_ in part.exterior.coords})):
         heights = []
         for x in (0.75 * left + 0.25 * right, 0.25 * left + 0.75 * right):
             cut = soil.intersection(LineString([(x, low_y - 1.0), (x, high_y + 1.0)]))
             if right - left > near and not cut.is_empty:
-                heights.append(cut.bounds[3])
+                heights.append(cut.bounds[side])
         if len(heights) == 2:
             slope = 0.5 * (heights[1] - heights[0])
             found.append(Stretch((left, heights[0] - slope), (right, heights[1] + slope)))
@@ -54,7 +54,7 @@ def add_even(section: Section, line: Sequence[Point], pressure: float, what: str
     if max(p[1] for p in line) - min(p[1] for p in line) > 1.0e-3 * abs(end_x - x):
         section.left.append(f"{what} from ({x:g}, {y:g}) to ({end_x:g}, {end_y:g}): on level ground alone is it clear which area a load is counted on")
     else:
-        section.loads.append(Load(what, ((min(x, end_x), pressure), (max(x, end_x), pressure))))
+        section.loads.append(Load(what, ((min(x, end_x), pressure), (max(x, end_x), pressure)), y))
 
 
 def add_fill(section: Section, line: Sequence[Point], weight: float, what: str) -> None:

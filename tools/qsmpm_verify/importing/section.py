@@ -41,6 +41,8 @@ class Load:
 
     name: str
     points: tuple[tuple[float, float], ...]
+    drawn_at: float | None = None
+    """Height of its line, where that is meant to be the ground."""
 
 
 @dataclass

@@ -92,7 +92,10 @@ def take_cells(section: Section, model: dict[str, list[str]], places: dict[int, 
             corners = [int(word) for word in row[1].split(",") if word.strip()]
             if any(corner not in places for corner in corners):
                 raise Trouble(f"{path}: a cell has a corner that is no vertex: {line.strip()}")
-            cells.setdefault(row[2], []).append(Polygon([places[corner] for corner in corners]))
+            cell = Polygon([places[corner] for corner in corners]) if len(corners) > 2 else Polygon()
+            if not cell.is_valid or cell.is_empty:
+                raise Trouble(f"{path}: a cell is no simple outline: {line.strip()}")
+            cells.setdefault(row[2], []).append(cell)
     if not cells:
         raise Trouble(f"{path}: this scenario has no cells of soil")
     low_x, low_y, high_x, high_y = shapely.total_bounds([cell for parts in cells.values() for cell in parts])
