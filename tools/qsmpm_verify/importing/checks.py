@@ -58,7 +58,7 @@ def check_regions(section: Section) -> None:
                       f"({ends[1][0]:.6g}, {ends[1][1]:.6g}) there is no soil")  # fmt: skip
     for hole in parts[0].interiors:
         place = Polygon(hole).representative_point()
-        section.notes.append(f"an opening of {Polygon(hole).area:.4g} m2 around ({place.x:.6g}, {place.y:.6g}): no region is drawn there")
+        section.notes.append(f"an opening of {Polygon(hole).area:.4g} m2 around ({place.x:.4g}, {place.y:.4g}): no region is drawn there")
 
 
 def check_soils(section: Section) -> None:

@@ -23,7 +23,7 @@ LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 14: "dm"}
 """Of $INSUNITS (DXF reference, header variables)."""
 WATER = re.compile(r"water|gwl|gwt|phreatic|piezo|wasser|nappe|freatic", re.IGNORECASE)
-LOAD = re.compile(r"\b(?:sur)?(?:load|charge)s?[ _=:-]*(\d+(?:\.\d+)?)?", re.IGNORECASE)
+LOAD = re.compile(r"\b(?:sur)?(?:load|charge)s?(?![a-z])[ _=:-]*(\d+(?:\.\d+)?)?", re.IGNORECASE)
 """A layer of loads, and their kPa."""
 # Of the size of the drawing: how far a chord may be from its curve.
 CHORD = 1.0e-3
