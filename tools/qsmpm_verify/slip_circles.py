@@ -165,10 +165,10 @@ def bishop(slope: Slope, count: int = 1200, grid: int = 36, angles: int = 10) ->
     if not starts:
         raise ArithmeticError("no slip circle was found")
     spread = np.array([[0.0, 0.0, 0.0], [ends[1] - ends[0], 0.0, 0.0], [0.0, ends[1] - ends[0], 0.0], [0.0, 0.0, 0.1]])
-    found = [
-        minimize(lambda p: tried(fine, tuple(p)), start, method="Nelder-Mead", options={"initial_simplex": np.array(start) + spread, "xatol": 1e-4, "fatol": 1e-6})
-        for start in starts
-    ]  # fmt: skip
+    found = []
+    for start in starts:
+        options = {"initial_simplex": np.array(start) + spread, "xatol": 1e-4, "fatol": 1e-6}
+        found.append(minimize(lambda p: tried(fine, tuple(p)), start, method="Nelder-Mead", options=options))
     best = min(found, key=lambda one: float(one.fun))
     if best.fun >= NEVER:
         raise ArithmeticError("no slip circle was found")

@@ -30,6 +30,9 @@ from typing import Any
 HERE = pathlib.Path(__file__).resolve().parent
 TOP = HERE.parents[1]
 sys.path[:0] = [str(TOP / "tools"), str(HERE)]
+import matplotlib as mpl  # noqa: E402
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
 from sections import SECTIONS, WRITERS, Drawn, write_sli  # noqa: E402
 
 from qsmpm_verify.bounds.phases import read_scene  # noqa: E402
@@ -41,7 +44,8 @@ from qsmpm_verify.study.cards import read_deck  # noqa: E402
 FOLDER = TOP / "output" / ("imported_quick" if "--quick" in sys.argv else "imported")
 SECONDS = 300.0
 BISHOP, SLICES = 0.05, 0.005
-HEADS = ("file", "section", "psi", "QSMPM", "CPU s", "limit analysis", "from its middle", "Bishop", "from it", "circle beside", "xslope on it", "its Bishop", "its Spencer")
+HEADS = ("file", "section", "psi", "QSMPM", "CPU s", "limit analysis", "from its middle", "Bishop", "from it", "circle beside", "xslope on it",
+         "its Bishop", "its Spencer")  # fmt: skip
 Circle = tuple[float, float, float]
 
 
@@ -86,6 +90,13 @@ def solved(binary: pathlib.Path, file: pathlib.Path, name: str, table: pathlib.P
     ended = found["lost"] is not None
     tally.check(ended, f"{name}: a factor is found {ran.errors[-300:]}")
     return (0.5 * (float(found["stable"]) + float(found["lost"])) if ended else float("nan")), ran.cpu, deck
+
+
+def shows(picture: pathlib.Path, soils: int) -> bool:
+    """Whether a check picture shows each soil in a colour of its own, water in blue and loads in red."""
+    image = (255.0 * plt.imread(picture)[:, :, :3]).round().astype(int)
+    colours = [mpl.colormaps["Pastel1"](i)[:3] for i in range(soils)] + [mpl.colors.to_rgb(name) for name in ("tab:blue", "tab:red")]
+    return all(np.count_nonzero(np.abs(image - np.round(255.0 * np.array(colour))).max(axis=2) < 2) > 50 for colour in colours)
 
 
 def dilatant(drawn: Drawn) -> pathlib.Path:
@@ -160,6 +171,7 @@ def compare(binary: pathlib.Path, drawn: Drawn, quick: bool, tally: Tally) -> li
         told = [f"{near:.3f}", *(f"{one:.3f}" for one in beside or [])]
         rows.append([drawn.file, drawn.what, psi, f"{value:.3f}", f"{seconds:.1f}", bracket, away, f"{factor:.3f}", f"{value / factor - 1.0:+.1%}",
                      *[*told, "-", "-", "-"][:4]])  # fmt: skip
+    tally.check(shows(FOLDER / f"{stem}_0.png", len(drawn.soils)), f"{stem}: the check picture shows soils, water and loads")
     best = factors[-1]
     if len(factors) == 2:
         tally.check(factors[0] <= best * 1.01, f"{stem}: without dilation {factors[0]:.3f}, with psi = phi {best:.3f}, not above it")
@@ -167,7 +179,8 @@ def compare(binary: pathlib.Path, drawn: Drawn, quick: bool, tally: Tally) -> li
     if beside is None:
         tally.skip(f"{stem}: xslope is not installed (pip install xslope)")
         return rows
-    tally.check(abs(beside[0] / near - 1.0) <= SLICES, f"{stem}: circle of ({circle[0]:.2f}, {circle[1]:.2f}), r = {circle[2]:.2f}: {near:.4f}, xslope {beside[0]:.4f}")
+    at = f"({circle[0]:.2f}, {circle[1]:.2f}), r = {circle[2]:.2f}"
+    tally.check(abs(beside[0] / near - 1.0) <= SLICES, f"{stem}: circle of {at}: {near:.4f}, xslope {beside[0]:.4f}")
     for name, other in zip(("Bishop", "Spencer"), beside[1:], strict=False):
         tally.check(abs(best / other - 1.0) <= BISHOP, f"{stem}, psi = {psi}: {best:.3f} by xslope's {name} {other:.3f}")
     return rows

@@ -36,6 +36,8 @@ def check_section(section: Section) -> None:
         for end, beyond in ((water[0], water[0][0] - low_x), (water[-1], high_x - water[-1][0])):
             if beyond > NEAR * (high_x - low_x):
                 section.notes.append(f"the water line ends at ({end[0]:.6g}, {end[1]:.6g}), {beyond:.4g} m inside of the section: it goes on level from there")
+    if section.water and section.dry:
+        section.notes.append(f"the water line is not for {', '.join(sorted(section.dry))}: no pore pressure there")
     check_loads(section)
 
 
@@ -81,10 +83,13 @@ def check_loads(section: Section) -> None:
         sizes = [size for _, size in load.points]
         covered = sum(max(0.0, min(right, stretch.high[0]) - max(left, stretch.low[0])) for stretch in ground)
         if covered < (1.0 - NEAR) * (right - left):
-            section.left.append(f"{load.name}: {right - left - covered:.4g} m of its {right - left:.4g} m from x = {left:g} to {right:g} are beside the section")
-        near = [y for stretch in ground if stretch.high[0] > left and stretch.low[0] < right for _, y in (stretch.at(max(left, stretch.low[0])), stretch.at(min(right, stretch.high[0])))]
+            beside = f"{right - left - covered:.4g} m of its {right - left:.4g} m from x = {left:g} to {right:g}"
+            section.left.append(f"{load.name}: {beside} are beside the section")
+        below = [stretch for stretch in ground if stretch.high[0] > left and stretch.low[0] < right]
+        near = [stretch.at(x)[1] for stretch in below for x in (max(left, stretch.low[0]), min(right, stretch.high[0]))]
         if load.drawn_at is not None and near and max(abs(y - load.drawn_at) for y in near) > AWAY:
-            section.notes.append(f"{load.name}: its line at y = {load.drawn_at:g} is not the ground, which is at {min(near):.4g} to {max(near):.4g} there; it acts on the ground")
+            there = f"the ground, which is at {min(near):.4g} to {max(near):.4g} there"
+            section.notes.append(f"{load.name}: its line at y = {load.drawn_at:g} is not {there}; it acts on the ground")
         if covered > 0.0:
             even = min(sizes) == max(sizes)
             size = f"{sizes[0]:.6g} kPa" if even else f"{sizes[0]:.6g} to {sizes[-1]:.6g} kPa, in {STEPS} steps,"

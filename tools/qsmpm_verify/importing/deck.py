@@ -36,9 +36,11 @@ def deck_of(section: Section, source: str, cells: int) -> str:
     if uneven:
         section.notes.append("the lower bound is not level: held all along it")
         lines += ["*SURFACE, NAME=floor, TYPE=SEGMENT", *(f"{text(a)}, {text(b)}, {text(c)}, {text(d)}" for (a, b), (c, d) in floor)]
-    lines += ["*PHASE, NAME=weight", "*FIX", "base, ALL", "left, X", "right, X", *(["*SUPPORT, SURFACE=floor, TYPE=ALL"] if uneven else []), "*GRAVITY", "0, -1"]
+    lines += ["*PHASE, NAME=weight", "*FIX", "base, ALL", "left, X", "right, X"]
+    lines += [*(["*SUPPORT, SURFACE=floor, TYPE=ALL"] if uneven else []), "*GRAVITY", "0, -1"]
     for level in section.water[:1]:
         lines += [f"*WATER LEVEL, UNIT WEIGHT={text(section.water_weight)}", *pairs(level)]
+        lines += [f"*WATER LEVEL, BODY={region.name}, TYPE=NONE" for region in section.regions if region.soil in section.dry]
     for place, (_, traction) in enumerate(tractions, start=1):
         lines += [f"*TRACTION, SURFACE=load {place}", f"0, {text(-traction)}"]
     lines += ["*CONTROLS, STEPS=4", "*END PHASE", "*PHASE, NAME=factor, TYPE=SAFETY", "*END PHASE"]

@@ -151,6 +151,9 @@ def take_water(section: Section, root: ET.Element, number_of_it: str, metric: bo
     for item in root.findall("./WaterItems/WaterItem"):
         if word(item, "AnalysisID") == number_of_it:
             section.water_weight = (number(item.find("Entry"), "UnitWaterWeight") or 9.81 / weight) * weight
+            option = word(item.find("Entry/ResultInputInfo"), "Option")
+            if option not in ("", "None", "PiezoSurface"):
+                section.left.append(f"water by '{option}': *WATER LEVEL takes a line, or TYPE=SEEPAGE finds one")
     for item in root.findall("./StabilityItems/StabilityItem"):
         entry = item.find("Entry")
         if word(item, "AnalysisID") != number_of_it or entry is None:
@@ -162,6 +165,9 @@ def take_water(section: Section, root: ET.Element, number_of_it: str, metric: bo
         for surface in entry.findall("./PiezometricSurfaces/PiezometricSurface"):
             corners = [local[p.text.strip()] for p in surface.findall("./DataPoints/DataPoint") if p.text and p.text.strip() in local]
             section.water.append(along_x(corners, f"piezometric surface {word(surface, 'ID')}"))
+        used = {use.get("ID") for use in entry.findall("./MaterialUsesPiezs/MaterialUsesPiez") if use.get("UsesID")}
+        names = {word(m, "ID"): plain_name(word(m, "Name")) or f"material {word(m, 'ID')}" for m in root.findall("./Materials/Material")}
+        section.dry |= {name for label, name in names.items() if used and label not in used and name in section.soils}
         for place, fill in enumerate(entry.findall("./Surcharges/Surcharge"), start=1):
             corners = [local[p.text.strip()] for p in fill.findall("./DataPoints/DataPoint") if p.text and p.text.strip() in local]
             gamma = number(fill, "Pressure")

@@ -53,6 +53,8 @@ class Section:
     soils: dict[str, Soil] = field(default_factory=dict)
     water: list[tuple[Point, ...]] = field(default_factory=list)
     water_weight: float = 9.81
+    dry: set[str] = field(default_factory=set)
+    """Soils that the water line is not for."""
     loads: list[Load] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     """Sentences: what was taken how."""

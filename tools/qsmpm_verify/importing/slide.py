@@ -116,6 +116,8 @@ def take_soil(section: Section, name: str, words: dict[str, str], units: Units) 
         soil = replace(soil, cohesion=(number(words, "c") or 0.0) * units.stress, friction=number(words, "phi") or 0.0)
     else:
         section.left.append(f"soil '{name}' is of strength type {words.get('type', 'none')}, not Mohr-Coulomb: its strength is to be given in the table")
+    if number(words, "wtable") == 0.0:
+        section.dry.add(name)
     if number(words, "withru"):
         section.left.append(f"soil '{name}': pore pressure by ru = {words.get('ru', '')}")
     section.soils[name] = soil
@@ -129,7 +131,7 @@ def take_water(section: Section, model: dict[str, list[str]], settings: dict[str
     if way == "hu" and line:
         corners = [places[int(word)] for word in line[0].split(",") if word.strip()]
         section.water.append(along_x([(x * units.metres, y * units.metres) for x, y in corners], "the water table"))
-        section.notes.append("the water table holds for all soils")
+        section.notes.append("the water table holds for all soils" if not section.dry else "the water table holds for soils of wtable: 1")
     elif way not in ("none", "", "hu"):
         section.left.append(f"water by '{way}': *WATER LEVEL takes a line, or TYPE=SEEPAGE finds one")
 

@@ -67,11 +67,13 @@ PROJECT = """<?xml version="1.0" encoding="UTF-8"?>
 <Material><ID>3</ID><Name>rock</Name><SlopeModel>HoekBrown</SlopeModel><StressStrain><UnitWeight>21</UnitWeight></StressStrain></Material>
 </Materials>
 <Contexts>{contexts}</Contexts>
-<WaterItems><WaterItem><AnalysisID>2</AnalysisID><Entry><UnitWaterWeight>9.807</UnitWaterWeight></Entry></WaterItem></WaterItems>
+<WaterItems><WaterItem><AnalysisID>2</AnalysisID><Entry><UnitWaterWeight>9.807</UnitWaterWeight>
+<ResultInputInfo><Option>Parent</Option></ResultInputInfo></Entry></WaterItem></WaterItems>
 <StabilityItems><StabilityItem><AnalysisID>2</AnalysisID><Entry><DataPoints><DataPoint Number="1" X="0" Y="15"/>
-<DataPoint Number="2" X="44" Y="10"/></DataPoints><PiezometricSurfaces><PiezometricSurface><ID>1</ID><DataPoints>
+<DataPoint Number="2" X="44" Y="10"/><DataPoint Number="3" X="2" Y="20.5"/><DataPoint Number="4" X="6" Y="20.5"/></DataPoints><PiezometricSurfaces><PiezometricSurface><ID>1</ID><DataPoints>
 <DataPoint>1</DataPoint><DataPoint>2</DataPoint></DataPoints></PiezometricSurface></PiezometricSurfaces>
-<Seismic Horizontal="0.1" Vertical="0"/></Entry></StabilityItem></StabilityItems>
+<MaterialUsesPiezs><MaterialUsesPiez ID="1" UsesID="1"/></MaterialUsesPiezs><Surcharges Len="1"><Surcharge><ID>1</ID><DataPoints><DataPoint>3</DataPoint><DataPoint>4</DataPoint></DataPoints>
+<Pressure>20</Pressure></Surcharge></Surcharges><Seismic Horizontal="0.1" Vertical="0"/></Entry></StabilityItem></StabilityItems>
 </GSIData>"""
 
 
@@ -199,8 +201,11 @@ class Importing(unittest.TestCase):
         self.assertEqual((top.weight, top.cohesion, top.friction), (19.0, 9.0, 29.0))
         self.assertEqual((clay.weight, clay.cohesion, clay.friction), (18.0, 30.0, 0.0))
         self.assertEqual((section.water, section.water_weight), ([((0.0, 15.0), (44.0, 10.0))], 9.807))
-        self.assertEqual(section.left, ["Seismic of the analysis"])
+        self.assertEqual(section.left, ["water by 'Parent': *WATER LEVEL takes a line, or TYPE=SEEPAGE finds one", "Seismic of the analysis"])
+        # Half a metre of fill of 20 kN/m3.
+        self.assertEqual([load.points for load in section.loads], [((2.0, 10.0), (6.0, 10.0))])
         self.assertEqual(read_gsz(path, None).water, [])
+        self.assertEqual(section.dry, {"clay"})
         with self.assertRaisesRegex(Trouble, "no analysis 'damp'; there are 1 'dry', 2 'wet'"):
             read_gsz(path, "damp")
         project(path, third=3)
