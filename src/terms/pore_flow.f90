@@ -14,6 +14,7 @@ module qsmpm_pore_flow
   use qsmpm_consolidation, only: drained_nodes, excess_field, permeable_points
   use qsmpm_element, only: corner_count, element_geometry, linear_kind
   use qsmpm_equations, only: equations_type
+  use qsmpm_face_leak, only: face_leaks
   use qsmpm_free_surface, only: dry, filling_pressure, find_bounds, kept_water, water_bounds_type
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_load_path, only: between
@@ -43,6 +44,8 @@ module qsmpm_pore_flow
     real(wp) :: hoop = 0.0_wp
     integer :: corners = 0
     real(wp) :: shape(8) = 0.0_wp, slope(3, 8) = 0.0_wp, kept(8) = 0.0_wp
+    !> What leaves at faces beside it by a unit of pressure, times t^1/2; of each node at one point.
+    real(wp) :: leak(8) = 0.0_wp
     !> Under a free surface: share of drainable pores, mass that the water in them adds where they are full, and weight
     !> of water that has come in as the soil grew; of its corners the suction under which they are empty, how much of
     !> them was filled, and what a unit of pressure makes flow there, of the size of the matrix, in unit time and at
@@ -55,6 +58,8 @@ module qsmpm_pore_flow
   type :: flow_state_type
     !> On the skeleton, its derivative by the corners; change, slope of the pressure with the weight of the water.
     real(wp) :: pressure = 0.0_wp, by_pressure(8) = 1.0_wp, change = 0.0_wp, slope(3) = 0.0_wp, divergence = 0.0_wp
+    !> Pressure of the corners.
+    real(wp) :: nodal(8) = 0.0_wp
     !> Filled share of the corners, water in their drainable pores, relative permeability, and their derivatives.
     real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, water(8) = 1.0_wp, by_water(8) = 0.0_wp
     real(wp) :: factor = 1.0_wp, by_factor(8) = 0.0_wp
@@ -63,6 +68,8 @@ module qsmpm_pore_flow
   type, extends(term_type) :: pore_flow_type
     !> Weight of water, compressibility of water and grains, time of the step; pressures stay.
     real(wp) :: unit_weight = 1.0_wp, storage = 0.0_wp, duration = 0.0_wp, phase_time = 1.0_wp
+    !> What t^1/2 grows by in the step, twice, t from the start of the phase.
+    real(wp) :: root_time = 0.0_wp
     integer :: dimension = 2, field = 0, axis = 2
     !> The pressure is all that there is, under a free surface; sense of upwards, gravity as it stands.
     logical :: total = .false.
@@ -117,7 +124,7 @@ contains
     logical, intent(inout) :: constrained(:, :)
     real(wp), intent(inout) :: values(:, :)
     logical :: drained(model%mesh%node_count)
-    real(wp) :: kept(model%mesh%node_count)
+    real(wp) :: kept(model%mesh%node_count), leak(model%mesh%node_count)
     integer :: from, a, field
 
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
@@ -130,6 +137,10 @@ contains
     else
       drained = drained_nodes(model, model%analysis%phases(from)%consolidation)
       if (free_surface_of(model%analysis%phases, model%state%progress%phase) > 0) return
+    end if
+    if (model%analysis%phases(model%state%progress%phase)%kind /= phase_safety) then
+      leak = leaks_of(self, model)
+      where (leak > 0.0_wp) drained = .false.
     end if
     do a = 1, size(drained)
       if (.not. drained(a)) cycle
@@ -144,7 +155,7 @@ contains
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     integer, allocatable :: wet(:)
-    real(wp) :: kept(model%space%node_count), suction(model%mesh%node_count)
+    real(wp) :: kept(model%space%node_count), suction(model%mesh%node_count), leak(model%mesh%node_count)
     integer :: from, p, i
 
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
@@ -170,14 +181,33 @@ contains
       self%held = [(.false., p=1, size(kept))]
       self%open = drained_nodes(model, model%analysis%phases(from)%consolidation)
     end if
+    leak = 0.0_wp
+    if (from > 0 .and. .not. self%total) leak = leaks_of(self, model)
     if (allocated(self%points)) deallocate (self%points)
     allocate (self%points(size(wet)))
     do i = 1, size(wet)
       call see_point(self, model, wet(i), kept, self%points(i))
       if (self%total) call see_pores(self, model, wet(i), suction, self%points(i))
+      associate (node => self%points(i)%place%node(:self%points(i)%corners))
+        self%points(i)%leak(:size(node)) = leak(node)
+        leak(node) = 0.0_wp
+      end associate
     end do
     call connect(self)
   end subroutine prepare
+
+  !> What leaves at nodes of drained faces; 0 where p is held (mesh nodes).
+  function leaks_of(self, model) result(leak)
+    class(pore_flow_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    real(wp) :: leak(model%mesh%node_count)
+
+    associate (phases => model%analysis%phases)
+      associate (card => phases(consolidation_of(phases, model%state%progress%phase))%consolidation)
+        leak = face_leaks(model, drained_nodes(model, card), card%unit_weight)
+      end associate
+    end associate
+  end function leaks_of
 
   !> Functions of the displacement and of the pressure at a point.
   subroutine see_point(self, model, p, kept, point)
@@ -257,6 +287,8 @@ contains
     type(increment_type), intent(in) :: increment
 
     self%duration = increment%step_info%duration*self%phase_time
+    self%root_time = 2.0_wp*(sqrt(increment%step_info%start*self%phase_time + self%duration) &
+      - sqrt(increment%step_info%start*self%phase_time))
   end subroutine begin
 
   !> Levels, rain and gravity as they stand.
@@ -277,39 +309,36 @@ contains
     integer, intent(in) :: i
     real(wp), intent(in) :: table(:, :)
     type(flow_state_type), intent(out) :: here
-    real(wp) :: nodal(8)
     integer :: a, n
 
     n = self%points(i)%place%count
-    nodal = 0.0_wp
     associate (own => self%connectivity%nodes(self%connectivity%first(i):), point => self%points(i))
       do a = 1, point%corners
         here%change = here%change + point%shape(a)*table(1, own(n + a))
-        nodal(a) = point%kept(a) + table(1, own(n + a))
-        here%slope = here%slope + point%slope(:, a)*nodal(a)
+        here%nodal(a) = point%kept(a) + table(1, own(n + a))
+        here%slope = here%slope + point%slope(:, a)*here%nodal(a)
       end do
       do a = 1, n
         here%divergence = here%divergence + dot_product(volume_of(self, point, a), table(:self%dimension, own(a)))
       end do
-      if (self%total) call fill_pores(self, point, nodal, here)
-      here%pressure = sum(point%shape*here%filled*nodal)
+      if (self%total) call fill_pores(self, point, here)
+      here%pressure = sum(point%shape*here%filled*here%nodal)
     end associate
   end subroutine values_at
 
   !> How far pores are filled by the pressures of the corners, and what that lets through.
-  pure subroutine fill_pores(self, point, nodal, here)
+  pure subroutine fill_pores(self, point, here)
     class(pore_flow_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
-    real(wp), intent(in) :: nodal(8)
     type(flow_state_type), intent(inout) :: here
 
     here%slope = here%slope + self%heavy
-    here%filled = filled_share(nodal, point%suction)
-    where (nodal < 0.0_wp .and. nodal > -point%suction) here%by_filled = 1.0_wp/point%suction
-    here%by_pressure = here%filled + here%by_filled*nodal
-    here%water = kept_water(nodal, point%suction)
-    here%by_water = merge(dry/point%suction, here%by_filled, nodal <= -point%suction)
-    call let_through_in_time(nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
+    here%filled = filled_share(here%nodal, point%suction)
+    where (here%nodal < 0.0_wp .and. here%nodal > -point%suction) here%by_filled = 1.0_wp/point%suction
+    here%by_pressure = here%filled + here%by_filled*here%nodal
+    here%water = kept_water(here%nodal, point%suction)
+    here%by_water = merge(dry/point%suction, here%by_filled, here%nodal <= -point%suction)
+    call let_through_in_time(here%nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
   end subroutine fill_pores
 
   !> Change of volume by the displacement of a node.
@@ -359,7 +388,8 @@ contains
             at = at + point%volume*(point%shape(a)*(self%storage*abs(here%change) + abs(here%divergence) &
               + point%pores*abs(here%water(a) - point%filled(a))) + here%factor*( &
               abs(dot_product(conductance(self, point)*(here%slope - self%heavy), point%slope(:, a))) &
-              + abs(dot_product(conductance(self, point)*self%heavy, point%slope(:, a)))))
+              + abs(dot_product(conductance(self, point)*self%heavy, point%slope(:, a))))) &
+              + self%root_time*point%leak(a)*abs(here%nodal(a))
           end associate
         end do
       end associate
@@ -420,7 +450,8 @@ contains
           associate (at => flow(own(point%place%count + a)))
             at = at + point%volume*(point%shape(a)*(self%storage*here%change + here%filled(a)*here%divergence &
               + point%pores*(here%water(a) - point%filled(a))) &
-              + here%factor*dot_product(conductance(self, point)*here%slope, point%slope(:, a)))
+              + here%factor*dot_product(conductance(self, point)*here%slope, point%slope(:, a))) &
+              + self%root_time*point%leak(a)*here%nodal(a)
           end associate
         end do
       end associate
@@ -526,7 +557,7 @@ contains
               point%slope(:, a)))
           end do
           block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + point%volume*point%shape(b) &
-            *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores)
+            *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores) + self%root_time*point%leak(b)
         end do
         do a = 1, merge(point%corners, 0, self%total)
           if (.not. self%held(point%place%node(a))) cycle

@@ -10,11 +10,11 @@ module qsmpm_consolidation
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_element, only: corner_count, element_order, face_corners, face_count, linear_kind, &
     shape_functions
+  use qsmpm_face_leak, only: constrained_modulus
   use qsmpm_free_surface, only: acting_pressure, filling_pressure, is_in_air
   use qsmpm_free_surface_check, only: check_free_surface
   use qsmpm_kept_arrays, only: is_kept, kept_values
   use qsmpm_load_description, only: consolidation_type
-  use qsmpm_material_description, only: material_type
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
@@ -208,13 +208,6 @@ contains
       end do
     end associate
   end function step_note
-
-  !> Stress over strain where nothing moves sideways.
-  pure real(wp) function constrained_modulus(soil) result(modulus)
-    type(material_type), intent(in) :: soil
-
-    modulus = soil%young*(1.0_wp - soil%poisson)/((1.0_wp + soil%poisson)*(1.0_wp - 2.0_wp*soil%poisson))
-  end function constrained_modulus
 
   !> Every body has a permeability, and water has one way to take pressure.
   subroutine check_soil(analysis, number, diagnostics)

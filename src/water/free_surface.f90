@@ -5,8 +5,8 @@
 !>   pi = S p                                                       presses on the skeleton (Bishop 1959, chi = S)
 !>
 !> Below its level a part of the bounds has the pressure of the free water, which presses on the faces there too, and on
-!> those in air that rise beside them, as of a wall, as far as its level reaches; above it, and on all other faces in air, water
-!> leaves where p would be positive. docs/methods/consolidation.md
+!> those in air that rise beside them, as of a wall, as far as its level reaches; above it, and on all other faces in
+!> air, water leaves where p would be positive. docs/methods/consolidation.md
 module qsmpm_free_surface
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -324,8 +324,8 @@ contains
       call find_bounds(model, [(.false., r=1, model%mesh%node_count)], 1.0_wp, bounds)
       allocate (rows, source=rows_in_force(phases, number, 1.0_wp))
       do r = 1, size(rows)
-        if (all(bounds%row /= r)) text = text//"warning: phase '"//phases(number)%name//"': no face of the ground lies in '"// &
-          rows(r)%set//"', whose level is not there"//new_line('a')
+        if (all(bounds%row /= r)) text = text//"warning: phase '"//phases(number)%name// &
+          "': no face of the ground lies in '"//rows(r)%set//"', whose level is not there"//new_line('a')
         if (any(bounds%beside == r)) text = text//beside_text(phases(number)%name, rows(r)%set)
       end do
     end associate
@@ -336,8 +336,8 @@ contains
     character(len=*), intent(in) :: phase, set
     character(len=:), allocatable :: text
 
-    text = "phase '"//phase//"': the free water of '"//set//"' stands on the faces in air that rise beside it too, as far "// &
-      'as its level reaches'//new_line('a')
+    text = "phase '"//phase//"': the free water of '"//set//"' stands on the faces in air that rise beside it too, "// &
+      'as far as its level reaches'//new_line('a')
   end function beside_text
 
   !> Whether a face is part of a node set, or of a surface, whose points go with the ground.

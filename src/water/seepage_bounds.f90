@@ -1,9 +1,9 @@
 !> What the bounds of ground are to the water that flows through it: nodes with a head, faces where it may leave, rain.
 !>
 !> Levels are given on parts of the bounds (*WATER LEVEL, TYPE=SEEPAGE). Nodes there below the level have it as their
-!> head, and so those of faces in air that rise beside it, as of a wall, as far as the level reaches, and those of a set
-!> within the ground, a well or a drain; those above it and all that lie in air elsewhere are a face at which water may leave;
-!> the sides and the base of the grid, rigid bodies and what a *SUPPORT holds are tight.
+!> head, and so those of faces in air that rise beside it, as of a wall, as far as the level reaches, and those of a
+!> set within the ground, a well or a drain; those above it and all that lie in air elsewhere are a face at which water
+!> may leave; the sides and the base of the grid, rigid bodies and what a *SUPPORT holds are tight.
 module qsmpm_seepage_bounds
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, axisymmetric
