@@ -81,6 +81,8 @@ module qsmpm_pore_flow
     !> Pressure at the start of the step, and whether that of the bounds is there at the last evaluation (nodes).
     real(wp), allocatable :: kept(:)
     logical, allocatable :: held(:)
+    !> Nodes of faces by which water may leave from within a cell (mesh nodes).
+    logical, allocatable :: leaks(:)
     type(flow_point_type), allocatable :: points(:)
     !> Sizes of the flows at the last evaluation (columns).
     real(wp), allocatable :: flow_size(:)
@@ -182,7 +184,8 @@ contains
       self%open = drained_nodes(model, model%analysis%phases(from)%consolidation)
     end if
     leak = 0.0_wp
-    if (from > 0 .and. .not. self%total) leak = leaks_of(self, model)
+    if (from > 0) leak = leaks_of(self, model)
+    self%leaks = leak > 0.0_wp
     if (allocated(self%points)) deallocate (self%points)
     allocate (self%points(size(wet)))
     do i = 1, size(wet)
@@ -196,7 +199,7 @@ contains
     call connect(self)
   end subroutine prepare
 
-  !> What leaves at nodes of drained faces; 0 where p is held (mesh nodes).
+  !> What leaves at nodes of drained faces, under a free surface at those of all; 0 where p is held (mesh nodes).
   function leaks_of(self, model) result(leak)
     class(pore_flow_type), intent(in) :: self
     type(model_type), intent(in) :: model
@@ -204,7 +207,7 @@ contains
 
     associate (phases => model%analysis%phases)
       associate (card => phases(consolidation_of(phases, model%state%progress%phase))%consolidation)
-        leak = face_leaks(model, drained_nodes(model, card), card%unit_weight)
+        leak = face_leaks(model, drained_nodes(model, card) .or. self%total, card%unit_weight)
       end associate
     end associate
   end function leaks_of
@@ -389,7 +392,7 @@ contains
               + point%pores*abs(here%water(a) - point%filled(a))) + here%factor*( &
               abs(dot_product(conductance(self, point)*(here%slope - self%heavy), point%slope(:, a))) &
               + abs(dot_product(conductance(self, point)*self%heavy, point%slope(:, a))))) &
-              + self%root_time*point%leak(a)*abs(here%nodal(a))
+              + self%root_time*point%leak(a)*abs(driving(self, point, here, a))
           end associate
         end do
       end associate
@@ -451,7 +454,7 @@ contains
             at = at + point%volume*(point%shape(a)*(self%storage*here%change + here%filled(a)*here%divergence &
               + point%pores*(here%water(a) - point%filled(a))) &
               + here%factor*dot_product(conductance(self, point)*here%slope, point%slope(:, a))) &
-              + self%root_time*point%leak(a)*here%nodal(a)
+              + self%root_time*point%leak(a)*driving(self, point, here, a)
           end associate
         end do
       end associate
@@ -463,6 +466,22 @@ contains
       end associate
     end do
   end function net_flow
+
+  !> Pressure of a corner that makes water leave by a face: under a free surface beyond that of its bounds, and into the
+  !> air alone where no water stands.
+  pure real(wp) function driving(self, point, here, a) result(pressure)
+    class(pore_flow_type), intent(in) :: self
+    type(flow_point_type), intent(in) :: point
+    type(flow_state_type), intent(in) :: here
+    integer, intent(in) :: a
+
+    pressure = here%nodal(a)
+    if (.not. self%total) return
+    associate (node => point%place%node(a))
+      pressure = merge(pressure - self%bounds%pressure(node), 0.0_wp, self%bounds%open(node))
+      if (.not. self%bounds%held(node)) pressure = max(0.0_wp, pressure)
+    end associate
+  end function driving
 
   !> What a unit of pressure makes flow at the nodes, of the size of the matrix (nodes).
   pure function own_flow(self) result(flow)
@@ -494,7 +513,7 @@ contains
 
     column = [(joint_node(self%unknowns, a, self%field), a=1, size(column))]
     beyond = own_flow(self)
-    held = self%bounds%open .and. beyond > 0.0_wp
+    held = self%bounds%open .and. beyond > 0.0_wp .and. .not. self%leaks
     beyond = beyond*(self%kept + table(1, column) - self%bounds%pressure)
     held = held .and. (self%bounds%held .or. beyond > flow(column))
     if (present(residual)) residual = beyond
@@ -557,7 +576,9 @@ contains
               point%slope(:, a)))
           end do
           block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + point%volume*point%shape(b) &
-            *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores) + self%root_time*point%leak(b)
+            *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores)
+          if (abs(driving(self, point, here, b)) > 0.0_wp) block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) &
+            + self%root_time*point%leak(b)
         end do
         do a = 1, merge(point%corners, 0, self%total)
           if (.not. self%held(point%place%node(a))) cycle

@@ -10,7 +10,7 @@ module qsmpm_consolidation
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_element, only: corner_count, element_order, face_corners, face_count, linear_kind, &
     shape_functions
-  use qsmpm_face_leak, only: constrained_modulus
+  use qsmpm_face_leak, only: constrained_modulus, front_within
   use qsmpm_free_surface, only: acting_pressure, filling_pressure, is_in_air
   use qsmpm_free_surface_check, only: check_free_surface
   use qsmpm_kept_arrays, only: is_kept, kept_values
@@ -197,6 +197,7 @@ contains
           width = maxval([0.0_wp, (cell_width(model%mesh, points%cell(p)), p=1, points%count)], &
             mask=[.false., points%material(:points%count) == m])
           if (.not. width > 0.0_wp) cycle
+          if (front_within(soil, soil%permeability(2)/phase%consolidation%unit_weight, width, phase%duration)) cycle
           least = width**2*phase%consolidation%unit_weight/(6.0_wp*soil%permeability(2)*constrained_modulus(soil))
           if (.not. step < least) cycle
           if (step < far_too_short*least) text = text//'warning: '

@@ -4,7 +4,7 @@
 !>
 !>   q = A (k/(pi M t))^1/2 p,      k = K/gamma_w,  c = k M,
 !>
-!> with A the share of the node in the face, M the constrained modulus. It counts in phases shorter than 0.3 h^2/c, h
+!> with A the share of the node in the face, M the constrained modulus. It counts in phases shorter than 0.1 h^2/c, h
 !> the width of the cell; in longer ones such nodes are held. docs/methods/consolidation.md
 module qsmpm_face_leak
   use qsmpm_kinds, only: wp, pi
@@ -17,10 +17,10 @@ module qsmpm_face_leak
   implicit none
   private
 
-  public :: face_leaks, constrained_modulus
+  public :: face_leaks, front_within, constrained_modulus
 
-  !> Time over h^2/c until which the front lies in the cell.
-  real(wp), parameter :: within_cell = 0.3_wp
+  !> Time over h^2/c until which the front lies in the cell, and what leaves is nearer to this than to half of the cell.
+  real(wp), parameter :: within_cell = 0.1_wp
 
 contains
 
@@ -46,6 +46,7 @@ contains
     associate (mesh => model%mesh)
       do c = 1, mesh%cell_count
         if (owner(c) == 0) cycle
+        if (.not. model%analysis%materials(model%state%points%material(owner(c)))%permeability(1) > 0.0_wp) cycle
         do f = 1, face_count(mesh%cell_kind(c))
           if (mesh%face_neighbour(f, c) > 0) then
             if (owner(mesh%face_neighbour(f, c)) > 0) cycle
@@ -68,17 +69,26 @@ contains
     !> Number of the point.
     integer, intent(in) :: p
     real(wp), intent(in) :: unit_weight
-    real(wp) :: k
+    real(wp) :: permeability
 
     outflow = 0.0_wp
-    associate (soil => model%analysis%materials(model%state%points%material(p)), &
-        time => model%analysis%phases(model%state%progress%phase)%duration)
-      k = maxval(permeability_at(soil, model%state%points%initial_position(:, p)))/unit_weight
-      if (.not. (soil%young > 0.0_wp .and. k > 0.0_wp)) return
-      if (k*constrained_modulus(soil)*time < within_cell*cell_width(model%mesh, model%state%points%cell(p))**2) &
-        outflow = sqrt(k/(pi*constrained_modulus(soil)))
+    associate (soil => model%analysis%materials(model%state%points%material(p)))
+      permeability = maxval(permeability_at(soil, model%state%points%initial_position(:, p)))
+      if (front_within(soil, permeability/unit_weight, cell_width(model%mesh, model%state%points%cell(p)), &
+        model%analysis%phases(model%state%progress%phase)%duration)) &
+        outflow = sqrt(permeability/(unit_weight*pi*constrained_modulus(soil)))
     end associate
   end function outflow_of
+
+  !> Whether the front of a pressure that leaves by a face stays in the cell there.
+  pure logical function front_within(soil, k, width, time) result(within)
+    type(material_type), intent(in) :: soil
+    !> Permeability over the weight of water; width of the cell, time of the phase.
+    real(wp), intent(in) :: k, width, time
+
+    within = soil%young > 0.0_wp .and. k > 0.0_wp
+    if (within) within = k*constrained_modulus(soil)*time < within_cell*width**2
+  end function front_within
 
   !> Stress over strain where nothing moves sideways.
   pure real(wp) function constrained_modulus(soil) result(modulus)
