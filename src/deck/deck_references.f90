@@ -359,13 +359,25 @@ contains
     end associate
   end subroutine report_parent
 
+  !> Whether a material of the program's own flows as time goes.
+  pure logical function flows_in_time(material)
+    type(material_type), intent(in) :: material
+    type(law_description_type) :: traits
+
+    flows_in_time = allocated(material%soil_law)
+    if (.not. flows_in_time) return
+    traits = traits_of(material)
+    flows_in_time = traits%flows_in_time
+  end function flows_in_time
+
   !> What looks like an oversight: nothing held, or K0 stresses without weight.
   subroutine check_starts(state)
     type(deck_state_type), intent(inout) :: state
-    logical :: held
+    logical :: held, creeps
     integer :: p
 
     held = .false.
+    creeps = any([(flows_in_time(state%analysis%materials(p)), p=1, size(state%analysis%materials))])
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
         held = held .or. size(phase%fixities) + size(phase%prescriptions) + size(phase%supports) > 0
@@ -381,10 +393,10 @@ contains
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
         if (.not. is_loaded(state%analysis%phases, p)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
-        else if (.not. (acts(phase) .or. consolidation_of(state%analysis%phases, p) > 0 .or. size(phase%fixities) &
-            + size(phase%supports) + size(phase%tractions) &
-            + size(phase%installed) + size(phase%activations) + size(phase%deactivations) &
-            + size(phase%materials) > 0 .or. phase%kind == phase_safety .or. phase%gravity%given .or. &
+        else if (.not. (acts(phase) .or. (creeps .and. phase%duration_given) .or. &
+            consolidation_of(state%analysis%phases, p) > 0 .or. size(phase%fixities) + size(phase%supports) &
+            + size(phase%tractions) + size(phase%installed) + size(phase%activations) &
+            + size(phase%deactivations) + size(phase%materials) > 0 .or. phase%kind == phase_safety .or. phase%gravity%given .or. &
             phase%drain_state%given .or. size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if

@@ -316,17 +316,24 @@ contains
     character(len=:), allocatable :: text
     type(water_bounds_type) :: bounds
     type(head_type), allocatable :: rows(:)
-    integer :: r
+    !> Depth of water that is told, over the height of the mesh: ground that settles has some on it.
+    real(wp), parameter :: shallow = 1.0e-2_wp
+    real(wp) :: depth
+    integer :: r, axis
 
     text = ''
+    axis = vertical_of(model%analysis)
     associate (phases => model%analysis%phases, number => model%state%progress%phase)
       if (free_surface_of(phases, number) == 0) return
+      depth = (model%mesh%bounds(axis, 2) - model%mesh%bounds(axis, 1)) &
+        *phases(consolidation_of(phases, number))%consolidation%unit_weight
       call find_bounds(model, [(.false., r=1, model%mesh%node_count)], 1.0_wp, bounds)
       allocate (rows, source=rows_in_force(phases, number, 1.0_wp))
       do r = 1, size(rows)
         if (all(bounds%row /= r)) text = text//"warning: phase '"//phases(number)%name// &
           "': no face of the ground lies in '"//rows(r)%set//"', whose level is not there"//new_line('a')
-        if (any(bounds%beside == r)) text = text//beside_text(phases(number)%name, rows(r)%set)
+        if (any(bounds%beside == r) .and. maxval(bounds%pressure, mask=bounds%row == r) > shallow*depth) &
+          text = text//beside_text(phases(number)%name, rows(r)%set)
       end do
     end associate
   end function bounds_note
