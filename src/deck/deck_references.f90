@@ -396,8 +396,8 @@ contains
         else if (.not. (acts(phase) .or. (creeps .and. phase%duration_given) .or. &
             consolidation_of(state%analysis%phases, p) > 0 .or. size(phase%fixities) + size(phase%supports) &
             + size(phase%tractions) + size(phase%installed) + size(phase%activations) &
-            + size(phase%deactivations) + size(phase%materials) > 0 .or. phase%kind == phase_safety .or. phase%gravity%given .or. &
-            phase%drain_state%given .or. size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then
+            + size(phase%deactivations) + size(phase%materials) > 0 .or. phase%kind == phase_safety .or. &
+            phase%gravity%given .or. phase%drain_state%given .or. size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if
       end associate
