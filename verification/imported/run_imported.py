@@ -4,7 +4,7 @@
     verification/imported/run_imported.py build/qsmpm [FILE...] [--quick] [--markdown docs/data/imported.md] [--write]
 
 `import FILE` writes a deck, which is run as it is (psi = 0, since these files do not know it) and once more with a table of soils that says
-psi = phi, which is what limit equilibrium and limit analysis take. Five minutes of CPU time, most of them searches of xslope and bounds; `--quick`
+psi = phi, which is what limit equilibrium and limit analysis take. Seven minutes of CPU time, most of them searches of xslope and bounds; `--quick`
 takes coarse grids, psi = phi and bounds for the five layers alone, and of xslope one circle. `--write` makes the files anew from `sections.py`. Runs go to
 output/imported, quick ones to output/imported_quick. Closes with `N passed, N failed[, N skipped]`; without xslope what is beside it is skipped.
 
