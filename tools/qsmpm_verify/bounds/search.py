@@ -143,8 +143,8 @@ def find_factor(side: Side, guess: float) -> tuple[Bound, Answer]:
         tries += 1
         if not answer.solved:
             return Bound(np.nan, answer.status, _spent(start), tries), answer
-        low, high = (max(low, factor), high) if answer.value >= 0.0 else (low, min(high, factor))
         slack = TOLERANCE * side.scale
+        low, high = (max(low, factor), high) if answer.value >= sign * slack else (low, min(high, factor))
         if answer.value * sign >= slack and (best is None or factor * sign > best[0] * sign):
             best = (factor, answer)
         slope = side.slope(answer, factor)

@@ -7,11 +7,13 @@ import math
 import tempfile
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 from unittest import mock
 
 from qsmpm_verify.bounds import cone
 from qsmpm_verify.bounds.reader import Reader
-from qsmpm_verify.bounds.search import next_guess
+from qsmpm_verify.bounds.search import Side, find_factor, next_guess
 from qsmpm_verify.bounds.verb import note_of
 from qsmpm_verify.cli import main
 from qsmpm_verify.study.cards import read_deck
@@ -177,6 +179,15 @@ class Bounds(unittest.TestCase):
         # A slope that is next to nothing, or of the wrong sign.
         self.assertAlmostEqual(next_guess(1.5, -1.0, -1e-9), 0.75)
         self.assertAlmostEqual(next_guess(1.5, -1.0, 0.0), 3.0)
+
+    def test_a_factor_that_is_nearly_a_bound_is_gone_beyond(self) -> None:
+        """A margin of -1e-4 where the solver leaves 9e-4 open proves nothing; a factor that is larger by 1e-4 does."""
+        for above, guess in ((True, 1.60001), (False, 1.59999)):
+            side = SimpleNamespace(above=above, scale=900.0, slope=lambda answer, factor: -10.0, solve=lambda factor: SimpleNamespace(
+                solved=True, status="Solved", value=10.0 * (1.6 - factor)))
+            bound = find_factor(cast(Side, side), guess)[0]
+            self.assertEqual(bound.status, "Solved")
+            self.assertAlmostEqual(bound.value, 1.6 + (2e-4 if above else -2e-4), delta=1.2e-4)
 
     def test_a_pressure_is_the_traction_against_its_face(self) -> None:
         traction = STRIP.format(strength="1, 0, 0")
