@@ -1,7 +1,7 @@
-"""`peers`: QSMPM held against other programs, CalculiX and Kratos, where they are installed.
+"""`peers`: QSMPM held against other programs, CalculiX, Kratos, OpenGeoSys and xslope, where they are installed.
 
 The scenes are verification/peers/*.toml. A mesh, its supports and its loads are taken from QSMPM's own results and given
-to the other program. Exit code 1 when a figure missed; a program that is not installed is named, and what wants it is skipped.
+to the other program, or ground, strengths and water from the deck. Exit code 1 when a figure missed; a program that is not installed is named, and what wants it is skipped.
 """
 
 from __future__ import annotations
@@ -11,9 +11,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from qsmpm_verify import peers_calculix, peers_kratos
 from qsmpm_verify.chart import command_of, markdown_table
-from qsmpm_verify.peers_compute import Computer, Outcome
+from qsmpm_verify.peers_compute import NAMES, VERSIONS, Computer, Outcome
 from qsmpm_verify.peers_judge import Finding, as_rows, chart_point, judge_check
 from qsmpm_verify.peers_scenes import Scene, load_scenes
 from qsmpm_verify.places import BUILD, PEERS, PROGRAM, TOP
@@ -27,7 +26,7 @@ ABSENT = "not compared"
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Words of the verb."""
-    verb = verbs.add_parser("peers", help="the same scenes in CalculiX and Kratos, and the differences")
+    verb = verbs.add_parser("peers", help="the same scenes in CalculiX, Kratos, OpenGeoSys and xslope, and the differences")
     verb.add_argument("scenes", nargs="*", help="names of scenes (verification/peers); all when none is given")
     verb.add_argument("--program", type=Path, default=PROGRAM, help="QSMPM's program")
     verb.add_argument("--out", type=Path, default=BUILD / "peers", help="folder of the runs")
@@ -59,11 +58,9 @@ def row_of(finding: Finding) -> list[str]:
 
 def versions() -> list[str]:
     """A sentence a program: its version, or that it is not there."""
-    found = {
-        "CalculiX (package calculix-ccx)": peers_calculix.version(),
-        "Kratos (tools/setup --peers)": peers_kratos.version(),
-    }
-    return [text or f"not installed: {name}; its comparisons are left out" for name, text in found.items()]
+    return [
+        version() or f"not installed: {NAMES[key]}; its comparisons are left out" for key, version in VERSIONS.items() if key != "script"
+    ]  # fmt: skip
 
 
 def scene_page(scene: Scene, findings: list[Finding]) -> list[str]:

@@ -16,8 +16,8 @@ law = "NEO HOOKE"             calculix: ELASTIC (default) or NEO HOOKE
 steps = 20                    calculix, kratos: steps of a finite deformation; 0 (default) is linear
 command = ["kratos_column.py", "16"]  script: of tools/peers, with its words
 phase = "factor"              xslope, bounds: the phase whose state is taken
-method = "bishop"             xslope: of limit equilibrium, or seepage, on triangles of `size`
-triangles = 500               bounds: at the start
+method = "bishop"             xslope: of limit equilibrium, or seepage on cells of `size`
+grid = false                  xslope: circles are not searched from a grid of centres too
 each = [{n = 8}]              one run an entry (families.py)
 
 [[check]]
@@ -52,12 +52,11 @@ from qsmpm_verify.cases import CaseError, check_keys
 from qsmpm_verify.families import FamilyError, expand
 from qsmpm_verify.reference import REFERENCES
 
-ON_MESH = ("calculix", "kratos", "ogs")
 FIELDS = ("field", "pressure field")
 KEYS = {
     "qsmpm": {"deck", "replace", "make"}, "calculix": {"of", "element", "law", "steps"},
     "kratos": {"of", "element", "steps"}, "ogs": {"of"}, "script": {"command"},
-    "xslope": {"of", "phase", "method", "size"}, "bounds": {"of", "phase", "triangles"},
+    "xslope": {"of", "phase", "method", "size", "grid"}, "bounds": {"of", "phase"},
 }  # fmt: skip
 CHECK_KEYS = {"of", "against", "reference", "quantity", "limit_of", "scale", "tolerance", "reason", "print", "name"}
 POINT_KEYS = {"study", "label", "run", "quantity", "reference", "size", "note"}
