@@ -72,7 +72,8 @@ def main() -> int:
     with contextlib.redirect_stdout(said):
         model = model_of(scene)
         figures = discharge(scene, model) if scene["method"] == "seepage" else factor(scene, model)
-    figures["said"] = [line for line in said.getvalue().splitlines() if "⚠" in line or "WARNING" in line]
+    warned = [line.partition("] ")[2] for line in said.getvalue().splitlines() if "⚠" in line or "WARNING" in line]
+    figures["said"] = [line.rstrip(".") for line in warned]
     print(json.dumps(figures))
     return 0
 

@@ -72,7 +72,8 @@ def scene_page(scene: Scene, findings: list[Finding]) -> list[str]:
     lines += [*markdown_table(HEADER, [row_of(f) for f in findings]), ""]
     reasons = dict.fromkeys(f"{f.tolerance:.1e}: {f.reason}." for f in findings if f.tolerance is not None)
     notes = [f"{f.quantity}, {f.run} by {f.against}: {f.note}" for f in findings if f.note]
-    return [*lines, *(f"- {line}" for line in [*reasons, *notes]), ""]
+    said = dict.fromkeys(f"{line}." for f in findings for line in f.said)
+    return [*lines, *(f"- {line}" for line in [*reasons, *notes, *said]), ""]
 
 
 def points_page(points: list[dict[str, Any]]) -> list[str]:

@@ -33,7 +33,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run gave; `trouble` tells why it gave nothing, `absent` that its program is not installed."""
+    """What a run gave; `trouble` tells why it gave nothing, `absent` that its program is not installed, `said` what it said of it."""
 
     program: str
     cpu_seconds: float = 0.0
@@ -42,6 +42,7 @@ class Outcome:
     solution: Solution | None = None
     trouble: str = ""
     absent: bool = False
+    said: str = ""
 
 
 class Computer:
@@ -78,7 +79,7 @@ class Computer:
                 deck = self.folders[f"{scene.name}/{run.words['of']}"].parent / "scene.inp"
                 answer = peers_xslope.bounds if run.program == "bounds" else peers_xslope.solve
                 figures, done = answer(deck, folder, run.words, self.fresh)
-                return Outcome(named, done.cpu_seconds, done.reused, figures)
+                return Outcome(named, done.cpu_seconds, done.reused, figures, said=peers_xslope.said(figures))
             return self._peer(scene, run, folder, named)
         except (RunFailed, OSError, ValueError) as error:
             return Outcome(named, trouble=str(error))
@@ -97,9 +98,9 @@ class Computer:
         figures = {name: float(values[-1]) for name, values in curves.columns.items()}
         if (results / "safety.json").is_file():
             phases = json.loads((results / "safety.json").read_text(encoding="utf-8"))["phases"]
-            figures["factor"] = float(phases[-1]["stable"])
+            figures |= {"factor": float(phases[-1]["stable"]), "upper": float(phases[-1]["lost"] or "nan")}
         fem = "BASIS=FEM" in files["scene.inp"].upper()
-        return Outcome("QSMPM", done.cpu_seconds, done.reused, figures, read_own(results) if fem else None)
+        return Outcome("QSMPM", done.cpu_seconds, done.reused, figures, read_own(results) if fem else None, said=peers_xslope.said(figures))
 
     def _peer(self, scene: Scene, run: PeerRun, folder: Path, named: str) -> Outcome:
         source = f"{scene.name}/{run.words['of']}"

@@ -31,6 +31,7 @@ class Finding:
     seconds: float | None
     peer_seconds: float | None
     note: str = ""
+    said: tuple[str, ...] = ()
 
 
 def limit(values: list[float]) -> float:
@@ -108,6 +109,7 @@ def judge_check(scene: Scene, check: Check, outcomes: dict[str, Outcome]) -> Fin
         scene.name, check.name, f"{own.program} {run}" if own.program != "QSMPM" else run, value,
         check.against or "reference", other.program if other else "", peer_value, difference, check.tolerance, held,
         check.reason, own.cpu_seconds, other.cpu_seconds if other else None, note,
+        tuple(f"{name}: {outcomes[name].said}" for name in check.needs() if outcomes[name].said),
     )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ each = [{n = 8}]              one run an entry (families.py)
 of = "fem"                    the run that is judged
 against = "ccx"               by another run; or reference = 1.5, or reference = {function = "..."}
 quantity = "field"            field: largest difference of displacements over all nodes by the largest displacement;
-                              pressure field: the same of excess pressures at corners of cells;
+                              pressure field: the same of the excess pressures of nodes;
                               reaction: largest component of what the supports bear; or a history, or a figure of a script
 limit_of = ["a", "b"]         in place of `of`: the limit of three or more runs whose cells are halved (Aitken)
 scale = 1.0                   factor on the figure

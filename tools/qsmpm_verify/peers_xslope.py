@@ -120,10 +120,20 @@ def solve(deck: Path, folder: Path, words: dict[str, Any], fresh: bool = False) 
     text = scene_text(read_deck(deck), words.get("phase"), words["method"], float(words.get("size", 0.0)), words.get("grid", True))
     command = [str(PYTHON), str(SCRIPT), "scene.json"]
     run = run_peer(command, version() + SCRIPT.read_text(encoding="utf-8"), {"scene.json": text}, ["terminal.txt"], folder, fresh=fresh)
-    figures: dict[str, Any] = json.loads(last_line(folder / "terminal.txt"))
+    figures = dict(json.loads(last_line(folder / "terminal.txt")))
     if figures.get("converged") is False:
         raise RunFailed(f"{folder.name}: xslope: the flow did not converge")
     return figures, run
+
+
+def said(figures: dict[str, Any]) -> str:
+    """What the programs said of a factor: bounds, or circles without an answer and warnings."""
+    if "lower" in figures:
+        return f"between {figures['lower']:.4f} and {figures['upper']:.4f}"
+    if "circles" in figures:
+        warned = "".join(f"; {line}" for line in figures["said"] if "could not solve" not in line)
+        return f"{figures['unsolved']} of {figures['circles']} circles without an answer{warned}"
+    return f"stable at {figures['factor']:.4f}, lost at {figures['upper']:.4f}" if "factor" in figures else ""
 
 
 def bounds(deck: Path, folder: Path, words: dict[str, Any], fresh: bool = False) -> tuple[dict[str, Any], Finished]:
