@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from qsmpm_verify.chart import command_of, markdown_table
@@ -22,6 +23,8 @@ from qsmpm_verify.trouble import Trouble
 
 HEADER = ["check", "value", "peer's", "difference", "tolerance", "verdict", "CPU s", "peer's CPU s"]
 ABSENT = "not compared"
+WIDTH = 160
+"""Columns of the page's prose."""
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
@@ -66,14 +69,14 @@ def versions() -> list[str]:
 def scene_page(scene: Scene, findings: list[Finding]) -> list[str]:
     """A scene as lines of the page."""
     deck = scene.deck.relative_to(TOP)
-    lines = [f"## {scene.title}", "", f"`{deck}`, `verification/peers/{scene.name}.toml`. {scene.note}", ""]
+    lines = [f"## {scene.title}", "", *wrap(f"`{deck}`, `verification/peers/{scene.name}.toml`. {scene.note}", WIDTH), ""]
     if not findings:
         return [*lines, "Nothing is judged; the figures stand under *Error and cost of the other programs*.", ""]
     lines += [*markdown_table(HEADER, [row_of(f) for f in findings]), ""]
     reasons = dict.fromkeys(f"{f.tolerance:.1e}: {f.reason}." for f in findings if f.tolerance is not None)
     notes = [f"{f.quantity}, {f.run} by {f.against}: {f.note}" for f in findings if f.note]
     said = dict.fromkeys(f"{line}." for f in findings for line in f.said)
-    return [*lines, *(f"- {line}" for line in [*reasons, *notes, *said]), ""]
+    return [*lines, *(part for line in [*reasons, *notes, *said] for part in wrap(f"- {line}", WIDTH, subsequent_indent="  ")), ""]
 
 
 def points_page(points: list[dict[str, Any]]) -> list[str]:
@@ -88,12 +91,12 @@ def points_page(points: list[dict[str, Any]]) -> list[str]:
 
 def page_head(command: str) -> list[str]:
     """Head of the page."""
-    return [
-        "# QSMPM beside other programs", "",
-        f"Written by `{command} --markdown FILE`; do not edit. {'; '.join(versions())}. CPU seconds are those of whole",
-        "processes on one thread. Where a peer computes on the same mesh it gets nodes, cells, supports and loads from",
-        "QSMPM's results, so that element, rule and equilibrium are compared and nothing else.", "",
-    ]  # fmt: skip
+    text = (
+        f"Written by `{command} --markdown FILE`; do not edit. {'; '.join(versions())}. CPU seconds are those of whole "
+        "processes on one thread. Where a peer computes on the same mesh it gets nodes, cells, supports and loads from "
+        "QSMPM's results, so that element, rule and equilibrium are compared and nothing else."
+    )
+    return ["# QSMPM beside other programs", "", *wrap(text, WIDTH), ""]
 
 
 def _judge(scene: Scene, outcomes: dict[str, Outcome]) -> tuple[list[Finding], list[dict[str, Any]]]:
