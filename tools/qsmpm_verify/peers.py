@@ -1,7 +1,8 @@
 """`peers`: QSMPM held against other programs, CalculiX, Kratos, OpenGeoSys and xslope, where they are installed.
 
 The scenes are verification/peers/*.toml. A mesh, its supports and its loads are taken from QSMPM's own results and given
-to the other program, or ground, strengths and water from the deck. Exit code 1 when a figure missed; a program that is not installed is named, and what wants it is skipped.
+to the other program, or ground, strengths and water from the deck. Exit code 1 when a figure missed; a program that is not installed is
+named, and what wants it is skipped.
 """
 
 from __future__ import annotations

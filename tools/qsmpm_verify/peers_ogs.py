@@ -138,7 +138,8 @@ def project_text(model: Model, sets: list[str]) -> str:
 <parameters>{_parameters(model, "loaded" in sets)}</parameters>
 <curves><curve><name>ramp</name><coords>0 {duration!r}</coords><values>0 1</values></curve></curves>
 <process_variables>{variables}</process_variables>
-<nonlinear_solvers><nonlinear_solver><name>newton</name><type>Newton</type><max_iter>5</max_iter><linear_solver>direct</linear_solver></nonlinear_solver></nonlinear_solvers>
+<nonlinear_solvers><nonlinear_solver><name>newton</name><type>Newton</type><max_iter>5</max_iter>
+<linear_solver>direct</linear_solver></nonlinear_solver></nonlinear_solvers>
 <linear_solvers><linear_solver><name>direct</name><eigen><solver_type>SparseLU</solver_type><scaling>true</scaling></eigen></linear_solver></linear_solvers>
 </OpenGeoSysProject>
 """

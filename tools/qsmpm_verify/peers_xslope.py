@@ -50,7 +50,8 @@ def _material(name: str, scene: Scene, k: float, gravity: float) -> dict[str, An
     share, phi = (1.0, np.radians(strength.friction)) if not strength.reduced() else strength.at(1.0, scene.flow)
     suction = 0.5 * min(float(np.diff(lines).min()) for lines in scene.steps)
     return {
-        "name": name, "gamma": gravity * material.weight, "gamma_sat": gravity * material.saturated, "c": share * strength.cohesion, "phi": float(np.degrees(phi)),
+        "name": name, "gamma": gravity * material.weight, "gamma_sat": gravity * material.saturated,
+        "c": share * strength.cohesion, "phi": float(np.degrees(phi)),
         "k1": k, "k2": k, "alpha": 0.0, "unsat": "lf", "kr0": 1e-3, "h0": -suction,
     }  # fmt: skip
 
