@@ -1,6 +1,7 @@
 !> Checks between cards, when the whole deck is known: what a deck must have, names that must
 !> exist, materials that are complete, phases that are a tree.
 module qsmpm_deck_references
+  use qsmpm_analysis, only: analysis_type
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: add_names, place_named
   use qsmpm_body_description, only: body_region, body_all, body_box, body_polygon
@@ -359,13 +360,40 @@ contains
     end associate
   end subroutine report_parent
 
+  !> Whether a material of the program's own flows as time goes.
+  pure logical function flows_in_time(material)
+    type(material_type), intent(in) :: material
+    type(law_description_type) :: traits
+
+    flows_in_time = allocated(material%soil_law)
+    if (.not. flows_in_time) return
+    traits = traits_of(material)
+    flows_in_time = traits%flows_in_time
+  end function flows_in_time
+
+  !> Whether a phase has a card of its own that changes loads, supports, bodies or water.
+  pure logical function changes_something(analysis, number)
+    type(analysis_type), intent(in) :: analysis
+    !> Of the phase.
+    integer, intent(in) :: number
+
+    associate (phase => analysis%phases(number))
+      changes_something = acts(phase) .or. consolidation_of(analysis%phases, number) > 0 .or. &
+        size(phase%fixities) + size(phase%supports) + size(phase%tractions) + size(phase%installed) &
+        + size(phase%activations) + size(phase%deactivations) + size(phase%materials) &
+        + size(phase%constant_load_test%at) + size(phase%water_levels) > 0 .or. phase%kind == phase_safety .or. &
+        phase%gravity%given .or. phase%drain_state%given
+    end associate
+  end function changes_something
+
   !> What looks like an oversight: nothing held, or K0 stresses without weight.
   subroutine check_starts(state)
     type(deck_state_type), intent(inout) :: state
-    logical :: held
+    logical :: held, creeps
     integer :: p
 
     held = .false.
+    creeps = any([(flows_in_time(state%analysis%materials(p)), p=1, size(state%analysis%materials))])
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
         held = held .or. size(phase%fixities) + size(phase%prescriptions) + size(phase%supports) > 0
@@ -381,11 +409,7 @@ contains
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
         if (.not. is_loaded(state%analysis%phases, p)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
-        else if (.not. (acts(phase) .or. consolidation_of(state%analysis%phases, p) > 0 .or. size(phase%fixities) &
-            + size(phase%supports) + size(phase%tractions) &
-            + size(phase%installed) + size(phase%activations) + size(phase%deactivations) &
-            + size(phase%materials) > 0 .or. phase%kind == phase_safety .or. phase%gravity%given .or. &
-            phase%drain_state%given .or. size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then
+        else if (.not. (changes_something(state%analysis, p) .or. (creeps .and. phase%duration_given))) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if
       end associate

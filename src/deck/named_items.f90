@@ -69,20 +69,23 @@ contains
     type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     type(string_type) :: values(size(columns))
+    character(len=:), allocatable :: missing
     integer :: k
 
     do k = 1, size(values)
       values(k)%text = ''
     end do
+    missing = ''
     do k = first, last
       call take_row(columns, k, k > first, card, state, values)
     end do
     card%rows(first)%by_name = .true.
     card%rows(first)%good = all(card%rows(first:last)%good)
     do k = 1, size(columns)
-      if (columns(k)%required .and. len(values(k)%text) == 0 .and. card%rows(first)%good) &
-        call report(card, first, columns(k)%name//' is missing', state)
+      if (columns(k)%required .and. len(values(k)%text) == 0) missing = missing//', '//columns(k)%name
     end do
+    if (len(missing) > 0 .and. card%rows(first)%good) call report(card, first, missing(3:)// &
+      trim(merge(' are missing', ' is missing ', index(missing(3:), ', ') > 0)), state)
     card%rows(first)%items = values
   end subroutine order_rows
 

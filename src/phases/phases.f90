@@ -46,6 +46,7 @@ module qsmpm_phases
   use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
   use qsmpm_unfinished_phases, only: any_lost, is_loss, need_all_phases, not_run_text
+  use qsmpm_water_start, only: hold_water_start
   use qsmpm_worn_mesh, only: has_no_room, is_worn, leave_mesh, may_leave_mesh
   implicit none
   private
@@ -334,6 +335,8 @@ contains
     if (.not. allocated(error)) call take_parts(model, loop, observer, error)
     if (allocated(error)) return
     call measure_start(model)
+    call hold_water_start(model, loop%step, error)
+    if (allocated(error)) return
     call observer%note_lines(notes//moved_note(model))
     loop%report%lag_warned = .false.
     call begin_contact_check(model, loop%report%contact)

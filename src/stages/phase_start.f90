@@ -14,7 +14,7 @@ module qsmpm_phase_start
   use qsmpm_cavities, only: closure_of
   use qsmpm_body_stages, only: change_bodies
   use qsmpm_error, only: error_type
-  use qsmpm_free_surface, only: idle_note
+  use qsmpm_free_surface, only: bounds_note
   use qsmpm_initial_contact, only: press_on_bodies
   use qsmpm_initial_stress, only: set_initial_stresses
   use qsmpm_limit_load, only: limit_load_type
@@ -108,7 +108,7 @@ contains
         size(phase%materials) > 0)) notes = notes//strength_note(model)
     end associate
     call begin_free_surface(model)
-    if (present(notes)) notes = notes//idle_note(model)
+    if (present(notes)) notes = notes//bounds_note(model)
     call update_pore_pressure(model)
   end subroutine start_phase
 

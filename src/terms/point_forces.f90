@@ -1,11 +1,13 @@
 !> Forces on the material points at a fraction of the phase: weight (eq. 29 with the mass kept), water in the pores and
 !> what an embedding program puts on them; and what they make of the pressure of points that share one.
 !>
-!> Points under one pressure bear a force b per volume as a fluid does, by a pressure that is linear in the place,
+!> Points under one pressure bear a force b per volume, that of still water under a free surface with it, as a fluid
+!> does, by a pressure that is linear in the place,
 !>   pi_p + c omega_p - g_p = pbar,   g_p = -b (x_p - x_mean),
 !> so that ground at rest asks nothing of the strength for its weight inside a cell (qsmpm_uniform_pressure).
 module qsmpm_point_forces
   use qsmpm_kinds, only: wp
+  use qsmpm_consolidation, only: still_water_forces
   use qsmpm_integration, only: integration_type
   use qsmpm_load_path, only: between
   use qsmpm_model, only: model_type
@@ -45,12 +47,14 @@ contains
     type(integration_type), intent(in) :: integration
     real(wp), intent(in) :: fraction
     real(wp) :: offset(integration%point_count)
-    real(wp) :: density(model%mesh%dimension, model%mesh%cell_count)
+    real(wp) :: density(model%mesh%dimension, model%mesh%cell_count), gravity(3)
     integer :: g, from, to
 
     offset = 0.0_wp
     if (.not. any(model%laws%pressure_factor > 0.0_wp)) return
-    density = cell_densities(model, point_forces(model, fraction))
+    gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
+    density = cell_densities(model, point_forces(model, fraction) &
+      + still_water_forces(model, gravity(:model%mesh%dimension)))
     do g = 1, integration%group_count
       from = integration%first(g)
       do while (from < integration%first(g + 1))

@@ -9,23 +9,20 @@
 !> docs/methods/consolidation.md
 module qsmpm_pore_flow
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: axisymmetric
   use qsmpm_configuration, only: configuration_type
   use qsmpm_consolidation, only: drained_nodes, excess_field, permeable_points
-  use qsmpm_element, only: corner_count, element_geometry, linear_kind
   use qsmpm_equations, only: equations_type
+  use qsmpm_face_leak, only: face_leaks
+  use qsmpm_flow_points, only: flow_point_type, see_point, see_pores
   use qsmpm_free_surface, only: dry, filling_pressure, find_bounds, kept_water, water_bounds_type
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_load_path, only: between
-  use qsmpm_material_description, only: permeability_at
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
-  use qsmpm_permeability_law, only: permeability_ratio
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
   use qsmpm_pore_water, only: update_pore_pressure
   use qsmpm_seepage, only: filled_share, let_through_in_time
-  use qsmpm_space, only: functions_at, shape_values_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: failure_type, force_sizes_type, increment_type, term_type
   use qsmpm_unknowns, only: find_field, joint_node
@@ -35,26 +32,12 @@ module qsmpm_pore_flow
 
   public :: new_pore_flow
 
-  !> What a point sees.
-  type :: flow_point_type
-    real(wp) :: volume = 0.0_wp, permeability(3) = 0.0_wp
-    type(shape_values_type) :: place
-    !> 1/r in axisymmetry, else 0.
-    real(wp) :: hoop = 0.0_wp
-    integer :: corners = 0
-    real(wp) :: shape(8) = 0.0_wp, slope(3, 8) = 0.0_wp, kept(8) = 0.0_wp
-    !> Under a free surface: share of drainable pores, mass that the water in them adds where they are full, and weight
-    !> of water that has come in as the soil grew; of its corners the suction under which they are empty, how much of
-    !> them was filled, and what a unit of pressure makes flow there, of the size of the matrix, in unit time and at
-    !> once.
-    real(wp) :: pores = 0.0_wp, mass = 0.0_wp, gained = 0.0_wp, yields = 0.0_wp
-    real(wp) :: suction(8) = 1.0_wp, filled(8) = 1.0_wp, conducts(8) = 0.0_wp
-  end type flow_point_type
-
   !> What the unknowns make of it.
   type :: flow_state_type
     !> On the skeleton, its derivative by the corners; change, slope of the pressure with the weight of the water.
     real(wp) :: pressure = 0.0_wp, by_pressure(8) = 1.0_wp, change = 0.0_wp, slope(3) = 0.0_wp, divergence = 0.0_wp
+    !> Pressure of the corners.
+    real(wp) :: nodal(8) = 0.0_wp
     !> Filled share of the corners, water in their drainable pores, relative permeability, and their derivatives.
     real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, water(8) = 1.0_wp, by_water(8) = 0.0_wp
     real(wp) :: factor = 1.0_wp, by_factor(8) = 0.0_wp
@@ -63,6 +46,8 @@ module qsmpm_pore_flow
   type, extends(term_type) :: pore_flow_type
     !> Weight of water, compressibility of water and grains, time of the step; pressures stay.
     real(wp) :: unit_weight = 1.0_wp, storage = 0.0_wp, duration = 0.0_wp, phase_time = 1.0_wp
+    !> What t^1/2 grows by in the step, twice, t from the start of the phase.
+    real(wp) :: root_time = 0.0_wp
     integer :: dimension = 2, field = 0, axis = 2
     !> The pressure is all that there is, under a free surface; sense of upwards, gravity as it stands.
     logical :: total = .false.
@@ -74,6 +59,8 @@ module qsmpm_pore_flow
     !> Pressure at the start of the step, and whether that of the bounds is there at the last evaluation (nodes).
     real(wp), allocatable :: kept(:)
     logical, allocatable :: held(:)
+    !> Nodes of faces by which water may leave from within a cell (mesh nodes).
+    logical, allocatable :: leaks(:)
     type(flow_point_type), allocatable :: points(:)
     !> Sizes of the flows at the last evaluation (columns).
     real(wp), allocatable :: flow_size(:)
@@ -117,7 +104,7 @@ contains
     logical, intent(inout) :: constrained(:, :)
     real(wp), intent(inout) :: values(:, :)
     logical :: drained(model%mesh%node_count)
-    real(wp) :: kept(model%mesh%node_count)
+    real(wp) :: kept(model%mesh%node_count), leak(model%mesh%node_count)
     integer :: from, a, field
 
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
@@ -130,6 +117,10 @@ contains
     else
       drained = drained_nodes(model, model%analysis%phases(from)%consolidation)
       if (free_surface_of(model%analysis%phases, model%state%progress%phase) > 0) return
+    end if
+    if (model%analysis%phases(model%state%progress%phase)%kind /= phase_safety) then
+      leak = leaks_of(self, model)
+      where (leak > 0.0_wp) drained = .false.
     end if
     do a = 1, size(drained)
       if (.not. drained(a)) cycle
@@ -144,7 +135,7 @@ contains
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     integer, allocatable :: wet(:)
-    real(wp) :: kept(model%space%node_count), suction(model%mesh%node_count)
+    real(wp) :: kept(model%space%node_count), suction(model%mesh%node_count), leak(model%mesh%node_count)
     integer :: from, p, i
 
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
@@ -170,63 +161,34 @@ contains
       self%held = [(.false., p=1, size(kept))]
       self%open = drained_nodes(model, model%analysis%phases(from)%consolidation)
     end if
+    leak = 0.0_wp
+    if (from > 0) leak = leaks_of(self, model)
+    self%leaks = leak > 0.0_wp
     if (allocated(self%points)) deallocate (self%points)
     allocate (self%points(size(wet)))
     do i = 1, size(wet)
-      call see_point(self, model, wet(i), kept, self%points(i))
-      if (self%total) call see_pores(self, model, wet(i), suction, self%points(i))
+      call see_point(model, wet(i), kept, self%points(i))
+      if (self%total) call see_pores(model, wet(i), self%unit_weight, suction, self%points(i))
+      associate (node => self%points(i)%place%node(:self%points(i)%corners))
+        self%points(i)%leak(:size(node)) = leak(node)
+        leak(node) = 0.0_wp
+      end associate
     end do
     call connect(self)
   end subroutine prepare
 
-  !> Functions of the displacement and of the pressure at a point.
-  subroutine see_point(self, model, p, kept, point)
+  !> What leaves at nodes of drained faces, under a free surface at those of all; 0 where p is held (mesh nodes).
+  function leaks_of(self, model) result(leak)
     class(pore_flow_type), intent(in) :: self
     type(model_type), intent(in) :: model
-    integer, intent(in) :: p
-    !> Pressure of the nodes.
-    real(wp), intent(in) :: kept(:)
-    type(flow_point_type), intent(inout) :: point
-    real(wp) :: determinant
-    integer :: kind
+    real(wp) :: leak(model%mesh%node_count)
 
-    associate (points => model%state%points, soil => model%analysis%materials(model%state%points%material(p)))
-      point%volume = points%volume(p)
-      point%permeability(:2) = permeability_at(soil, points%initial_position(:, p))
-      point%permeability = point%permeability([1, 2, 1])*permeability_ratio(soil%permeability_law, &
-        points%volume(p)/points%initial_volume(p))
-      if (model%analysis%model == axisymmetric) point%hoop = 1.0_wp/points%position(1, p)
-      call functions_at(model%space, model%mesh, points%cell(p), points%local(:, p), point%place)
-      kind = model%mesh%cell_kind(points%cell(p))
-      point%corners = corner_count(kind)
-      associate (node => point%place%node(:point%corners))
-        call element_geometry(linear_kind(kind), points%local(:, p), model%mesh%coordinates(:, node), &
-          point%shape(:point%corners), point%slope(:self%dimension, :point%corners), determinant)
-        point%kept(:point%corners) = kept(node)
+    associate (phases => model%analysis%phases)
+      associate (card => phases(consolidation_of(phases, model%state%progress%phase))%consolidation)
+        leak = face_leaks(model, drained_nodes(model, card) .or. self%total, card%unit_weight)
       end associate
     end associate
-  end subroutine see_point
-
-  !> Drainable pores of a point, and how much of them is filled.
-  subroutine see_pores(self, model, p, suction, point)
-    class(pore_flow_type), intent(in) :: self
-    type(model_type), intent(in) :: model
-    integer, intent(in) :: p
-    !> Under which the pores at a node are empty (nodes).
-    real(wp), intent(in) :: suction(:)
-    type(flow_point_type), intent(inout) :: point
-
-    associate (soil => model%analysis%materials(model%state%points%material(p)), n => point%corners, &
-        volume => model%state%points%initial_volume(p))
-      point%pores = soil%drainable_porosity
-      if (soil%saturated_weight >= 0.0_wp) point%mass = (soil%saturated_weight - soil%unit_weight)*volume
-      point%gained = (point%volume - volume)*self%unit_weight
-      point%suction(:n) = suction(point%place%node(:n))
-      point%filled(:n) = kept_water(point%kept(:n), point%suction(:n))
-      if (soil%young > 0.0_wp) point%yields = 1.0_wp/soil%young
-      point%conducts(:n) = maxval(point%permeability)*self%unit_weight/point%suction(:n)**2
-    end associate
-  end subroutine see_pores
+  end function leaks_of
 
   !> Displacements and pressures around each point couple.
   subroutine connect(self)
@@ -257,6 +219,8 @@ contains
     type(increment_type), intent(in) :: increment
 
     self%duration = increment%step_info%duration*self%phase_time
+    self%root_time = 2.0_wp*(sqrt(increment%step_info%start*self%phase_time + self%duration) &
+      - sqrt(increment%step_info%start*self%phase_time))
   end subroutine begin
 
   !> Levels, rain and gravity as they stand.
@@ -277,39 +241,36 @@ contains
     integer, intent(in) :: i
     real(wp), intent(in) :: table(:, :)
     type(flow_state_type), intent(out) :: here
-    real(wp) :: nodal(8)
     integer :: a, n
 
     n = self%points(i)%place%count
-    nodal = 0.0_wp
     associate (own => self%connectivity%nodes(self%connectivity%first(i):), point => self%points(i))
       do a = 1, point%corners
         here%change = here%change + point%shape(a)*table(1, own(n + a))
-        nodal(a) = point%kept(a) + table(1, own(n + a))
-        here%slope = here%slope + point%slope(:, a)*nodal(a)
+        here%nodal(a) = point%kept(a) + table(1, own(n + a))
+        here%slope = here%slope + point%slope(:, a)*here%nodal(a)
       end do
       do a = 1, n
         here%divergence = here%divergence + dot_product(volume_of(self, point, a), table(:self%dimension, own(a)))
       end do
-      if (self%total) call fill_pores(self, point, nodal, here)
-      here%pressure = sum(point%shape*here%filled*nodal)
+      if (self%total) call fill_pores(self, point, here)
+      here%pressure = sum(point%shape*here%filled*here%nodal)
     end associate
   end subroutine values_at
 
   !> How far pores are filled by the pressures of the corners, and what that lets through.
-  pure subroutine fill_pores(self, point, nodal, here)
+  pure subroutine fill_pores(self, point, here)
     class(pore_flow_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
-    real(wp), intent(in) :: nodal(8)
     type(flow_state_type), intent(inout) :: here
 
     here%slope = here%slope + self%heavy
-    here%filled = filled_share(nodal, point%suction)
-    where (nodal < 0.0_wp .and. nodal > -point%suction) here%by_filled = 1.0_wp/point%suction
-    here%by_pressure = here%filled + here%by_filled*nodal
-    here%water = kept_water(nodal, point%suction)
-    here%by_water = merge(dry/point%suction, here%by_filled, nodal <= -point%suction)
-    call let_through_in_time(nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
+    here%filled = filled_share(here%nodal, point%suction)
+    where (here%nodal < 0.0_wp .and. here%nodal > -point%suction) here%by_filled = 1.0_wp/point%suction
+    here%by_pressure = here%filled + here%by_filled*here%nodal
+    here%water = kept_water(here%nodal, point%suction)
+    here%by_water = merge(dry/point%suction, here%by_filled, here%nodal <= -point%suction)
+    call let_through_in_time(here%nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
   end subroutine fill_pores
 
   !> Change of volume by the displacement of a node.
@@ -359,7 +320,8 @@ contains
             at = at + point%volume*(point%shape(a)*(self%storage*abs(here%change) + abs(here%divergence) &
               + point%pores*abs(here%water(a) - point%filled(a))) + here%factor*( &
               abs(dot_product(conductance(self, point)*(here%slope - self%heavy), point%slope(:, a))) &
-              + abs(dot_product(conductance(self, point)*self%heavy, point%slope(:, a)))))
+              + abs(dot_product(conductance(self, point)*self%heavy, point%slope(:, a))))) &
+              + self%root_time*point%leak(a)*abs(driving(self, point, here, a))
           end associate
         end do
       end associate
@@ -420,7 +382,8 @@ contains
           associate (at => flow(own(point%place%count + a)))
             at = at + point%volume*(point%shape(a)*(self%storage*here%change + here%filled(a)*here%divergence &
               + point%pores*(here%water(a) - point%filled(a))) &
-              + here%factor*dot_product(conductance(self, point)*here%slope, point%slope(:, a)))
+              + here%factor*dot_product(conductance(self, point)*here%slope, point%slope(:, a))) &
+              + self%root_time*point%leak(a)*driving(self, point, here, a)
           end associate
         end do
       end associate
@@ -432,6 +395,22 @@ contains
       end associate
     end do
   end function net_flow
+
+  !> Pressure of a corner that makes water leave by a face: under a free surface beyond that of its bounds, and into the
+  !> air alone where no water stands.
+  pure real(wp) function driving(self, point, here, a) result(pressure)
+    class(pore_flow_type), intent(in) :: self
+    type(flow_point_type), intent(in) :: point
+    type(flow_state_type), intent(in) :: here
+    integer, intent(in) :: a
+
+    pressure = here%nodal(a)
+    if (.not. self%total) return
+    associate (node => point%place%node(a))
+      pressure = merge(pressure - self%bounds%pressure(node), 0.0_wp, self%bounds%open(node))
+      if (.not. self%bounds%held(node)) pressure = max(0.0_wp, pressure)
+    end associate
+  end function driving
 
   !> What a unit of pressure makes flow at the nodes, of the size of the matrix (nodes).
   pure function own_flow(self) result(flow)
@@ -463,7 +442,7 @@ contains
 
     column = [(joint_node(self%unknowns, a, self%field), a=1, size(column))]
     beyond = own_flow(self)
-    held = self%bounds%open .and. beyond > 0.0_wp
+    held = self%bounds%open .and. beyond > 0.0_wp .and. .not. self%leaks
     beyond = beyond*(self%kept + table(1, column) - self%bounds%pressure)
     held = held .and. (self%bounds%held .or. beyond > flow(column))
     if (present(residual)) residual = beyond
@@ -527,6 +506,8 @@ contains
           end do
           block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + point%volume*point%shape(b) &
             *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores)
+          if (abs(driving(self, point, here, b)) > 0.0_wp) block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) &
+            + self%root_time*point%leak(b)
         end do
         do a = 1, merge(point%corners, 0, self%total)
           if (.not. self%held(point%place%node(a))) cycle

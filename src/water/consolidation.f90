@@ -10,11 +10,11 @@ module qsmpm_consolidation
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_element, only: corner_count, element_order, face_corners, face_count, linear_kind, &
     shape_functions
-  use qsmpm_free_surface, only: acting_pressure, filling_pressure
+  use qsmpm_face_leak, only: constrained_modulus, front_within
+  use qsmpm_free_surface, only: acting_pressure, filling_pressure, is_in_air
   use qsmpm_free_surface_check, only: check_free_surface
   use qsmpm_kept_arrays, only: is_kept, kept_values
   use qsmpm_load_description, only: consolidation_type
-  use qsmpm_material_description, only: material_type
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
@@ -22,14 +22,13 @@ module qsmpm_consolidation
   use qsmpm_permeability_law, only: permeability_constant, permeability_words
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_seepage, only: filled_share
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
 
-  public :: permeable_points, excess_pressure, drained_nodes, check_consolidation
+  public :: permeable_points, excess_pressure, still_water_forces, drained_nodes, check_consolidation
 
-  !> Share of the normal of a face along the vertical from which it looks upwards.
-  real(wp), parameter :: upwards_from = 0.05_wp
   !> Nodal field with the excess pore pressure.
   character(len=*), parameter, public :: excess_field = 'excess_pore_pressure'
 
@@ -47,25 +46,64 @@ contains
   pure function excess_pressure(model) result(pressure)
     type(model_type), intent(in) :: model
     real(wp) :: pressure(model%state%points%count)
-    real(wp) :: nodal(model%space%node_count), shape(8)
-    integer :: p, n
+    real(wp) :: nodal(model%space%node_count)
 
     pressure = 0.0_wp
     if (.not. is_kept(model%state%kept, excess_field)) return
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
     if (free_surface_of(model%analysis%phases, model%state%progress%phase) > 0) &
       nodal = acting_pressure(nodal, filling_pressure(model))
+    pressure = at_points(model, nodal)
+  end function excess_pressure
+
+  !> What corners of cells have, at the points; 0 where no water flows (points).
+  pure function at_points(model, nodal) result(values)
+    type(model_type), intent(in) :: model
+    !> (mesh nodes or more)
+    real(wp), intent(in) :: nodal(:)
+    real(wp) :: values(model%state%points%count)
+    real(wp) :: shape(8)
+    integer :: p, n
+
     associate (mesh => model%mesh, points => model%state%points)
       do p = 1, points%count
         associate (c => points%cell(p))
           n = corner_count(mesh%cell_kind(c))
           call shape_functions(linear_kind(mesh%cell_kind(c)), points%local(:, p), shape(:n))
-          pressure(p) = dot_product(shape(:n), nodal(mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + n - 1)))
+          values(p) = dot_product(shape(:n), nodal(mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + n - 1)))
         end associate
       end do
     end associate
-    where (.not. permeable_points(model)) pressure = 0.0_wp
-  end function excess_pressure
+    where (.not. permeable_points(model)) values = 0.0_wp
+  end function at_points
+
+  !> Force on the points of water that fills pores under a free surface, as if it were at rest, by the pressure at the
+  !> start of the step: lift of full ground, and its weight (dimension, points).
+  pure function still_water_forces(model, gravity) result(force)
+    type(model_type), intent(in) :: model
+    !> As it stands (dimension).
+    real(wp), intent(in) :: gravity(:)
+    real(wp) :: force(size(gravity), model%state%points%count)
+    real(wp) :: nodal(model%space%node_count), filled(model%state%points%count)
+    integer :: from, p, axis
+
+    force = 0.0_wp
+    from = consolidation_of(model%analysis%phases, model%state%progress%phase)
+    if (free_surface_of(model%analysis%phases, model%state%progress%phase) == 0) return
+    nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
+    filled = at_points(model, filled_share(nodal(:model%mesh%node_count), filling_pressure(model)))
+    axis = vertical_of(model%analysis)
+    associate (points => model%state%points)
+      do p = 1, points%count
+        associate (soil => model%analysis%materials(points%material(p)))
+          force(axis, p) = filled(p)*points%volume(p)*upwards(model%analysis) &
+            *model%analysis%phases(from)%consolidation%unit_weight
+          if (soil%saturated_weight >= 0.0_wp) force(:, p) = force(:, p) + filled(p)*points%initial_volume(p) &
+            *(soil%saturated_weight - soil%unit_weight)*gravity
+        end associate
+      end do
+    end associate
+  end function still_water_forces
 
   !> Nodes at which water leaves (mesh nodes).
   pure function drained_nodes(model, card) result(drained)
@@ -84,11 +122,7 @@ contains
       do c = 1, mesh%cell_count
         if (.not. wet(c)) cycle
         do f = 1, face_count(mesh%cell_kind(c))
-          if (mesh%face_neighbour(f, c) == 0) then
-            if (.not. looks_up(model, c, f)) cycle
-          else if (filled(mesh%face_neighbour(f, c))) then
-            cycle
-          end if
+          if (.not. is_in_air(model, filled, c, f)) cycle
           drained(mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f))) = .true.
         end do
       end do
@@ -100,32 +134,6 @@ contains
       end do
     end associate
   end function drained_nodes
-
-  !> Whether a face where the mesh ends looks upwards and is free: one that is held along the vertical is no ground
-  !> surface.
-  pure logical function looks_up(model, c, f)
-    type(model_type), intent(in) :: model
-    !> Number of the cell, and of its face.
-    integer, intent(in) :: c, f
-    real(wp), dimension(model%mesh%dimension) :: out, along
-    logical :: held
-    integer :: axis
-
-    axis = vertical_of(model%analysis)
-    associate (mesh => model%mesh, first => model%mesh%cell_first(c) - 1)
-      associate (node => mesh%cell_nodes(first + face_corners(mesh%cell_kind(c), f)), &
-          all_nodes => mesh%cell_nodes(first + 1:first + corner_count(mesh%cell_kind(c))))
-        held = all(model%loading%constrained(axis, node))
-        out = sum(mesh%coordinates(:, node), dim=2)/size(node) - sum(mesh%coordinates(:, all_nodes), dim=2) &
-          /size(all_nodes)
-        if (mesh%dimension == 2) then
-          along = mesh%coordinates(:, node(2)) - mesh%coordinates(:, node(1))
-          out = out - dot_product(out, along)/dot_product(along, along)*along
-        end if
-      end associate
-    end associate
-    looks_up = upwards(model%analysis)*out(axis) > upwards_from*norm2(out) .and. .not. held
-  end function looks_up
 
   !> It is for quadratic cells that go with the ground, and for soil whose permeability is known.
   subroutine check_consolidation(model, diagnostics)
@@ -189,6 +197,7 @@ contains
           width = maxval([0.0_wp, (cell_width(model%mesh, points%cell(p)), p=1, points%count)], &
             mask=[.false., points%material(:points%count) == m])
           if (.not. width > 0.0_wp) cycle
+          if (front_within(soil, soil%permeability(2)/phase%consolidation%unit_weight, width, phase%duration)) cycle
           least = width**2*phase%consolidation%unit_weight/(6.0_wp*soil%permeability(2)*constrained_modulus(soil))
           if (.not. step < least) cycle
           if (step < far_too_short*least) text = text//'warning: '
@@ -200,13 +209,6 @@ contains
       end do
     end associate
   end function step_note
-
-  !> Stress over strain where nothing moves sideways.
-  pure real(wp) function constrained_modulus(soil) result(modulus)
-    type(material_type), intent(in) :: soil
-
-    modulus = soil%young*(1.0_wp - soil%poisson)/((1.0_wp + soil%poisson)*(1.0_wp - 2.0_wp*soil%poisson))
-  end function constrained_modulus
 
   !> Every body has a permeability, and water has one way to take pressure.
   subroutine check_soil(analysis, number, diagnostics)

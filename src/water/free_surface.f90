@@ -4,8 +4,9 @@
 !>   S = 1 for p >= 0,  1 + p/(gamma_w c) for -gamma_w c < p < 0,  0 below          c: height of the cells at a node
 !>   pi = S p                                                       presses on the skeleton (Bishop 1959, chi = S)
 !>
-!> Below its level a part of the bounds has the pressure of the free water, which presses on the faces there too; above
-!> it, and on all other faces in air, water leaves where p would be positive. docs/methods/consolidation.md
+!> Below its level a part of the bounds has the pressure of the free water, which presses on the faces there too, and on
+!> those in air that rise beside them, as of a wall, as far as its level reaches; above it, and on all other faces in
+!> air, water leaves where p would be positive. docs/methods/consolidation.md
 module qsmpm_free_surface
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -22,11 +23,13 @@ module qsmpm_free_surface
   implicit none
   private
 
-  public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, rows_in_force, &
-    former_levels, idle_rows, idle_note
+  public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, is_in_air, rows_in_force, &
+    former_levels, idle_rows, bounds_note, beside_text
 
   !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
   real(wp), parameter, public :: dry = 1.0e-3_wp
+  !> Share of the normal of a face along the vertical from which it looks upwards.
+  real(wp), parameter :: upwards_from = 0.05_wp
 
   !> What bounds are to the water.
   type :: water_bounds_type
@@ -36,6 +39,8 @@ module qsmpm_free_surface
     real(wp), allocatable :: pressure(:), rain(:)
     !> Row of the card that a node is of, 0 for none (nodes).
     integer, allocatable :: row(:)
+    !> Row whose free water stands on a face of no row, 0 for none (faces, cells).
+    integer, allocatable :: beside(:, :)
     !> Force of the free water (dimension, nodes).
     real(wp), allocatable :: load(:, :)
   end type water_bounds_type
@@ -135,8 +140,8 @@ contains
     real(wp), intent(in) :: fraction
     type(water_bounds_type), intent(out) :: bounds
     type(head_type), allocatable :: rows(:)
-    logical :: filled(model%mesh%cell_count)
-    integer :: c, f, i
+    logical :: filled(model%mesh%cell_count), air, given(6, model%mesh%cell_count)
+    integer :: c, f, i, wet(model%mesh%node_count)
 
     associate (mesh => model%mesh)
       allocate (bounds%open, source=open)
@@ -146,20 +151,151 @@ contains
       allocate (bounds%load(mesh%dimension, mesh%node_count), source=0.0_wp)
       filled = .false.
       filled(model%state%points%cell) = .true.
+      given = .false.
+      wet = 0
       rows = rows_in_force(model%analysis%phases, model%state%progress%phase, fraction)
       do c = 1, mesh%cell_count
         if (.not. filled(c)) cycle
         do f = 1, face_count(mesh%cell_kind(c))
-          if (mesh%face_neighbour(f, c) > 0) then
-            if (filled(mesh%face_neighbour(f, c))) cycle
-          end if
+          air = is_in_air(model, filled, c, f)
+          if (.not. air .and. mesh%face_neighbour(f, c) > 0) cycle
+          given(f, c) = .not. air
           do i = 1, size(rows)
-            if (is_on(model, rows(i)%set, c, f)) call take_face(model, rows(i), i, c, f, bounds)
+            if (.not. is_on(model, rows(i)%set, c, f)) cycle
+            call take_face(model, rows(i), i, c, f, bounds)
+            given(f, c) = .true.
+            if (air) call wet_ends(model, rows(i), i, c, f, wet)
           end do
         end do
       end do
+      call flood(model, rows, filled, given, wet, bounds)
     end associate
   end subroutine find_bounds
+
+  !> Free water stands on the faces in air that rise beside those of its row too, as far as its level reaches.
+  pure subroutine flood(model, rows, filled, given, wet, bounds)
+    type(model_type), intent(in) :: model
+    type(head_type), intent(in) :: rows(:)
+    !> Cells with ground (cells), faces of a row or of no air (faces, cells).
+    logical, intent(in) :: filled(:)
+    logical, intent(inout) :: given(:, :)
+    !> Row whose free water is at a node, 0 for none (mesh nodes).
+    integer, intent(inout) :: wet(:)
+    type(water_bounds_type), intent(inout) :: bounds
+    type(head_type) :: row
+    logical :: spreads
+    integer :: c, f, i
+
+    allocate (bounds%beside(size(given, 1), size(given, 2)), source=0)
+    spreads = any(wet > 0)
+    do while (spreads)
+      spreads = .false.
+      do c = 1, model%mesh%cell_count
+        if (.not. filled(c)) cycle
+        do f = 1, face_count(model%mesh%cell_kind(c))
+          if (given(f, c)) cycle
+          if (.not. is_in_air(model, filled, c, f)) cycle
+          i = risen_from(model, c, f, wet)
+          if (i == 0) cycle
+          row = rows(i)
+          row%rain = 0.0_wp
+          call take_face(model, row, i, c, f, bounds)
+          call wet_ends(model, row, i, c, f, wet)
+          given(f, c) = .true.
+          bounds%beside(f, c) = i
+          spreads = .true.
+        end do
+      end do
+    end do
+  end subroutine flood
+
+  !> Row whose water is at the lowest corner of a face, 0 for none.
+  pure integer function risen_from(model, c, f, wet) result(row)
+    type(model_type), intent(in) :: model
+    !> Number of the cell, and of its face.
+    integer, intent(in) :: c, f, wet(:)
+    real(wp), parameter :: level_within = 1.0e-6_wp
+    integer, allocatable :: ends(:)
+    integer :: axis
+
+    allocate (ends, source=ends_of(model, c, f))
+    axis = vertical_of(model%analysis)
+    associate (height => upwards(model%analysis)*model%mesh%coordinates(axis, ends))
+      row = maxval(wet(ends), mask=height <= minval(height) + level_within*(model%mesh%bounds(axis, 2) &
+        - model%mesh%bounds(axis, 1)))
+    end associate
+  end function risen_from
+
+  !> Corners of a face of a cell.
+  pure function ends_of(model, c, f) result(ends)
+    type(model_type), intent(in) :: model
+    !> Number of the cell, and of its face.
+    integer, intent(in) :: c, f
+    integer, allocatable :: ends(:)
+
+    associate (mesh => model%mesh)
+      allocate (ends, source=mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f)))
+    end associate
+  end function ends_of
+
+  !> Corners of a face that are under the water of a row.
+  pure subroutine wet_ends(model, row, number, c, f, wet)
+    type(model_type), intent(in) :: model
+    type(head_type), intent(in) :: row
+    !> Of the row, the cell, and its face.
+    integer, intent(in) :: number, c, f
+    integer, intent(inout) :: wet(:)
+    integer, allocatable :: ends(:)
+    integer :: i
+
+    allocate (ends, source=ends_of(model, c, f))
+    do i = 1, size(ends)
+      if (free_pressure(model, row, model%mesh%coordinates(vertical_of(model%analysis), ends(i))) > 0.0_wp) &
+        wet(ends(i)) = max(wet(ends(i)), number)
+    end do
+  end subroutine wet_ends
+
+  !> Whether there is air beyond a face: beside an empty cell, or looking upwards where the mesh ends.
+  pure logical function is_in_air(model, filled, c, f) result(air)
+    type(model_type), intent(in) :: model
+    !> Cells with ground (cells).
+    logical, intent(in) :: filled(:)
+    !> Number of the cell, and of its face.
+    integer, intent(in) :: c, f
+
+    if (model%mesh%face_neighbour(f, c) == 0) then
+      air = looks_up(model, c, f)
+    else
+      air = .not. filled(model%mesh%face_neighbour(f, c))
+    end if
+  end function is_in_air
+
+  !> Whether a face where the mesh ends looks upwards and is free: one that is held along the vertical is no ground
+  !> surface (before the first phase nothing is).
+  pure logical function looks_up(model, c, f)
+    type(model_type), intent(in) :: model
+    !> Number of the cell, and of its face.
+    integer, intent(in) :: c, f
+    real(wp), dimension(model%mesh%dimension) :: out, along
+    logical :: held
+    integer :: axis
+
+    axis = vertical_of(model%analysis)
+    associate (mesh => model%mesh, first => model%mesh%cell_first(c) - 1)
+      associate (node => mesh%cell_nodes(first + face_corners(mesh%cell_kind(c), f)), &
+          all_nodes => mesh%cell_nodes(first + 1:first + corner_count(mesh%cell_kind(c))))
+        held = .false.
+        if (allocated(model%loading%constrained)) held = all(model%loading%constrained(axis, node))
+        out = sum(mesh%coordinates(:, node), dim=2)/size(node) - sum(mesh%coordinates(:, all_nodes), dim=2) &
+          /size(all_nodes)
+        if (mesh%dimension == 2) then
+          along = mesh%coordinates(:, node(2)) - mesh%coordinates(:, node(1))
+          out = out - dot_product(out, along)/dot_product(along, along)*along
+        end if
+      end associate
+    end associate
+    looks_up = upwards(model%analysis)*out(axis) > upwards_from*norm2(out) .and. .not. held
+  end function looks_up
 
   !> Rows of the present phase that no face is of.
   pure function idle_rows(model) result(idle)
@@ -173,25 +309,43 @@ contains
       model%state%progress%phase, 1.0_wp)))])
   end function idle_rows
 
-  !> The warning of levels that no face of the ground has; empty where there is none.
-  pure function idle_note(model) result(text)
+  !> Levels that no face of the ground has, a warning, and whose water stands beside their faces too; empty where there
+  !> are none.
+  pure function bounds_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
-    logical, allocatable :: idle(:)
+    type(water_bounds_type) :: bounds
     type(head_type), allocatable :: rows(:)
-    integer :: r
+    !> Depth of water that is told, over the height of the mesh: ground that settles has some on it.
+    real(wp), parameter :: shallow = 1.0e-2_wp
+    real(wp) :: depth
+    integer :: r, axis
 
     text = ''
+    axis = vertical_of(model%analysis)
     associate (phases => model%analysis%phases, number => model%state%progress%phase)
       if (free_surface_of(phases, number) == 0) return
-      allocate (idle, source=idle_rows(model))
+      depth = (model%mesh%bounds(axis, 2) - model%mesh%bounds(axis, 1)) &
+        *phases(consolidation_of(phases, number))%consolidation%unit_weight
+      call find_bounds(model, [(.false., r=1, model%mesh%node_count)], 1.0_wp, bounds)
       allocate (rows, source=rows_in_force(phases, number, 1.0_wp))
-      do r = 1, size(idle)
-        if (idle(r)) text = text//"warning: phase '"//phases(number)%name//"': no face of the ground lies in '"// &
-          rows(r)%set//"', whose level is not there"//new_line('a')
+      do r = 1, size(rows)
+        if (all(bounds%row /= r)) text = text//"warning: phase '"//phases(number)%name// &
+          "': no face of the ground lies in '"//rows(r)%set//"', whose level is not there"//new_line('a')
+        if (any(bounds%beside == r) .and. maxval(bounds%pressure, mask=bounds%row == r) > shallow*depth) &
+          text = text//beside_text(phases(number)%name, rows(r)%set)
       end do
     end associate
-  end function idle_note
+  end function bounds_note
+
+  !> Where else the water of a row stands.
+  pure function beside_text(phase, set) result(text)
+    character(len=*), intent(in) :: phase, set
+    character(len=:), allocatable :: text
+
+    text = "phase '"//phase//"': the free water of '"//set//"' stands on the faces in air that rise beside it too, "// &
+      'as far as its level reaches'//new_line('a')
+  end function beside_text
 
   !> Whether a face is part of a node set, or of a surface, whose points go with the ground.
   pure logical function is_on(model, name, c, f)

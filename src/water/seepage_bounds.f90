@@ -1,9 +1,9 @@
 !> What the bounds of ground are to the water that flows through it: nodes with a head, faces where it may leave, rain.
 !>
 !> Levels are given on parts of the bounds (*WATER LEVEL, TYPE=SEEPAGE). Nodes there below the level have it as their
-!> head, and so those of a set within the ground, a well or a drain; those above it and all that lie in air elsewhere
-!> are a face at which water may leave; the sides and the base of the grid, rigid bodies and what a *SUPPORT holds are
-!> tight.
+!> head, and so those of faces in air that rise beside it, as of a wall, as far as the level reaches, and those of a
+!> set within the ground, a well or a drain; those above it and all that lie in air elsewhere are a face at which water
+!> may leave; the sides and the base of the grid, rigid bodies and what a *SUPPORT holds are tight.
 module qsmpm_seepage_bounds
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, axisymmetric
@@ -34,6 +34,8 @@ module qsmpm_seepage_bounds
     logical, allocatable :: flows(:)
     !> Row of the card that a node is of, 0 for none (nodes).
     integer, allocatable :: row(:)
+    !> Whether the water of a row stands on faces beside its own (rows).
+    logical, allocatable :: beside(:)
     real(wp) :: size = 1.0_wp
   end type seepage_scene_type
 
@@ -48,8 +50,8 @@ contains
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
     type(diagnostics_type), intent(inout) :: diagnostics
-    integer :: c, k, i, ends(2)
-    logical :: found(size(level%heads)), open
+    integer :: c, k, i, ends(2), wet(size(flow%kind))
+    logical :: found(size(level%heads)), open(3, size(scene%flows))
     integer :: axis
     real(wp) :: up
 
@@ -57,22 +59,26 @@ contains
     up = upwards(analysis)
     allocate (scene%row(size(flow%kind)), source=0)
     found = .false.
+    open = .false.
+    wet = 0
     do c = 1, size(scene%flows)
       do k = 1, 3
         if (.not. is_bound(scene, c, k)) cycle
-        ends = scene%mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c)
-        open = is_in_air(scene, axis, up, c, k) .and. .not. is_held(analysis, number, scene%mesh%region(c), &
+        ends = ends_of(scene, c, k)
+        open(k, c) = is_in_air(scene, axis, up, c, k) .and. .not. is_held(analysis, number, scene%mesh%region(c), &
           scene%mesh%position(:, ends), hair*scene%size)
-        if (open) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
+        if (open(k, c)) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
         do i = 1, size(level%heads)
           if (.not. is_on(analysis, level%heads(i)%set, scene%mesh%region(c), scene%mesh%position(:, ends), &
             hair*scene%size)) cycle
           found(i) = .true.
           call give_head(upwards(analysis)*level%heads(i)%level, i, ends, scene, flow)
           call let_rain(analysis, level%heads(i), ends, flow)
+          if (open(k, c)) where (flow%kind(ends) == node_head .and. scene%row(ends) == i) wet(ends) = i
         end do
       end do
     end do
+    call flood(up*level%heads%level, open, wet, scene, flow)
     do i = 1, size(found)
       if (.not. found(i)) call place_drain(analysis, level%heads(i), i, scene, flow, found(i))
       if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
@@ -82,6 +88,51 @@ contains
       call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
       'every level lies below its part of the bounds: no water comes in')
   end subroutine place_bounds
+
+  !> Free water stands on the edges in air that rise beside those of its row too, as far as its level reaches.
+  subroutine flood(level, open, wet, scene, flow)
+    !> Of the rows, upwards.
+    real(wp), intent(in) :: level(:)
+    !> Edges in air (3, cells).
+    logical, intent(in) :: open(:, :)
+    !> Row whose free water is at a node, 0 for none (nodes).
+    integer, intent(inout) :: wet(:)
+    type(seepage_scene_type), intent(inout) :: scene
+    type(seepage_type), intent(inout) :: flow
+    logical :: spreads
+    integer :: c, k, ends(2), from
+
+    allocate (scene%beside(size(level)), source=.false.)
+    spreads = .true.
+    do while (spreads)
+      spreads = .false.
+      do c = 1, size(open, 2)
+        do k = 1, 3
+          if (.not. open(k, c)) cycle
+          ends = ends_of(scene, c, k)
+          from = maxval(wet(ends))
+          if (from == 0 .or. all(wet(ends) > 0)) cycle
+          associate (dry => ends(minloc(wet(ends), 1)), shore => ends(maxloc(wet(ends), 1)))
+            if (scene%row(dry) > 0 .or. .not. level(from) > flow%height(dry) + hair*scene%size) cycle
+            if (flow%height(dry) < flow%height(shore) - hair*scene%size) cycle
+            call give_head(level(from), from, [dry, dry], scene, flow)
+            wet(dry) = from
+            scene%beside(from) = .true.
+            spreads = .true.
+          end associate
+        end do
+      end do
+    end do
+  end subroutine flood
+
+  !> Ends of the edge of a cell opposite a corner.
+  pure function ends_of(scene, c, k) result(ends)
+    type(seepage_scene_type), intent(in) :: scene
+    integer, intent(in) :: c, k
+    integer :: ends(2)
+
+    ends = scene%mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c)
+  end function ends_of
 
   !> Whether an edge lies on a surface that a support holds: what holds it is tight.
   pure logical function is_held(analysis, number, body, ends, near) result(held)
@@ -197,7 +248,7 @@ contains
     is_in_air = .false.
     associate (mesh => scene%mesh, beyond => scene%mesh%neighbour(k, c))
       if (beyond == 0) then
-        is_in_air = all(up*(mesh%position(axis, mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c))) >= &
+        is_in_air = all(up*(mesh%position(axis, ends_of(scene, c, k))) >= &
           maxval(up*mesh%position(axis, :)) - hair*scene%size)
         return
       end if

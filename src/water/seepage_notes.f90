@@ -5,6 +5,7 @@ module qsmpm_seepage_notes
   use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_analysis, only: analysis_type, axisymmetric
   use qsmpm_drainage, only: has_excess_pressure
+  use qsmpm_free_surface, only: beside_text
   use qsmpm_load_description, only: water_level_type
   use qsmpm_model, only: model_type
   use qsmpm_rounded_text, only: rounded_text
@@ -48,6 +49,9 @@ contains
     if (flow%suction > flow%wanted) text = text//"warning: phase '"//analysis%phases(number)%name//"': the flow of "// &
       'the water is not found with suction over less than '//rounded_text(flow%suction, 2)//' ('// &
       rounded_text(flow%wanted, 2)//' is meant): too much of it flows above its surface'//new_line('a')
+    do i = 1, size(level%heads)
+      if (scene%beside(i)) text = text//beside_text(analysis%phases(number)%name, level%heads(i)%set)
+    end do
     text = text//lift_note(analysis, number, level, scene, flow)
     if (level%transient) text = text//undrained_note(analysis, number)
   end function flow_notes

@@ -5,6 +5,7 @@ module test_consolidation
   use qsmpm_consolidation, only: drained_nodes, excess_field, excess_pressure, permeable_points
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
+  use qsmpm_face_leak, only: face_leaks
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
   use qsmpm_kept_arrays, only: keep_values, kept_values
   use qsmpm_kinds, only: wp
@@ -33,7 +34,9 @@ module test_consolidation
     rock = '*MATERIAL, NAME=rock|*ELASTIC| 1000, 0.2|*PERMEABILITY| 0|', &
     bodies = '*BODY, NAME=soil, MATERIAL=clay, SHAPE=BOX| 1, 3, 0, 1|*BODY, NAME=rock, MATERIAL=rock, SHAPE=BOX| 3, 4, 0, 1|', &
     load = '*PHASE, NAME=load, TIME=3|*FIX| base, ALL| left, X| right, X|*GRAVITY| 0, -1|', &
-    flow = '*CONSOLIDATION, UNIT WEIGHT=10, STORAGE=2E-3| base, OPEN|'
+    flow = '*CONSOLIDATION, UNIT WEIGHT=10, STORAGE=2E-3| base, OPEN|', &
+    !> Time of a phase in which no front leaves its cell: 0.1 h^2/c is 0.0055.
+    brief = '4E-4'
 
 contains
 
@@ -44,7 +47,10 @@ contains
     call tests%start('consolidation')
     call check_tangent(tests, 'PLANE STRAIN')
     call check_tangent(tests, 'AXISYMMETRIC')
+    call check_tangent(tests, 'PLANE STRAIN', brief)
     call check_forces(tests)
+    call check_leak(tests, 'PLANE STRAIN', 2.0_wp, 2.0_wp)
+    call check_leak(tests, 'AXISYMMETRIC', 4.0_wp, 4.0_wp)
     call check_drainage(tests)
     call check_note(tests)
     call check_background(tests)
@@ -53,15 +59,16 @@ contains
   end subroutine collect_consolidation
 
   !> The matrix times a direction of displacements and pressures is the change of the residual along it.
-  subroutine check_tangent(tests, kind)
+  subroutine check_tangent(tests, kind, time)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind
+    character(len=*), intent(in), optional :: time
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp), allocatable :: product(:), change(:)
 
     allocate (model, step)
-    call make_step(kind, flow, model, step)
+    call make_step(kind, flow, model, step, time=time)
     call matrix_and_difference(model, step, waves(step, 0.3_wp), waves(step, 1.1_wp), 1.0e-5_wp, product, change)
     call tests%close('the matrix is the derivative of the residual, '//kind, maxval(abs(product - change)), 0.0_wp, &
       1.0e-6_wp*maxval(abs(product)))
@@ -129,6 +136,61 @@ contains
       at = abs(model%mesh%coordinates(axis, :model%space%node_count) - value) < 1.0e-9_wp
     end function at
   end subroutine check_forces
+
+  !> In a phase that is short for the cells water leaves faces as it leaves a half space; in a longer one p is held.
+  subroutine check_leak(tests, kind, top, volume)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    !> Area of the top and the base, volume.
+    real(wp), intent(in) :: top, volume
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    logical, allocatable :: drained(:), constrained(:, :)
+    real(wp), allocatable :: table(:, :), values(:, :)
+    class(term_type), pointer :: term
+    !> (k/(pi M))^1/2 of k = 0.3/10 and M = 1000/9.
+    real(wp), parameter :: outflow = 0.00927058_wp, five_digits = 1.0e-5_wp
+    integer :: a, field
+
+    allocate (model, step)
+    call make_step(kind, flow, model, step, time=brief)
+    field = find_field(step%unknowns, excess_field)
+    allocate (drained, source=drained_nodes(model, model%analysis%phases(1)%consolidation))
+    call tests%close('by each face, '//kind, sum(face_leaks(model, drained, 10.0_wp)), 2.0_wp*top*outflow, &
+      five_digits*2.0_wp*top*outflow)
+    call tests%check('by no other', all(face_leaks(model, drained, 10.0_wp) <= 0.0_wp .or. drained))
+    allocate (table, source=0.0_wp*waves(step, 0.0_wp))
+    do a = 1, model%space%node_count
+      table(1, joint_node(step%unknowns, a, field)) = 5.0_wp
+    end do
+    call tests%close('in a first step of 0.0001', out(), 5.0_wp*(2.0e-3_wp*volume + 2.0_wp*sqrt(1.0e-4_wp)*2.0_wp*top &
+      *outflow), five_digits)
+    call begin_terms(step%terms, increment_type(step_info_type(start=0.25_wp, duration=0.25_wp)))
+    call tests%close('in a second one', out(), 5.0_wp*(2.0e-3_wp*volume + 2.0_wp*(sqrt(2.0e-4_wp) - sqrt(1.0e-4_wp)) &
+      *2.0_wp*top*outflow), five_digits)
+    allocate (constrained(size(table, 1), size(table, 2)), source=.false.)
+    allocate (values, source=0.0_wp*table)
+    term => term_named(step, 'flow of the pore water')
+    call term%prescribe(model, 0.5_wp, constrained, values)
+    call tests%check('no p is held there', .not. any([(constrained(1, joint_node(step%unknowns, a, field)), a=1, &
+      size(drained))] .and. face_leaks(model, drained, 10.0_wp) > 0.0_wp))
+    call end_system(step%system)
+    call make_step(kind, flow, model, step)
+    call tests%check('in a long phase none leaves by itself', all(face_leaks(model, drained, 10.0_wp) <= 0.0_wp))
+    term => term_named(step, 'flow of the pore water')
+    call term%prescribe(model, 0.5_wp, constrained, values)
+    call tests%check('and p is held', all([(constrained(1, joint_node(step%unknowns, a, field)), a=1, size(drained))] &
+      .eqv. drained))
+    call end_system(step%system)
+  contains
+    !> What flows out of all nodes.
+    real(wp) function out()
+      real(wp), allocatable :: force(:, :)
+
+      allocate (force, source=force_named(step, 'flow of the pore water', table))
+      out = sum(force(1, [(joint_node(step%unknowns, a, field), a=1, model%space%node_count)]))
+    end function out
+  end subroutine check_leak
 
   !> Water leaves to the air and at open sets, not into rock and not at the sides.
   subroutine check_drainage(tests)
@@ -242,6 +304,9 @@ contains
     call make_step('PLANE STRAIN', flow//'*CONTROLS, STEPS=10|', model, step)
     call tests%check('those of 0.3 are not', index(model%notes, 'its steps of') == 0)
     call end_system(step%system)
+    call make_step('PLANE STRAIN', flow//'*CONTROLS, STEPS=10|', model, step, time=brief)
+    call tests%check('nor those of a phase in which no front leaves its cell', index(model%notes, 'its steps of') == 0)
+    call end_system(step%system)
     call make_step('PLANE STRAIN', flow//'*CONTROLS, STEPS=10|', model, step, first=', FIRST TIME=0.003')
     call tests%check('but a first one of 0.003', index(model%notes, 'its steps of 0.003 are shorter') > 0)
     call end_system(step%system)
@@ -323,12 +388,14 @@ contains
   end subroutine refused
 
   !> A step of a quarter of the phase of 3, prepared.
-  subroutine make_step(kind, card, model, step, top, first, law)
+  subroutine make_step(kind, card, model, step, top, first, law, time)
     character(len=*), intent(in) :: kind, card
     !> Height of the grid where it is not 1.5.
     character(len=*), intent(in), optional :: top
     !> Parameters of the phase behind its TIME, and of *PERMEABILITY of the clay.
     character(len=*), intent(in), optional :: first, law
+    !> In place of 3.
+    character(len=*), intent(in), optional :: time
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
     class(analysis_type), allocatable :: analysis
@@ -344,6 +411,7 @@ contains
     phase = load
     at = index(load, '|') - 1
     if (present(first)) phase = load(:at)//first//load(at + 1:)
+    if (present(time)) phase = load(:index(load, '=3'))//time//load(index(load, '=3') + 2:)
     soil = clay
     at = index(clay, '*PERMEABILITY') + len('*PERMEABILITY')
     if (present(law)) soil = clay(:at - 1)//law//clay(at:)

@@ -220,6 +220,10 @@ contains
     call warned('', ' 0, -1|', ' 0, 0|', 'PHASE', "phase 'one' has no load: nothing changes in it")
     call warned(again, '', '', 'PHASE', "phase 'two' changes nothing: it has no load of its own")
     call silent(block//'*PHASE, NAME=two|*FIX| base, FREE|*END PHASE|')
+    call silent(changed(changed(joined(block), '*ELASTIC| 1e3, 0.3|*MOHR COULOMB| 1, 45, 0, 1|', '*SOFT SOIL CREEP|'// &
+      ' 0.1, 0.02, 0.004, 1, 25, 0|'), 'NAME=one|', 'NAME=one, TIME=1|*INITIAL, TYPE=K0| 1, 0.5|')// &
+      joined('*PHASE, NAME=two, TIME=3|*END PHASE|'))
+    call warned('*PHASE, NAME=two, TIME=3|*END PHASE|', '', '', 'PHASE', "phase 'two' changes nothing: it has no load of its own")
     call silent(block//'*PHASE, NAME=two|*CONSTANT LOAD TEST, REPEATS=2| 1|*END PHASE|')
     call warned('', ' 0, -1|', ' 0, 1|', 'GRAVITY', 'gravity points upwards: it is the vector of the force, 0, -1 for weight')
     call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))

@@ -6,7 +6,7 @@ module test_free_surface
   use qsmpm_consolidation, only: excess_field, excess_pressure
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
-  use qsmpm_free_surface, only: acting_pressure, filling_pressure, find_bounds, idle_note, kept_water, &
+  use qsmpm_free_surface, only: acting_pressure, filling_pressure, find_bounds, bounds_note, kept_water, &
     rows_in_force, water_bounds_type
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
   use qsmpm_kept_arrays, only: kept_values
@@ -21,6 +21,7 @@ module test_free_surface
   use qsmpm_term, only: increment_type, term_type
   use qsmpm_term_sums, only: begin_terms, set_loads
   use qsmpm_unknowns, only: find_field, joint_node
+  use qsmpm_water_start, only: hold_water_start
   use deck_samples, only: joined
   use term_samples, only: force_named, matrix_and_difference, term_named, waves
   use testing, only: tests_type
@@ -58,6 +59,9 @@ contains
     call check_gravity(tests, 'PLANE STRAIN', 1.75_wp)
     call check_gravity(tests, 'AXISYMMETRIC', 37.0_wp/24.0_wp)
     call check_search(tests)
+    call check_begin(tests)
+    call check_beside(tests)
+    call check_still(tests)
     call check_inflow(tests)
     call check_faces(tests, 'PLANE STRAIN', 1.0_wp)
     call check_faces(tests, 'AXISYMMETRIC', 2.0_wp)
@@ -191,6 +195,124 @@ contains
     call end_system(step%system)
   end subroutine check_gravity
 
+  !> What suction and the water in half full pores put out of balance as the surface begins to move is held at first,
+  !> and nothing of it in a phase that goes on.
+  subroutine check_begin(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: released(:, :)
+    real(wp) :: before
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', rest//lowers//'*PHASE, NAME=stays, TIME=1|*END PHASE|', 2, model, step)
+    before = out_of_balance()
+    model%state%released = 0.0_wp
+    call hold_water_start(model, step, error)
+    call tests%check('it is out of balance', before > 0.1_wp .and. .not. allocated(error))
+    call tests%close('and held', out_of_balance(), 0.0_wp, 1.0e-12_wp)
+    allocate (released, source=model%state%released)
+    model%state%progress%phase = 3
+    call hold_water_start(model, step, error)
+    call tests%check('a phase that goes on holds nothing more', all(abs(model%state%released - released) <= 0.0_wp))
+    model%state%progress%phase = 1
+    call hold_water_start(model, step, error)
+    call tests%check('nor does one of water at rest', all(abs(model%state%released - released) <= 0.0_wp))
+    call end_system(step%system)
+
+  contains
+
+    !> Largest force at a free node where the phase begins.
+    real(wp) function out_of_balance() result(largest)
+      integer :: d, n
+
+      d = size(model%state%released, 1)
+      n = size(model%state%released, 2)
+      call set_loads(step%terms, model, step%configuration_type, 0.0_wp)
+      call evaluate_step(model, step, 0.0_wp*step%forces%internal, tangent_none)
+      largest = maxval(abs(step%forces%internal(:d, :n) - step%forces%external(:d, :n)), &
+        mask=.not. model%loading%constrained .and. spread(step%equations%active(:n), 1, d))
+    end function out_of_balance
+  end subroutine check_begin
+
+  !> Water stands on what rises from its part of the bounds, as far as its level reaches, and does not fall over edges.
+  subroutine check_beside(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(water_bounds_type) :: bounds
+
+    allocate (model, step)
+    call look_at('| shore, 2.8|')
+    call tests%close('over the shore it stands on the top too', sum(bounds%load(2, :)), -2.0_wp*8.0_wp, 1.0e-9_wp)
+    call tests%close('and presses on the shore once', sum(bounds%load(1, :)), -36.0_wp, 1.0e-9_wp)
+    call tests%check('faces of the top are of its row', any(bounds%beside == 1))
+    associate (x => model%mesh%coordinates(1, :), y => model%mesh%coordinates(2, :))
+      call tests%check('all of the top', all(bounds%held .or. .not. (x < 2.0_wp .and. abs(y - 2.0_wp) < 1.0e-9_wp) &
+        .or. filling_pressure(model) < 1.0e-3_wp))
+    end associate
+    call tests%check('which is told', index(bounds_note(model), &
+      "'two': the free water of 'shore' stands on the faces in air that rise beside it too") > 0)
+    call look_at('| top, 2.5|')
+    call tests%close('from the top it does not fall over the shore', sum(abs(bounds%load(1, :))), 0.0_wp, 1.0e-9_wp)
+    call tests%close('and presses on the top', sum(bounds%load(2, :)), -2.0_wp*5.0_wp, 1.0e-9_wp)
+    call tests%check('no face is beside it', all(bounds%beside == 0) .and. index(bounds_note(model), 'beside') == 0)
+    call look_at('| shore, 2|')
+    call tests%close('up to the top it stays at the shore', sum(bounds%load(1, :)), -20.0_wp, 1.0e-9_wp)
+    call tests%check('no face is beside that', all(bounds%beside == 0))
+    call end_system(step%system)
+
+  contains
+
+    !> The bounds of a phase with some rows.
+    subroutine look_at(rows)
+      character(len=*), intent(in) :: rows
+      integer :: a
+
+      call make_step('PLANE STRAIN', rest//'*PHASE, NAME=two, TIME=3|'//flows//'*WATER LEVEL, TYPE=SEEPAGE, '// &
+        'FLOW=TRANSIENT, UNIT WEIGHT=10'//rows//'*END PHASE|', 2, model, step)
+      call find_bounds(model, [(.false., a=1, model%mesh%node_count)], 1.0_wp, bounds)
+    end subroutine look_at
+  end subroutine check_beside
+
+  !> Full ground whose points share a pressure is under the forces of the drawn water before, inside of cells too.
+  subroutine check_still(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    character(len=*), parameter :: full = '*PHASE, NAME=rest|*FIX| base, ALL| left, X|*GRAVITY| 0, -1|'// &
+      '*WATER LEVEL, UNIT WEIGHT=10| 0, 2.8|*END PHASE|*PHASE, NAME=same, TIME=3|'//flows// &
+      '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| shore, 2.8| top, 2.8|*END PHASE|'
+    real(wp), allocatable :: drawn(:, :), found(:, :)
+
+    allocate (model, step)
+    call take(1, 1.0_wp, drawn)
+    call take(2, 0.0_wp, found)
+    call tests%close('the forces at all free nodes', maxval(abs(drawn - found)), 0.0_wp, 1.0e-9_wp)
+    call tests%check('which are there inside of cells', maxval(abs(drawn(1, :))) > 0.1_wp)
+
+  contains
+
+    !> What is out of balance at free nodes in a phase.
+    subroutine take(number, fraction, force)
+      integer, intent(in) :: number
+      real(wp), intent(in) :: fraction
+      real(wp), allocatable, intent(out) :: force(:, :)
+
+      call make_step('PLANE STRAIN', '*MATERIAL, NAME=clay|*ELASTIC| 100, 0.49|*UNIT WEIGHT| 18, 20|'// &
+        '*PERMEABILITY, DRAINABLE POROSITY=0.2| 0.3|*BODY, NAME=bank, MATERIAL=clay, SHAPE=BOX| 1, 2, 2, 2.5|'//full, &
+        number, model, step)
+      call set_loads(step%terms, model, step%configuration_type, fraction)
+      call evaluate_step(model, step, 0.0_wp*step%forces%internal, tangent_none)
+      associate (d => size(model%loading%constrained, 1), n => size(model%loading%constrained, 2))
+        allocate (force, source=merge(0.0_wp, step%forces%internal(:d, :n) - step%forces%external(:d, :n), &
+          model%loading%constrained .or. .not. spread(step%equations%active(:n), 1, d)))
+      end associate
+      call end_system(step%system)
+    end subroutine take
+  end subroutine check_still
+
   !> In a search for a factor of safety every node has the pressure that it had.
   subroutine check_search(tests)
     type(tests_type), intent(inout) :: tests
@@ -267,7 +389,7 @@ contains
 
     allocate (model, step)
     call make_step('PLANE STRAIN', rest(:index(rest, '1.4') - 1)//'2.8'//rest(index(rest, '1.4') + 3:)// &
-      '*PHASE, NAME=same, TIME=3|'//flows//'*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| shore, 2.8|'// &
+      '*PHASE, NAME=same, TIME=3|'//flows//'*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| shore, 2|'// &
       '*END PHASE|', 2, model, step)
     field = find_field(step%unknowns, excess_field)
     allocate (table, source=0.0_wp*waves(step, 0.0_wp))
@@ -320,11 +442,11 @@ contains
     call tests%close('a new one', level_of(3, 2), 0.0_wp, 1.0e-14_wp)
     call tests%close('one that begins', level_of(2, 1), 1.0_wp, 1.0e-14_wp)
     call tests%close('one that stays', level_of(4, 1), 0.2_wp, 1.0e-14_wp)
-    call tests%check('all are at faces', len(idle_note(model)) == 0)
+    call tests%check('all are at faces', len(bounds_note(model)) == 0)
     call end_system(step%system)
     call make_step('PLANE STRAIN', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' well, 1|*END PHASE|', 2, model, &
       step)
-    call tests%check('one that is not is told', index(idle_note(model), "'lowers': no face of the ground lies in 'well'") > 0)
+    call tests%check('one that is not is told', index(bounds_note(model), "'lowers': no face of the ground lies in 'well'") > 0)
     call end_system(step%system)
   contains
     !> Level of a row in a phase.

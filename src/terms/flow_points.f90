@@ -1,0 +1,83 @@
+!> What a material point sees where pore water flows (qsmpm_pore_flow): functions of the displacement and of the
+!> pressure, permeability, drainable pores. Of the start of the step.
+module qsmpm_flow_points
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_element, only: corner_count, element_geometry, linear_kind
+  use qsmpm_free_surface, only: kept_water
+  use qsmpm_material_description, only: permeability_at
+  use qsmpm_model, only: model_type
+  use qsmpm_permeability_law, only: permeability_ratio
+  use qsmpm_space, only: functions_at, shape_values_type
+  implicit none
+  private
+
+  public :: flow_point_type, see_point, see_pores
+
+  !> What a point sees.
+  type :: flow_point_type
+    real(wp) :: volume = 0.0_wp, permeability(3) = 0.0_wp
+    type(shape_values_type) :: place
+    !> 1/r in axisymmetry, else 0.
+    real(wp) :: hoop = 0.0_wp
+    integer :: corners = 0
+    real(wp) :: shape(8) = 0.0_wp, slope(3, 8) = 0.0_wp, kept(8) = 0.0_wp
+    !> What leaves at faces beside it by a unit of pressure, times t^1/2; of each node at one point.
+    real(wp) :: leak(8) = 0.0_wp
+    !> Under a free surface: share of drainable pores, mass that the water in them adds where they are full, and weight
+    !> of water that has come in as the soil grew; of its corners the suction under which they are empty, how much of
+    !> them was filled, and what a unit of pressure makes flow there, of the size of the matrix, in unit time and at
+    !> once.
+    real(wp) :: pores = 0.0_wp, mass = 0.0_wp, gained = 0.0_wp, yields = 0.0_wp
+    real(wp) :: suction(8) = 1.0_wp, filled(8) = 1.0_wp, conducts(8) = 0.0_wp
+  end type flow_point_type
+
+contains
+
+  !> Functions of the displacement and of the pressure at a point.
+  pure subroutine see_point(model, p, kept, point)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: p
+    !> Pressure of the nodes.
+    real(wp), intent(in) :: kept(:)
+    type(flow_point_type), intent(inout) :: point
+    real(wp) :: determinant
+    integer :: kind
+
+    associate (points => model%state%points, soil => model%analysis%materials(model%state%points%material(p)))
+      point%volume = points%volume(p)
+      point%permeability(:2) = permeability_at(soil, points%initial_position(:, p))
+      point%permeability = point%permeability([1, 2, 1])*permeability_ratio(soil%permeability_law, &
+        points%volume(p)/points%initial_volume(p))
+      if (model%analysis%model == axisymmetric) point%hoop = 1.0_wp/points%position(1, p)
+      call functions_at(model%space, model%mesh, points%cell(p), points%local(:, p), point%place)
+      kind = model%mesh%cell_kind(points%cell(p))
+      point%corners = corner_count(kind)
+      associate (node => point%place%node(:point%corners))
+        call element_geometry(linear_kind(kind), points%local(:, p), model%mesh%coordinates(:, node), &
+          point%shape(:point%corners), point%slope(:model%mesh%dimension, :point%corners), determinant)
+        point%kept(:point%corners) = kept(node)
+      end associate
+    end associate
+  end subroutine see_point
+
+  !> Drainable pores of a point, and how much of them is filled.
+  pure subroutine see_pores(model, p, unit_weight, suction, point)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: p
+    !> Of the water; suction under which the pores at a node are empty (nodes).
+    real(wp), intent(in) :: unit_weight, suction(:)
+    type(flow_point_type), intent(inout) :: point
+
+    associate (soil => model%analysis%materials(model%state%points%material(p)), n => point%corners, &
+        volume => model%state%points%initial_volume(p))
+      point%pores = soil%drainable_porosity
+      if (soil%saturated_weight >= 0.0_wp) point%mass = (soil%saturated_weight - soil%unit_weight)*volume
+      point%gained = (point%volume - volume)*unit_weight
+      point%suction(:n) = suction(point%place%node(:n))
+      point%filled(:n) = kept_water(point%kept(:n), point%suction(:n))
+      if (soil%young > 0.0_wp) point%yields = 1.0_wp/soil%young
+      point%conducts(:n) = maxval(point%permeability)*unit_weight/point%suction(:n)**2
+    end associate
+  end subroutine see_pores
+end module qsmpm_flow_points
