@@ -5,7 +5,7 @@
 !>   pi = S p                                                       presses on the skeleton (Bishop 1959, chi = S)
 !>
 !> Below its level a part of the bounds has the pressure of the free water, which presses on the faces there too, and on
-!> those in air that rise beside them, as of a wall, as far as its level reaches; above it, and on all other faces in
+!> those in air beside and above them, as of a wall, as far as its level reaches; above it, and on all other faces in
 !> air, water leaves where p would be positive. docs/methods/consolidation.md
 module qsmpm_free_surface
   use qsmpm_kinds, only: wp
@@ -172,7 +172,8 @@ contains
     end associate
   end subroutine find_bounds
 
-  !> Free water stands on the faces in air that rise beside those of its row too, as far as its level reaches.
+  !> Free water stands on the faces in air beside those of its row too, as far as its level reaches, but on none below
+  !> all of its row: from a pond on a hill it does not fall.
   pure subroutine flood(model, rows, filled, given, wet, bounds)
     type(model_type), intent(in) :: model
     type(head_type), intent(in) :: rows(:)
@@ -183,10 +184,14 @@ contains
     integer, intent(inout) :: wet(:)
     type(water_bounds_type), intent(inout) :: bounds
     type(head_type) :: row
+    real(wp), parameter :: level_within = 1.0e-6_wp
+    real(wp) :: height(model%mesh%node_count), lowest(size(rows))
     logical :: spreads
     integer :: c, f, i
 
     allocate (bounds%beside(size(given, 1), size(given, 2)), source=0)
+    height = upwards(model%analysis)*model%mesh%coordinates(vertical_of(model%analysis), :)
+    lowest = [(minval(height, mask=wet == i), i=1, size(rows))]
     spreads = any(wet > 0)
     do while (spreads)
       spreads = .false.
@@ -195,8 +200,11 @@ contains
         do f = 1, face_count(model%mesh%cell_kind(c))
           if (given(f, c)) cycle
           if (.not. is_in_air(model, filled, c, f)) cycle
-          i = risen_from(model, c, f, wet)
-          if (i == 0) cycle
+          associate (ends => ends_of(model, c, f))
+            i = maxval(wet(ends))
+            if (i == 0) cycle
+            if (any(height(ends) < lowest(i) - level_within*(maxval(height) - minval(height)))) cycle
+          end associate
           row = rows(i)
           row%rain = 0.0_wp
           call take_face(model, row, i, c, f, bounds)
@@ -208,23 +216,6 @@ contains
       end do
     end do
   end subroutine flood
-
-  !> Row whose water is at the lowest corner of a face, 0 for none.
-  pure integer function risen_from(model, c, f, wet) result(row)
-    type(model_type), intent(in) :: model
-    !> Number of the cell, and of its face.
-    integer, intent(in) :: c, f, wet(:)
-    real(wp), parameter :: level_within = 1.0e-6_wp
-    integer, allocatable :: ends(:)
-    integer :: axis
-
-    allocate (ends, source=ends_of(model, c, f))
-    axis = vertical_of(model%analysis)
-    associate (height => upwards(model%analysis)*model%mesh%coordinates(axis, ends))
-      row = maxval(wet(ends), mask=height <= minval(height) + level_within*(model%mesh%bounds(axis, 2) &
-        - model%mesh%bounds(axis, 1)))
-    end associate
-  end function risen_from
 
   !> Corners of a face of a cell.
   pure function ends_of(model, c, f) result(ends)
@@ -343,7 +334,7 @@ contains
     character(len=*), intent(in) :: phase, set
     character(len=:), allocatable :: text
 
-    text = "phase '"//phase//"': the free water of '"//set//"' stands on the faces in air that rise beside it too, "// &
+    text = "phase '"//phase//"': the free water of '"//set//"' stands on the faces in air beside and above it too, "// &
       'as far as its level reaches'//new_line('a')
   end function beside_text
 

@@ -1,7 +1,7 @@
 !> What the bounds of ground are to the water that flows through it: nodes with a head, faces where it may leave, rain.
 !>
 !> Levels are given on parts of the bounds (*WATER LEVEL, TYPE=SEEPAGE). Nodes there below the level have it as their
-!> head, and so those of faces in air that rise beside it, as of a wall, as far as the level reaches, and those of a
+!> head, and so those of faces in air beside and above it, as of a wall, as far as the level reaches, and those of a
 !> set within the ground, a well or a drain; those above it and all that lie in air elsewhere are a face at which water
 !> may leave; the sides and the base of the grid, rigid bodies and what a *SUPPORT holds are tight.
 module qsmpm_seepage_bounds
@@ -89,7 +89,8 @@ contains
       'every level lies below its part of the bounds: no water comes in')
   end subroutine place_bounds
 
-  !> Free water stands on the edges in air that rise beside those of its row too, as far as its level reaches.
+  !> Free water stands on the edges in air beside those of its row too, as far as its level reaches, but on none below
+  !> all of its row: from a pond on a hill it does not fall.
   subroutine flood(level, open, wet, scene, flow)
     !> Of the rows, upwards.
     real(wp), intent(in) :: level(:)
@@ -99,10 +100,12 @@ contains
     integer, intent(inout) :: wet(:)
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
+    real(wp) :: lowest(size(level))
     logical :: spreads
     integer :: c, k, ends(2), from
 
     allocate (scene%beside(size(level)), source=.false.)
+    lowest = [(minval(flow%height, mask=wet == k), k=1, size(level))]
     spreads = .true.
     do while (spreads)
       spreads = .false.
@@ -112,9 +115,9 @@ contains
           ends = ends_of(scene, c, k)
           from = maxval(wet(ends))
           if (from == 0 .or. all(wet(ends) > 0)) cycle
-          associate (dry => ends(minloc(wet(ends), 1)), shore => ends(maxloc(wet(ends), 1)))
+          associate (dry => ends(minloc(wet(ends), 1)))
             if (scene%row(dry) > 0 .or. .not. level(from) > flow%height(dry) + hair*scene%size) cycle
-            if (flow%height(dry) < flow%height(shore) - hair*scene%size) cycle
+            if (flow%height(dry) < lowest(from) - hair*scene%size) cycle
             call give_head(level(from), from, [dry, dry], scene, flow)
             wet(dry) = from
             scene%beside(from) = .true.
