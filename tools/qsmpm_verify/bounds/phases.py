@@ -9,10 +9,14 @@ import numpy as np
 
 from qsmpm_verify.bounds.flow import Flow
 from qsmpm_verify.bounds.reader import Reader
-from qsmpm_verify.bounds.scene import Level, Push, Scene, State
+from qsmpm_verify.bounds.scene import Level, Material, Push, Scene, State
+from qsmpm_verify.bounds.strength import Strength
 from qsmpm_verify.bounds.words import PASSED, name_of, numbers, only, refuse
 from qsmpm_verify.study.cards import Card, Deck, plain
 from qsmpm_verify.trouble import Trouble
+
+# Cohesion of what does not fail, over weight times the size of the scene: more than an arm of ten depths asks for.
+UNFAILING = 30.0
 
 
 @dataclass(frozen=True)
@@ -189,6 +193,15 @@ def phase_cards(deck: Deck) -> list[list[Card]]:
     return found
 
 
+def unfailing(reader: Reader) -> dict[str, Material]:
+    """The materials; those without a strength, as concrete, have one that no load of the weight of the scene exhausts."""
+    places = np.concatenate([np.asarray(body) for body in reader.bodies.values()])
+    weight = max([material.weight for material in reader.materials.values()] + [material.saturated for material in reader.materials.values()])
+    cohesion = max([material.strength.cohesion for material in reader.materials.values() if material.strength is not None] + [0.0])
+    strong = Strength(UNFAILING * (weight * float(np.ptp(places, axis=0).max()) + cohesion), 0.0, 0.0)
+    return {name: material if material.strength else replace(material, strength=strong) for name, material in reader.materials.items()}
+
+
 def read_scene(deck: Deck, asked: str | None = None, factor: bool = False) -> Scene:
     """The scene at a phase, the last one when none is asked for; `factor` asks for the factor of safety at its end."""
     reader = Reader(deck)
@@ -208,8 +221,8 @@ def read_scene(deck: Deck, asked: str | None = None, factor: bool = False) -> Sc
         material = reader.materials[name]
         if material.refused:
             raise Trouble(f"{material.refused}: limit analysis here does not know it")
-        if material.strength is None:
-            raise Trouble(f"*MATERIAL, NAME={name}: no *MOHR COULOMB, so no limit")
+    if all(reader.materials[name].strength is None for name in used):
+        raise Trouble("no material has *MOHR COULOMB, so nothing fails")
     x, y = phase.state.gravity
     if (x != 0.0 or y > 0.0) and any(phase.state.water.values()):
         raise Trouble("*WATER LEVEL: bounds take water where gravity points along -y; turn the deck")
@@ -220,7 +233,7 @@ def read_scene(deck: Deck, asked: str | None = None, factor: bool = False) -> Sc
     walls = {name: replace(reader.walls[name], velocity=_over(phase.moved.get(name, (0.0, 0.0)), fastest)) for name in sorted(reader.touching)}
     pushed = {} if safety else {place: value / fastest for place, value in phase.pushed.items()}
     return Scene(
-        {name: places for name, places in reader.bodies.items() if name in phase.state.active}, reader.materials, reader.surfaces,
+        {name: places for name, places in reader.bodies.items() if name in phase.state.active}, unfailing(reader), reader.surfaces,
         reader.sets, start, phase.state, phase.name, phase.factor, safety, phase.flow, pushed, reader.units,
         reader.steps, walls,
     )  # fmt: skip

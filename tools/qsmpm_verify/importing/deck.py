@@ -1,10 +1,11 @@
-"""A section as a deck: its own weight, its water, then a factor of safety."""
+"""A section as a deck: its own weight, water and loads, then a factor of safety."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
+from qsmpm_verify.importing.loads import ground_of, tractions_of
 from qsmpm_verify.importing.section import Point, Section, area_of
 from qsmpm_verify.importing.soils import completed
 
@@ -27,9 +28,21 @@ def deck_of(section: Section, source: str, cells: int) -> str:
     for region in section.regions:
         outline = region.outline if area_of(region.outline) > 0.0 else tuple(reversed(region.outline))
         lines += [f"*BODY, NAME={region.name}, MATERIAL={region.soil}, SHAPE=POLYGON", *pairs(outline)]
-    lines += ["*PHASE, NAME=weight", "*FIX", "base, ALL", "left, X", "right, X", "*GRAVITY", "0, -1"]
+    tractions = tractions_of(section)
+    for place, (pieces, _) in enumerate(tractions, start=1):
+        lines += [f"*SURFACE, NAME=load {place}, TYPE=SEGMENT", *(f"{text(a)}, {text(b)}, {text(c)}, {text(d)}" for (a, b), (c, d) in pieces)]
+    floor = [(stretch.low, stretch.high) for stretch in ground_of(section, 1)]
+    uneven = max(abs(y - low_y) for piece in floor for _, y in piece) > 1.0e-6 * (high_y - low_y)
+    if uneven:
+        section.notes.append("the lower bound is not level: held all along it")
+        lines += ["*SURFACE, NAME=floor, TYPE=SEGMENT", *(f"{text(a)}, {text(b)}, {text(c)}, {text(d)}" for (a, b), (c, d) in floor)]
+    lines += ["*PHASE, NAME=weight", "*FIX", "base, ALL", "left, X", "right, X"]
+    lines += [*(["*SUPPORT, SURFACE=floor, TYPE=ALL"] if uneven else []), "*GRAVITY", "0, -1"]
     for level in section.water[:1]:
         lines += [f"*WATER LEVEL, UNIT WEIGHT={text(section.water_weight)}", *pairs(level)]
+        lines += [f"*WATER LEVEL, BODY={region.name}, TYPE=NONE" for region in section.regions if region.soil in section.dry]
+    for place, (_, traction) in enumerate(tractions, start=1):
+        lines += [f"*TRACTION, SURFACE=load {place}", f"0, {text(-traction)}"]
     lines += ["*CONTROLS, STEPS=4", "*END PHASE", "*PHASE, NAME=factor, TYPE=SAFETY", "*END PHASE"]
     for further in section.water[1:]:
         section.left.append(f"a further water line from ({further[0][0]:g}, {further[0][1]:g}): a deck has one level for all bodies, BODY= names others")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from ezdxf.path import make_path
 from shapely.geometry import LineString, Point, Polygon
 
 from qsmpm_verify.importing.faces import Drawn, add_faces, cut_into_faces, nearness
+from qsmpm_verify.importing.loads import add_even
 from qsmpm_verify.importing.section import METRES, Section, along_x, plain_name
 from qsmpm_verify.trouble import Trouble
 
@@ -21,6 +23,8 @@ LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 14: "dm"}
 """Of $INSUNITS (DXF reference, header variables)."""
 WATER = re.compile(r"water|gwl|gwt|phreatic|piezo|wasser|nappe|freatic", re.IGNORECASE)
+LOAD = re.compile(r"\b(?:sur)?(?:load|charge)s?(?![a-z])[ _=:-]*(\d+(?:\.\d+)?)?", re.IGNORECASE)
+"""A layer of loads, and their kPa."""
 # Of the size of the drawing: how far a chord may be from its curve.
 CHORD = 1.0e-3
 
@@ -42,7 +46,13 @@ def read_dxf(path: Path, unit: str | None, water: str | None, gap: float | None)
     levels = [drawn for drawn in lines if is_water(drawn.layer)]
     if water and not levels:
         raise Trouble(f"{path}: no line on layer '{water}'; there are {', '.join(sorted({line.layer for line in lines}))}")
-    take_regions(section, [line for line in lines if not is_water(line.layer)], texts, metres, gap)
+    loads = [drawn for drawn in lines if not is_water(drawn.layer) and LOAD.search(drawn.layer)]
+    take_regions(section, [line for line in lines if not is_water(line.layer) and line not in loads], texts, metres, gap)
+    for load in loads:
+        size = LOAD.search(load.layer)
+        if size is None or size[1] is None:
+            raise Trouble(f"{path}: layer '{load.layer}': its name says no kPa; call it 'load 20', or otherwise when it bounds soil")
+        add_even(section, [(x * metres, y * metres) for x, y, *_ in load.line.coords], float(size[1]), f"layer '{load.layer}'")
     for level in levels:
         corners = [(x * metres, y * metres) for x, y, *_ in level.line.coords]
         section.water.append(along_x(corners, f"{path}: layer '{level.layer}'"))
@@ -54,7 +64,8 @@ def metres_of(drawing: Any, unit: str | None, section: Section) -> float:
     """Metres in a unit of the drawing."""
     known = UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
     if unit is None and known is None:
-        section.notes.append("the drawing says no unit ($INSUNITS): taken as metres; --unit says otherwise")
+        code = drawing.header.get("$INSUNITS", 0)
+        section.notes.append(f"the drawing says no unit that is known here ($INSUNITS = {code}): taken as metres; --unit says otherwise")
     chosen = unit or known or "m"
     if chosen != "m":
         section.notes.append(f"drawn in {chosen}, written in m")
@@ -138,7 +149,12 @@ def take_regions(section: Section, lines: list[Drawn], texts: list[tuple[Point, 
     for face in cut.faces:
         inside = [text for place, text in texts if face.contains(place)]
         middle = face.representative_point()
-        layers = [layer for outline, layer in around if outline.buffer(near).contains(middle)]
+        outlines = [(outline, layer) for outline, layer in around if outline.buffer(near).contains(middle)]
+        layers = [layer for _, layer in outlines]
+        for (small, one), (large, other) in pairwise(outlines if not inside else []):
+            if one != other and small.difference(large).area > near * small.length:
+                raise Trouble(f"closed lines of layers '{one}' and '{other}' overlap around ({middle.x * metres:.6g}, {middle.y * metres:.6g}): "
+                              "draw each soil once, or name what is cut by a text inside")
         soils.append(inside[0] if inside else plain_name(layers[0]) if layers else "ground")
         if len(inside) > 1:
             section.notes.append(f"a region holds {len(inside)} texts; it is called '{inside[0]}', not '{inside[1]}'")

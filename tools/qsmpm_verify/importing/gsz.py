@@ -7,6 +7,7 @@ import zipfile
 from collections import Counter
 from pathlib import Path
 
+from qsmpm_verify.importing.loads import add_fill
 from qsmpm_verify.importing.section import Point, Region, Section, Soil, along_x, numbered, plain_name, without_repeats
 from qsmpm_verify.trouble import Trouble
 
@@ -14,7 +15,7 @@ FOOT, POUNDS_PER_CUBIC_FOOT, POUNDS_PER_SQUARE_FOOT = 0.3048, 0.157087, 0.047880
 """Metres, kN/m3 and kPa in the units of projects that are not metric."""
 LARGEST = 200_000_000
 """Bytes of the XML; more is no section."""
-TAKEN = {"MaterialUsesPiezs", "PiezometricSurfaces", "DataPoints"}
+TAKEN = {"MaterialUsesPiezs", "PiezometricSurfaces", "DataPoints", "Surcharges"}
 SETTINGS = {"SlipSurface", "SlipSurfaceOptimization", "UnitWaterWeight", "LambdaPoints", "SideFunction", "ConvergenceOptions"}
 """Of a stability analysis: how it searches, which an analysis that finds its own mechanism has no use for."""
 
@@ -144,11 +145,15 @@ def take_soils(section: Section, root: ET.Element, metric: bool) -> None:
 
 
 def take_water(section: Section, root: ET.Element, number_of_it: str, metric: bool) -> None:
-    """The piezometric line of the analysis, and a list of what else hangs on it."""
+    """Piezometric line and surcharges of the analysis (fill between a line and the ground: its `Pressure` is a unit weight), and a list of what
+    else hangs on it."""
     metres, weight = (1.0, 1.0) if metric else (FOOT, POUNDS_PER_CUBIC_FOOT)
     for item in root.findall("./WaterItems/WaterItem"):
         if word(item, "AnalysisID") == number_of_it:
             section.water_weight = (number(item.find("Entry"), "UnitWaterWeight") or 9.81 / weight) * weight
+            option = word(item.find("Entry/ResultInputInfo"), "Option")
+            if option not in ("", "None", "PiezoSurface"):
+                section.left.append(f"water by '{option}': *WATER LEVEL takes a line, or TYPE=SEEPAGE finds one")
     for item in root.findall("./StabilityItems/StabilityItem"):
         entry = item.find("Entry")
         if word(item, "AnalysisID") != number_of_it or entry is None:
@@ -160,5 +165,15 @@ def take_water(section: Section, root: ET.Element, number_of_it: str, metric: bo
         for surface in entry.findall("./PiezometricSurfaces/PiezometricSurface"):
             corners = [local[p.text.strip()] for p in surface.findall("./DataPoints/DataPoint") if p.text and p.text.strip() in local]
             section.water.append(along_x(corners, f"piezometric surface {word(surface, 'ID')}"))
+        used = {use.get("ID") for use in entry.findall("./MaterialUsesPiezs/MaterialUsesPiez") if use.get("UsesID")}
+        names = {word(m, "ID"): plain_name(word(m, "Name")) or f"material {word(m, 'ID')}" for m in root.findall("./Materials/Material")}
+        section.dry |= {name for label, name in names.items() if used and label not in used and name in section.soils}
+        for place, fill in enumerate(entry.findall("./Surcharges/Surcharge"), start=1):
+            corners = [local[p.text.strip()] for p in fill.findall("./DataPoints/DataPoint") if p.text and p.text.strip() in local]
+            gamma = number(fill, "Pressure")
+            if len(corners) < 2 or gamma is None:
+                section.left.append(f"surcharge {place} of the analysis: no line, or no unit weight")
+            else:
+                add_fill(section, corners, gamma * weight, f"surcharge {place}")
         others = Counter(child.tag for child in entry if child.tag not in TAKEN | SETTINGS and (len(child) or child.attrib))
         section.left += [f"{tag} of the analysis" for tag in sorted(others)]

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from shapely.geometry import Polygon
 
+from qsmpm_verify.importing.loads import tractions_of
 from qsmpm_verify.importing.section import Section
 from qsmpm_verify.plots import save
 
@@ -26,12 +27,18 @@ def draw_section(section: Section, path: Path) -> Path:
         axes.plot(x, y, ".", color="0.3", ms=3)
         place = Polygon(region.outline).representative_point()
         axes.text(place.x, place.y, region.name, ha="center", va="center", fontsize=8)
+    thick = 0.03 * (high_x - low_x)
     for level in section.water:
         x, y = zip(*level, strict=True)
         axes.plot(x, y, color="tab:blue", lw=1.5)
+    for pieces, _ in tractions_of(section):
+        for (end_x, end_y), (start_x, start_y) in pieces:
+            x, y = (start_x, end_x, end_x, start_x), (start_y, end_y, end_y + thick, start_y + thick)
+            axes.fill(x, y, facecolor="none", edgecolor="tab:red", hatch="||", lw=0.8)
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
-    axes.set_title(f"{len(section.regions)} regions of {len(section.soils)} soils, {len(section.water)} water lines", fontsize=9, loc="left")
+    drawn = f"{len(section.regions)} regions of {len(section.soils)} soils, {len(section.water)} water lines, {len(section.loads)} loads"
+    axes.set_title(drawn, fontsize=9, loc="left")
     axes.legend(handles=[Patch(facecolor=colour, label=name) for name, colour in colours.items()], fontsize=8, loc="upper right")
     return save(figure, path)

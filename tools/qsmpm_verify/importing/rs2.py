@@ -8,13 +8,14 @@ from pathlib import Path
 from shapely.geometry import LineString, Polygon
 
 from qsmpm_verify.importing.faces import Drawn, add_faces, cut_into_faces, nearness
+from qsmpm_verify.importing.loads import add_even
 from qsmpm_verify.importing.rocscience import Units, number, pairs_of, settings_of, texts_of, times, units_of
 from qsmpm_verify.importing.section import Point, Section, Soil, along_x, plain_name
 from qsmpm_verify.trouble import Trouble
 
 WEIGHT_COLUMN, RU_COLUMN = 1, 68
 """Of a row of `material properties`, from 0."""
-LISTS = {"distributed load": "new distributed loads", "line load": "new line loads", "bolt": "bolts", "joint": "joint networks"}
+LISTS = {"line load": "new line loads", "bolt": "bolts", "joint": "joint networks"}
 """Blocks that a deck of the import has no card for, by what their entries begin with."""
 PIEZO_MODE, DRY_MODE = 3, 2
 """Water of a material: by a piezometric line, by a ratio ru (0: none)."""
@@ -36,6 +37,7 @@ def read_rs2(path: Path) -> Section:
             section.soils[soil.name] = soil
             section.left += left
     take_water(section, lines, units)
+    take_loads(section, inside(lines, "new distributed loads"), units)
     for entry, block in LISTS.items():
         if count := sum(line.startswith(entry) and line.endswith("start:") for line in inside(lines, block)):
             section.left.append(f"{count} x {entry}")
@@ -160,3 +162,20 @@ def take_water(section: Section, lines: list[str], units: Units) -> None:
         section.notes.append("the piezometric line holds for all soils")
     if others := sorted({mode for mode in modes if mode not in (PIEZO_MODE, DRY_MODE)}):
         section.left.append(f"water of a kind (iStaticWaterMode {', '.join(map(str, others))}) that is no piezometric line: *WATER LEVEL, TYPE=SEEPAGE finds one")
+
+
+def take_loads(section: Section, lines: list[str], units: Units) -> None:
+    """Even loads on the ground, normal to it or straight down; other ones are left."""
+    for place, line in enumerate(lines):
+        if not re.fullmatch(r"distributed load \d+ start:", line):
+            continue
+        block = lines[place : lines.index(line.replace("start", "end"), place)]
+        words = {key.strip(): value.strip().strip('"').lower() for key, _, value in (row.partition(":") for row in block)}
+        what = line.removesuffix(" start:")
+        corners = [place_of(row) for row in block if re.match(r"\d+:\s*\S+,", row)]
+        odd = [key for key in ("triangular", "flip angle", "is_groundwater") if words.get(key, "no") in ("yes", "true", "1", "on")]
+        size = number(words, "magnitude1")
+        if odd or words.get("type", "normal") not in ("normal", "vertical") or size is None or len(corners) < 2:
+            section.left.append(f"{what}: {', '.join(odd) or 'type ' + words.get('type', 'none')}: none that is even and straight down")
+        else:
+            add_even(section, [(x * units.metres, y * units.metres) for x, y in corners], size * units.stress, what)

@@ -35,6 +35,16 @@ class Region:
     outline: tuple[Point, ...]
 
 
+@dataclass(frozen=True)
+class Load:
+    """A load down on the ground: kPa on level area at places along x, from left to right, straight in between."""
+
+    name: str
+    points: tuple[tuple[float, float], ...]
+    drawn_at: float | None = None
+    """Height of its line, where that is meant to be the ground."""
+
+
 @dataclass
 class Section:
     """What is drawn, in metres and kN."""
@@ -43,6 +53,9 @@ class Section:
     soils: dict[str, Soil] = field(default_factory=dict)
     water: list[tuple[Point, ...]] = field(default_factory=list)
     water_weight: float = 9.81
+    dry: set[str] = field(default_factory=set)
+    """Soils that the water line is not for."""
+    loads: list[Load] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     """Sentences: what was taken how."""
     left: list[str] = field(default_factory=list)

@@ -10,13 +10,16 @@ import shapely
 from shapely.geometry import Polygon
 
 from qsmpm_verify.importing.faces import NEAR, add_faces
+from qsmpm_verify.importing.loads import add_even
 from qsmpm_verify.importing.rocscience import Units, number, pairs_of, sections_of, settings_of, texts_of, times, units_of, whole
 from qsmpm_verify.importing.section import Point, Section, Soil, along_x, plain_name
 from qsmpm_verify.trouble import Trouble
 
 MOHR_COULOMB = 0
+DOWN = 270.0
+"""Angle of a load."""
 LISTS = {
-    "anchors": r"\s*\d+\s+x1:", "forces": r".*\bload:", "pore pressures": r".*\bv:", "tension crack": r".*vertices:",
+    "anchors": r"\s*\d+\s+x1:", "pore pressures": r".*\bv:", "tension crack": r".*vertices:",
 }  # fmt: skip
 """Sections that a deck of the import has no card for, and what an entry of each looks like."""
 
@@ -41,6 +44,7 @@ def read_slide(path: Path, wanted: str | None) -> Section:
     for number_of_it, words in soils_of([*(part.get("material types", []) for part in shared), model.get("material types", [])]).items():
         take_soil(section, names.get(number_of_it, number_of_it), words, units)
     take_water(section, model, settings, places, units)
+    take_loads(section, model.get("forces", []), units)
     for what, entry in LISTS.items():
         if count := sum(bool(re.match(entry, line)) for line in model.get(what, [])):
             section.left.append(f"{count} x {what}")
@@ -88,7 +92,10 @@ def take_cells(section: Section, model: dict[str, list[str]], places: dict[int, 
             corners = [int(word) for word in row[1].split(",") if word.strip()]
             if any(corner not in places for corner in corners):
                 raise Trouble(f"{path}: a cell has a corner that is no vertex: {line.strip()}")
-            cells.setdefault(row[2], []).append(Polygon([places[corner] for corner in corners]))
+            cell = Polygon([places[corner] for corner in corners]) if len(corners) > 2 else Polygon()
+            if not cell.is_valid or cell.is_empty:
+                raise Trouble(f"{path}: a cell is no simple outline: {line.strip()}")
+            cells.setdefault(row[2], []).append(cell)
     if not cells:
         raise Trouble(f"{path}: this scenario has no cells of soil")
     low_x, low_y, high_x, high_y = shapely.total_bounds([cell for parts in cells.values() for cell in parts])
@@ -109,6 +116,8 @@ def take_soil(section: Section, name: str, words: dict[str, str], units: Units) 
         soil = replace(soil, cohesion=(number(words, "c") or 0.0) * units.stress, friction=number(words, "phi") or 0.0)
     else:
         section.left.append(f"soil '{name}' is of strength type {words.get('type', 'none')}, not Mohr-Coulomb: its strength is to be given in the table")
+    if number(words, "wtable") == 0.0:
+        section.dry.add(name)
     if number(words, "withru"):
         section.left.append(f"soil '{name}': pore pressure by ru = {words.get('ru', '')}")
     section.soils[name] = soil
@@ -122,6 +131,22 @@ def take_water(section: Section, model: dict[str, list[str]], settings: dict[str
     if way == "hu" and line:
         corners = [places[int(word)] for word in line[0].split(",") if word.strip()]
         section.water.append(along_x([(x * units.metres, y * units.metres) for x, y in corners], "the water table"))
-        section.notes.append("the water table holds for all soils")
+        section.notes.append("the water table holds for all soils" if not section.dry else "the water table holds for soils of wtable: 1")
     elif way not in ("none", "", "hu"):
         section.left.append(f"water by '{way}': *WATER LEVEL takes a line, or TYPE=SEEPAGE finds one")
+
+
+def take_loads(section: Section, lines: list[str], units: Units) -> None:
+    """Even loads straight down; other ones are left."""
+    for line in lines:
+        words = pairs_of(line)
+        if "load" not in words:
+            continue
+        size, other = number(words, "load") or 0.0, number(words, "load2")
+        places = [number(words, key) for key in ("x1", "y1", "x2", "y2")]
+        x, y, end_x, end_y = (value if value is None else value * units.metres for value in places)
+        what = f"load {line.split()[0]}"
+        if x is None or y is None or end_x is None or end_y is None or number(words, "type") or number(words, "angle") != DOWN or other not in (None, size):
+            section.left.append(f"{what}: {line.strip()}: none that is even, over a stretch and straight down (angle: 270)")
+        else:
+            add_even(section, ((x, y), (end_x, end_y)), size * units.stress, what)

@@ -6,6 +6,7 @@ import argparse
 import subprocess
 from pathlib import Path
 
+from qsmpm_verify.importing.checks import check_section, check_soils
 from qsmpm_verify.importing.deck import deck_of
 from qsmpm_verify.importing.dxf import read_dxf
 from qsmpm_verify.importing.gsz import read_gsz
@@ -66,11 +67,12 @@ def read(words: argparse.Namespace) -> Section:
 def act(words: argparse.Namespace) -> int:
     """Read, ask for what is missing, write, draw, check; tell what was taken how and what was left."""
     section = read(words)
-    section.box()
+    check_section(section)
     deck = words.to or words.file.with_suffix(".inp")
     table = words.soils or deck.with_suffix(".soils.csv")
     if table.exists():
         read_table(table, section)
+    check_soils(section)
     lacks = missing(section)
     picture = draw_section(section, words.picture or deck.with_suffix(".png"))
     if lacks:

@@ -151,6 +151,17 @@ class Bounds(unittest.TestCase):
         self.assertGreater(low, 1.05 * (2.0 + math.pi))
         self.assertLess(high, 1.95 * (2.0 + math.pi))
 
+    def test_a_body_without_a_strength_does_not_fail(self) -> None:
+        """Clay of 0.4 m under half a rough strip of 1 m: as on a base a hundred times as strong, and more than in deep clay."""
+        lower = "*MATERIAL, NAME=stiff\n*ELASTIC\n10000, 0.3\n{}*UNIT WEIGHT\n0\n"
+        body = "*BODY, NAME=below, MATERIAL=stiff, SHAPE=BOX\n0, 6, 0, 2.6\n*BODY, NAME=ground"
+        thin = PUSHED.replace("0, 0\n6, 0\n6, 3\n0, 3", "0, 2.6\n6, 2.6\n6, 3\n0, 3")
+        elastic = self.bracket(thin.replace("*BODY, NAME=ground", lower.format("") + body))
+        strong = self.bracket(thin.replace("*BODY, NAME=ground", lower.format("*MOHR COULOMB\n100, 0, 0\n") + body))
+        self.assertAlmostEqual(elastic[0], strong[0], delta=0.02 * strong[0])
+        self.assertAlmostEqual(elastic[1], strong[1], delta=0.02 * strong[1])
+        self.assertGreater(elastic[0], 1.1 * (2.0 + math.pi))
+
     def test_bodies_that_miss_by_a_hair_touch(self) -> None:
         # Gap, overlap, a corner beside an edge: the ground is that of one body.
         drawn = "0, 0\n40, 0\n40, 5\n32, 5\n12, 15\n0, 15"
@@ -246,6 +257,7 @@ class Bounds(unittest.TestCase):
             ("*PHASE", "*RIGID BODY, NAME=a, SHAPE=BOX\n0, 1, 3, 4\n*CONTACT, BODY=a, TENSION=YES\n*PHASE", "TENSION=YES"),
             ("*GRAVITY\n0, -1", "*GRAVITY\n1, 0\n*WATER LEVEL, UNIT WEIGHT=10\n0, 1\n6, 1", "WATER LEVEL"),
             ("*GRAVITY\n0, -1\n", "", "no load changes"),
+            ("*MOHR COULOMB\n1, 0, 0\n", "", "nothing fails"),
         ):
             code, said = self.ask(CUT.replace(before, after))
             self.assertEqual(code, 2, said)

@@ -12,9 +12,12 @@ from pathlib import Path
 import ezdxf
 
 from qsmpm_verify.cli import main
+from qsmpm_verify.importing.deck import deck_of
 from qsmpm_verify.importing.dxf import read_dxf
 from qsmpm_verify.importing.gsz import read_gsz
-from qsmpm_verify.importing.section import area_of
+from qsmpm_verify.importing.checks import check_section, check_soils
+from qsmpm_verify.importing.loads import add_even, add_fill, tractions_of
+from qsmpm_verify.importing.section import Region, Section, Soil, area_of
 from qsmpm_verify.places import PROGRAM, TOP
 from qsmpm_verify.trouble import Trouble
 
@@ -64,11 +67,13 @@ PROJECT = """<?xml version="1.0" encoding="UTF-8"?>
 <Material><ID>3</ID><Name>rock</Name><SlopeModel>HoekBrown</SlopeModel><StressStrain><UnitWeight>21</UnitWeight></StressStrain></Material>
 </Materials>
 <Contexts>{contexts}</Contexts>
-<WaterItems><WaterItem><AnalysisID>2</AnalysisID><Entry><UnitWaterWeight>9.807</UnitWaterWeight></Entry></WaterItem></WaterItems>
+<WaterItems><WaterItem><AnalysisID>2</AnalysisID><Entry><UnitWaterWeight>9.807</UnitWaterWeight>
+<ResultInputInfo><Option>Parent</Option></ResultInputInfo></Entry></WaterItem></WaterItems>
 <StabilityItems><StabilityItem><AnalysisID>2</AnalysisID><Entry><DataPoints><DataPoint Number="1" X="0" Y="15"/>
-<DataPoint Number="2" X="44" Y="10"/></DataPoints><PiezometricSurfaces><PiezometricSurface><ID>1</ID><DataPoints>
+<DataPoint Number="2" X="44" Y="10"/><DataPoint Number="3" X="2" Y="20.5"/><DataPoint Number="4" X="6" Y="20.5"/></DataPoints><PiezometricSurfaces><PiezometricSurface><ID>1</ID><DataPoints>
 <DataPoint>1</DataPoint><DataPoint>2</DataPoint></DataPoints></PiezometricSurface></PiezometricSurfaces>
-<Seismic Horizontal="0.1" Vertical="0"/></Entry></StabilityItem></StabilityItems>
+<MaterialUsesPiezs><MaterialUsesPiez ID="1" UsesID="1"/></MaterialUsesPiezs><Surcharges Len="1"><Surcharge><ID>1</ID><DataPoints><DataPoint>3</DataPoint><DataPoint>4</DataPoint></DataPoints>
+<Pressure>20</Pressure></Surcharge></Surcharges><Seismic Horizontal="0.1" Vertical="0"/></Entry></StabilityItem></StabilityItems>
 </GSIData>"""
 
 
@@ -158,6 +163,25 @@ class Importing(unittest.TestCase):
         self.assertIn("region     seam: soil 'seam', 6 corners", self.told(0, str(self.drawing)))
         self.assertGreater((self.folder / "slope.png").stat().st_size, 5000)
 
+    def test_lines_on_a_layer_of_loads_are_loads(self) -> None:
+        draw(self.drawing)
+        drawing = ezdxf.readfile(self.drawing)
+        drawing.modelspace().add_line((2, 20), (8, 20), dxfattribs={"layer": "Surcharge 12.5 kPa"})
+        drawing.modelspace().add_lwpolyline([(0, 0), (44, 0), (44, 9), (0, 9)], close=True, dxfattribs={"layer": "loading dock"})
+        drawing.saveas(self.drawing)
+        section = read_dxf(self.drawing, None, None, None)
+        self.assertEqual([(load.points, load.drawn_at) for load in section.loads], [(((2.0, 12.5), (8.0, 12.5)), 20.0)])
+        drawing.modelspace().add_line((2, 20), (8, 20), dxfattribs={"layer": "load"})
+        drawing.saveas(self.drawing)
+        self.assertIn("layer 'load': its name says no kPa", self.told(2, str(self.drawing)))
+
+    def test_closed_lines_that_overlap_are_refused(self) -> None:
+        drawing = ezdxf.new()
+        for name, low, high in (("clay", 0, 5), ("fill", 4, 9)):
+            drawing.modelspace().add_lwpolyline([(0, low), (20, low), (20, high), (0, high)], close=True, dxfattribs={"layer": name})
+        drawing.saveas(self.drawing)
+        self.assertIn("closed lines of layers 'clay' and 'fill' overlap around", self.told(2, str(self.drawing)))
+
     def test_what_is_no_drawing_is_refused(self) -> None:
         self.drawing.write_text("no drawing\n")
         self.assertIn("no DXF drawing", self.told(2, str(self.drawing)))
@@ -177,8 +201,11 @@ class Importing(unittest.TestCase):
         self.assertEqual((top.weight, top.cohesion, top.friction), (19.0, 9.0, 29.0))
         self.assertEqual((clay.weight, clay.cohesion, clay.friction), (18.0, 30.0, 0.0))
         self.assertEqual((section.water, section.water_weight), ([((0.0, 15.0), (44.0, 10.0))], 9.807))
-        self.assertEqual(section.left, ["Seismic of the analysis"])
+        self.assertEqual(section.left, ["water by 'Parent': *WATER LEVEL takes a line, or TYPE=SEEPAGE finds one", "Seismic of the analysis"])
+        # Half a metre of fill of 20 kN/m3.
+        self.assertEqual([load.points for load in section.loads], [((2.0, 10.0), (6.0, 10.0))])
         self.assertEqual(read_gsz(path, None).water, [])
+        self.assertEqual(section.dry, {"clay"})
         with self.assertRaisesRegex(Trouble, "no analysis 'damp'; there are 1 'dry', 2 'wet'"):
             read_gsz(path, "damp")
         project(path, third=3)
@@ -198,6 +225,86 @@ class Importing(unittest.TestCase):
         written.write_text(fine.replace("X, 0, 44, 44", "X, 0, 44, 25").replace("Y, 0, 22, 22", "Y, 0, 20, 11"))
         factors = [factor_of(path, self.folder / path.stem) for path in (deck, written)]
         self.assertAlmostEqual(factors[0], factors[1], delta=0.005)
+
+
+def bank(*more: Region) -> Section:
+    """Level ground, a slope of 1:2 from (10, 4) to (18, 0) and level ground, on a base of 2 m; further regions."""
+    ground = Region("ground", "soil", ((0, -2), (30, -2), (30, 0), (18, 0), (10, 4), (0, 4)))
+    return Section([ground, *more], {"soil": Soil("soil", 19.0, 20.0, None, None, 5.0, 30.0)})
+
+
+class Loads(unittest.TestCase):
+    def pushed(self, section: Section) -> float:
+        """Force down of all tractions."""
+        return sum(size * ((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2) ** 0.5 for pieces, size in tractions_of(section) for a, b in pieces)
+
+    def test_a_load_goes_down_on_the_ground_with_the_soil_to_its_left(self) -> None:
+        section = bank()
+        add_even(section, ((8, 4), (2, 4)), 15.0, "load 1")
+        self.assertEqual(tractions_of(section), [([((8.0, 4.0), (2.0, 4.0))], 15.0)])
+        text = deck_of(section, "file", 10)
+        self.assertIn("*SURFACE, NAME=load 1, TYPE=SEGMENT\n8, 4, 2, 4\n", text)
+        self.assertIn("*TRACTION, SURFACE=load 1\n0, -15\n", text)
+
+    def test_over_a_slope_it_keeps_its_force(self) -> None:
+        section = bank()
+        add_even(section, ((8, 4), (14, 4)), 10.0, "load 1")
+        self.assertAlmostEqual(self.pushed(section), 60.0, places=4)
+        self.assertEqual([len(pieces) for pieces, _ in tractions_of(section)], [1, 1])
+        check_section(section)
+        self.assertIn("its line at y = 4 is not the ground, which is at 2 to 4 there", " ".join(section.notes))
+
+    def test_fill_weighs_what_lies_above_the_ground(self) -> None:
+        section = bank()
+        add_fill(section, ((6, 5), (14, 5)), 20.0, "surcharge 1")
+        # 1 m over 4 m, 1 to 3 m over 4 m.
+        self.assertAlmostEqual(self.pushed(section), 20.0 * (4.0 + 8.0), places=3)
+        add_fill(section, ((20, -1), (25, -1)), 20.0, "surcharge 2")
+        self.assertIn("surcharge 2: below the ground between x = 20 and 25", " ".join(section.left))
+        self.assertAlmostEqual(self.pushed(section), 240.0, places=3)
+
+    def test_what_is_beside_the_section_or_on_no_level_line_is_told(self) -> None:
+        section = bank()
+        add_even(section, ((-4, 4), (2, 4)), 10.0, "load 1")
+        add_even(section, ((10, 4), (18, 0)), 10.0, "load 2")
+        check_section(section)
+        self.assertAlmostEqual(self.pushed(section), 20.0, places=4)
+        self.assertIn("load 1: 4 m of its 6 m from x = -4 to 2 are beside the section", section.left)
+        self.assertIn("load 2 from (10, 4) to (18, 0): on level ground alone", " ".join(section.left))
+
+    def test_regions_are_simple_apart_and_hold_together(self) -> None:
+        for outline, words in (
+            (((0, 4), (4, 6), (4, 4), (0, 6)), "no simple outline"), (((0, 3), (8, 3), (8, 6), (0, 6)), "'ground' and 'fill' overlap by 8 m2"),
+            (((0, 5), (8, 5), (8, 6), (0, 6)), "do not hold together: 2 parts"), (((0, 4), (8, 4)), "fewer than three corners"),
+        ):  # fmt: skip
+            with self.assertRaisesRegex(Trouble, words):
+                check_section(bank(Region("fill", "soil", outline)))
+        section = bank(Region("fill", "soil", ((0, 4), (2, 4), (2, 5), (4, 5), (4, 4), (6, 4), (6, 7), (0, 7))))
+        check_section(section)
+        self.assertIn("an opening of 2 m2 around (3, 4.5)", " ".join(section.notes))
+
+    def test_water_and_units_that_are_unlikely_are_told(self) -> None:
+        section = bank()
+        section.water = [((5.0, 1.0), (30.0, 0.0)), ((0.0, -5.0), (30.0, -5.0))]
+        section.soils["soil"] = Soil("soil", 1900.0, 2000.0, None, None, 5.0, 0.5)
+        check_section(section)
+        check_soils(section)
+        notes = " ".join(section.notes)
+        for words in ("30 m wide, 6 m high", "ends at (5, 1), 5 m inside", "lies below the section", "not in kg/m3", "is it in degrees"):
+            self.assertIn(words, notes)
+        self.assertNotIn("is that the unit of the file", notes)
+        section.soils["soil"] = Soil("soil", 19.0, 9.0)
+        with self.assertRaisesRegex(Trouble, "saturated_weight 9 is below weight 19"):
+            check_soils(section)
+        low = Section([Region("low", "soil", ((0, 0), (1, 0), (0, 0.1)))], {})
+        check_section(low)
+        self.assertIn("is that the unit of the file", " ".join(low.notes))
+
+    def test_an_uneven_floor_is_held_along_it(self) -> None:
+        self.assertNotIn("*SUPPORT", deck_of(bank(), "file", 10))
+        section = bank(Region("base", "soil", ((0, -4), (30, -3), (30, -2), (0, -2))))
+        self.assertIn("*SUPPORT, SURFACE=floor, TYPE=ALL", deck_of(section, "file", 10))
+        self.assertIn("*SURFACE, NAME=floor, TYPE=SEGMENT\n0, -4, 10, -3.666666667\n", deck_of(section, "file", 10))
 
 
 def factor_of(deck: Path, out: Path) -> float:

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import re
 import tempfile
 import unittest
 import zipfile
@@ -115,6 +116,28 @@ class Rocscience(unittest.TestCase):
             self.assertIsNone(section.soils["seam"].saturated_weight)
             self.assertEqual(section.left, ["1 x anchors", "seismic = 0.1"])
 
+    def test_loads_of_slide_that_are_even_and_straight_down(self) -> None:
+        row = "  {} type: {} x1: 8 y1: 20 x2: 2 y2: 20 angle: {} load: 15 load2: {} stage2: 0"
+        rows = "\n".join(["forces:", row.format(1, 0, 270, 15), row.format(2, 0, 270, 30), row.format(3, 0, 260, 15), row.format(4, 1, 270, 15)])
+        for units, metres, kilopascals in (("metric", 1.0, 1.0), ("imperial", 0.3048, 0.0478803)):
+            section = read_slide(self.write("slope.sli", slide_text(units, more=rows)), None)
+            self.assertEqual([load.name for load in section.loads], ["load 1"])
+            for (x, size), wanted in zip(section.loads[0].points, (2.0, 8.0), strict=True):
+                self.assertAlmostEqual(x, wanted * metres)
+                self.assertAlmostEqual(size, 15.0 * kilopascals)
+            self.assertEqual([what.split(":")[0] for what in section.left if what.startswith("load")], ["load 2", "load 3", "load 4"])
+
+    def test_loads_of_rs2_that_are_even_and_straight_down(self) -> None:
+        def load(number: int, *more: str) -> str:
+            return "\n".join([f"distributed load {number} start:", *points([(8, 20), (2, 20)]), *more, "magnitude1: 15", "magnitude2: 0",
+                              f"distributed load {number} end:"])  # fmt: skip
+
+        rows = [load(1, 'type: "vertical"'), load(2), load(3, "triangular: yes"), load(4, 'type: "global angle"'), load(5, "is_groundwater: yes")]
+        text = rs2_text() + "\n".join(["new distributed loads start:", "5", *rows, "new distributed loads end:", ""])
+        section = read_rs2(self.write("slope.fez", text))
+        self.assertEqual([load.points for load in section.loads], [((2.0, 15.0), (8.0, 15.0))] * 2)
+        self.assertEqual([what.split(":")[0] for what in section.left if what.startswith("distributed")], [f"distributed load {i}" for i in (3, 4, 5)])
+
     def test_scenarios_share_their_soils(self) -> None:
         path = self.folder / "slope.slmd"
         own, model = slide_text().split("material types:")[1].split("anchor types:")[0], slide_text()
@@ -129,6 +152,11 @@ class Rocscience(unittest.TestCase):
         self.assertEqual(read_slide(path, None).water, [])
         with self.assertRaisesRegex(Trouble, "no scenario 'damp'; there are dry, wet"):
             read_slide(path, "damp")
+
+    def test_soils_that_the_water_is_not_for_are_dry(self) -> None:
+        path = self.write("slope.sli", slide_text(third="type: 0 c: 40 phi: 36 uw: 21 wtable: 0 other: 1").replace("other: 1 water: 1 wtable: 1", "other: 1"))
+        self.assertIn("the water line is not for rock: no pore pressure there", self.told(0, str(path)))
+        self.assertIn("*WATER LEVEL, BODY=rock, TYPE=NONE\n*CONTROLS", (self.folder / "slope.inp").read_text())
 
     def test_units(self) -> None:
         feet = read_slide(self.write("slope.sli", slide_text("imperial")), None)
@@ -179,6 +207,9 @@ class Rocscience(unittest.TestCase):
         self.assertIn("no external boundary", self.told(2, str(self.write("slope.fea", rs2_text().replace('"external"', '"other"')))))
         damaged = self.write("slope.fea", rs2_text().replace("num points: 6", "num points: six"))
         self.assertIn("damaged, or of a version whose text is another one", self.told(2, str(damaged)))
+        crossed = slide_text().replace("vertices: [1,", "vertices: [1,1,", 1)
+        crossed = re.sub(r"vertices: \[1,1,(\d+),(\d+)", r"vertices: [1,\2,\1", crossed, count=1)
+        self.assertIn("no simple outline", self.told(2, str(self.write("slope.sli", crossed))))
         self.assertIn("no vertex", self.told(2, str(self.write("slope.sli", slide_text().replace("vertices: [1,", "vertices: [99,", 1)))))
 
 
