@@ -8,6 +8,6 @@
     context   what every study is given
     blocks    studies on blocks: rates by basis, sizes, empty cells, a million points
     shares    studies on the decks of the tree: parts of the time, threads, choice of the model, solvers
-    peers     three scenes beside another program
+    peers     scenes beside other programs
     cli       the command `tools/bench`
 """

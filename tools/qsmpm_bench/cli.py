@@ -30,7 +30,7 @@ STUDIES: dict[str, tuple[Study, str]] = {
     "empty": (blocks.empty, "the same scene in a domain ten times larger"),
     "million": (blocks.million, "a million points in 3D"),
     "against": (against.against, "this program and another one (--against PROGRAM), in turns: which is faster, scene by scene"),
-    "peers": (peers.peers, "three scenes beside Kratos (tools/setup --peers)"),
+    "peers": (peers.peers, "three scenes beside Kratos, one beside xslope (tools/setup --peers)"),
 }
 #: `all`: every study once; what bench_solvers prints stands in a section of the page that is written by hand.
 ALL = ["parts", "kernels", "size", "threads", "scene", "empty", "million", "peers"]

@@ -1,8 +1,9 @@
-"""Three scenes in QSMPM and in the MPM application of Kratos Multiphysics, one after the other on one thread."""
+"""Three scenes in QSMPM and in the MPM application of Kratos Multiphysics, and a factor of safety beside xslope, on one thread."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,11 @@ from qsmpm_bench.measure import BenchError, Deck, Sample, Spread, cpu, interleav
 from qsmpm_bench.shares import folder_of
 from qsmpm_bench.tables import Result, Table
 from qsmpm_verify.measures import column_stress_error
+from qsmpm_verify.peers_xslope import scene_text
+from qsmpm_verify.reference.slope import slope_spiral_safety
 from qsmpm_verify.results import read_curves, read_points
+from qsmpm_verify.study.cards import read_deck
+from qsmpm_verify.traces import factor_of_safety
 
 HEIGHT, WEIGHT = 50.0, 0.8
 #: Cells and points a cell.
@@ -24,11 +29,11 @@ GAMMAS = (10.0, 30.0, 50.0, 100.0)
 
 
 def peers(bench: Bench) -> Result:
-    """All three scenes."""
+    """All scenes."""
     if not bench.peers_python.exists():
         raise BenchError(f"{bench.peers_python} is not there: run tools/setup --peers first")
     result = Result("peers")
-    for study in (column, cantilever, slope):
+    for study in (column, cantilever, slope, factor):
         study(bench, result)
     return result
 
@@ -36,7 +41,7 @@ def peers(bench: Bench) -> Result:
 def kratos(bench: Bench, script: str, *words: Any, timeout: float = 1800.0) -> Callable[[], Sample]:
     """A job that runs a script of tools/peers."""
     command = [str(bench.peers_python), str(TOP / "tools" / "peers" / script), *map(str, words)]
-    log = bench.root / "peers" / f"{'_'.join([script, *map(str, words)])}.txt"
+    log = bench.root / "peers" / f"{'_'.join([script, *(Path(str(word)).name for word in words)])}.txt"
     return lambda: run_script(command, log, timeout)
 
 
@@ -180,3 +185,25 @@ def slope(bench: Bench, result: Result) -> None:
         charts.bars(bench.figures / "bench_slope.svg", [f"{name} (to {row[4]:g})" for name, row in
                                                         zip(samples, table.rows)],
                     [cpu(runs).median for runs in samples.values()], "CPU seconds to gamma = 100 kN/m3, or to the end")
+
+
+def factor(bench: Bench, result: Result) -> None:
+    """Factor of safety of a slope by a deck that names no method, and by slip circles."""
+    deck = scene("factor", ("*GRID, ELEMENT=QUAD4", "*GRID"), ("BASIS=SPLINE2G, INTEGRATION=CELL, ", ""), ("*POINTS, BODY=slope, PER ELEMENT=9\n", ""),
+                 ("*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE\n", ""), folder=CASES, file="slope_safety.inp")
+    jobs = {"QSMPM, by default": bench.job(deck)}
+    for method in ("bishop",) if bench.quick else ("bishop", "spencer", "mprice"):
+        path = bench.root / "peers" / f"{method}.json"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(scene_text(read_deck(CASES / "slope_safety.inp"), "factor", method), encoding="utf-8")
+        jobs[f"xslope, {method}"] = kratos(bench, "xslope_run.py", path)
+    samples = interleave(jobs, bench.repeat, bench.tell)
+    exact = slope_spiral_safety(unit_weight=15.0, cohesion=1.0, friction=25.0, angle=45.0, height=1.0)
+    table = Table("factor", ["program", "CPU s", "factor", "error"],
+                  title="Factor of safety: 45 degrees, c = 1 kPa, phi = psi = 25, 15 kN/m3; logarithmic spiral 1.1855",
+                  note="QSMPM: `verification/cases/decks/slope_safety.inp` without a method, 10 cells a height, last stable factor. "
+                       "xslope: circles from a grid of centres, 40 slices.")
+    for name, runs in samples.items():
+        value = factor_of_safety(folder_of(runs), "factor") if name.startswith("QSMPM") else runs[0].figures["factor"]
+        table.add(name, cpu(runs), value, abs(value / exact - 1))
+    result.tables.append(table)

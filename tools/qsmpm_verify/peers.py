@@ -1,7 +1,8 @@
-"""`peers`: QSMPM held against other programs, CalculiX and Kratos, where they are installed.
+"""`peers`: QSMPM held against other programs, CalculiX, Kratos, OpenGeoSys and xslope, where they are installed.
 
 The scenes are verification/peers/*.toml. A mesh, its supports and its loads are taken from QSMPM's own results and given
-to the other program. Exit code 1 when a figure missed; a program that is not installed is named, and what wants it is skipped.
+to the other program, or ground, strengths and water from the deck. Exit code 1 when a figure missed; a program that is not installed is
+named, and what wants it is skipped.
 """
 
 from __future__ import annotations
@@ -9,11 +10,11 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
-from qsmpm_verify import peers_calculix, peers_kratos
 from qsmpm_verify.chart import command_of, markdown_table
-from qsmpm_verify.peers_compute import Computer, Outcome
+from qsmpm_verify.peers_compute import NAMES, VERSIONS, Computer, Outcome
 from qsmpm_verify.peers_judge import Finding, as_rows, chart_point, judge_check
 from qsmpm_verify.peers_scenes import Scene, load_scenes
 from qsmpm_verify.places import BUILD, PEERS, PROGRAM, TOP
@@ -23,11 +24,13 @@ from qsmpm_verify.trouble import Trouble
 
 HEADER = ["check", "value", "peer's", "difference", "tolerance", "verdict", "CPU s", "peer's CPU s"]
 ABSENT = "not compared"
+WIDTH = 160
+"""Columns of the page's prose."""
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Words of the verb."""
-    verb = verbs.add_parser("peers", help="the same scenes in CalculiX and Kratos, and the differences")
+    verb = verbs.add_parser("peers", help="the same scenes in CalculiX, Kratos, OpenGeoSys and xslope, and the differences")
     verb.add_argument("scenes", nargs="*", help="names of scenes (verification/peers); all when none is given")
     verb.add_argument("--program", type=Path, default=PROGRAM, help="QSMPM's program")
     verb.add_argument("--out", type=Path, default=BUILD / "peers", help="folder of the runs")
@@ -59,23 +62,22 @@ def row_of(finding: Finding) -> list[str]:
 
 def versions() -> list[str]:
     """A sentence a program: its version, or that it is not there."""
-    found = {
-        "CalculiX (package calculix-ccx)": peers_calculix.version(),
-        "Kratos (tools/setup --peers)": peers_kratos.version(),
-    }
-    return [text or f"not installed: {name}; its comparisons are left out" for name, text in found.items()]
+    return [
+        version() or f"not installed: {NAMES[key]}; its comparisons are left out" for key, version in VERSIONS.items() if key != "script"
+    ]  # fmt: skip
 
 
 def scene_page(scene: Scene, findings: list[Finding]) -> list[str]:
     """A scene as lines of the page."""
     deck = scene.deck.relative_to(TOP)
-    lines = [f"## {scene.title}", "", f"`{deck}`, `verification/peers/{scene.name}.toml`. {scene.note}", ""]
+    lines = [f"## {scene.title}", "", *wrap(f"`{deck}`, `verification/peers/{scene.name}.toml`. {scene.note}", WIDTH), ""]
     if not findings:
         return [*lines, "Nothing is judged; the figures stand under *Error and cost of the other programs*.", ""]
     lines += [*markdown_table(HEADER, [row_of(f) for f in findings]), ""]
     reasons = dict.fromkeys(f"{f.tolerance:.1e}: {f.reason}." for f in findings if f.tolerance is not None)
     notes = [f"{f.quantity}, {f.run} by {f.against}: {f.note}" for f in findings if f.note]
-    return [*lines, *(f"- {line}" for line in [*reasons, *notes]), ""]
+    said = dict.fromkeys(f"{line}." for f in findings for line in f.said)
+    return [*lines, *(part for line in [*reasons, *notes, *said] for part in wrap(f"- {line}", WIDTH, subsequent_indent="  ")), ""]
 
 
 def points_page(points: list[dict[str, Any]]) -> list[str]:
@@ -90,12 +92,12 @@ def points_page(points: list[dict[str, Any]]) -> list[str]:
 
 def page_head(command: str) -> list[str]:
     """Head of the page."""
-    return [
-        "# QSMPM beside other programs", "",
-        f"Written by `{command} --markdown FILE`; do not edit. {'; '.join(versions())}. CPU seconds are those of whole",
-        "processes on one thread. Where a peer computes on the same mesh it gets nodes, cells, supports and loads from",
-        "QSMPM's results, so that element, rule and equilibrium are compared and nothing else.", "",
-    ]  # fmt: skip
+    text = (
+        f"Written by `{command} --markdown FILE`; do not edit. {'; '.join(versions())}. CPU seconds are those of whole "
+        "processes on one thread. Where a peer computes on the same mesh it gets nodes, cells, supports and loads from "
+        "QSMPM's results, so that element, rule and equilibrium are compared and nothing else."
+    )
+    return ["# QSMPM beside other programs", "", *wrap(text, WIDTH), ""]
 
 
 def _judge(scene: Scene, outcomes: dict[str, Outcome]) -> tuple[list[Finding], list[dict[str, Any]]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -9,8 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-
-from qsmpm_verify import peers_calculix, peers_kratos
+from qsmpm_verify import peers_calculix, peers_kratos, peers_ogs, peers_xslope
 from qsmpm_verify.cache import program_hash
 from qsmpm_verify.cases import Case
 from qsmpm_verify.peers_model import Model, Solution, read_model, read_own
@@ -21,17 +21,19 @@ from qsmpm_verify.results import read_curves
 from qsmpm_verify.runner import deck_text
 from qsmpm_verify.trouble import RunFailed, Trouble
 
-VERSIONS = {"calculix": peers_calculix.version, "kratos": peers_kratos.version, "script": peers_kratos.version}
-MISSING = {
-    "calculix": "CalculiX (Debian package calculix-ccx, tools/setup)",
-    "kratos": "Kratos (tools/setup --peers)",
-    "script": "Kratos (tools/setup --peers)",
-}
+VERSIONS = {
+    "calculix": peers_calculix.version, "kratos": peers_kratos.version, "ogs": peers_ogs.version, "xslope": peers_xslope.version,
+    "script": peers_kratos.version,
+}  # fmt: skip
+NAMES = {
+    "calculix": "CalculiX (Debian package calculix-ccx, tools/setup)", "kratos": "Kratos (tools/setup --peers)",
+    "ogs": "OpenGeoSys (tools/setup --peers)", "xslope": "xslope (tools/setup --peers)", "script": "Kratos (tools/setup --peers)",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run gave; `trouble` tells why it gave nothing, `absent` that its program is not installed."""
+    """What a run gave; `trouble` tells why it gave nothing, `absent` that its program is not installed, `said` what it said of it."""
 
     program: str
     cpu_seconds: float = 0.0
@@ -40,6 +42,7 @@ class Outcome:
     solution: Solution | None = None
     trouble: str = ""
     absent: bool = False
+    said: str = ""
 
 
 class Computer:
@@ -61,9 +64,9 @@ class Computer:
 
     def _outcome(self, scene: Scene, run: PeerRun, before: dict[str, Outcome]) -> Outcome:
         folder = self.root / scene.name / run.name.replace(" ", "_")
-        named = "QSMPM" if run.program == "qsmpm" else VERSIONS[run.program]()
+        named = VERSIONS.get(run.program, lambda: "QSMPM")()
         if not named:
-            return Outcome(run.program, trouble=f"not installed: {MISSING[run.program]}", absent=True)
+            return Outcome(run.program, trouble=f"not installed: {NAMES[run.program]}", absent=True)
         try:
             if run.program == "qsmpm":
                 return self._own(scene, run, folder)
@@ -72,6 +75,11 @@ class Computer:
             source = before.get(run.words["of"])
             if source is None or source.trouble:
                 return Outcome(named, trouble=f"{run.words['of']}: {source.trouble if source else 'not run'}")
+            if run.program in ("bounds", "xslope"):
+                deck = self.folders[f"{scene.name}/{run.words['of']}"].parent / "scene.inp"
+                answer = peers_xslope.bounds if run.program == "bounds" else peers_xslope.solve
+                figures, done = answer(deck, folder, run.words, self.fresh)
+                return Outcome(named, done.cpu_seconds, done.reused, figures, said=peers_xslope.said(figures))
             return self._peer(scene, run, folder, named)
         except (RunFailed, OSError, ValueError) as error:
             return Outcome(named, trouble=str(error))
@@ -88,15 +96,22 @@ class Computer:
         self.folders[f"{scene.name}/{run.name}"] = results
         curves = read_curves(results)
         figures = {name: float(values[-1]) for name, values in curves.columns.items()}
+        if (results / "safety.json").is_file():
+            phases = json.loads((results / "safety.json").read_text(encoding="utf-8"))["phases"]
+            figures |= {"factor": float(phases[-1]["stable"]), "upper": float(phases[-1]["lost"] or "nan")}
         fem = "BASIS=FEM" in files["scene.inp"].upper()
-        return Outcome("QSMPM", done.cpu_seconds, done.reused, figures, read_own(results) if fem else None)
+        return Outcome("QSMPM", done.cpu_seconds, done.reused, figures, read_own(results) if fem else None, said=peers_xslope.said(figures))
 
     def _peer(self, scene: Scene, run: PeerRun, folder: Path, named: str) -> Outcome:
         source = f"{scene.name}/{run.words['of']}"
         if source not in self.models:
             self.models[source] = read_model(self.folders[source])
         model, steps = self.models[source], int(run.words.get("steps", 0))
-        if run.program == "calculix":
+        if run.program == "ogs":
+            solution, done = peers_ogs.solve(model, folder, self.fresh)
+        elif model.flow:
+            raise RunFailed(f"{run.name}: water that flows is taken to OpenGeoSys only")
+        elif run.program == "calculix":
             solution, done = peers_calculix.solve(
                 model, folder, run.words.get("element", ""), run.words.get("law", "ELASTIC"), steps, self.fresh
             )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from qsmpm_verify.peers_compute import Outcome
-from qsmpm_verify.peers_scenes import Check, Point, Scene
+from qsmpm_verify.peers_scenes import FIELDS, Check, Point, Scene
 from qsmpm_verify.reference import REFERENCES
 
 
@@ -31,6 +31,7 @@ class Finding:
     seconds: float | None
     peer_seconds: float | None
     note: str = ""
+    said: tuple[str, ...] = ()
 
 
 def limit(values: list[float]) -> float:
@@ -53,11 +54,15 @@ def figure(outcome: Outcome, quantity: str) -> float:
     return float(value)
 
 
-def _field(own: Outcome, other: Outcome) -> tuple[float, float, float]:
-    """Largest displacement of both and their largest difference by the first."""
+def _field(own: Outcome, other: Outcome, quantity: str) -> tuple[float, float, float]:
+    """Largest displacement, or pressure, of both and their largest difference by the first."""
     if own.solution is None or other.solution is None:
         raise ValueError("only runs on one mesh of finite elements have fields to compare")
     one, two = own.solution.displacement, other.solution.displacement
+    if quantity == "pressure field":
+        if own.solution.pressure is None or other.solution.pressure is None:
+            raise ValueError("only runs whose water flows have pressures to compare")
+        one, two = own.solution.pressure, other.solution.pressure
     if one.shape != two.shape:
         raise ValueError("the two runs have other nodes")
     size = float(np.abs(one).max())
@@ -72,8 +77,8 @@ def _reference(reference: float | dict[str, Any]) -> float:
 
 def _compare(check: Check, outcomes: dict[str, Outcome]) -> tuple[float, float, float]:
     """Value, the other's value and the relative difference."""
-    if check.quantity == "field":
-        return _field(outcomes[check.runs[0]], outcomes[check.against])
+    if check.quantity in FIELDS:
+        return _field(outcomes[check.runs[0]], outcomes[check.against], check.quantity)
     values = [check.scale * figure(outcomes[name], check.quantity) for name in check.runs]
     value = values[0] if len(values) == 1 else limit(values)
     if check.against:
@@ -104,6 +109,7 @@ def judge_check(scene: Scene, check: Check, outcomes: dict[str, Outcome]) -> Fin
         scene.name, check.name, f"{own.program} {run}" if own.program != "QSMPM" else run, value,
         check.against or "reference", other.program if other else "", peer_value, difference, check.tolerance, held,
         check.reason, own.cpu_seconds, other.cpu_seconds if other else None, note,
+        tuple(f"{name}: {outcomes[name].said}" for name in check.needs() if outcomes[name].said),
     )  # fmt: skip
 
 

@@ -21,10 +21,11 @@ from qsmpm_verify.trouble import Trouble
 UNDERSTOOD = {
     "HEADING", "UNITS", "MODEL", "METHOD", "SOLVER", "FIELD", "RESTART", "GRID", "MESH", "NSET", "SURFACE", "MATERIAL",
     "ELASTIC", "UNIT WEIGHT", "VOLUMETRIC LOCKING", "BODY", "POINTS", "HISTORY", "PHASE", "INITIAL", "FIX", "TRACTION",
-    "GRAVITY",
+    "GRAVITY", "PERMEABILITY", "CONSOLIDATION",
     "CONTROLS", "END PHASE",
 }  # fmt: skip
 """Keywords of an elastic scene of one body and one phase."""
+
 
 @dataclass(frozen=True)
 class Block:
@@ -33,6 +34,16 @@ class Block:
     keyword: str
     parameters: dict[str, str]
     lines: list[list[str]]
+
+
+@dataclass(frozen=True)
+class Flow:
+    """Water that leaves a scene in time: permeability over the weight of water, nodes where it leaves, time and steps of the ramp."""
+
+    mobility: float
+    open: Array
+    duration: float
+    steps: int
 
 
 @dataclass(frozen=True)
@@ -52,14 +63,16 @@ class Model:
     forces: Array
     #: Places whose displacement the run records, by the name of the column: node, direction, scale.
     places: dict[str, tuple[int, int, float]]
+    flow: Flow | None = None
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Displacements (nodes, 2) and what the supports bear in total; nan where there is none."""
+    """Displacements (nodes, 2), what the supports bear in total (nan where there is none) and excess pressures of all nodes."""
 
     displacement: Array
     reaction: Array
+    pressure: Array | None = None
 
 
 def read_blocks(text: str) -> list[Block]:
@@ -160,6 +173,18 @@ def _places(blocks: list[Block], nodes: Array) -> dict[str, tuple[int, int, floa
     return places
 
 
+def _flow(blocks: list[Block], nodes: Array) -> Flow | None:
+    if not any(block.keyword == "CONSOLIDATION" for block in blocks):
+        return None
+    card, phase = _one(blocks, "CONSOLIDATION"), _one(blocks, "PHASE").parameters
+    along, up = (float(word) for word in _one(blocks, "PERMEABILITY").lines[0][:2])
+    if along != up or float(card.parameters.get("STORAGE", "0")) or any(row[1] != "OPEN" for row in card.lines):
+        raise Trouble("only one permeability, no storage and OPEN sets are taken to another program")
+    chosen = np.unique(np.concatenate([node_set(blocks, row[0], nodes) for row in card.lines]))
+    steps = int(_one(blocks, "CONTROLS").parameters["STEPS"])
+    return Flow(along / float(card.parameters["UNIT WEIGHT"]), chosen, float(phase["TIME"]), steps)
+
+
 def _used_mesh(results: Path) -> tuple[Array, Array, int, Array]:
     """Nodes, cells, VTK type of the cells the body takes, and the numbers of their nodes in the run's mesh."""
     mesh = read_mesh(results)
@@ -197,7 +222,7 @@ def read_model(results: Path) -> Model:
     young, poisson = (float(word) for word in _one(blocks, "ELASTIC").lines[0][:2])
     return Model(
         nodes, cells, kind, young, poisson, _weight(blocks, factor), _held(blocks, nodes),
-        _forces(blocks, nodes, cells, kind, factor), _places(blocks, nodes),
+        _forces(blocks, nodes, cells, kind, factor), _places(blocks, nodes), _flow(blocks, nodes),
     )  # fmt: skip
 
 
@@ -206,6 +231,7 @@ def read_own(results: Path) -> Solution:
     nodes, _, _, kept = _used_mesh(results)
     with h5py.File(results / "restart.h5", "r") as file:
         now, reactions = file["mesh/coordinates"][...], file["mesh/reactions"][...]
+        water = file["terms/excess_pore_pressure"][...].ravel()[kept] if "terms/excess_pore_pressure" in file else None
     if len(now) <= kept.max():
         raise Trouble(f"{results}: restart.h5 holds {len(now)} nodes, the mesh more")
-    return Solution(now[kept] - nodes, reactions.sum(axis=0))
+    return Solution(now[kept] - nodes, reactions.sum(axis=0), water)

@@ -6,21 +6,25 @@ note = "..."                  which laws and elements are compared and why that 
 
 [[run]]                       one computation
 name = "fem"
-program = "qsmpm"             qsmpm (default), calculix, kratos or script
+program = "qsmpm"             qsmpm (default), calculix, kratos, ogs, script, xslope or bounds
 effort = "quick"              quick (default) or long
 replace = [["old", "new"]]    qsmpm: in the deck; `deck` takes another one
 make = [["FILE", "SCRIPT", "WORD"]]   qsmpm: files put beside the deck, what a script of the tree prints
-of = "fem"                    calculix, kratos: the run whose mesh, supports and loads are taken
+of = "fem"                    calculix, kratos, ogs: the run whose mesh, supports and loads are taken; xslope, bounds: whose deck is
 element = "CPE8R"             calculix, kratos: other than the default of the cells
 law = "NEO HOOKE"             calculix: ELASTIC (default) or NEO HOOKE
 steps = 20                    calculix, kratos: steps of a finite deformation; 0 (default) is linear
 command = ["kratos_column.py", "16"]  script: of tools/peers, with its words
+phase = "factor"              xslope, bounds: the phase whose state is taken
+method = "bishop"             xslope: of limit equilibrium, or seepage on cells of `size`
+grid = false                  xslope: circles are not searched from a grid of centres too
 each = [{n = 8}]              one run an entry (families.py)
 
 [[check]]
 of = "fem"                    the run that is judged
 against = "ccx"               by another run; or reference = 1.5, or reference = {function = "..."}
 quantity = "field"            field: largest difference of displacements over all nodes by the largest displacement;
+                              pressure field: the same of the excess pressures of nodes;
                               reaction: largest component of what the supports bear; or a history, or a figure of a script
 limit_of = ["a", "b"]         in place of `of`: the limit of three or more runs whose cells are halved (Aitken)
 scale = 1.0                   factor on the figure
@@ -48,10 +52,11 @@ from qsmpm_verify.cases import CaseError, check_keys
 from qsmpm_verify.families import FamilyError, expand
 from qsmpm_verify.reference import REFERENCES
 
-PROGRAMS = ("qsmpm", "calculix", "kratos", "script")
+FIELDS = ("field", "pressure field")
 KEYS = {
     "qsmpm": {"deck", "replace", "make"}, "calculix": {"of", "element", "law", "steps"},
-    "kratos": {"of", "element", "steps"}, "script": {"command"},
+    "kratos": {"of", "element", "steps"}, "ogs": {"of"}, "script": {"command"},
+    "xslope": {"of", "phase", "method", "size", "grid"}, "bounds": {"of", "phase"},
 }  # fmt: skip
 CHECK_KEYS = {"of", "against", "reference", "quantity", "limit_of", "scale", "tolerance", "reason", "print", "name"}
 POINT_KEYS = {"study", "label", "run", "quantity", "reference", "size", "note"}
@@ -113,12 +118,12 @@ class Scene:
 
 def _run(table: dict[str, Any], known: dict[str, PeerRun], where: str) -> PeerRun:
     program = table.get("program", "qsmpm")
-    if program not in PROGRAMS:
-        raise CaseError(f"{where}: program is one of {', '.join(PROGRAMS)}")
+    if program not in KEYS:
+        raise CaseError(f"{where}: program is one of {', '.join(KEYS)}")
     check_keys(table, {"name", "program", "effort"} | KEYS[program], where)
     if table.get("effort", "quick") not in ("quick", "long"):
         raise CaseError(f"{where}: effort is quick or long")
-    if program in ("calculix", "kratos") and getattr(known.get(table.get("of", "")), "program", "") != "qsmpm":
+    if "of" in KEYS[program] and getattr(known.get(table.get("of", "")), "program", "") != "qsmpm":
         raise CaseError(f"{where}: of names a run of qsmpm that stands before it")
     words = {key: value for key, value in table.items() if key in KEYS[program]}
     return PeerRun(table["name"], program, table.get("effort", "quick"), words)
@@ -153,7 +158,7 @@ def _check(table: dict[str, Any], runs: dict[str, PeerRun], where: str) -> Check
     if not isinstance(table.get("quantity"), str):
         raise CaseError(f"{where}: quantity is missing")
     chosen = tuple(table.get("limit_of", ())) or (table["of"],)
-    if len(chosen) == 2 or (len(chosen) > 1 and table["quantity"] in ("field", "reaction")):
+    if len(chosen) == 2 or (len(chosen) > 1 and table["quantity"] in (*FIELDS, "reaction")):
         raise CaseError(f"{where}: a limit is that of a figure of three runs or more")
     check = Check(
         chosen, table.get("against", ""), reference, table["quantity"], float(table.get("scale", 1.0)),

@@ -254,6 +254,18 @@ class Judging(unittest.TestCase):
         self.assertAlmostEqual(near.difference, 0.95e-6, 12)
         self.assertIs(far.held, False)
 
+    def test_pressures_are_judged_by_the_largest_one_and_what_was_said_is_kept(self) -> None:
+        scene = self.scene(SCENE.replace('quantity = "field"', 'quantity = "pressure field"'))
+        own, other = (Solution(np.ones((2, 2)), np.zeros(2), np.array(p)) for p in ([4.0, 1.0], [4.0, 1.000003]))
+        outcomes = {"own": Outcome("QSMPM", solution=own, said="so"), "ccx": Outcome("OpenGeoSys", solution=other)}
+        found = judge_check(scene, scene.checks[0], outcomes)
+        self.assertTrue(found.held)
+        self.assertAlmostEqual(found.difference, 0.75e-6, 12)
+        self.assertEqual(found.said, ("own: so",))
+        without = judge_check(scene, scene.checks[0], self.outcomes(0.0))
+        self.assertIs(without.held, False)
+        self.assertIn("water flows", without.note)
+
     def test_a_figure_is_judged_by_its_reference(self) -> None:
         scene = self.scene()
         self.assertTrue(judge_check(scene, scene.checks[1], self.outcomes(0.0)).held)
