@@ -50,6 +50,7 @@ contains
     call check_rain(tests)
     call check_times(tests)
     call check_scene(tests)
+    call check_dry_ground(tests)
     call check_notes(tests)
     call check_transient(tests)
     call check_moved(tests)
@@ -324,6 +325,30 @@ contains
     call refused_whole(tests, sides//soil//box//phase//steady//'*PHASE, NAME=falls, TIME=1|'//falls, &
       'has no DRAINABLE POROSITY')
   end subroutine check_transient
+
+  !> Ground that no water reaches changes nothing for that beside it, whatever it lets through.
+  subroutine check_dry_ground(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    character(len=:), allocatable :: said
+    character(len=*), parameter :: wet = '*SURFACE, NAME=in, TYPE=SEGMENT| 3, 1, 3, 0|*SURFACE, NAME=out, TYPE=SEGMENT| '// &
+      '5, 0, 5, 1|*BODY, NAME=wet, MATERIAL=soil, SHAPE=BOX| 3, 5, 0, 1|', &
+      levels = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| in, 0.8| out, 0.4|*END PHASE|', &
+      coarse = '*MATERIAL, NAME=gravel|*ELASTIC| 1000, 0.3|*PERMEABILITY| 70, 30|*BODY, NAME=dry, MATERIAL=gravel, '// &
+      'SHAPE=BOX| 0, 2, 0, 1|'
+    real(wp) :: alone
+
+    call build(sides//soil//wet//phase//levels, model)
+    alone = model%analysis%phases(1)%water_levels(1)%heads(1)%inflow
+    call tests%close('water flows in, as Dupuit has it', alone, 2.0_wp*(0.8_wp**2 - 0.4_wp**2)/4.0_wp, 0.1_wp*alone)
+    call build(sides//soil//coarse//wet//phase//levels, model)
+    call tests%close('beside dry gravel as much', model%analysis%phases(1)%water_levels(1)%heads(1)%inflow, alone, &
+      1.0e-9_wp)
+    call build(sides//soil//'*BODY, NAME=whole, MATERIAL=soil, SHAPE=ALL|'//phase// &
+      '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 0.8|*END PHASE|', model, said)
+    call tests%check('a body without an outline is refused; found: '//said, &
+      index(said, "body 'whole' is neither a BOX nor a POLYGON") > 0)
+  end subroutine check_dry_ground
 
   !> Bounds of a drawn scene: a level on a surface of the outline, one on segments, air between them.
   subroutine check_scene(tests)
