@@ -9,6 +9,7 @@ module qsmpm_seepage_bounds
   use qsmpm_analysis, only: analysis_type, axisymmetric
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_fitted_mesh, only: fitted_mesh_type
+  use qsmpm_free_surface, only: former_levels
   use qsmpm_load_description, only: head_type, support_none, water_level_type
   use qsmpm_mesh_description, only: select_box, select_outline, select_plane, select_segment, surface_type
   use qsmpm_outline_graph, only: outline_type
@@ -53,11 +54,13 @@ contains
     integer :: c, k, i, ends(2), wet(size(flow%kind))
     logical :: found(size(level%heads)), open(3, size(scene%flows))
     integer :: axis
-    real(wp) :: up
+    real(wp) :: up, reach(size(level%heads))
 
     axis = vertical_of(analysis)
     up = upwards(analysis)
     allocate (scene%row(size(flow%kind)), source=0)
+    reach = up*level%heads%level
+    if (level%transient) reach = max(reach, up*former_levels(analysis%phases, number, level%heads))
     found = .false.
     open = .false.
     wet = 0
@@ -74,11 +77,11 @@ contains
           found(i) = .true.
           call give_head(upwards(analysis)*level%heads(i)%level, i, ends, scene, flow)
           call let_rain(analysis, level%heads(i), ends, flow)
-          if (open(k, c)) where (flow%kind(ends) == node_head .and. scene%row(ends) == i) wet(ends) = i
+          if (open(k, c)) where (scene%row(ends) == i .and. reach(i) >= flow%height(ends) - hair*scene%size) wet(ends) = i
         end do
       end do
     end do
-    call flood(up*level%heads%level, open, wet, scene, flow)
+    call flood(up*level%heads%level, reach, open, wet, scene, flow)
     do i = 1, size(found)
       if (.not. found(i)) call place_drain(analysis, level%heads(i), i, scene, flow, found(i))
       if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
@@ -91,9 +94,9 @@ contains
 
   !> Free water stands on the edges in air beside those of its row too, as far as its level reaches, but on none below
   !> all of its row: from a pond on a hill it does not fall.
-  subroutine flood(level, open, wet, scene, flow)
-    !> Of the rows, upwards.
-    real(wp), intent(in) :: level(:)
+  subroutine flood(level, reach, open, wet, scene, flow)
+    !> Of the rows, upwards, and the highest that they have in the phase.
+    real(wp), intent(in) :: level(:), reach(:)
     !> Edges in air (3, cells).
     logical, intent(in) :: open(:, :)
     !> Row whose free water is at a node, 0 for none (nodes).
@@ -116,7 +119,7 @@ contains
           from = maxval(wet(ends))
           if (from == 0 .or. all(wet(ends) > 0)) cycle
           associate (dry => ends(minloc(wet(ends), 1)))
-            if (scene%row(dry) > 0 .or. .not. level(from) > flow%height(dry) + hair*scene%size) cycle
+            if (scene%row(dry) > 0 .or. .not. reach(from) > flow%height(dry) + hair*scene%size) cycle
             if (flow%height(dry) < lowest(from) - hair*scene%size) cycle
             call give_head(level(from), from, [dry, dry], scene, flow)
             wet(dry) = from

@@ -11,6 +11,7 @@ module test_seepage
   use qsmpm_seepage, only: filled_share, node_face, node_free, node_head, seepage_type, solve_seepage
   use qsmpm_seepage_notes, only: moved_note
   use qsmpm_transient_seepage, only: follow_seepage, give_pores
+  use qsmpm_text, only: integer_text
   use qsmpm_seepage_field, only: cell_of_place, gradient_of_flow, head_of_flow, index_triangles, seepage_field_type
   use deck_samples, only: joined
   use testing, only: tests_type
@@ -50,6 +51,7 @@ contains
     call check_rain(tests)
     call check_times(tests)
     call check_scene(tests)
+    call check_bank(tests)
     call check_dry_ground(tests)
     call check_notes(tests)
     call check_transient(tests)
@@ -325,6 +327,29 @@ contains
     call refused_whole(tests, sides//soil//box//phase//steady//'*PHASE, NAME=falls, TIME=1|'//falls, &
       'has no DRAINABLE POROSITY')
   end subroutine check_transient
+
+  !> A river whose part of the bounds is its bed stands on its bank as one that is given both, at rest and as it falls.
+  subroutine check_bank(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: bed, both
+    character(len=*), parameter :: porous = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|*PERMEABILITY, '// &
+      'DRAINABLE POROSITY=0.2| 0.02|', levels = phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.9| low, 1.8|'// &
+      '*END PHASE|*PHASE, NAME=falls, TIME=1|*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| left, 1.9|'// &
+      ' low, 1.1|*END PHASE|'
+    integer :: p, at
+
+    call build(head//porous//ground//levels, bed)
+    at = index(head, ' 6, 1, 4, 1|') + len(' 6, 1, 4, 1|') - 1
+    call build(head(:at)//' 4, 1, 3, 2|'//head(at + 1:)//porous//ground//levels, both)
+    do p = 1, 2
+      call tests%close('heads of phase '//integer_text(p), maxval(abs(bed%analysis%phases(p)%water_levels(1)%field%head &
+        - both%analysis%phases(p)%water_levels(1)%field%head)), 0.0_wp, solved)
+      call tests%close('what flows to the river', bed%analysis%phases(p)%water_levels(1)%heads(2)%inflow, &
+        both%analysis%phases(p)%water_levels(1)%heads(2)%inflow, solved)
+    end do
+    call tests%check('water of the bank is above the river that has fallen', &
+      head_of_flow(bed%analysis%phases(2)%water_levels(1)%field, [3.4_wp, 1.2_wp]) > 1.3_wp)
+  end subroutine check_bank
 
   !> Ground that no water reaches changes nothing for that beside it, whatever it lets through.
   subroutine check_dry_ground(tests)
