@@ -18,13 +18,14 @@ module qsmpm_free_surface
   use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of
   use qsmpm_phase_tree, only: lineage
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage, only: filled_share
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
 
   public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, is_in_air, rows_in_force, &
-    former_levels, idle_rows, bounds_note, beside_text
+    former_levels, idle_rows, bounds_note, beside_text, shore_text
 
   !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
   real(wp), parameter, public :: dry = 1.0e-3_wp
@@ -39,8 +40,10 @@ module qsmpm_free_surface
     real(wp), allocatable :: pressure(:), rain(:)
     !> Row of the card that a node is of, 0 for none (nodes).
     integer, allocatable :: row(:)
-    !> Row whose free water stands on a face of no row, 0 for none (faces, cells).
+    !> Row whose free water stands on a face of no row, 0 for none; faces that have no more to be asked for one, as they
+    !> have a row or are not in air (faces, cells).
     integer, allocatable :: beside(:, :)
+    logical, allocatable :: given(:, :)
     !> Force of the free water (dimension, nodes).
     real(wp), allocatable :: load(:, :)
   end type water_bounds_type
@@ -169,6 +172,7 @@ contains
         end do
       end do
       call flood(model, rows, filled, given, wet, bounds)
+      bounds%given = given
     end associate
   end subroutine find_bounds
 
@@ -200,7 +204,8 @@ contains
         do f = 1, face_count(model%mesh%cell_kind(c))
           if (given(f, c)) cycle
           if (.not. is_in_air(model, filled, c, f)) cycle
-          associate (ends => ends_of(model, c, f))
+          associate (ends => model%mesh%cell_nodes(model%mesh%cell_first(c) - 1 + &
+              face_corners(model%mesh%cell_kind(c), f)))
             i = maxval(wet(ends))
             if (i == 0) cycle
             if (any(height(ends) < lowest(i) - level_within*(maxval(height) - minval(height)))) cycle
@@ -217,18 +222,6 @@ contains
     end do
   end subroutine flood
 
-  !> Corners of a face of a cell.
-  pure function ends_of(model, c, f) result(ends)
-    type(model_type), intent(in) :: model
-    !> Number of the cell, and of its face.
-    integer, intent(in) :: c, f
-    integer, allocatable :: ends(:)
-
-    associate (mesh => model%mesh)
-      allocate (ends, source=mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f)))
-    end associate
-  end function ends_of
-
   !> Corners of a face that are under the water of a row.
   pure subroutine wet_ends(model, row, number, c, f, wet)
     type(model_type), intent(in) :: model
@@ -236,14 +229,15 @@ contains
     !> Of the row, the cell, and its face.
     integer, intent(in) :: number, c, f
     integer, intent(inout) :: wet(:)
-    integer, allocatable :: ends(:)
     integer :: i
 
-    allocate (ends, source=ends_of(model, c, f))
-    do i = 1, size(ends)
-      if (free_pressure(model, row, model%mesh%coordinates(vertical_of(model%analysis), ends(i))) > 0.0_wp) &
-        wet(ends(i)) = max(wet(ends(i)), number)
-    end do
+    associate (ends => model%mesh%cell_nodes(model%mesh%cell_first(c) - 1 + &
+        face_corners(model%mesh%cell_kind(c), f)))
+      do i = 1, size(ends)
+        if (free_pressure(model, row, model%mesh%coordinates(vertical_of(model%analysis), ends(i))) > 0.0_wp) &
+          wet(ends(i)) = max(wet(ends(i)), number)
+      end do
+    end associate
   end subroutine wet_ends
 
   !> Whether there is air beyond a face: beside an empty cell, or looking upwards where the mesh ends.
@@ -300,34 +294,94 @@ contains
       model%state%progress%phase, 1.0_wp)))])
   end function idle_rows
 
-  !> Levels that no face of the ground has, a warning, and whose water stands beside their faces too; empty where there
-  !> are none.
+  !> What the log tells of the levels of a phase: those that no face of the ground has, water that stands beside its
+  !> faces too, and water that ends beside ground in air; empty where there is nothing.
   pure function bounds_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
     type(water_bounds_type) :: bounds
     type(head_type), allocatable :: rows(:)
-    !> Depth of water that is told, over the height of the mesh: ground that settles has some on it.
-    real(wp), parameter :: shallow = 1.0e-2_wp
-    real(wp) :: depth
-    integer :: r, axis
+    integer :: r, shore
 
     text = ''
-    axis = vertical_of(model%analysis)
     associate (phases => model%analysis%phases, number => model%state%progress%phase)
       if (free_surface_of(phases, number) == 0) return
-      depth = (model%mesh%bounds(axis, 2) - model%mesh%bounds(axis, 1)) &
-        *phases(consolidation_of(phases, number))%consolidation%unit_weight
       call find_bounds(model, [(.false., r=1, model%mesh%node_count)], 1.0_wp, bounds)
       allocate (rows, source=rows_in_force(phases, number, 1.0_wp))
       do r = 1, size(rows)
         if (all(bounds%row /= r)) text = text//"warning: phase '"//phases(number)%name// &
           "': no face of the ground lies in '"//rows(r)%set//"', whose level is not there"//new_line('a')
-        if (any(bounds%beside == r) .and. maxval(bounds%pressure, mask=bounds%row == r) > shallow*depth) &
+        if (any(bounds%beside == r) .and. maxval(bounds%pressure, mask=bounds%row == r) > deep(model)) &
           text = text//beside_text(phases(number)%name, rows(r)%set)
+        shore = end_of_water(model, rows(r), r, bounds)
+        if (shore > 0) text = text//shore_text(phases(number)%name, rows(r)%set, model%mesh%coordinates(:2, shore))
       end do
     end associate
   end function bounds_note
+
+  !> Pressure of free water that is told: ground that settles has some on it.
+  pure real(wp) function deep(model)
+    type(model_type), intent(in) :: model
+    !> Its depth over the height of the mesh.
+    real(wp), parameter :: shallow = 1.0e-2_wp
+    integer :: axis
+
+    axis = vertical_of(model%analysis)
+    associate (phases => model%analysis%phases)
+      deep = shallow*(model%mesh%bounds(axis, 2) - model%mesh%bounds(axis, 1)) &
+        *phases(consolidation_of(phases, model%state%progress%phase))%consolidation%unit_weight
+    end associate
+  end function deep
+
+  !> A node under the free water of a row whose neighbour in air, of soil that lets water through, is below the level
+  !> too, and has no water; 0 for none.
+  pure integer function end_of_water(model, row, number, bounds) result(node)
+    type(model_type), intent(in) :: model
+    type(head_type), intent(in) :: row
+    !> Of the row.
+    integer, intent(in) :: number
+    type(water_bounds_type), intent(in) :: bounds
+    logical, dimension(model%mesh%cell_count) :: filled, porous
+    logical :: wet(model%mesh%node_count)
+    integer :: c, f, i
+    real(wp) :: lowest
+
+    node = 0
+    filled = .false.
+    filled(model%state%points%cell) = .true.
+    porous = .false.
+    porous(pack(model%state%points%cell, model%analysis%materials(model%state%points%material)%permeability(1) > &
+      0.0_wp)) = .true.
+    wet = bounds%row == number .and. bounds%held .and. bounds%pressure > deep(model)
+    do c = 1, model%mesh%cell_count
+      if (.not. porous(c)) cycle
+      do f = 1, face_count(model%mesh%cell_kind(c))
+        if (bounds%given(f, c)) cycle
+        if (.not. is_in_air(model, filled, c, f)) cycle
+        associate (ends => model%mesh%cell_nodes(model%mesh%cell_first(c) - 1 + &
+            face_corners(model%mesh%cell_kind(c), f)))
+          if (.not. any(wet(ends)) .or. all(bounds%held(ends))) cycle
+          lowest = huge(lowest)
+          do i = 1, size(ends)
+            if (.not. bounds%held(ends(i))) lowest = min(lowest, free_pressure(model, row, &
+              model%mesh%coordinates(vertical_of(model%analysis), ends(i))))
+          end do
+          if (lowest > deep(model)) node = ends(findloc(wet(ends), .true., dim=1))
+        end associate
+      end do
+    end do
+  end function end_of_water
+
+  !> The warning of water that ends beside ground in air.
+  pure function shore_text(phase, set, place) result(text)
+    character(len=*), intent(in) :: phase, set
+    real(wp), intent(in) :: place(2)
+    character(len=:), allocatable :: text
+
+    text = "warning: phase '"//phase//"': the free water of '"//set//"' ends at ("//rounded_text(place(1), 4)//', '// &
+      rounded_text(place(2), 4)//'), below its level, beside ground in air below that level too, on which none '// &
+      'stands: give this ground the level too, or the level to a part (BOX) that does not reach it'//new_line('a')
+  end function shore_text
 
   !> Where else the water of a row stands.
   pure function beside_text(phase, set) result(text)

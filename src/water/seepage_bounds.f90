@@ -6,6 +6,7 @@
 !> may leave; the sides and the base of the grid, rigid bodies and what a *SUPPORT holds are tight.
 module qsmpm_seepage_bounds
   use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: body_materials
   use qsmpm_analysis, only: analysis_type, axisymmetric
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_fitted_mesh, only: fitted_mesh_type
@@ -37,6 +38,8 @@ module qsmpm_seepage_bounds
     integer, allocatable :: row(:)
     !> Whether the water of a row stands on faces beside its own (rows).
     logical, allocatable :: beside(:)
+    !> Node at which the water of a row ends beside ground in air below its level, 0 for none (rows).
+    integer, allocatable :: shore(:)
     real(wp) :: size = 1.0_wp
   end type seepage_scene_type
 
@@ -55,6 +58,7 @@ contains
     logical :: found(size(level%heads)), open(3, size(scene%flows))
     integer :: axis
     real(wp) :: up, reach(size(level%heads))
+    integer :: material(size(analysis%bodies))
 
     axis = vertical_of(analysis)
     up = upwards(analysis)
@@ -77,11 +81,15 @@ contains
           found(i) = .true.
           call give_head(upwards(analysis)*level%heads(i)%level, i, ends, scene, flow)
           call let_rain(analysis, level%heads(i), ends, flow)
-          if (open(k, c)) where (scene%row(ends) == i .and. reach(i) >= flow%height(ends) - hair*scene%size) wet(ends) = i
+          if (open(k, c)) where (scene%row(ends) == i .and. reach(i) >= flow%height(ends) - hair*scene%size) &
+            wet(ends) = i
         end do
       end do
     end do
     call flood(up*level%heads%level, reach, open, wet, scene, flow)
+    material = body_materials(analysis, number)
+    call find_shores(up*level%heads%level, open .and. spread(analysis%materials(material(max(1, scene%mesh%region))) &
+      %permeability(1) > 0.0_wp, 1, 3), scene, flow)
     do i = 1, size(found)
       if (.not. found(i)) call place_drain(analysis, level%heads(i), i, scene, flow, found(i))
       if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
@@ -130,6 +138,33 @@ contains
       end do
     end do
   end subroutine flood
+
+  !> Where water ends beside ground in air that is below its level too.
+  subroutine find_shores(level, open, scene, flow)
+    !> Of the rows, upwards.
+    real(wp), intent(in) :: level(:)
+    !> Edges in air of soil that lets water through (3, cells).
+    logical, intent(in) :: open(:, :)
+    type(seepage_scene_type), intent(inout) :: scene
+    type(seepage_type), intent(in) :: flow
+    !> Depth of water that is told, over the size of the grid.
+    real(wp), parameter :: shallow = 1.0e-2_wp
+    integer :: c, k, e, ends(2)
+
+    allocate (scene%shore(size(level)), source=0)
+    do c = 1, size(open, 2)
+      do k = 1, 3
+        if (.not. open(k, c)) cycle
+        ends = ends_of(scene, c, k)
+        if (count(flow%kind(ends) == node_head) /= 1) cycle
+        e = findloc(flow%kind(ends), node_head, dim=1)
+        associate (row => scene%row(ends(e)))
+          if (row == 0) cycle
+          if (all(level(row) - flow%height(ends) > shallow*scene%size)) scene%shore(row) = ends(e)
+        end associate
+      end do
+    end do
+  end subroutine find_shores
 
   !> Ends of the edge of a cell opposite a corner.
   pure function ends_of(scene, c, k) result(ends)

@@ -5,7 +5,7 @@ module qsmpm_seepage_notes
   use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_analysis, only: analysis_type, axisymmetric
   use qsmpm_drainage, only: has_excess_pressure
-  use qsmpm_free_surface, only: beside_text
+  use qsmpm_free_surface, only: beside_text, shore_text
   use qsmpm_load_description, only: water_level_type
   use qsmpm_model, only: model_type
   use qsmpm_rounded_text, only: rounded_text
@@ -51,6 +51,8 @@ contains
       rounded_text(flow%wanted, 2)//' is meant): too much of it flows above its surface'//new_line('a')
     do i = 1, size(level%heads)
       if (scene%beside(i)) text = text//beside_text(analysis%phases(number)%name, level%heads(i)%set)
+      if (scene%shore(i) > 0) text = text//shore_text(analysis%phases(number)%name, level%heads(i)%set, &
+        scene%mesh%position(:, scene%shore(i)))
     end do
     text = text//lift_note(analysis, number, level, scene, flow)
     if (level%transient) text = text//undrained_note(analysis, number)

@@ -254,9 +254,12 @@ contains
     end associate
     call tests%check('which is told', index(bounds_note(model), &
       "'two': the free water of 'shore' stands on the faces in air beside and above it too") > 0)
+    call tests%check('it ends nowhere', index(bounds_note(model), 'ends at') == 0)
     call look_at('| top, 2.5|')
     call tests%close('from the top it does not fall over the shore', sum(abs(bounds%load(1, :))), 0.0_wp, 1.0e-9_wp)
     call tests%close('and presses on the top', sum(bounds%load(2, :)), -2.0_wp*5.0_wp, 1.0e-9_wp)
+    call tests%check('where it ends is warned of', index(bounds_note(model), &
+      "the free water of 'top' ends at (2, 2), below its level") > 0)
     call tests%check('no face is beside it', all(bounds%beside == 0) .and. index(bounds_note(model), 'beside and above') == 0)
     call look_at('| shore, 2|')
     call tests%close('up to the top it stays at the shore', sum(bounds%load(1, :)), -20.0_wp, 1.0e-9_wp)

@@ -399,6 +399,12 @@ contains
     call tests%close('on a segment', head_of_flow(field, [5.0_wp, 1.0_wp]), 1.2_wp, solved)
     call tests%close('and over it another one', head_of_flow(field, [5.5_wp, 1.8_wp]), 1.2_wp, solved)
     call tests%check('it does not fall over the edge', index(model%notes, 'beside and above') == 0)
+    call tests%check('which is warned of', index(model%notes, "the free water of 'top' ends at (3, 2), below its level") > 0)
+    call tests%check('by that row alone', index(model%notes, "of 'low' ends") == 0)
+    call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2.1| low, 1.8|*END PHASE|', &
+      model)
+    call tests%check('and of a side whose level is above the ground', index(model%notes, &
+      "the free water of 'left' ends at (0, 2), below its level") > 0 .and. index(model%notes, "of 'low' ends") == 0)
     call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.9| low, 1.8|*END PHASE|', &
       model)
     field = model%analysis%phases(1)%water_levels(1)%field
