@@ -62,11 +62,11 @@ contains
     call turn_areas(model, step%configuration_type, displacement, areas)
     if (model%state%surface%count > 0) model%state%surface%area_vector(:, :size(areas, 2)) = areas
     associate (mesh => model%mesh, space => model%space, state => model%state)
-      call move_carried(mesh, space, step%activation, state%points, displacement, state%surface)
-      call move_carried(mesh, space, step%activation, state%points, displacement, state%tracers, &
-        .not. (of_inactive(model) .or. of_taken_out(model)) .and. own_of(model%part%tracers, state%tracers%count))
-      call move_carried(mesh, space, step%activation, state%points, displacement, state%watched, &
-        own_of(model%part%watched, state%watched%count))
+      call move_carried(mesh, space, displacement, state%surface, activation=step%activation, points=state%points)
+      call move_carried(mesh, space, displacement, state%tracers, .not. (of_inactive(model) .or. of_taken_out(model)) &
+        .and. own_of(model%part%tracers, state%tracers%count), step%activation, state%points)
+      call move_carried(mesh, space, displacement, state%watched, own_of(model%part%watched, state%watched%count), &
+        step%activation, state%points)
       call move_inactive(model, step%activation, displacement)
       call move_points(step%at_points, displacement, state%points%position)
     end associate
@@ -171,17 +171,18 @@ contains
     !$omp end parallel do
   end subroutine move_points
 
-  !> Move what rides on the mesh beside the material points.
-  subroutine move_carried(mesh, space, activation, points, displacement, carried, chosen)
+  !> Move what rides on the mesh beside the material points, by the functions that the ground has there, or without the
+  !> points by those of its own cells, whoever else uses these.
+  subroutine move_carried(mesh, space, displacement, carried, chosen, activation, points)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
-    type(activation_type), intent(in) :: activation
-    type(points_type), intent(in) :: points
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     class(carried_type), intent(inout) :: carried
     !> Which of them; all when absent.
     logical, intent(in), optional :: chosen(:)
+    type(activation_type), intent(in), optional :: activation
+    type(points_type), intent(in), optional :: points
     type(shape_values_type) :: place
     integer :: i
 
@@ -189,7 +190,11 @@ contains
       if (present(chosen)) then
         if (.not. chosen(i) .or. carried%cell(i) == 0) cycle
       end if
-      call basis_at(mesh, space, activation, points, carried, i, place)
+      if (present(points)) then
+        call basis_at(mesh, space, activation, points, carried, i, place)
+      else
+        call functions_at(space, mesh, carried%cell(i), carried%local(:, i), place)
+      end if
       carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
     end do
   end subroutine move_carried
@@ -203,12 +208,13 @@ contains
     real(wp), intent(in) :: displacement(:, :)
 
     associate (mesh => model%mesh, space => model%space, state => model%state)
-      if (state%inactive%feet%count > 0) call move_carried(mesh, space, activation, state%points, displacement, &
-        state%inactive%feet, any(model%feet%on .and. spread(bodies_active(model%analysis, state%progress%phase), 2, &
-        state%inactive%feet%count), dim=1) .and. own_of(model%part%feet, state%inactive%feet%count))
-      call ride_on_mesh(mesh, space, displacement, state%inactive%unloading)
-      call ride_on_mesh(mesh, space, displacement, state%inactive%unloading_surface)
-      call ride_on_mesh(mesh, space, displacement, state%tracers, of_taken_out(model) .and. &
+      if (state%inactive%feet%count > 0) call move_carried(mesh, space, displacement, state%inactive%feet, &
+        any(model%feet%on .and. spread(bodies_active(model%analysis, state%progress%phase), 2, &
+        state%inactive%feet%count), dim=1) .and. own_of(model%part%feet, state%inactive%feet%count), activation, &
+        state%points)
+      call move_carried(mesh, space, displacement, state%inactive%unloading)
+      call move_carried(mesh, space, displacement, state%inactive%unloading_surface)
+      call move_carried(mesh, space, displacement, state%tracers, of_taken_out(model) .and. &
         own_of(model%part%tracers, state%tracers%count))
     end associate
   end subroutine move_inactive
@@ -241,27 +247,6 @@ contains
       chosen(i) = any(model%state%inactive%unloading%body == model%tracer_body(i))
     end do
   end function of_taken_out
-
-  !> Move places by the functions of their own cells, whoever else uses these.
-  subroutine ride_on_mesh(mesh, space, displacement, carried, chosen)
-    type(mesh_type), intent(in) :: mesh
-    type(space_type), intent(in) :: space
-    !> Displacement of the step (dimension, node_count).
-    real(wp), intent(in) :: displacement(:, :)
-    class(carried_type), intent(inout) :: carried
-    !> Which of them; all when absent.
-    logical, intent(in), optional :: chosen(:)
-    type(shape_values_type) :: place
-    integer :: i
-
-    do i = 1, carried%count
-      if (present(chosen)) then
-        if (.not. chosen(i) .or. carried%cell(i) == 0) cycle
-      end if
-      call functions_at(space, mesh, carried%cell(i), carried%local(:, i), place)
-      carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
-    end do
-  end subroutine ride_on_mesh
 
   !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
   subroutine carry_mesh(activation, displacement, mesh, coordinates, error)
