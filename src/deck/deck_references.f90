@@ -213,17 +213,24 @@ contains
       "clay '"//material%name//"' starts without stress, at its smallest pressure: *INITIAL, TYPE=K0 gives it one")
   end subroutine check_law
 
-  !> Warn of phases without a time where a material flows in it.
+  !> Warn of phases without a time where a material flows in it; one that begins with stresses that are given takes none.
   subroutine warn_of_time(state, material, keyword)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
     character(len=*), intent(in) :: keyword
+    !> Of the unit of time: too short for soil to creep in it.
+    real(wp), parameter :: at_once = 1.0e-6_wp
     integer :: p
 
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
-        if (.not. (phase%duration_given .or. phase%kind == phase_safety)) call state%warn(phase%where, 'PHASE', &
-          "material '"//material%name//"' has *"//keyword//', and the phase no TIME: it lasts one unit')
+        if (phase%duration_given .or. phase%kind == phase_safety) cycle
+        if (phase%initial%kind /= initial_keep) then
+          phase%duration = at_once
+          cycle
+        end if
+        call state%warn(phase%where, 'PHASE', "material '"//material%name//"' has *"//keyword// &
+          ', and the phase no TIME: it lasts one unit')
       end associate
     end do
   end subroutine warn_of_time

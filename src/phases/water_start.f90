@@ -34,7 +34,7 @@ contains
     if (.not. begins(model)) return
     call initialise_step(model, step, error)
     if (allocated(error)) return
-    call begin_terms(step%terms, increment_type(step_info_type(phase=model%state%progress%phase)))
+    call begin_terms(step%terms, increment_type(step_info_type(phase=model%state%progress%phase, duration=0.0_wp)))
     call set_loads(step%terms, model, step%configuration_type, 0.0_wp)
     call evaluate_step(model, step, 0.0_wp*step%forces%internal, tangent_none)
     associate (released => model%state%released)

@@ -18,7 +18,8 @@ module qsmpm_soil_points
   use qsmpm_error, only: error_type, fail, error_not_converged, error_user_material
   use qsmpm_integration, only: integration_type, group_of, measure_cells
   use qsmpm_joint_patches, only: find_joint_patches
-  use qsmpm_law, only: law_slot_type, is_nonlocal, tangent_none, tangent_consistent, status_failed, status_unrecoverable
+  use qsmpm_law, only: law_slot_type, step_info_type, is_nonlocal, tangent_none, tangent_consistent, status_failed, &
+    status_unrecoverable
   use qsmpm_merged_groups, only: merge_groups
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: append_patches, connectivity_type
@@ -138,6 +139,8 @@ contains
     self%updates_points = model%analysis%method%integration /= integrate_cells .or. &
       model%analysis%method%basis == basis_fem
     self%inaccurate_points = 0
+    ! Before a step begins no time passes: what stresses are in balance is asked of laws that creep too.
+    self%evaluation%step_info = step_info_type(duration=0.0_wp)
     if (allocated(self%integration)) deallocate (self%integration)
     if (.not. self%updates_points) then
       allocate (self%integration)
