@@ -213,7 +213,8 @@ contains
       "clay '"//material%name//"' starts without stress, at its smallest pressure: *INITIAL, TYPE=K0 gives it one")
   end subroutine check_law
 
-  !> Warn of phases without a time where a material flows in it; one that begins with stresses that are given takes none.
+  !> Warn of phases without a time where a material flows in it; one that begins with stresses that are given takes
+  !> none.
   subroutine warn_of_time(state, material, keyword)
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material

@@ -67,8 +67,8 @@ contains
 
     law%keyword = 'SOFT SOIL CREEP'
     law%sentence = 'Soft soil that creeps (Vermeer and Neher 1999), instead of *ELASTIC and *MOHR COULOMB, by the '// &
-      'TIME of the phases; one without TIME lasts a unit of it, and no time where it begins with *INITIAL, TYPE=K0, '// &
-      'which is to be given. A factor of safety divides c and tan(phi), and nothing creeps in its search.'
+      'TIME of the phases; one without TIME lasts a unit of it, and no time where it begins with *INITIAL, '// &
+      'TYPE=K0, which is to be given. A factor of safety divides c and tan(phi), and nothing creeps in its search.'
     law%example = "*SOFT SOIL CREEP, OCR=1.4| lambda*=0.1, kappa*=0.02, mu*=0.004| c'=2, phi'=25, psi=0"
     law%has_strength = .true.
     law%associated_flow = .false.
