@@ -115,7 +115,8 @@ contains
         trim(merge(', z', '   ', dimension == 3))//', '//trim(field_words(field%parameter)), table, lines, error)
       if (allocated(error)) sentence = error%message
     end if
-    do i = 1, merge(size(lines), 0, len(sentence) == 0)
+    if (len(sentence) > 0) return
+    do i = 1, size(lines)
       sentence = sentence_of(table(:, i), field%parameter)
       if (len(sentence) == 0) cycle
       sentence = field%file//row//integer_text(lines(i))//': '//sentence
