@@ -116,7 +116,10 @@ contains
     move = 0.0_wp
     model%laws%pressure_factor = merge(even, 0.0_wp, own%pressure_factor > 0.0_wp)
     call initialise_step(model, step, error)
-    if (.not. allocated(error)) call take_elastic_stress(model, step, move, error)
+    if (allocated(error)) return
+    ! What weight makes of the pressures inside of a cell is no part of what is evened.
+    call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
+    call take_elastic_stress(model, step, move, error)
     if (.not. allocated(error)) call find_move(model, step, move, share, error)
   end subroutine even_pressures
 
