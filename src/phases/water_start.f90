@@ -9,13 +9,12 @@ module qsmpm_water_start
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_law, only: step_info_type, tangent_none
+  use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_phase_loads, only: free_surface_of
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_step_evaluation, only: evaluate_step
-  use qsmpm_term, only: increment_type
-  use qsmpm_term_sums, only: begin_terms, discard_terms, set_loads
+  use qsmpm_term_sums, only: discard_terms, set_loads
   implicit none
   private
 
@@ -34,7 +33,6 @@ contains
     if (.not. begins(model)) return
     call initialise_step(model, step, error)
     if (allocated(error)) return
-    call begin_terms(step%terms, increment_type(step_info_type(phase=model%state%progress%phase, duration=0.0_wp)))
     call set_loads(step%terms, model, step%configuration_type, 0.0_wp)
     call evaluate_step(model, step, 0.0_wp*step%forces%internal, tangent_none)
     associate (released => model%state%released)
