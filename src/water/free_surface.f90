@@ -12,20 +12,20 @@ module qsmpm_free_surface
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_element, only: corner_count, face_area_vector, face_corners, face_count, face_rule, &
     linear_kind, shape_functions
+  use qsmpm_free_water, only: beside_text, find_shores, shallow, shore_text, spread_water
   use qsmpm_load_description, only: head_type
   use qsmpm_load_path, only: between
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage, only: filled_share
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
 
   public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, is_in_air, rows_in_force, &
-    former_levels, idle_rows, bounds_note, beside_text, shore_text
+    former_levels, idle_rows, bounds_note
 
   !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
   real(wp), parameter, public :: dry = 1.0e-3_wp
@@ -40,10 +40,10 @@ module qsmpm_free_surface
     real(wp), allocatable :: pressure(:), rain(:)
     !> Row of the card that a node is of, 0 for none (nodes).
     integer, allocatable :: row(:)
-    !> Row whose free water stands on a face of no row, 0 for none; faces that have no more to be asked for one, as they
-    !> have a row or are not in air (faces, cells).
-    integer, allocatable :: beside(:, :)
-    logical, allocatable :: given(:, :)
+    !> Whether the free water of a row stands on faces beside its own, and the node where it ends beside ground below
+    !> its level, 0 for none (rows).
+    logical, allocatable :: beside(:)
+    integer, allocatable :: shore(:)
     !> Force of the free water (dimension, nodes).
     real(wp), allocatable :: load(:, :)
   end type water_bounds_type
@@ -172,55 +172,78 @@ contains
         end do
       end do
       call flood(model, rows, filled, given, wet, bounds)
-      bounds%given = given
     end associate
   end subroutine find_bounds
 
-  !> Free water stands on the faces in air beside those of its row too, as far as its level reaches, but on none below
-  !> all of its row: from a pond on a hill it does not fall.
+  !> Free water beside the parts of the bounds that have it.
   pure subroutine flood(model, rows, filled, given, wet, bounds)
     type(model_type), intent(in) :: model
     type(head_type), intent(in) :: rows(:)
     !> Cells with ground (cells), faces of a row or of no air (faces, cells).
-    logical, intent(in) :: filled(:)
-    logical, intent(inout) :: given(:, :)
+    logical, intent(in) :: filled(:), given(:, :)
     !> Row whose free water is at a node, 0 for none (mesh nodes).
     integer, intent(inout) :: wet(:)
     type(water_bounds_type), intent(inout) :: bounds
+    integer, allocatable :: faces(:, :), ends(:, :)
+    real(wp) :: height(model%mesh%node_count), level(size(rows))
     type(head_type) :: row
-    real(wp), parameter :: level_within = 1.0e-6_wp
-    real(wp) :: height(model%mesh%node_count), lowest(size(rows))
-    logical :: spreads
-    integer :: c, f, i
+    integer :: k, i
 
-    allocate (bounds%beside(size(given, 1), size(given, 2)), source=0)
+    call find_faces(model, filled, given, faces, ends)
     height = upwards(model%analysis)*model%mesh%coordinates(vertical_of(model%analysis), :)
-    lowest = [(minval(height, mask=wet == i), i=1, size(rows))]
-    spreads = any(wet > 0)
-    do while (spreads)
-      spreads = .false.
-      do c = 1, model%mesh%cell_count
-        if (.not. filled(c)) cycle
-        do f = 1, face_count(model%mesh%cell_kind(c))
-          if (given(f, c)) cycle
-          if (.not. is_in_air(model, filled, c, f)) cycle
-          associate (ends => model%mesh%cell_nodes(model%mesh%cell_first(c) - 1 + &
-              face_corners(model%mesh%cell_kind(c), f)))
-            i = maxval(wet(ends))
-            if (i == 0) cycle
-            if (any(height(ends) < lowest(i) - level_within*(maxval(height) - minval(height)))) cycle
-          end associate
-          row = rows(i)
-          row%rain = 0.0_wp
-          call take_face(model, row, i, c, f, bounds)
-          call wet_ends(model, row, i, c, f, wet)
-          given(f, c) = .true.
-          bounds%beside(f, c) = i
-          spreads = .true.
-        end do
+    level = upwards(model%analysis)*rows%level
+    call spread_water(ends, height, level, [(.false., k=1, size(wet))], wet)
+    allocate (bounds%beside(size(rows)), source=.false.)
+    do k = 1, size(ends, 2)
+      i = maxval(wet(ends(:, k)))
+      if (i == 0) cycle
+      if (any(wet(ends(:, k)) == 0 .and. height(ends(:, k)) < level(i))) cycle
+      row = rows(i)
+      row%rain = 0.0_wp
+      call take_face(model, row, i, faces(2, k), faces(1, k), bounds)
+      bounds%beside(i) = .true.
+    end do
+    allocate (bounds%shore, source=find_shores(ends(:, pack([(k, k=1, size(ends, 2))], &
+      lets_through(model, faces(2, :)))), height, level, bounds%row, bounds%held))
+  end subroutine flood
+
+  !> Faces in air that have no row, and their ends: triangles alone have such water.
+  pure subroutine find_faces(model, filled, given, faces, ends)
+    type(model_type), intent(in) :: model
+    logical, intent(in) :: filled(:), given(:, :)
+    !> Face and cell, and nodes (2, faces).
+    integer, allocatable, intent(out) :: faces(:, :), ends(:, :)
+    integer :: c, f, n
+
+    allocate (faces(2, 3*count(filled)), ends(2, 3*count(filled)))
+    n = 0
+    do c = 1, model%mesh%cell_count
+      if (.not. filled(c)) cycle
+      do f = 1, min(3, face_count(model%mesh%cell_kind(c)))
+        if (given(f, c)) cycle
+        if (.not. is_in_air(model, filled, c, f)) cycle
+        n = n + 1
+        faces(:, n) = [f, c]
+        associate (corners => face_corners(model%mesh%cell_kind(c), f))
+          ends(:, n) = model%mesh%cell_nodes(model%mesh%cell_first(c) - 1 + corners(:2))
+        end associate
       end do
     end do
-  end subroutine flood
+    faces = faces(:, :n)
+    ends = ends(:, :n)
+  end subroutine find_faces
+
+  !> Whether water gets through the soil of some cells.
+  pure function lets_through(model, cells) result(through)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: cells(:)
+    logical :: through(size(cells)), porous(model%mesh%cell_count)
+
+    porous = .false.
+    porous(pack(model%state%points%cell, model%analysis%materials(model%state%points%material)%permeability(1) > &
+      0.0_wp)) = .true.
+    through = porous(cells)
+  end function lets_through
 
   !> Corners of a face that are under the water of a row.
   pure subroutine wet_ends(model, row, number, c, f, wet)
@@ -301,7 +324,7 @@ contains
     character(len=:), allocatable :: text
     type(water_bounds_type) :: bounds
     type(head_type), allocatable :: rows(:)
-    integer :: r, shore
+    integer :: r
 
     text = ''
     associate (phases => model%analysis%phases, number => model%state%progress%phase)
@@ -311,10 +334,10 @@ contains
       do r = 1, size(rows)
         if (all(bounds%row /= r)) text = text//"warning: phase '"//phases(number)%name// &
           "': no face of the ground lies in '"//rows(r)%set//"', whose level is not there"//new_line('a')
-        if (any(bounds%beside == r) .and. maxval(bounds%pressure, mask=bounds%row == r) > deep(model)) &
+        if (bounds%beside(r) .and. maxval(bounds%pressure, mask=bounds%row == r) > deep(model)) &
           text = text//beside_text(phases(number)%name, rows(r)%set)
-        shore = end_of_water(model, rows(r), r, bounds)
-        if (shore > 0) text = text//shore_text(phases(number)%name, rows(r)%set, model%mesh%coordinates(:2, shore))
+        if (bounds%shore(r) > 0) text = text//shore_text(phases(number)%name, rows(r)%set, &
+          model%mesh%coordinates(:2, bounds%shore(r)))
       end do
     end associate
   end function bounds_note
@@ -322,8 +345,6 @@ contains
   !> Pressure of free water that is told: ground that settles has some on it.
   pure real(wp) function deep(model)
     type(model_type), intent(in) :: model
-    !> Its depth over the height of the mesh.
-    real(wp), parameter :: shallow = 1.0e-2_wp
     integer :: axis
 
     axis = vertical_of(model%analysis)
@@ -332,65 +353,6 @@ contains
         *phases(consolidation_of(phases, model%state%progress%phase))%consolidation%unit_weight
     end associate
   end function deep
-
-  !> A node under the free water of a row whose neighbour in air, of soil that lets water through, is below the level
-  !> too, and has no water; 0 for none.
-  pure integer function end_of_water(model, row, number, bounds) result(node)
-    type(model_type), intent(in) :: model
-    type(head_type), intent(in) :: row
-    !> Of the row.
-    integer, intent(in) :: number
-    type(water_bounds_type), intent(in) :: bounds
-    logical, dimension(model%mesh%cell_count) :: filled, porous
-    logical :: wet(model%mesh%node_count)
-    integer :: c, f, i
-    real(wp) :: lowest
-
-    node = 0
-    filled = .false.
-    filled(model%state%points%cell) = .true.
-    porous = .false.
-    porous(pack(model%state%points%cell, model%analysis%materials(model%state%points%material)%permeability(1) > &
-      0.0_wp)) = .true.
-    wet = bounds%row == number .and. bounds%held .and. bounds%pressure > deep(model)
-    do c = 1, model%mesh%cell_count
-      if (.not. porous(c)) cycle
-      do f = 1, face_count(model%mesh%cell_kind(c))
-        if (bounds%given(f, c)) cycle
-        if (.not. is_in_air(model, filled, c, f)) cycle
-        associate (ends => model%mesh%cell_nodes(model%mesh%cell_first(c) - 1 + &
-            face_corners(model%mesh%cell_kind(c), f)))
-          if (.not. any(wet(ends)) .or. all(bounds%held(ends))) cycle
-          lowest = huge(lowest)
-          do i = 1, size(ends)
-            if (.not. bounds%held(ends(i))) lowest = min(lowest, free_pressure(model, row, &
-              model%mesh%coordinates(vertical_of(model%analysis), ends(i))))
-          end do
-          if (lowest > deep(model)) node = ends(findloc(wet(ends), .true., dim=1))
-        end associate
-      end do
-    end do
-  end function end_of_water
-
-  !> The warning of water that ends beside ground in air.
-  pure function shore_text(phase, set, place) result(text)
-    character(len=*), intent(in) :: phase, set
-    real(wp), intent(in) :: place(2)
-    character(len=:), allocatable :: text
-
-    text = "warning: phase '"//phase//"': the free water of '"//set//"' ends at ("//rounded_text(place(1), 4)//', '// &
-      rounded_text(place(2), 4)//'), below its level, beside ground in air below that level too, on which none '// &
-      'stands: give this ground the level too, or the level to a part (BOX) that does not reach it'//new_line('a')
-  end function shore_text
-
-  !> Where else the water of a row stands.
-  pure function beside_text(phase, set) result(text)
-    character(len=*), intent(in) :: phase, set
-    character(len=:), allocatable :: text
-
-    text = "phase '"//phase//"': the free water of '"//set//"' stands on the faces in air beside and above it too, "// &
-      'as far as its level reaches'//new_line('a')
-  end function beside_text
 
   !> Whether a face is part of a node set, or of a surface, whose points go with the ground.
   pure logical function is_on(model, name, c, f)

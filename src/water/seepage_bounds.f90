@@ -11,6 +11,7 @@ module qsmpm_seepage_bounds
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_fitted_mesh, only: fitted_mesh_type
   use qsmpm_free_surface, only: former_levels
+  use qsmpm_free_water, only: find_shores, spread_water
   use qsmpm_load_description, only: head_type, support_none, water_level_type
   use qsmpm_mesh_description, only: select_box, select_outline, select_plane, select_segment, surface_type
   use qsmpm_outline_graph, only: outline_type
@@ -86,10 +87,9 @@ contains
         end do
       end do
     end do
-    call flood(up*level%heads%level, reach, open, wet, scene, flow)
     material = body_materials(analysis, number)
-    call find_shores(up*level%heads%level, open .and. spread(analysis%materials(material(max(1, scene%mesh%region))) &
-      %permeability(1) > 0.0_wp, 1, 3), scene, flow)
+    call flood(up*level%heads%level, reach, open, spread(analysis%materials(material(max(1, scene%mesh%region))) &
+      %permeability(1) > 0.0_wp, 1, 3), wet, scene, flow)
     do i = 1, size(found)
       if (.not. found(i)) call place_drain(analysis, level%heads(i), i, scene, flow, found(i))
       if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
@@ -100,71 +100,47 @@ contains
       'every level lies below its part of the bounds: no water comes in')
   end subroutine place_bounds
 
-  !> Free water stands on the edges in air beside those of its row too, as far as its level reaches, but on none below
-  !> all of its row: from a pond on a hill it does not fall.
-  subroutine flood(level, reach, open, wet, scene, flow)
+  !> Free water beside the parts of the bounds that have it.
+  subroutine flood(level, reach, open, porous, wet, scene, flow)
     !> Of the rows, upwards, and the highest that they have in the phase.
     real(wp), intent(in) :: level(:), reach(:)
-    !> Edges in air (3, cells).
-    logical, intent(in) :: open(:, :)
+    !> Edges in air, and those of soil that lets water through (3, cells).
+    logical, intent(in) :: open(:, :), porous(:, :)
     !> Row whose free water is at a node, 0 for none (nodes).
-    integer, intent(inout) :: wet(:)
+    integer, intent(in) :: wet(:)
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
-    real(wp) :: lowest(size(level))
-    logical :: spreads
-    integer :: c, k, ends(2), from
+    integer :: reached(size(wet)), a
 
+    reached = wet
+    call spread_water(edges_of(scene, open), flow%height, reach, scene%row > 0, reached)
     allocate (scene%beside(size(level)), source=.false.)
-    lowest = [(minval(flow%height, mask=wet == k), k=1, size(level))]
-    spreads = .true.
-    do while (spreads)
-      spreads = .false.
-      do c = 1, size(open, 2)
-        do k = 1, 3
-          if (.not. open(k, c)) cycle
-          ends = ends_of(scene, c, k)
-          from = maxval(wet(ends))
-          if (from == 0 .or. all(wet(ends) > 0)) cycle
-          associate (dry => ends(minloc(wet(ends), 1)))
-            if (scene%row(dry) > 0 .or. .not. reach(from) > flow%height(dry) + hair*scene%size) cycle
-            if (flow%height(dry) < lowest(from) - hair*scene%size) cycle
-            call give_head(level(from), from, [dry, dry], scene, flow)
-            wet(dry) = from
-            scene%beside(from) = .true.
-            spreads = .true.
-          end associate
-        end do
-      end do
+    do a = 1, size(wet)
+      if (reached(a) == wet(a)) cycle
+      call give_head(level(reached(a)), reached(a), [a, a], scene, flow)
+      scene%beside(reached(a)) = .true.
     end do
+    allocate (scene%shore, source=find_shores(edges_of(scene, open .and. porous), flow%height, level, scene%row, &
+      flow%kind == node_head))
   end subroutine flood
 
-  !> Where water ends beside ground in air that is below its level too.
-  subroutine find_shores(level, open, scene, flow)
-    !> Of the rows, upwards.
-    real(wp), intent(in) :: level(:)
-    !> Edges in air of soil that lets water through (3, cells).
-    logical, intent(in) :: open(:, :)
-    type(seepage_scene_type), intent(inout) :: scene
-    type(seepage_type), intent(in) :: flow
-    !> Depth of water that is told, over the size of the grid.
-    real(wp), parameter :: shallow = 1.0e-2_wp
-    integer :: c, k, e, ends(2)
+  !> Nodes of some edges (2, edges).
+  pure function edges_of(scene, chosen) result(ends)
+    type(seepage_scene_type), intent(in) :: scene
+    !> (3, cells)
+    logical, intent(in) :: chosen(:, :)
+    integer :: ends(2, count(chosen))
+    integer :: c, k, n
 
-    allocate (scene%shore(size(level)), source=0)
-    do c = 1, size(open, 2)
+    n = 0
+    do c = 1, size(chosen, 2)
       do k = 1, 3
-        if (.not. open(k, c)) cycle
-        ends = ends_of(scene, c, k)
-        if (count(flow%kind(ends) == node_head) /= 1) cycle
-        e = findloc(flow%kind(ends), node_head, dim=1)
-        associate (row => scene%row(ends(e)))
-          if (row == 0) cycle
-          if (all(level(row) - flow%height(ends) > shallow*scene%size)) scene%shore(row) = ends(e)
-        end associate
+        if (.not. chosen(k, c)) cycle
+        n = n + 1
+        ends(:, n) = ends_of(scene, c, k)
       end do
     end do
-  end subroutine find_shores
+  end function edges_of
 
   !> Ends of the edge of a cell opposite a corner.
   pure function ends_of(scene, c, k) result(ends)

@@ -5,7 +5,7 @@ module qsmpm_seepage_notes
   use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_analysis, only: analysis_type, axisymmetric
   use qsmpm_drainage, only: has_excess_pressure
-  use qsmpm_free_surface, only: beside_text, shore_text
+  use qsmpm_free_water, only: beside_text, shore_text
   use qsmpm_load_description, only: water_level_type
   use qsmpm_model, only: model_type
   use qsmpm_rounded_text, only: rounded_text

@@ -1,0 +1,89 @@
+!> Free water beside the part of the bounds that a deck gives it: it stands on the edges in air that it reaches from
+!> there, as on a wall, as far as its level, but on none below all of that part, as from a pond on a hill it does not
+!> fall; and where it ends beside ground that lies below its level too. docs/methods/seepage.md
+module qsmpm_free_water
+  use qsmpm_kinds, only: wp
+  use qsmpm_rounded_text, only: rounded_text
+  implicit none
+  private
+
+  public :: spread_water, find_shores, beside_text, shore_text
+
+  !> Depth of water that is told of, over the difference of heights: ground that settles has some on it; heights that
+  !> are the same.
+  real(wp), parameter, public :: shallow = 1.0e-2_wp
+  real(wp), parameter :: level_within = 1.0e-6_wp
+
+contains
+
+  !> The nodes that the water of a row reaches along edges.
+  pure subroutine spread_water(ends, height, reach, closed, wet)
+    !> Nodes of the edges in air (2, edges).
+    integer, intent(in) :: ends(:, :)
+    !> Of the nodes, upwards (nodes), and up to which the water of a row may stand (rows).
+    real(wp), intent(in) :: height(:), reach(:)
+    !> Nodes that are left as they are (nodes).
+    logical, intent(in) :: closed(:)
+    !> Row whose water is at a node, 0 for none (nodes).
+    integer, intent(inout) :: wet(:)
+    real(wp) :: lowest(size(reach)), same
+    logical :: spreads
+    integer :: e, row, dry
+
+    lowest = [(minval(height, mask=wet == row), row=1, size(reach))]
+    same = level_within*(maxval(height) - minval(height))
+    spreads = .true.
+    do while (spreads)
+      spreads = .false.
+      do e = 1, size(ends, 2)
+        row = maxval(wet(ends(:, e)))
+        if (row == 0 .or. all(wet(ends(:, e)) > 0)) cycle
+        dry = ends(minloc(wet(ends(:, e)), 1), e)
+        if (closed(dry) .or. .not. reach(row) > height(dry) + same .or. height(dry) < lowest(row) - same) cycle
+        wet(dry) = row
+        spreads = .true.
+      end do
+    end do
+  end subroutine spread_water
+
+  !> Nodes at which the water of a row ends beside ground below its level, 0 for none (rows).
+  pure function find_shores(ends, height, level, row, held) result(shore)
+    !> Nodes of the edges in air of soil that lets water through (2, edges).
+    integer, intent(in) :: ends(:, :)
+    !> Of the nodes, upwards (nodes), and the levels (rows).
+    real(wp), intent(in) :: height(:), level(:)
+    !> Row of a node, 0 for none, and whether it has the pressure of free water (nodes).
+    integer, intent(in) :: row(:)
+    logical, intent(in) :: held(:)
+    integer :: shore(size(level))
+    integer :: e, at
+
+    shore = 0
+    do e = 1, size(ends, 2)
+      if (count(held(ends(:, e))) /= 1) cycle
+      at = ends(findloc(held(ends(:, e)), .true., dim=1), e)
+      if (row(at) == 0) cycle
+      if (all(level(row(at)) - height(ends(:, e)) > shallow*(maxval(height) - minval(height)))) shore(row(at)) = at
+    end do
+  end function find_shores
+
+  !> Where else the water of a row stands.
+  pure function beside_text(phase, set) result(text)
+    character(len=*), intent(in) :: phase, set
+    character(len=:), allocatable :: text
+
+    text = "phase '"//phase//"': the free water of '"//set//"' stands on the faces in air beside and above it too, "// &
+      'as far as its level reaches'//new_line('a')
+  end function beside_text
+
+  !> The warning of water that ends beside ground in air.
+  pure function shore_text(phase, set, place) result(text)
+    character(len=*), intent(in) :: phase, set
+    real(wp), intent(in) :: place(2)
+    character(len=:), allocatable :: text
+
+    text = "warning: phase '"//phase//"': the free water of '"//set//"' ends at ("//rounded_text(place(1), 4)//', '// &
+      rounded_text(place(2), 4)//'), below its level, beside ground in air below that level too, on which none '// &
+      'stands: give this ground the level too, or the level to a part (BOX) that does not reach it'//new_line('a')
+  end function shore_text
+end module qsmpm_free_water
