@@ -8,7 +8,7 @@
 module qsmpm_group_evaluation
   use qsmpm_kinds, only: wp, long
   use qsmpm_law, only: law_slot_type, law_type, batch_type, tangent_none, tangent_elastic, status_ok
-  use qsmpm_points, only: points_type
+  use qsmpm_points, only: carries_water, points_type
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_pressure_balance, only: pressure_type, allocate_pressure, packed_determinant
   use qsmpm_small_strain, only: take_stretch, take_true_stress
@@ -340,7 +340,29 @@ contains
       batch%number(k) = int(min(points%number(p), int(huge(batch%number), long)))
       batch%place(:, k) = points%position(:, p)
     end do
+    if (law%of_user .and. carries_water(points)) call load_water(integration, points, from, batch)
   end subroutine load_places
+
+  !> Water in the pores of a run of points; of Gauss points the mean of their cell.
+  pure subroutine load_water(integration, points, from, batch)
+    type(integration_type), intent(in) :: integration
+    type(points_type), intent(in) :: points
+    !> The first point.
+    integer, intent(in) :: from
+    !> The points handed to the law.
+    type(batch_type), intent(inout) :: batch
+    integer :: k, p
+
+    if (.not. allocated(batch%water)) allocate (batch%water(3, size(batch%number)))
+    do k = 1, batch%count
+      p = integration%source(from + k - 1)
+      if (p > 0) then
+        batch%water(:, k) = [points%pore_pressure(p), points%pore_state(:, p)]
+      else
+        batch%water(:, k) = integration%water(:, -p)
+      end if
+    end do
+  end subroutine load_water
 
   !> Width of a cell across the band that a displacement gradient L makes of it: tr(L G L^T)/tr(L L^T) is the mean of
   !> n . G n over the normals n of what L is made of, and that of n where L = m n, a slip along m.

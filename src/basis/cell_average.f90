@@ -5,11 +5,12 @@
 !> removes the cell-crossing noise of points whose number and place in the cell change; after the
 !> solution every point is still updated by its own strain.
 module qsmpm_cell_average
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: local_dimension, full_rule, gauss_rule
   use qsmpm_mesh, only: mesh_type
   use qsmpm_space, only: space_type, cell_block
-  use qsmpm_points, only: points_type
+  use qsmpm_points, only: carries_water, points_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_law, only: law_slot_type, is_nonlocal
   use qsmpm_domains, only: domains_type
@@ -66,6 +67,8 @@ contains
     if (present(bodies)) integration%received = size(bodies%received%material)
     call allocate_integration(mesh%dimension, size(points%stress, 1), size(points%state, 1), &
       integration%received + own, is_nonlocal(laws), integration, any(laws%pressure_factor > 0.0_wp))
+    if (carries_water(points)) allocate (integration%water(3, integration%received + own), &
+      source=ieee_value(0.0_wp, ieee_quiet_nan))
     if (integration%received > 0) call take_received(bodies%received, integration)
     inaccurate = 0
     own = integration%received
@@ -246,6 +249,8 @@ contains
       own = own + 1
       integration%source(q) = -own
       integration%volume_ratio(own) = exp(sampled(fields + 1))
+      if (allocated(integration%water)) integration%water(:, own) = &
+        [sum(points%pore_pressure(chosen)), sum(points%pore_state(:, chosen), dim=2)]/size(chosen)
       call laws(material)%law%from_fields(sampled(:fields), integration%volume_ratio(own), &
         integration%stress(:, own), integration%state(:laws(material)%law%state_count, own))
     end do

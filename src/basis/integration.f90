@@ -52,6 +52,8 @@ module qsmpm_integration
     real(wp), allocatable :: place(:, :)
     !> Of the Gauss points: start stress (4 or 6, m), law state (states, m), volume ratio (m).
     real(wp), allocatable :: stress(:, :), state(:, :), volume_ratio(:)
+    !> Of the Gauss points where points carry water: means of the cell (3, m; batch_type).
+    real(wp), allocatable :: water(:, :)
     !> The first of these are no Gauss points', but material points' that are on other processes of a team.
     integer :: received = 0
     !> Displacement gradients of the step to be used in place of those of the functions; unallocated as a

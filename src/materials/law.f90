@@ -67,6 +67,9 @@ module qsmpm_law
     !> In, for laws that ask where they are: position, the cell's centre for its own points, and size of the cell
     !> (dimension, n), (n).
     real(wp), allocatable :: place(:, :), cell_size(:)
+    !> In, for models of users: pore pressure at the start of the step, compression positive, the excess in it, and the
+    !> filled share of the pores (3, n); unallocated without water.
+    real(wp), allocatable :: water(:, :)
     !> Out: Cauchy stress at the end (4 or 6, n).
     real(wp), allocatable :: stress(:, :)
     !> Out: state at the end (state_count, n).

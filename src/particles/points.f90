@@ -61,6 +61,8 @@ module qsmpm_points
     !> Pressure of the water in the pores, compression positive: of water at rest below a level, and with the excess
     !> that undrained laws carry; none where no scene has water (count or 0).
     real(wp), allocatable :: steady_pore_pressure(:), pore_pressure(:)
+    !> As models of users are given it: excess in the pore pressure, filled share of the pores (2, count or 0).
+    real(wp), allocatable :: pore_state(:, :)
   contains
     procedure :: list_fields => list_points
   end type points_type
@@ -139,6 +141,7 @@ contains
       'pressure of the water at rest below the water level, compression positive')
     call list%add('pore_pressure', self%pore_pressure, kind_number, shown_everywhere, unit_stress, &
       'pressure of the water in the pores, steady and excess, compression positive')
+    call list%add('pore_state', self%pore_state, kind_internal)
   end subroutine list_points
 
   !> Fields of the surface points.
@@ -219,7 +222,7 @@ contains
       source=0.0_wp)
     allocate (points%half_size(dimension, count), points%deformation_gradient(4*dimension - 3, 0), &
       points%left_cauchy_green(stress_components, 0), points%plastic_strain(0), points%steady_pore_pressure(0), &
-      points%pore_pressure(0), source=0.0_wp)
+      points%pore_pressure(0), points%pore_state(2, 0), source=0.0_wp)
   end subroutine allocate_points
 
   !> Carry strains from now on, none yet.
@@ -251,8 +254,9 @@ contains
   pure subroutine start_water(points)
     type(points_type), intent(inout) :: points
 
-    deallocate (points%steady_pore_pressure, points%pore_pressure)
+    deallocate (points%steady_pore_pressure, points%pore_pressure, points%pore_state)
     allocate (points%steady_pore_pressure(points%count), points%pore_pressure(points%count), source=0.0_wp)
+    allocate (points%pore_state(2, points%count), source=spread([0.0_wp, 1.0_wp], 2, points%count))
   end subroutine start_water
 
   !> Whether pore pressures are carried.

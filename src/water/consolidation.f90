@@ -27,7 +27,7 @@ module qsmpm_consolidation
   implicit none
   private
 
-  public :: permeable_points, excess_pressure, still_water_forces, drained_nodes, check_consolidation
+  public :: permeable_points, excess_pressure, filled_pores, still_water_forces, drained_nodes, check_consolidation
 
   !> Nodal field with the excess pore pressure.
   character(len=*), parameter, public :: excess_field = 'excess_pore_pressure'
@@ -55,6 +55,17 @@ contains
       nodal = acting_pressure(nodal, filling_pressure(model))
     pressure = at_points(model, nodal)
   end function excess_pressure
+
+  !> Filled share of the pores under a free surface, 1 in what is tight (points).
+  pure function filled_pores(model) result(share)
+    type(model_type), intent(in) :: model
+    real(wp) :: share(model%state%points%count)
+    real(wp) :: nodal(model%space%node_count)
+
+    nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
+    share = at_points(model, filled_share(nodal(:model%mesh%node_count), filling_pressure(model)))
+    where (.not. permeable_points(model)) share = 1.0_wp
+  end function filled_pores
 
   !> What corners of cells have, at the points; 0 where no water flows (points).
   pure function at_points(model, nodal) result(values)

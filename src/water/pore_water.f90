@@ -16,7 +16,7 @@ module qsmpm_pore_water
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
   use qsmpm_active_bodies, only: bodies_active
-  use qsmpm_consolidation, only: excess_field, excess_pressure
+  use qsmpm_consolidation, only: excess_field, excess_pressure, filled_pores
   use qsmpm_element, only: corner_count
   use qsmpm_free_surface, only: filling_pressure
   use qsmpm_kept_arrays, only: keep_values, kept_values
@@ -302,7 +302,37 @@ contains
         points%steady_pore_pressure(p) = steady_pressure(model, p) + excess(p)
         points%pore_pressure(p) = points%steady_pore_pressure(p)
         if (m > 0) points%pore_pressure(p) = points%pore_pressure(p) + points%state(m, p)
+        points%pore_state(:, p) = [points%pore_pressure(p) - steady_pressure(model, p), filled_share_at(model, p)]
       end do
+      if (free_surface_of(model%analysis%phases, model%state%progress%phase) == 0) return
+      points%pore_state(1, :) = 0.0_wp
+      points%pore_state(2, :) = filled_pores(model)
     end associate
   end subroutine update_pore_pressure
+
+  !> Share of a point's pores below the levels as the load stands; where there is none all are full.
+  pure real(wp) function filled_share_at(model, p) result(share)
+    type(model_type), intent(in) :: model
+    !> Number of the point.
+    integer, intent(in) :: p
+
+    share = 1.0_wp
+    associate (load => model%loading, points => model%state%points, f => model%state%progress%fraction)
+      if (.not. allocated(load%water_start)) return
+      associate (start => load%water_start(points%body(p)), final => load%water_final(points%body(p)))
+        if (start%present .or. final%present) share = (1.0_wp - f)*share_below(start) + f*share_below(final)
+      end associate
+    end associate
+
+  contains
+
+    !> Share below one level; before there is any the pores count as full.
+    pure real(wp) function share_below(table)
+      type(water_table_type), intent(in) :: table
+
+      share_below = 1.0_wp
+      if (table%present) share_below = submerged_share(table, model%state%points%position(:, p), &
+        half_height(model, p, table%axis))
+    end function share_below
+  end function filled_share_at
 end module qsmpm_pore_water

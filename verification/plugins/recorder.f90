@@ -24,7 +24,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   reals(21:26) = [sse, spd, scd, rpl, drpldt, ddsdde(1, 1)]
   reals(31:30 + ntens) = stran
   reals(41:40 + ntens) = dstran
-  reals(51:57) = [time(1), time(2), dtime, temp, dtemp, predef(1), dpred(1)]
+  reals(51:58) = [time(1), time(2), dtime, temp, dtemp, predef(1), dpred(1), predef(2)]
   reals(61:60 + nprops) = props
   reals(71:73) = coords
   reals(74:75) = [pnewdt, celent]

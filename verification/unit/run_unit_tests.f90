@@ -32,6 +32,7 @@ program run_unit_tests
   use test_jaumann_law, only: collect_jaumann_law
   use test_soil_model_law, only: collect_soil_model_law
   use test_user_adapters, only: collect_user_adapters
+  use test_user_water, only: collect_user_water
   use test_linear_solver, only: collect_linear_solver
   use test_linear_system, only: collect_linear_system
   use test_petsc_solver, only: collect_petsc_solver, collect_petsc_ranks
@@ -189,6 +190,7 @@ program run_unit_tests
   call register('jaumann_law', collect_jaumann_law)
   call register('soil_model_law', collect_soil_model_law)
   call register('doors', collect_user_adapters)
+  call register('user_water', collect_user_water)
   call register('linear_solver', collect_linear_solver)
   call register('linear_system', collect_linear_system)
   call register('petsc_solver', collect_petsc_solver)

@@ -45,7 +45,7 @@ module test_checkpoint
   character(len=*), parameter :: not_places = 'points%initial_position points%body points%material points%volume '// &
     'points%initial_volume points%weight points%stress points%state points%plastic points%half_size '// &
     'points%number points%foot points%start_weight points%deformation_gradient points%left_cauchy_green '// &
-    'points%accumulated_plastic_shear_strain points%steady_pore_pressure points%pore_pressure kept '
+    'points%accumulated_plastic_shear_strain points%steady_pore_pressure points%pore_pressure points%pore_state kept '
   integer, parameter :: mark(2) = [7, -9]
 
 contains

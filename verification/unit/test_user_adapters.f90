@@ -108,6 +108,7 @@ contains
     increment%cell = 24
     increment%place = [1.5_wp, 2.5_wp, 3.5_wp]
     increment%cell_size = 0.75_wp
+    increment%water = [50.0_wp, 20.0_wp, 0.75_wp]
   end function distinct_increment
 
   !> What the recorder has written down.
@@ -155,7 +156,8 @@ contains
     call tests%check('STRAN', same(r(31:36), increment%strain_start))
     call tests%check('DSTRAN', same(r(41:46), increment%strain))
     call tests%check('TIME, DTIME, TEMP, DTEMP, PREDEF, DPRED', same(r(51:57), &
-      [2.0_wp, 102.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]))
+      [2.0_wp, 102.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 50.0_wp, 0.0_wp]))
+    call tests%check('PREDEF(2) is how far the pores are filled', same(r(58:58), [0.75_wp]))
     call tests%check('PROPS', same(r(61:63), [31.0_wp, 32.0_wp, 33.0_wp]))
     call tests%check('COORDS', same(r(71:73), increment%place))
     call tests%check('PNEWDT, CELENT', same(r(74:75), [1.0_wp, 0.75_wp]))
@@ -215,7 +217,7 @@ contains
     type(soil_increment_type) :: increment
     type(soil_response_type) :: response
     real(wp) :: stress(6), state(2), r(400)
-    integer :: n(100)
+    integer :: n(100), i
     character(len=80) :: name
     integer, parameter :: swapped(6) = [1, 2, 3, 4, 6, 5]
 
@@ -229,13 +231,15 @@ contains
     stress = stress0
     call model%update(increment, stress, state, response)
     call recalled(r, n, name)
-    call tests%check('Sig0: 5 and 6 exchanged, zero beyond', same(r(1:6), stress0(swapped)) .and. same(r(7:20), &
-      spread(0.0_wp, 1, 14)))
+    call tests%check('Sig0: 5 and 6 exchanged, zero beyond', same(r(1:6), stress0(swapped)) .and. same(r([8, 9, &
+      (i, i=12, 20)]), spread(0.0_wp, 1, 11)))
+    call tests%check('Sig0(7) is the steady pore pressure, tension positive', same(r(7:7), [-30.0_wp]))
+    call tests%check('Sig0(10) and Sig0(11) are how far the pores are filled', same(r(10:11), [0.75_wp, 0.75_wp]))
     call tests%check('dEps: the increment', same(r(21:26), increment%strain(swapped)))
     call tests%check('dEps: the strain at the start', same(r(27:32), increment%strain_start(swapped)))
     call tests%check('Props as task 1 has left them', same(r([41, 42, 43, 60]), [31.0_wp, 32.0_wp, 0.0_wp, 20.0_wp]))
     call tests%check('X, Y, Z, Time0, dTime, Swp0, BulkW', same(r(91:97), [1.5_wp, 2.5_wp, 3.5_wp, 102.0_wp, &
-      1.0_wp, 0.0_wp, 0.0_wp]))
+      1.0_wp, -20.0_wp, 0.0_wp]))
     call tests%check('StVar0', same(r(101:102), [7.0_wp, 8.0_wp]))
     call tests%check('D of task 6 is handed to task 2', same(r(111:146:7), [1001.0_wp, 1002.0_wp, 1003.0_wp, &
       1004.0_wp, 1005.0_wp, 1006.0_wp]))

@@ -34,6 +34,8 @@ module qsmpm_soil_model
     !> Position, and size of the cell.
     real(wp) :: place(3) = 0.0_wp
     real(wp) :: cell_size = 1.0_wp
+    !> Pore pressure at the start of the step, compression positive, the excess in it, filled share of the pores.
+    real(wp) :: water(3) = [0.0_wp, 0.0_wp, 1.0_wp]
     !> Whether the tangent is wanted, and whether it may be the elastic one.
     logical :: wants_tangent = .true.
     logical :: elastic_tangent = .false.

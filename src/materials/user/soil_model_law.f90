@@ -214,6 +214,7 @@ contains
     increment%cell = max(1, batch%cell(p))
     increment%place(:self%dimension) = batch%place(:self%dimension, p)
     increment%cell_size = batch%cell_size(p)
+    if (allocated(batch%water)) increment%water = batch%water(:, p)
   end subroutine describe_step
 
   !> Ask the model; one thread at a time where it wants that.

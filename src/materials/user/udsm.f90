@@ -329,9 +329,11 @@ contains
       arguments%deps(6 + i) = increment%strain_start(place(i))
     end do
     arguments%sig0(1:3) = arguments%sig0(1:3) - water
+    arguments%sig0(7) = increment%water(2) - increment%water(1)
+    arguments%sig0(10:11) = increment%water(3)
     arguments%sig = arguments%sig0
-    arguments%swp0 = water
-    arguments%swp = water
+    arguments%swp0 = merge(water, -increment%water(2), self%before > 0)
+    arguments%swp = arguments%swp0
     arguments%d = 0.0_c_double
     arguments%bulk_water = self%user%undrained
     call prepare_answers(self, arguments)

@@ -28,7 +28,7 @@ module qsmpm_umat
 
   !> Characters of CMNAME.
   integer, parameter :: name_length = 80
-  !> Length of the arrays of field variables, which are all zero.
+  !> Length of the arrays of field variables: pore pressure, filled share of the pores, the others zero.
   integer, parameter :: fields = 8
   !> Whole numbers among the arguments.
   integer, parameter :: whole_arguments = 11
@@ -285,7 +285,7 @@ contains
     call put(at_dstran, increment%strain)
     call put(at_time, increment%step_info%start*increment%step_info%phase_time &
       + [0.0_wp, increment%step_info%phase_start])
-    call put(at_predef, nothing)
+    call put(at_predef, [increment%water([1, 3]), nothing(3:fields)])
     call put(at_dpred, nothing)
     call put(at_coords, increment%place)
     call put(at_drot, reshape(increment%rotation, [9]))
