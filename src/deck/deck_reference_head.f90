@@ -17,7 +17,8 @@ contains
     text = page([character(len=width) :: &
       '# Deck reference', '', &
       'This page is written by `qsmpm help --markdown` from the table that the reader of decks', &
-      'and `qsmpm help KEYWORD` use; do not edit it.', ''])//writing()//rules()//page([character(len=width) :: '', '## Keywords'])
+      'and `qsmpm help KEYWORD` use; do not edit it.', ''])//writing()//rules()// &
+      page([character(len=width) :: '', '## Keywords'])
   end function reference_head
 
   !> Lines with newlines.
