@@ -1,7 +1,7 @@
 !> The lines of a plan: a name and a value each, under headings, written as text for people or as
 !> JSON for programs.
 module qsmpm_plan_items
-  use qsmpm_text, only: string_type, json_string
+  use qsmpm_text, only: json_string
   implicit none
   private
 
@@ -13,11 +13,15 @@ module qsmpm_plan_items
   integer, parameter :: name_width = 26
   character(len=1), parameter :: newline = new_line('a')
 
+  !> An entry.
+  type :: item_type
+    integer :: kind = heading
+    character(len=:), allocatable :: name, value
+  end type item_type
+
   !> Entries in order.
   type :: plan_items_type
-    integer :: count = 0
-    integer, allocatable :: kind(:)
-    type(string_type), allocatable :: name(:), value(:)
+    type(item_type), allocatable :: rows(:)
   end type plan_items_type
 
 contains
@@ -54,27 +58,13 @@ contains
     !> Kind, name and value.
     integer, intent(in) :: kind
     character(len=*), intent(in) :: name, value
-    type(string_type), allocatable :: names(:), values(:)
-    integer, allocatable :: kinds(:)
-    integer :: i, room
+    type(item_type) :: row
 
-    if (.not. allocated(items%kind)) allocate (items%kind(0), items%name(0), items%value(0))
-    if (items%count == size(items%kind)) then
-      room = 2*items%count + 8
-      allocate (kinds(room), names(room), values(room))
-      do i = 1, items%count
-        kinds(i) = items%kind(i)
-        names(i) = items%name(i)
-        values(i) = items%value(i)
-      end do
-      call move_alloc(kinds, items%kind)
-      call move_alloc(names, items%name)
-      call move_alloc(values, items%value)
-    end if
-    items%count = items%count + 1
-    items%kind(items%count) = kind
-    items%name(items%count)%text = name
-    items%value(items%count)%text = value
+    if (.not. allocated(items%rows)) allocate (items%rows(0))
+    row%kind = kind
+    row%name = name
+    row%value = value
+    items%rows = [items%rows, row]
   end subroutine add
 
   !> The plan for people.
@@ -85,12 +75,12 @@ contains
     integer :: i
 
     text = ''
-    do i = 1, items%count
-      associate (name => items%name(i)%text)
-        if (items%kind(i) == heading) then
+    do i = 1, size(items%rows)
+      associate (name => items%rows(i)%name)
+        if (items%rows(i)%kind == heading) then
           text = text//name//newline
         else
-          text = text//'  '//name//repeat(' ', max(1, name_width - len(name)))//items%value(i)%text//newline
+          text = text//'  '//name//repeat(' ', max(1, name_width - len(name)))//items%rows(i)%value//newline
         end if
       end associate
     end do
@@ -106,18 +96,18 @@ contains
 
     text = '{'
     first = .true.
-    do i = 1, items%count
-      if (items%kind(i) == heading) then
+    do i = 1, size(items%rows)
+      if (items%rows(i)%kind == heading) then
         if (i > 1) text = text//newline//'  },'
-        text = text//newline//'  '//json_string(items%name(i)%text)//': {'
+        text = text//newline//'  '//json_string(items%rows(i)%name)//': {'
         first = .true.
         cycle
       end if
       if (.not. first) text = text//','
       first = .false.
-      text = text//newline//'    '//json_string(items%name(i)%text)//': '
-      if (items%kind(i) == figure) text = text//items%value(i)%text
-      if (items%kind(i) == words) text = text//json_string(items%value(i)%text)
+      text = text//newline//'    '//json_string(items%rows(i)%name)//': '
+      if (items%rows(i)%kind == figure) text = text//items%rows(i)%value
+      if (items%rows(i)%kind == words) text = text//json_string(items%rows(i)%value)
     end do
     text = text//newline//'  }'//newline//'}'//newline
   end function plan_json

@@ -41,6 +41,7 @@ contains
   subroutine find_configuration(model, configuration)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(inout) :: configuration
+    integer :: m
 
     associate (c => configuration)
       if (.not. allocated(c%volumes)) allocate (c%volumes(model%mesh%cell_count))
@@ -53,7 +54,7 @@ contains
       end if
       call integrate_at_points(model%mesh, model%space, model%analysis%model == axisymmetric, c%activation, &
         model%state%points, c%domains, c%at_points, any(model%laws%pressure_factor > 0.0_wp))
-      if (any_law_asks_where(model)) call measure_cells(model%mesh, c%at_points)
+      if (any([(model%laws(m)%law%asks_where, m=1, size(model%laws))])) call measure_cells(model%mesh, c%at_points)
     end associate
     call lump_volumes(model%space%node_count, configuration)
   end subroutine find_configuration
@@ -86,14 +87,6 @@ contains
       if (is_divided(model%part)) call learn_sources(model, c%activation, c%bodies)
     end associate
   end subroutine activate_cells
-
-  !> Whether the centres and sizes of cells are wanted.
-  pure logical function any_law_asks_where(model) result(asks)
-    type(model_type), intent(in) :: model
-    integer :: m
-
-    asks = any([(model%laws(m)%law%asks_where, m=1, size(model%laws))])
-  end function any_law_asks_where
 
   !> Lumped volume of every node.
   subroutine lump_volumes(node_count, configuration)

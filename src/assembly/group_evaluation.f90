@@ -165,7 +165,8 @@ contains
       call load_states(integration, points, from, batch)
       if (present(field) .and. slot%law%field_length > 0.0_wp) &
         call load_field(integration, group, from, slot%law%state_count, field, batch)
-      if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
+      ! State variables that other materials have and this one has not stay as they are.
+      batch%state(slot%law%state_count + 1:, :batch%count) = batch%state_start(slot%law%state_count + 1:, :batch%count)
       if (slot%law%asks_where) call load_places(integration, points, slot%law, d, group, from, tensor, batch)
       if (treated) then
         work%pressure%offset(:count) = 0.0_wp
@@ -304,16 +305,6 @@ contains
       end do
     end do
   end subroutine load_field
-
-  !> State variables that other materials have and this one has not stay as they are.
-  pure subroutine pass_states(used, batch)
-    !> State variables of the law.
-    integer, intent(in) :: used
-    !> The points handed to the law.
-    type(batch_type), intent(inout) :: batch
-
-    batch%state(used + 1:, :batch%count) = batch%state_start(used + 1:, :batch%count)
-  end subroutine pass_states
 
   !> Where a run of points is, and how wide its cell is.
   pure subroutine load_places(integration, points, law, d, group, from, tensor, batch)

@@ -14,9 +14,8 @@
 !> qsmpm_point_integration and qsmpm_cell_average fill it.
 module qsmpm_integration
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: corner_count
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_measure, only: cell_metric, cell_width
+  use qsmpm_mesh_measure, only: cell_centre, cell_metric, cell_width
   use qsmpm_points, only: points_type
   use qsmpm_space, only: space_type, shape_values_type, functions_at, cell_nodes_of_space, node_position, most_functions
   use qsmpm_spline_axis, only: axis_averages, radial_averages, most_averaged
@@ -135,7 +134,7 @@ contains
   subroutine measure_cells(mesh, integration)
     type(mesh_type), intent(in) :: mesh
     type(integration_type), intent(inout) :: integration
-    integer :: g, first, n
+    integer :: g
 
     if (allocated(integration%cell_size)) deallocate (integration%cell_size, &
       integration%cell_centre, integration%cell_metric)
@@ -143,11 +142,9 @@ contains
       integration%cell_centre(mesh%dimension, integration%group_count), &
       integration%cell_metric(mesh%dimension, mesh%dimension, integration%group_count))
     do g = 1, integration%group_count
-      first = mesh%cell_first(integration%cell(g))
-      n = corner_count(mesh%cell_kind(integration%cell(g)))
       integration%cell_size(g) = cell_width(mesh, integration%cell(g))
       integration%cell_metric(:, :, g) = cell_metric(mesh, integration%cell(g), integration%cell_size(g))
-      integration%cell_centre(:, g) = sum(mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1)), dim=2)/n
+      integration%cell_centre(:, g) = cell_centre(mesh, integration%cell(g))
     end do
   end subroutine measure_cells
 

@@ -17,8 +17,8 @@ contains
     text = page([character(len=width) :: &
       '# Deck reference', '', &
       'This page is written by `qsmpm help --markdown` from the table that the reader of decks', &
-      'and `qsmpm help KEYWORD` use; do not edit it.', ''])//writing()//strictness()// &
-      order_of_cards()//exit_codes()//page([character(len=width) :: '', '## Keywords'])
+      'and `qsmpm help KEYWORD` use; do not edit it.', ''])//writing()//rules()// &
+      page([character(len=width) :: '', '## Keywords'])
   end function reference_head
 
   !> Lines with newlines.
@@ -57,8 +57,8 @@ contains
       '  (the radius) and y.', ''])
   end function writing
 
-  !> What is an error.
-  pure function strictness() result(text)
+  !> What is an error, the order of cards and the echo, exit codes of the program.
+  pure function rules() result(text)
     character(len=:), allocatable :: text
 
     text = page([character(len=width) :: '## Errors', '', &
@@ -69,27 +69,15 @@ contains
       "slope.inp:27: *CONTROLS: unknown parameter 'TOLERENCE' (did you mean TOLERANCE?)", &
       '```', '', &
       'and the program ends with exit code 2 before it writes anything. A warning looks alike,', &
-      'with `warning:` behind the line, and stops nothing.', ''])
-  end function strictness
-
-  !> Order of cards and the echo.
-  pure function order_of_cards() result(text)
-    character(len=:), allocatable :: text
-
-    text = page([character(len=width) :: '## Order', '', &
+      'with `warning:` behind the line, and stops nothing.', '', &
+      '## Order', '', &
       'The model comes first, in any order, except that properties follow their `*MATERIAL`.', &
       'Then come the phases, `*PHASE` to `*END PHASE`, in the order they are run. A deck of one', &
       'material point (`qsmpm point`) has a `*POINT TEST` and its `*POINT STAGE` cards instead.', '', &
       'Every run writes `<job>.echo.inp`: the same analysis with includes resolved and every', &
       'default spelt out. It is a deck and gives the same results; a mesh file is named by its', &
-      'full path.', ''])
-  end function order_of_cards
-
-  !> Exit codes of the program.
-  pure function exit_codes() result(text)
-    character(len=:), allocatable :: text
-
-    text = page([character(len=width) :: '## Exit codes', '', &
+      'full path.', '', &
+      '## Exit codes', '', &
       '| code | meaning |', &
       '|---|---|', &
       '| 0 | done |', &
@@ -100,5 +88,5 @@ contains
       '| 5 | singular equations from the first iteration on: supports or stiffness are missing |', &
       '| 6 | user material |', &
       '| 130, 143 | stopped by a signal; `restart.h5` continues the run |'])
-  end function exit_codes
+  end function rules
 end module qsmpm_deck_reference_head

@@ -23,7 +23,7 @@ module qsmpm_division
   use qsmpm_exchange, only: hand_over
   use qsmpm_first_window, only: least_margin, usual_margin
   use qsmpm_grid, only: grid_type
-  use qsmpm_grid_window, only: window_type, operator(==), cell_place, cells_of, cells_over, holds, hull, widen
+  use qsmpm_grid_window, only: window_type, operator(==), cell_place, cells_over, holds, hull, widen
   use qsmpm_kept_arrays, only: clear_nodal
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of
@@ -34,7 +34,7 @@ module qsmpm_division
   use qsmpm_place_sharing, only: near_ones, send_points, send_surface_points, share_places
   use qsmpm_point_delivery, only: fingerprint
   use qsmpm_point_selection, only: keep_chosen, select_points, select_surface_points
-  use qsmpm_points, only: carried_type, points_type, surface_points_type
+  use qsmpm_points, only: carried_type
   use qsmpm_ring_exchange, only: rows_beyond
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_surface_refinement, only: refine_surfaces

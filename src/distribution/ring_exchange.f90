@@ -35,21 +35,13 @@ contains
       if (.not. any_of(part%team, is_new)) return
       label = [(node_label(model%space, model%mesh, a), a=1, size(label))]
       cell = whole_cells(model, [(a, a=1, size(cell))])
-      call list_copies(part%team, cell, owners_near(part, cell), part%cell_copies)
+      ! Ranks that own the cells which are own or near own ones; -1 for the others.
+      call list_copies(part%team, cell, merge(part%owners%of_cells(cell), -1, part%owners%near(part%team%rank, &
+        part%ring + rows_beyond, cell)), part%cell_copies)
       call list_copies(part%team, label, node_owners(model), part%node_copies)
       part%copied_window = window
     end associate
   end subroutine list_neighbours
-
-  !> Ranks that own the cells which are own or near own ones; -1 for the others.
-  pure function owners_near(part, cell) result(owner)
-    type(own_part_type), intent(in) :: part
-    !> Numbers in the whole mesh.
-    integer, intent(in) :: cell(:)
-    integer :: owner(size(cell))
-
-    owner = merge(part%owners%of_cells(cell), -1, part%owners%near(part%team%rank, part%ring + rows_beyond, cell))
-  end function owners_near
 
   !> Which cells are own or lie in so many rows around these; alone all are own.
   pure function near_cells(model, rows) result(near)

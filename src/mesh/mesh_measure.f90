@@ -7,7 +7,7 @@ module qsmpm_mesh_measure
   implicit none
   private
 
-  public :: cell_volume, cell_size, cell_width, cell_metric, mesh_volume, interpolate, &
+  public :: cell_centre, cell_volume, cell_size, cell_width, cell_metric, mesh_volume, interpolate, &
     find_bounds
 
 contains
@@ -21,6 +21,19 @@ contains
 
     coordinates = mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
   end function cell_coordinates
+
+  !> Mean of the corners of a cell.
+  pure function cell_centre(mesh, cell) result(centre)
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    real(wp) :: centre(mesh%dimension)
+    integer :: first, n
+
+    first = mesh%cell_first(cell)
+    n = corner_count(mesh%cell_kind(cell))
+    centre = sum(mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1)), dim=2)/n
+  end function cell_centre
 
   !> Volume (area in the plane) of a cell; negative when it is inside out.
   real(wp) function cell_volume(mesh, cell) result(volume)

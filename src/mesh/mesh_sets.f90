@@ -140,15 +140,11 @@ contains
     character(len=*), intent(in) :: name
     !> Indices found.
     integer, intent(in) :: items(:)
-    type(index_set_type), allocatable :: longer(:)
-    integer :: n
+    type(index_set_type) :: set
 
-    n = 0
-    if (allocated(sets)) n = size(sets)
-    allocate (longer(n + 1))
-    if (n > 0) longer(:n) = sets
-    longer(n + 1)%name = name
-    longer(n + 1)%items = items
-    call move_alloc(longer, sets)
+    if (.not. allocated(sets)) allocate (sets(0))
+    set%name = name
+    set%items = items
+    sets = [sets, set]
   end subroutine add_set
 end module qsmpm_mesh_sets

@@ -28,19 +28,14 @@ contains
     real(wp), intent(in) :: values(:, :)
     !> A column for each node of the space.
     logical, intent(in), optional :: nodal
-    type(kept_array_type), allocatable :: more(:)
-    integer :: i
+    type(kept_array_type) :: array
 
     if (place_of(kept, name) > 0) return
     if (.not. allocated(kept%list)) allocate (kept%list(0))
-    allocate (more(size(kept%list) + 1))
-    do i = 1, size(kept%list)
-      more(i) = kept%list(i)
-    end do
-    more(size(more))%name = name
-    more(size(more))%values = values
-    if (present(nodal)) more(size(more))%nodal = nodal
-    call move_alloc(more, kept%list)
+    array%name = name
+    array%values = values
+    if (present(nodal)) array%nodal = nodal
+    kept%list = [kept%list, array]
   end subroutine lay_array
 
   !> Whether an array is there.

@@ -3,7 +3,7 @@
 module qsmpm_layer_warnings
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: body_materials
-  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_box, body_polygon
   use qsmpm_mesh_description, only: mesh_grid, mesh_fitted
   use qsmpm_method_description, only: basis_fem

@@ -478,7 +478,8 @@ contains
     end do
     do s = 1, size(model%analysis%surfaces)
       write (line, '(3a,i0,a,es14.7)') 'surface ', model%analysis%surfaces(s)%name, ': ', &
-        count(model%state%surface%surface == s), ' surface points, area ', surface_area(model, s)
+        count(model%state%surface%surface == s), ' surface points, area ', &
+        sum(model%state%surface%area, mask=model%state%surface%surface == s)
       call add_line(text, line)
     end do
     call summarise_rigid_bodies(model, text)
@@ -493,13 +494,4 @@ contains
 
     text = text//trim(line)//new_line('a')
   end subroutine add_line
-
-  !> Area of a surface by its surface points.
-  pure real(wp) function surface_area(model, surface) result(area)
-    type(model_type), intent(in) :: model
-    !> Number of the surface.
-    integer, intent(in) :: surface
-
-    area = sum(model%state%surface%area, mask=model%state%surface%surface == surface)
-  end function surface_area
 end module qsmpm_model_builder

@@ -131,16 +131,11 @@ contains
     !> Number of the body.
     type(body_type), intent(in) :: body
     real(wp), allocatable, intent(inout) :: segments(:, :)
-    real(wp), allocatable :: longer(:, :)
     integer :: k, n
 
     n = size(body%polygon, 2)
-    allocate (longer(4, size(segments, 2) + n))
-    longer(:, :size(segments, 2)) = segments
-    do k = 1, n
-      longer(:, size(segments, 2) + k) = [body%polygon(:, k), body%polygon(:, mod(k, n) + 1)]
-    end do
-    call move_alloc(longer, segments)
+    segments = reshape([segments, (body%polygon(:, k), body%polygon(:, mod(k, n) + 1), k=1, n)], &
+      [4, size(segments, 2) + n])
   end subroutine add_edges
 
   !> Sets of the deck, and the check that every set a phase names exists.

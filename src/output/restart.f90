@@ -8,7 +8,7 @@
 !> Of a model that is divided each process gives its own rows (qsmpm_restart_rows). Several processes divide the model
 !> by the file that they read (qsmpm_restart_division).
 module qsmpm_restart
-  use qsmpm_kinds, only: wp, long
+  use qsmpm_kinds, only: long
   use qsmpm_active_bodies, only: has_stages
   use qsmpm_agreement, only: agree
   use qsmpm_cell_numbers, only: whole_of

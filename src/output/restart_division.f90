@@ -59,7 +59,9 @@ contains
     call enter_team(model, team)
     call drop_points(model, like)
     call get_known_to_all(reader, group, in_rows, like, model, window, nodes)
-    if (.not. has_boxes(model%analysis) .and. .not. allocated(reader%reason)) call look_at_whole(model)
+    ! A grid that is shared in parts is looked at whole.
+    if (.not. (has_boxes(model%analysis) .or. allocated(reader%reason) .or. model%state%window == whole_of(model))) &
+      call lay_window(model, whole_of(model))
     count = count_rows(reader, group//'/points/cell')
     call count_points(reader, group, count, most, model)
     call share_cells(reader, group//'/points', count, window, model, short)
@@ -174,13 +176,6 @@ contains
     call select_points(like, spread(1, 1, count), sized)
     points = sized
   end subroutine size_points
-
-  !> A grid that is shared in parts is looked at whole.
-  subroutine look_at_whole(model)
-    type(model_type), intent(inout) :: model
-
-    if (.not. model%state%window == whole_of(model)) call lay_window(model, whole_of(model))
-  end subroutine look_at_whole
 
   !> Note where the file has other numbers of material points than the bodies.
   subroutine count_points(reader, group, count, most, model)

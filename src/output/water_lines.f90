@@ -63,7 +63,6 @@ contains
     type(water_table_type), intent(in) :: start, final
     type(water_line_type), allocatable, intent(inout) :: lines(:)
     type(water_line_type) :: line
-    type(water_line_type), allocatable :: more(:)
     real(wp), allocatable :: x(:)
     real(wp) :: ends(2)
     integer :: i
@@ -83,10 +82,7 @@ contains
         line%corners(final%axis, i) = height_between(start, final, share, line%corners(:, i))
       end do
     end associate
-    allocate (more(size(lines) + 1))
-    more(:size(lines)) = lines
-    more(size(more)) = line
-    call move_alloc(more, lines)
+    lines = [lines, line]
   end subroutine add_line
 
   !> Height of the level at a place.

@@ -10,6 +10,7 @@ module qsmpm_moving_mesh_check
   use qsmpm_method_description, only: basis_standard, integrate_points
   use qsmpm_element, only: corner_count
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_measure, only: cell_centre
   use qsmpm_points, only: points_type
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: activation_type
@@ -74,7 +75,7 @@ contains
     if (size(cells) < max(1, 2*check%empty_reported)) return
     if (.not. any(activation%active_number(cells) > 0)) return
     check%empty_reported = size(cells)
-    write (place, '(3es12.4)') centre_of(model%mesh, cells(1))
+    write (place, '(3es12.4)') cell_centre(model%mesh, cells(1))
     call observer%note('warning: cells amid material that hold no material point: '//integer_text(size(cells))// &
       ', the first at'//trim(place)//'. Points stand farther apart than the rows of *MOVING MESH that pass them, '// &
       'and results may drift from here on: give *GRID lines whose distances change little from one to the next, or '// &
@@ -136,7 +137,7 @@ contains
     do k = mesh%vertex_first(cell), mesh%vertex_first(cell + 1) - 1
       n = mesh%vertex_neighbour(k)
       if (.not. active(n)) cycle
-      away = (centre_of(mesh, n) - centre_of(mesh, cell))/extent
+      away = (cell_centre(mesh, n) - cell_centre(mesh, cell))/extent
       along = away(axis)
       away(axis) = 0.0_wp
       if (any(abs(away) > 0.5_wp)) cycle
@@ -145,17 +146,4 @@ contains
     end do
     amid = before .and. behind
   end function is_amid
-
-  !> Mean of the corners of a cell.
-  pure function centre_of(mesh, cell) result(centre)
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    real(wp) :: centre(mesh%dimension)
-    integer :: first, n
-
-    first = mesh%cell_first(cell)
-    n = corner_count(mesh%cell_kind(cell))
-    centre = sum(mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1)), dim=2)/n
-  end function centre_of
 end module qsmpm_moving_mesh_check

@@ -41,14 +41,10 @@ contains
   pure subroutine keep_used_surfaces(analysis)
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    type(surface_type), allocatable :: kept(:)
     integer :: s
 
-    allocate (kept(0))
-    do s = 1, size(analysis%surfaces)
-      if (surface_is_used(analysis, analysis%surfaces(s)%name)) kept = [kept, analysis%surfaces(s)]
-    end do
-    call move_alloc(kept, analysis%surfaces)
+    analysis%surfaces = analysis%surfaces(pack([(s, s=1, size(analysis%surfaces))], &
+      [(surface_is_used(analysis, analysis%surfaces(s)%name), s=1, size(analysis%surfaces))]))
   end subroutine keep_used_surfaces
 
   !> Prove that gravity, tractions, pressures and supports do not depend on an axis and have no part

@@ -159,7 +159,7 @@ contains
     type(phase_type), intent(in) :: phase
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
-    integer :: i, s
+    integer :: i, s, k
 
     if (phase%gravity%given .and. abs(phase%gravity%vector(axis)) > 0.0_wp) call refuse(reason, &
       "*GRAVITY of phase '"//phase%name//"'"//place_text(phase%where)//' has a part along '//letters(axis))
@@ -171,21 +171,11 @@ contains
       if (phase%supports(i)%contracts) call refuse(reason, "*CONTRACTION of '"//phase%supports(i)%surface//"'"// &
         place_text(phase%supports(i)%where)//' is about a whole cavity')
       s = surface_partner(analysis, place_named(analysis%surfaces, phase%supports(i)%surface), axis)
-      if (.not. support_is_given(phase, analysis%surfaces(s)%name, phase%supports(i)%kind)) call refuse(reason, &
+      if (.not. any([(phase%supports(k)%surface == analysis%surfaces(s)%name .and. &
+        phase%supports(k)%kind == phase%supports(i)%kind, k=1, size(phase%supports))])) call refuse(reason, &
         "*SUPPORT of '"//phase%supports(i)%surface//"'"//place_text(phase%supports(i)%where)//' has no mirror image')
     end do
   end subroutine prove_phase
-
-  !> Whether a phase gives a surface a support of a kind.
-  pure logical function support_is_given(phase, surface, kind) result(given)
-    type(phase_type), intent(in) :: phase
-    character(len=*), intent(in) :: surface
-    integer, intent(in) :: kind
-    integer :: k
-
-    given = any([(phase%supports(k)%surface == surface .and. phase%supports(k)%kind == kind, k=1, &
-      size(phase%supports))])
-  end function support_is_given
 
   !> Whether cutting at the plane may give a surface new faces: its box reaches the plane and is not
   !> flat along another axis, or it lies in the plane.

@@ -8,7 +8,6 @@ module qsmpm_mirror_half
   use qsmpm_body_description, only: body_type, body_box, body_polygon
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_strain, &
     quantity_reaction
-  use qsmpm_load_description, only: traction_type, support_type
   use qsmpm_mesh_description, only: select_plane, select_box, select_segment, select_outline
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
@@ -112,23 +111,14 @@ contains
     integer, intent(in) :: axis
     !> Coordinate of the plane.
     real(wp), intent(in) :: plane
-    type(traction_type), allocatable :: tractions(:)
-    type(support_type), allocatable :: supports(:)
     integer :: p, i
 
     do p = 1, size(analysis%phases)
-      allocate (tractions(0), supports(0))
       associate (phase => analysis%phases(p))
-        do i = 1, size(phase%tractions)
-          if (.not. surface_beyond(analysis, phase%tractions(i)%surface, axis, plane)) &
-            tractions = [tractions, phase%tractions(i)]
-        end do
-        do i = 1, size(phase%supports)
-          if (.not. surface_beyond(analysis, phase%supports(i)%surface, axis, plane)) &
-            supports = [supports, phase%supports(i)]
-        end do
-        call move_alloc(tractions, phase%tractions)
-        call move_alloc(supports, phase%supports)
+        phase%tractions = phase%tractions(pack([(i, i=1, size(phase%tractions))], .not. &
+          [(surface_beyond(analysis, phase%tractions(i)%surface, axis, plane), i=1, size(phase%tractions))]))
+        phase%supports = phase%supports(pack([(i, i=1, size(phase%supports))], .not. &
+          [(surface_beyond(analysis, phase%supports(i)%surface, axis, plane), i=1, size(phase%supports))]))
       end associate
     end do
   end subroutine half_surfaces

@@ -73,13 +73,9 @@ contains
   pure subroutine drop_from(analysis, changes)
     type(analysis_type), intent(in) :: analysis
     type(body_change_type), allocatable, intent(inout) :: changes(:)
-    type(body_change_type), allocatable :: kept(:)
     integer :: i
 
-    allocate (kept(0))
-    do i = 1, size(changes)
-      if (body_number(analysis, changes(i)%body) > 0) kept = [kept, changes(i)]
-    end do
-    call move_alloc(kept, changes)
+    changes = changes(pack([(i, i=1, size(changes))], &
+      [(body_number(analysis, changes(i)%body) > 0, i=1, size(changes))]))
   end subroutine drop_from
 end module qsmpm_mirror_stages

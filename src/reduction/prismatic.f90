@@ -9,7 +9,7 @@ module qsmpm_prismatic
   use qsmpm_analysis, only: analysis_type, three_dimensional, plane_strain
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
     quantity_strain, quantity_volume
-  use qsmpm_load_description, only: fixity_type, prescription_type
+  use qsmpm_load_description, only: fixity_type
   use qsmpm_method_description, only: basis_fem
   use qsmpm_element, only: element_from_name, seed_rule, full_rule
   use qsmpm_error, only: error_type
@@ -252,22 +252,19 @@ contains
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
     type(fixity_type), allocatable :: fixities(:)
-    type(prescription_type), allocatable :: prescriptions(:)
     integer :: p, i
 
     do p = 1, size(analysis%phases)
       associate (phase => analysis%phases(p))
-        allocate (fixities(0), prescriptions(0))
+        allocate (fixities(0))
         do i = 1, size(phase%fixities)
           if (phase%fixities(i)%fixed(3) .and. .not. any(phase%fixities(i)%fixed(:2))) cycle
           fixities = [fixities, phase%fixities(i)]
           fixities(size(fixities))%fixed(3) = .false.
         end do
-        do i = 1, size(phase%prescriptions)
-          if (phase%prescriptions(i)%component /= 3) prescriptions = [prescriptions, phase%prescriptions(i)]
-        end do
+        phase%prescriptions = phase%prescriptions(pack([(i, i=1, size(phase%prescriptions))], &
+          phase%prescriptions%component /= 3))
         call move_alloc(fixities, phase%fixities)
-        call move_alloc(prescriptions, phase%prescriptions)
       end associate
     end do
   end subroutine plane_supports

@@ -9,7 +9,7 @@ module qsmpm_set_members
   use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_history_description, only: quantity_reaction
-  use qsmpm_load_description, only: fixity_type, prescription_type
+  use qsmpm_load_description, only: fixity_type
   use qsmpm_mesh_description, only: set_type, axis_type, select_plane, select_box
   use qsmpm_element_kinds, only: element_from_name, element_order
   use qsmpm_phase_tree, only: lineage
@@ -244,14 +244,13 @@ contains
     real(wp), intent(in) :: places(:)
     character(len=*), intent(in) :: names(:)
     type(fixity_type), allocatable :: fixities(:)
-    type(prescription_type), allocatable :: prescriptions(:)
     type(fixity_type) :: roller
     type(set_type) :: plane
     integer :: p, i, k
 
     roller%fixed(axis) = .true.
     do p = 1, size(analysis%phases)
-      allocate (fixities(0), prescriptions(0))
+      allocate (fixities(0))
       associate (phase => analysis%phases(p), sets => analysis%node_sets)
         do i = 1, size(phase%fixities)
           if (stays(place_named(sets, phase%fixities(i)%set))) fixities = [fixities, phase%fixities(i)]
@@ -260,12 +259,9 @@ contains
           roller%set = trim(names(k))
           fixities = [fixities, roller]
         end do
-        do i = 1, size(phase%prescriptions)
-          if (stays(place_named(sets, phase%prescriptions(i)%set))) prescriptions = &
-            [prescriptions, phase%prescriptions(i)]
-        end do
+        phase%prescriptions = phase%prescriptions(pack([(i, i=1, size(phase%prescriptions))], &
+          [(stays(place_named(sets, phase%prescriptions(i)%set)), i=1, size(phase%prescriptions))]))
         call move_alloc(fixities, phase%fixities)
-        call move_alloc(prescriptions, phase%prescriptions)
       end associate
     end do
     plane%selection = select_plane
@@ -281,14 +277,10 @@ contains
   pure subroutine drop_unused_sets(analysis)
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    type(set_type), allocatable :: kept(:)
     integer :: s
 
-    allocate (kept(0))
-    do s = 1, size(analysis%node_sets)
-      if (set_is_used(analysis, analysis%node_sets(s)%name)) kept = [kept, analysis%node_sets(s)]
-    end do
-    call move_alloc(kept, analysis%node_sets)
+    analysis%node_sets = analysis%node_sets(pack([(s, s=1, size(analysis%node_sets))], &
+      [(set_is_used(analysis, analysis%node_sets(s)%name), s=1, size(analysis%node_sets))]))
     deallocate (analysis%element_sets)
     allocate (analysis%element_sets(0))
   end subroutine drop_unused_sets

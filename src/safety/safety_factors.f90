@@ -24,16 +24,10 @@ contains
   !> The present phase has found its factor.
   pure subroutine add_factor(progress)
     type(progress_type), intent(inout) :: progress
-    real(wp), allocatable :: longer(:, :)
-    integer :: n
 
-    n = 0
-    if (allocated(progress%factors)) n = size(progress%factors, 2)
-    allocate (longer(4, n + 1))
-    if (n > 0) longer(:, :n) = progress%factors
-    longer(:, n + 1) = [real(progress%phase, wp), progress%bracket%stable, progress%bracket%lost, &
-      merge(1.0_wp, 0.0_wp, progress%bracket%mechanism)]
-    call move_alloc(longer, progress%factors)
+    if (.not. allocated(progress%factors)) allocate (progress%factors(4, 0))
+    progress%factors = reshape([progress%factors, real(progress%phase, wp), progress%bracket%stable, &
+      progress%bracket%lost, merge(1.0_wp, 0.0_wp, progress%bracket%mechanism)], [4, size(progress%factors, 2) + 1])
   end subroutine add_factor
 
   !> Whether the present phase looks for its factor.

@@ -35,18 +35,14 @@ contains
     character(len=*), intent(in) :: name
     integer, intent(in) :: components, node_count
     real(wp), intent(in), optional :: tolerance_ratio
-    type(nodal_field_type), allocatable :: more(:)
-    integer :: n
+    type(nodal_field_type) :: field
 
-    n = 0
-    if (allocated(unknowns%fields)) n = size(unknowns%fields)
-    allocate (more(n + 1))
-    if (n > 0) more(:n) = unknowns%fields
-    more(n + 1)%name = name
-    more(n + 1)%components = components
-    more(n + 1)%node_count = node_count
-    if (present(tolerance_ratio)) more(n + 1)%tolerance_ratio = tolerance_ratio
-    call move_alloc(more, unknowns%fields)
+    if (.not. allocated(unknowns%fields)) allocate (unknowns%fields(0))
+    field%name = name
+    field%components = components
+    field%node_count = node_count
+    if (present(tolerance_ratio)) field%tolerance_ratio = tolerance_ratio
+    unknowns%fields = [unknowns%fields, field]
   end subroutine add_field
 
   !> Number of the field of a name, 0 for none.

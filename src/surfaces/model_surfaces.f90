@@ -146,17 +146,6 @@ contains
       'which it leaves out; TYPE=SEGMENT and TYPE=OUTLINE take parts of faces'//new_line('a')
   end subroutine report_cut_faces
 
-  !> Note that a box holds slivers of the faces beside the surface.
-  subroutine report_slivers(model, surface, left_out)
-    type(model_type), intent(inout) :: model
-    type(surface_type), intent(in) :: surface
-    !> Their length or area.
-    real(wp), intent(in) :: left_out
-
-    model%notes = model%notes//"warning: surface '"//surface%name//"': slivers of neighbouring faces in its box, "// &
-      rounded_text(left_out)//' in all, are left out'//new_line('a')
-  end subroutine report_slivers
-
   !> A surface that slides on its plane must be plane.
   subroutine check_planes(model, diagnostics)
     type(model_type), intent(in) :: model
@@ -212,7 +201,8 @@ contains
       call seed_outline(model%mesh, model%analysis%model == axisymmetric, occupied, &
         model%shapes(b), outline_box(model, surface), set_tolerance(model%mesh), surface_degree(model), number, list, &
         left_out)
-      if (left_out > 0.0_wp) call report_slivers(model, surface, left_out)
+      if (left_out > 0.0_wp) model%notes = model%notes//"warning: surface '"//surface%name// &
+        "': slivers of neighbouring faces in its box, "//rounded_text(left_out)//' in all, are left out'//new_line('a')
     end do
   end subroutine outline_points
 

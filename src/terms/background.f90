@@ -5,8 +5,9 @@
 !> the linear field of a cell that is held by its material.
 module qsmpm_background
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: full_rule, gauss_rule, corner_count
+  use qsmpm_element, only: full_rule, gauss_rule
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_measure, only: cell_centre
   use qsmpm_point_location, only: activation_type, boundary_fill, whole_fill
   use qsmpm_space, only: space_type, shape_values_type, functions_at, cell_nodes_of_space, most_functions
   use qsmpm_node_graph, only: connectivity_type
@@ -68,26 +69,13 @@ contains
       if (g == 0) cycle
       if (activation%fill(g) > most) fullest = mesh%vertex_neighbour(k)
       most = max(most, activation%fill(g))
-      distance = norm2(centre(mesh, cell) - centre(mesh, mesh%vertex_neighbour(k)))
+      distance = norm2(cell_centre(mesh, cell) - cell_centre(mesh, mesh%vertex_neighbour(k)))
       if (activation%fill(g) < boundary_fill .or. distance >= least) cycle
       least = distance
       root = mesh%vertex_neighbour(k)
     end do
     if (root == cell) root = fullest
   end function root_of
-
-  !> Mean of the corners of a cell.
-  pure function centre(mesh, cell)
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    real(wp) :: centre(mesh%dimension)
-    integer :: first, n
-
-    first = mesh%cell_first(cell)
-    n = corner_count(mesh%cell_kind(cell))
-    centre = sum(mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1)), dim=2)/n
-  end function centre
 
   !> The term of one cell.
   subroutine cell_matrix(mesh, space, cell, root, factor, nodes, matrix)

@@ -31,6 +31,6 @@ contains
     do i = 1, 40
       call add_item(items, 'more', 'x')
     end do
-    call tests%check('it grows as it must', items%count == 45)
+    call tests%check('it grows as it must', size(items%rows) == 45)
   end subroutine collect_plan_items
 end module test_plan_items

@@ -180,9 +180,8 @@ end subroutine qsmnew
 
 !> A handle for the deck in a file, whose model is not made yet: materials may be given laws (QSMMAT), then QSMINI.
 subroutine qsmopn(handle, deck, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_create, qsmpm_read_deck
-  use qsmpm_f77_handles, only: analysis_type, as_c, number_of
+  use qsmpm_f77_handles, only: analysis_type, as_c, number_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(out) :: handle
   character(len=*), intent(in) :: deck
@@ -202,9 +201,8 @@ end subroutine qsmopn
 
 !> Give a handle back.
 subroutine qsmend(handle)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_destroy
-  use qsmpm_f77_handles, only: analysis_type, law_type, find
+  use qsmpm_f77_handles, only: analysis_type, law_type, find, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(inout) :: handle
   type(analysis_type), pointer :: analysis
@@ -225,9 +223,8 @@ end subroutine qsmend
 
 !> Sentence of the last failure.
 subroutine qsmerr(handle, text)
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t
   use qsmpm_c, only: qsmpm_error
-  use qsmpm_f77_handles, only: as_text, pointer_of
+  use qsmpm_f77_handles, only: as_text, pointer_of, c_char, c_int, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(out) :: text
@@ -240,9 +237,8 @@ end subroutine qsmerr
 
 !> What the reader of the deck had to say, its lines ended by CHAR(10); LENGTH is the length of all of it.
 subroutine qsmmsg(handle, text, length)
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t
   use qsmpm_c, only: qsmpm_messages
-  use qsmpm_f77_handles, only: as_text, pointer_of
+  use qsmpm_f77_handles, only: as_text, pointer_of, c_char, c_int, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(out) :: text
@@ -255,9 +251,8 @@ end subroutine qsmmsg
 
 !> A subroutine LOGGER(TEXT) that hears sentences (LEVEL 1), a line for every step too (LEVEL 2), nothing (LEVEL 0).
 subroutine qsmlog(handle, logger, level, ierr)
-  use, intrinsic :: iso_c_binding, only: c_funloc, c_int, c_intptr_t, c_loc
   use qsmpm_c, only: qsmpm_set_logger, qsmpm_set_verbosity, qsmpm_no_handle
-  use qsmpm_f77_handles, only: analysis_type, find, hear
+  use qsmpm_f77_handles, only: analysis_type, find, hear, c_funloc, c_int, c_intptr_t, c_loc
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   external :: logger
@@ -278,9 +273,9 @@ end subroutine qsmlog
 !>     SUBROUTINE LAW(STRESS, STATE, DSTRAN, TANGNT, NSTATE, INFO, RINFO, ISTAT, MESSGE)
 !> is one step of one point; module qsmpm_f77_handles says what each argument is.
 subroutine qsmmat(handle, name, law, nstate, isymm, young, shear, ierr)
-  use, intrinsic :: iso_c_binding, only: c_double, c_funloc, c_int, c_intptr_t, c_loc
   use qsmpm_c, only: qsmpm_model_options, qsmpm_set_material, qsmpm_no_handle
-  use qsmpm_f77_handles, only: analysis_type, law_type, as_c, find, start, update
+  use qsmpm_f77_handles, only: analysis_type, law_type, as_c, find, start, update, c_double, c_funloc, c_int, &
+    c_intptr_t, c_loc
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: name
@@ -309,9 +304,8 @@ end subroutine qsmmat
 
 !> Whether the last stage has ended: IDONE is 1, else 0.
 subroutine qsmfin(handle, idone)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_finished
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   integer, intent(out) :: idone
@@ -321,9 +315,8 @@ end subroutine qsmfin
 
 !> Make the model of a deck that QSMOPN has read.
 subroutine qsmini(handle, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_initialise
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   integer, intent(out) :: ierr
@@ -333,9 +326,8 @@ end subroutine qsmini
 
 !> Threads that the analysis may use.
 subroutine qsmthr(handle, nthrds, ierr)
-  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
   use qsmpm_c, only: qsmpm_set_threads
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_int, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   integer, intent(in) :: nthrds
@@ -346,9 +338,8 @@ end subroutine qsmthr
 
 !> Write results to a directory.
 subroutine qsmrec(handle, path, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_record
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: path
@@ -359,9 +350,8 @@ end subroutine qsmrec
 
 !> Close the results that are written.
 subroutine qsmcls(handle, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_finish_record
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   integer, intent(out) :: ierr
@@ -371,9 +361,8 @@ end subroutine qsmcls
 
 !> One accepted load step.
 subroutine qsmadv(handle, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_advance
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   integer, intent(out) :: ierr
@@ -383,9 +372,8 @@ end subroutine qsmadv
 
 !> Step to a share of the present stage, of the coming one between stages.
 subroutine qsmadt(handle, share, ierr)
-  use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t
   use qsmpm_c, only: qsmpm_advance_to
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   double precision, intent(in) :: share
@@ -396,9 +384,8 @@ end subroutine qsmadt
 
 !> All stages that are to come.
 subroutine qsmrun(handle, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_run
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   integer, intent(out) :: ierr
@@ -408,9 +395,8 @@ end subroutine qsmrun
 
 !> Write the state to a file.
 subroutine qsmwrt(handle, path, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_save
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: path
@@ -421,9 +407,8 @@ end subroutine qsmwrt
 
 !> Read a state back that was written with the same deck and stages.
 subroutine qsmred(handle, path, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_load
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: path
@@ -434,9 +419,8 @@ end subroutine qsmred
 
 !> A new stage of some load steps.
 subroutine qsmstg(handle, name, nsteps, ierr)
-  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
   use qsmpm_c, only: qsmpm_add_stage
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_int, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: name
@@ -448,9 +432,8 @@ end subroutine qsmstg
 
 !> End the present stage where it stands.
 subroutine qsmest(handle, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_end_stage
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   integer, intent(out) :: ierr
@@ -460,9 +443,8 @@ end subroutine qsmest
 
 !> Load factor at the end of the coming stage.
 subroutine qsmldf(handle, factor, ierr)
-  use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t
   use qsmpm_c, only: qsmpm_set_load_factor
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   double precision, intent(in) :: factor
@@ -473,9 +455,8 @@ end subroutine qsmldf
 
 !> Load steps that the coming stage is first cut into.
 subroutine qsmstp(handle, nsteps, ierr)
-  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
   use qsmpm_c, only: qsmpm_set_steps
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_int, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   integer, intent(in) :: nsteps
@@ -486,9 +467,8 @@ end subroutine qsmstp
 
 !> How long the coming stage lasts.
 subroutine qsmtim(handle, time, ierr)
-  use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t
   use qsmpm_c, only: qsmpm_set_time
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   double precision, intent(in) :: time
@@ -499,9 +479,8 @@ end subroutine qsmtim
 
 !> Time at the start of the coming stage.
 subroutine qsmtst(handle, time, ierr)
-  use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t
   use qsmpm_c, only: qsmpm_set_start_time
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   double precision, intent(in) :: time
@@ -512,9 +491,8 @@ end subroutine qsmtst
 
 !> Gravity at the end of the coming stage.
 subroutine qsmgrv(handle, gx, gy, gz, ierr)
-  use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t
   use qsmpm_c, only: qsmpm_set_gravity
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   double precision, intent(in) :: gx
@@ -527,9 +505,8 @@ end subroutine qsmgrv
 
 !> Traction on a surface at the end of the coming stage.
 subroutine qsmtrc(handle, surfac, tx, ty, tz, ierr)
-  use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t
   use qsmpm_c, only: qsmpm_set_traction
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_double, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: surfac
@@ -543,9 +520,8 @@ end subroutine qsmtrc
 
 !> Pressure on a surface at the end of the coming stage.
 subroutine qsmprs(handle, surfac, press, ierr)
-  use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t
   use qsmpm_c, only: qsmpm_set_pressure
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_double, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: surfac
@@ -557,9 +533,8 @@ end subroutine qsmprs
 
 !> Displacement of a node set over the coming stage; component from 1.
 subroutine qsmdsp(handle, set, icomp, value, ierr)
-  use, intrinsic :: iso_c_binding, only: c_double, c_int, c_intptr_t
   use qsmpm_c, only: qsmpm_set_displacement
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_double, c_int, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: set
@@ -572,9 +547,8 @@ end subroutine qsmdsp
 
 !> Components of a node set that are held (not 0) from the coming stage on; none frees it.
 subroutine qsmfix(handle, set, ix, iy, iz, ierr)
-  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
   use qsmpm_c, only: qsmpm_set_fixity
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_int, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: set
@@ -588,9 +562,8 @@ end subroutine qsmfix
 
 !> Add materials and phases to the scene: N lines of a deck, *MATERIAL and *PHASE with what belongs to them.
 subroutine qsmadd(handle, cards, n, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_add_cards
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   integer, intent(in) :: n
@@ -608,9 +581,8 @@ end subroutine qsmadd
 
 !> Values by name into an array of N numbers; N is how many there are on return.
 subroutine qsmget(handle, name, values, n, ierr)
-  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
   use qsmpm_c, only: qsmpm_count, qsmpm_get
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_int, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: name
@@ -627,9 +599,8 @@ end subroutine qsmget
 
 !> Set values by name: N numbers for point_stress, point_state or point_force.
 subroutine qsmput(handle, name, values, n, ierr)
-  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
   use qsmpm_c, only: qsmpm_set
-  use qsmpm_f77_handles, only: as_c, pointer_of
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_int, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: name
@@ -643,9 +614,8 @@ end subroutine qsmput
 !> Name of number NUMBER (from 1) of a kind: value, history, stage, surface, set, material or body; LENGTH is -1 where
 !> there is none.
 subroutine qsmnam(handle, kind, number, name, length)
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t
   use qsmpm_c, only: qsmpm_name
-  use qsmpm_f77_handles, only: as_c, as_text, pointer_of
+  use qsmpm_f77_handles, only: as_c, as_text, pointer_of, c_char, c_int, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: kind
@@ -660,9 +630,8 @@ end subroutine qsmnam
 
 !> Copy the state in memory (ISAVE = 1), or put the copy back (ISAVE = 0).
 subroutine qsmsav(handle, isave, ierr)
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
   use qsmpm_c, only: qsmpm_checkpoint, qsmpm_restore_checkpoint
-  use qsmpm_f77_handles, only: pointer_of
+  use qsmpm_f77_handles, only: pointer_of, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   integer, intent(in) :: isave
@@ -677,9 +646,8 @@ end subroutine qsmsav
 
 !> Name, version and make of the library.
 subroutine qsmver(text)
-  use, intrinsic :: iso_c_binding, only: c_char, c_int
   use qsmpm_c, only: qsmpm_version
-  use qsmpm_f77_handles, only: as_text
+  use qsmpm_f77_handles, only: as_text, c_char, c_int
   implicit none
   character(len=*), intent(out) :: text
   character(kind=c_char) :: buffer(len(text) + 1)
