@@ -27,8 +27,8 @@ module qsmpm_limit_load
 
   !> Where a phase stands before its limit load; all zero when it begins.
   type :: limit_load_type
-    !> Compliance of the first accepted step of the phase and of the last one [length/force].
-    real(wp) :: first = 0.0_wp, last = 0.0_wp
+    !> Compliance of the first accepted step of the phase, of the last one and of the most compliant one [length/force].
+    real(wp) :: first = 0.0_wp, last = 0.0_wp, most = 0.0_wp
     !> Middle of the last accepted step, as a load fraction.
     real(wp) :: middle = 0.0_wp
     !> Load fraction that was rejected for its compliance last, 0 for none; compliance and middle of that step.
@@ -71,6 +71,7 @@ contains
     type(limit_load_type), intent(inout) :: limit
 
     limit%last = compliance_of(step)
+    limit%most = max(limit%most, limit%last)
     limit%middle = 0.5_wp*(start + last)
     if (.not. limit%first > 0.0_wp) limit%first = limit%last
     ! A load that was refused from afar is carried.

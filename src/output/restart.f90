@@ -36,7 +36,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, writes_kept_phases, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 20
+  integer, parameter :: layout = 21
 
 contains
 

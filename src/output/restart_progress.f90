@@ -55,6 +55,7 @@ contains
       call put_attribute(image, group, 'refused_compliance', limit%refused_compliance)
       call put_attribute(image, group, 'refused_middle', limit%refused_middle)
       call put_attribute(image, group, 'plateau', limit%plateau)
+      call put_attribute(image, group, 'most_compliance', limit%most)
       call put_attribute(image, group, 'knee', limit%knee)
     end associate
   end subroutine put_progress
@@ -119,6 +120,7 @@ contains
       call get_attribute(reader, group, 'refused_compliance', limit%refused_compliance)
       call get_attribute(reader, group, 'refused_middle', limit%refused_middle)
       call get_attribute(reader, group, 'plateau', limit%plateau)
+      call get_attribute(reader, group, 'most_compliance', limit%most)
       call get_attribute(reader, group, 'knee', limit%knee)
     end associate
   end subroutine get_progress

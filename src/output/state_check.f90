@@ -144,7 +144,7 @@ contains
   pure logical function limit_good(limit)
     type(limit_load_type), intent(in) :: limit
 
-    limit_good = finite([limit%first, limit%last, limit%refused_compliance]) .and. &
+    limit_good = finite([limit%first, limit%last, limit%most, limit%refused_compliance]) .and. &
       minval([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee]) >= 0.0_wp .and. &
       maxval([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee]) <= 1.0_wp
   end function limit_good

@@ -5,7 +5,6 @@
 module qsmpm_sheared_ground
   use qsmpm_kinds, only: wp
   use qsmpm_background_in_use, only: is_at_start
-  use qsmpm_limit_load, only: relative_compliance
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
   use qsmpm_phase_description, only: phase_safety
@@ -21,7 +20,7 @@ module qsmpm_sheared_ground
   !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
   !> of the volume that is no corner or toe.
   real(wp), parameter :: flows = 0.1_wp, much = 2.0e-3_wp
-  !> A last step so many times as compliant as the first one is beyond failure: docs/methods/limit_loads.md.
+  !> A step so many times as compliant as the first one is beyond failure: docs/methods/limit_loads.md.
   real(wp), parameter :: fallen = 10.0_wp
   !> Volume over the initial one to which no soil swells: loose sand grows by a tenth at the most.
   real(wp), parameter :: swollen = 1.5_wp
@@ -57,11 +56,12 @@ contains
 
     text = ''
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
-      times = relative_compliance(progress%limit)
+      times = 0.0_wp
+      if (progress%limit%first > 0.0_wp) times = progress%limit%most/progress%limit%first
       if (phase%kind == phase_safety .or. phase%controls%limit_compliance > 0.0_wp .or. .not. times > fallen) return
       if (.not. carries_strains(model%state%points)) return
       text = sheared_text(model)
-      if (len(text) > 0) text = "warning: phase '"//phase%name//"': "//text//', and at its end the same load moves '// &
+      if (len(text) > 0) text = "warning: phase '"//phase%name//"': "//text//', and on the way the same load moved '// &
         'the ground '//rounded_text(times, 2)//' times as far as in its first step: the ground has given way, and '// &
         'rests in another shape'//way_text(model)//'. The load at which it did is less than that of the phase: '// &
         '`qsmpm-verify bounds DECK --phase NAME` or *CONTROLS, LIMIT COMPLIANCE tells it'//new_line('a')

@@ -65,6 +65,7 @@ contains
       call note_accepted(compliance_type(compliance(i), 1.0_wp), 10.0_wp, 0.1_wp*(i - 1), 0.1_wp*i, limit)
     end do
     call tests%close('half of what is allowed is soft, a stiff step begins anew', limit%plateau, 0.3_wp, rounding)
+    call tests%close('the most compliant step is remembered', limit%most, 9.0_wp, rounding)
     call note_accepted(compliance_type(8.0_wp, 1.0_wp), 0.0_wp, 0.7_wp, 0.8_wp, limit)
     call tests%close('there is none where no limit load is looked for', limit%plateau, 0.0_wp, 0.0_wp)
   end subroutine check_plateau
