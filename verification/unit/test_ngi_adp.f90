@@ -8,6 +8,7 @@ module test_ngi_adp
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_consistent, tangent_elastic
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
   use qsmpm_ngi_adp, only: ngi_adp_parameters_type
+  use qsmpm_ngi_adp_return, only: clay_strength_type, return_clay
   use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_strength_factor, only: strength_factor_type
   use soil_trials, only: expect_refusal
@@ -38,6 +39,7 @@ contains
     call check_within(tests, 2)
     call check_within(tests, 3)
     call check_beyond(tests)
+    call check_failed(tests)
     call check_turn(tests)
     call check_start(tests)
     call check_factor(tests)
@@ -255,6 +257,28 @@ contains
         (i*total - (strength - 8.0_wp)/(400.0_wp*active))/corner/0.01_wp, 1.0e-5_wp)
     end do
   end subroutine check_beyond
+
+  !> At the full strength nothing is left to find: a trial gives the same stress and adds the same share to every one
+  !> beyond failure, but for rounding.
+  subroutine check_failed(tests)
+    type(tests_type), intent(inout) :: tests
+    type(clay_strength_type) :: clay
+    real(wp) :: stress(6), before(6), share, added, start, derivative(6, 6)
+    real(wp), parameter :: trial(6) = [40.0_wp, -70.0_wp, 30.0_wp, 25.0_wp, 5.0_wp, -10.0_wp], round_off = 1.0e-14_wp
+    logical :: yields
+    integer :: i
+
+    clay = clay_strength_type(active, simple, passive, 0.0_wp, 400.0_wp*active, 0.01_wp, 0.02_wp, 0.04_wp)
+    call return_clay(clay, trial, 1.0_wp, before, share, yields, derivative)
+    added = share - 1.0_wp
+    call tests%check('a share is added', yields .and. added > 0.1_wp)
+    do i = 1, 4
+      start = 1.0_wp + 0.3_wp*i
+      call return_clay(clay, trial, start, stress, share, yields, derivative)
+      call tests%close('the same share', share - start, added, round_off)
+      call tests%close('the same stress', maxval(abs(stress - before)), 0.0_wp, round_off*active)
+    end do
+  end subroutine check_failed
 
   !> Turned by a right angle, soil that was active is so along 1.
   subroutine check_turn(tests)
