@@ -7,7 +7,8 @@
 !> more than LIMIT COMPLIANCE times that and bisects the load between the last accepted and the rejected one
 !> (qsmpm_step_control). The knee is where C, interpolated in its logarithm between the middles of these two steps, is
 !> LIMIT COMPLIANCE times the reference: that is the answer. How sure it is says the plateau, the loads of the steps
-!> that were more than half as compliant as allowed. Without LIMIT COMPLIANCE C is only measured.
+!> that were more than half as compliant as allowed, as far below the knee as the load of an endless compliance may lie
+!> above it. Without LIMIT COMPLIANCE C is only measured.
 !> docs/methods/limit_loads.md
 module qsmpm_limit_load
   use qsmpm_kinds, only: wp
@@ -136,18 +137,21 @@ contains
     text = 'limit load '//rounded_text(loads(3), 6)
   end function limit_text
 
-  !> The limit load, whose it is and how far it is known.
+  !> The limit load, whose it is and how far it is known: from where the plateau begins to where a compliance goes whose
+  !> inverse falls on as from there to the knee.
   pure function limit_report(loads) result(text)
     !> As limit_loads gives them (4).
     real(wp), intent(in) :: loads(:)
     character(len=:), allocatable :: text
     character(len=12) :: scatter
+    real(wp) :: endless
 
-    write (scatter, '(f12.1)') 100.0_wp*(loads(2) - loads(4))/loads(3)
+    endless = max(loads(2), 2.0_wp*loads(3) - loads(4))
+    write (scatter, '(f12.1)') 100.0_wp*(endless - loads(4))/loads(3)
     text = limit_text(loads)//' of this grid (the knee), known to '//trim(adjustl(scatter))// &
       ' %: its plateau begins at '//rounded_text(loads(4), 6)//', carried is '//rounded_text(loads(1), 6)// &
-      ', refused '//rounded_text(loads(2), 6)// &
-      '; `qsmpm-verify study DECK --history load_factor` tells the error of the grid'
+      ', refused '//rounded_text(loads(2), 6)//', and the compliance grows without end towards '// &
+      rounded_text(endless, 3)//'; `qsmpm-verify study DECK --history load_factor` tells the error of the grid'
   end function limit_report
 
   !> Compliance of the last accepted step relative to that of the first one of its phase, 0 where no load grows.

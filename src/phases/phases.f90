@@ -13,10 +13,10 @@ module qsmpm_phases
   use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_initialisation, only: step_type, begin_analysis
-  use qsmpm_limit_load, only: is_found, limit_loads, limit_report
+  use qsmpm_limit_load, only: is_found, limit_loads, limit_report, relative_compliance
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, progress_type
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_joint_system, only: end_joint_system
@@ -28,6 +28,7 @@ module qsmpm_phases
   use qsmpm_phase_start, only: starts_whole, start_phase, resume_phase, measure_start
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_rigid_bodies, only: placed_bodies
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_safety_factors, only: is_running_out, is_searching
   use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, settle_lost_factor, &
@@ -449,7 +450,7 @@ contains
         model%state%progress, outcome))
       if (leaves) leaves = all_is_held(model, loop%step)
       if (leaves) then
-        call change_background(model, loop, outcome%reason, observer, error)
+        call change_background(model, loop, outcome%reason//beyond_text(phase, model%state%progress), observer, error)
         if (allocated(error)) return
         model%state%progress%next_step = 0.0_wp
         cycle
@@ -467,6 +468,20 @@ contains
     if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     call warn_of_lag(outcome%warning, loop%report, observer)
   end subroutine reach_load
+
+  !> Up to where the triangles have carried the load of their phase, and how compliant they were.
+  pure function beyond_text(phase, progress) result(text)
+    type(phase_type), intent(in) :: phase
+    type(progress_type), intent(in) :: progress
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (phase%kind == phase_safety) return
+    text = ' beyond load factor '//rounded_text(progress%load_factor, 6)
+    if (.not. relative_compliance(progress%limit) > 1.0_wp) return
+    text = text//', up to which they carry; there the same load moved the ground '// &
+      rounded_text(relative_compliance(progress%limit), 2)//' times as far as in the first step'
+  end function beyond_text
 
   !> Tell why an increment is cut back, once where the reason stays the same.
   subroutine note_cut(observer, reason, step, repeats)

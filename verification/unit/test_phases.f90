@@ -385,7 +385,7 @@ contains
     ! Compliance 5 in the middle of 0.5 and 0.625, 12 in that of 0.625 and 0.6875: ten times the first at 5.0938.
     call tests%check('the limit load and its knee are told: '//run%observer%text, index(run%observer%text, &
       "phase 'first': limit load 5.09381 of this grid (the knee), known to 9.8 %: its plateau begins at 5, carried "// &
-      'is 5, refused 5.5; ') > 0)
+      'is 5, refused 5.5, and the compliance grows without end towards 5.5; ') > 0)
     call tests%close('as a share of the phase', run%model%state%progress%limit%knee, 0.5625_wp + &
       0.09375_wp*log(2.0_wp)/log(2.4_wp), rounding)
 
@@ -401,7 +401,7 @@ contains
     call run%to_end()
     call tests%check('equilibrium lost before the refused load ends the bisection', .not. allocated(run%error) .and. &
       run%reached([0.25_wp, 0.5_wp]) .and. index(run%observer%text, 'limit load 3.79588 of this grid') > 0 &
-      .and. index(run%observer%text, 'carried is 4, refused 6;') > 0)
+      .and. index(run%observer%text, 'carried is 4, refused 6, and the compliance') > 0)
 
     call make_run([compliant(course(:2)), lost()], ', LIMIT COMPLIANCE=10', run)
     call run%to_end()

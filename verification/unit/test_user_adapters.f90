@@ -271,12 +271,12 @@ contains
     user%undrained = 900.0_wp
     call make_udsm(user, 'clay', model, error)
     stress = stress0
-    state = [-40.0_wp, 1.0_wp, 2.0_wp]
+    state = [40.0_wp, 1.0_wp, 2.0_wp]
     call model%update(distinct_increment(), stress, state, response)
     call recalled(r, n, name)
     call tests%check('Sig0 is the effective stress', same(r(1:4), stress0(1:4) + [40.0_wp, 40.0_wp, 40.0_wp, 0.0_wp]))
     call tests%check('IsUndr, Swp0 and BulkW', n(22) == 1 .and. same(r(96:97), [-40.0_wp, 900.0_wp]))
-    call tests%check('Swp is carried', same(state, [-35.0_wp, 2.0_wp, 3.0_wp]))
+    call tests%check('Swp is carried', same(state, [35.0_wp, 2.0_wp, 3.0_wp]))
     call tests%check('the stress is the total one', same(stress(1:4), [1.0_wp + 105.0_wp, 207.0_wp, 308.0_wp, 404.0_wp]))
     call tests%check('the tangent is that of the total stress', abs(response%tangent(1, 2) - 912.0_wp) <= 0.0_wp)
   end subroutine check_undrained
@@ -613,8 +613,8 @@ contains
     call udsm%start(stress0, state)
     stress = stress0
     call udsm%update(distinct_increment(), stress, state, response)
-    ! G = 100, its own bulk modulus of the water 50 G, a volume strain of 6e-3; K + 4 G/3 = 350.
-    call tests%close('the pore pressure is that of its own modulus', state(1), 30.0_wp, 1.0e-12_wp)
+    ! G = 100, its own bulk modulus of the water 50 G, a volume strain of 6e-3; K + 4 G/3 = 350. The volume grows: suction.
+    call tests%close('the pore pressure is that of its own modulus', state(1), -30.0_wp, 1.0e-12_wp)
     call tests%close('and so is the tangent', response%tangent(1, 1), 5350.0_wp, 1.0e-10_wp)
     call tests%check('task 3 finds ipl and StVar of task 2', response%status == status_ok)
     call make_soil_model_law(udsm, 3, law)

@@ -161,7 +161,7 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), parameter :: words = 'the triangles that fit the scene are left'
     class(model_type), allocatable :: model
-    type(step_loop_type) :: loop
+    type(step_loop_type) :: loop, compliant
     type(test_observer_type) :: observer
     type(error_type), allocatable :: error
     type(script_type) :: script
@@ -173,6 +173,8 @@ contains
     call advance_step_loop(model, loop, observer, error)
     call tests%check('a mesh that has turned inside out is left within the step', .not. allocated(error) .and. &
       observer%steps == 2 .and. index(observer%text, words) > 0 .and. index(observer%text, 'cut back') == 0)
+    call tests%check('and it is told how much it has carried: '//observer%text, index(observer%text, &
+      ' beyond load factor 0.2|') > 0)
     deallocate (model, script%answers)
     allocate (script%answers, source=[scripted_outcome_type(converged=.false., residual=0.5_wp)])
     observer = test_observer_type()
@@ -180,6 +182,17 @@ contains
     call advance_step_loop(model, loop, observer, error)
     call tests%check('one without equilibrium too; the run ends on the grid', allocated(error) .and. &
       index(observer%text, words) > 0 .and. model%analysis%method%basis == basis_spline2g)
+    deallocate (model, script%answers)
+    allocate (script%answers, source=[scripted_outcome_type(compliance=24.0_wp), scripted_outcome_type( &
+      converged=.false., residual=0.5_wp)])
+    observer = test_observer_type()
+    call begin(model, compliant, script)
+    call advance_step_loop(model, compliant, observer, error)
+    model%state%progress%limit%first = 2.0_wp
+    call advance_step_loop(model, compliant, observer, error)
+    call tests%check('then it is told how compliant the ground was: '//observer%text, index(observer%text, &
+      ' beyond load factor 0.2, up to which they carry; there the same load moved the ground 12 times as far as in '// &
+      'the first step|') > 0)
   end subroutine check_tangled
 
   !> On lines of unequal distance the size that the grid is told by is that of its narrowest cell: widths 0.06, 0.12 and

@@ -82,7 +82,8 @@ contains
       'to the next; 1 keeps it, 0.1 saves most of them near a limit load', range='(0, 1]')
     call fields%number('LIMIT COMPLIANCE', c%limit_compliance, 'the phase ends at its limit load, where a step is '// &
       'so many times as compliant as the first one: such a step is refused, the load bisected down to SMALLEST '// &
-      'STEP, and the limit load reported; 10 is a good value, 0 asks for no such end', range='[0, inf)')
+      'STEP, and the limit load reported; 10 is a good value, 20 for loads on clay, 0 asks for no such end', &
+      range='[0, inf)')
     call fields%answer('DAMPING', c%damping, 'sub-steps with pseudo-transient (proximal) damping when the static '// &
       'step is lost; a static solve at TOLERANCE ends them')
     call fields%number('DAMPING SHARE', c%damping_share, &

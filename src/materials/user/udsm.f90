@@ -6,9 +6,9 @@
 !>   6, 2   elastic D at the point, which some models take their trial stress from, then the stress
 !>   3      D as tangent, where the model has one
 !> Props are 50 numbers that the model may write to in the first task 1. With a bulk modulus of the pore
-!> water the model is undrained: Sig is the effective stress, Swp the excess pore pressure, which is carried as
-!> first state variable, and the stress of the point is their sum. What each argument holds is listed in
-!> docs/user_models.md.
+!> water the model is undrained: Sig is the effective stress, Swp the excess pore pressure, tension positive, which is
+!> carried as first state variable, compression positive as that of *UNDRAINED, and the stress of the point is their
+!> sum. What each argument holds is listed in docs/user_models.md.
 module qsmpm_udsm
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
@@ -231,7 +231,7 @@ contains
     stress_start = stress
     state_start = state
     water = 0.0_wp
-    if (self%before > 0) water = state(1)
+    if (self%before > 0) water = -state(1)
     call prepare(self, increment, stress, water, room, arguments)
     arguments%stvar0 = state(self%before + 1:self%state_count)
     arguments%stvar = arguments%stvar0
@@ -289,7 +289,7 @@ contains
     state(self%before + 1:self%state_count) = arguments%stvar
     response%plastic = arguments%plastic /= 0
     if (self%before == 0) return
-    state(1) = arguments%swp
+    state(1) = -arguments%swp
     stress(1:3) = stress(1:3) + arguments%swp
   end subroutine take_stress
 
