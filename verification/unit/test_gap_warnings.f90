@@ -92,10 +92,12 @@ contains
     if (len(words) == 0) then
       call tests%check(what//': nothing to say, not "'//notes//'"', len(notes) == 0)
     else
-      call tests%check(what//': told as '//words//', not "'//notes//'"', index(notes, words) > 0 .and. &
+      call tests%check(what//': told as '//words//', not "'//notes//'"', index(notes, words) > 0)
+      call tests%check(what//': one warning, not "'//notes//'"', index(notes, 'warning:') > 0 .and. &
         index(notes, 'warning:') == index(notes, 'warning:', back=.true.))
     end if
   end subroutine expect
+
   !> A deck of some bodies.
   subroutine read_deck(basis, bodies, analysis)
     character(len=*), intent(in) :: basis, bodies

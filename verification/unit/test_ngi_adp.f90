@@ -8,6 +8,7 @@ module test_ngi_adp
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_consistent, tangent_elastic
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
   use qsmpm_ngi_adp, only: ngi_adp_parameters_type
+  use qsmpm_ngi_adp_return, only: clay_strength_type, return_clay
   use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_strength_factor, only: strength_factor_type
   use soil_trials, only: expect_refusal
@@ -35,6 +36,10 @@ contains
       call check_tangent(tests, d, 0.002_wp, 8.0_wp)
     end do
     call check_elastic(tests)
+    call check_within(tests, 2)
+    call check_within(tests, 3)
+    call check_beyond(tests)
+    call check_failed(tests)
     call check_turn(tests)
     call check_start(tests)
     call check_factor(tests)
@@ -198,6 +203,82 @@ contains
     call tests%close('shear modulus', law%shear_scale, 400.0_wp*active, 1.0e-9_wp)
     call tests%close("Young's modulus", law%stiffness_scale, 2.98_wp*400.0_wp*active, 1.0e-6_wp)
   end subroutine check_elastic
+
+  !> Within its surface a point answers by K and G, its share of the strain stays, and its consistent tangent is theirs.
+  subroutine check_within(tests, dimension)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: dimension
+    class(law_type), allocatable :: law
+    type(batch_type) :: batch
+    real(wp) :: error
+    integer :: compared
+    real(wp), parameter :: shear = 400.0_wp*active, bulk = shear*2.98_wp/0.06_wp, share = 0.5_wp
+
+    call make(clay(), dimension, law)
+    call random_batch(law, 1, 0.0_wp, 0.0_wp, batch)
+    batch%state_start(6, :) = share
+    call law%update(batch, tangent_consistent)
+    associate (a => batch%tangent(:, :, 1), last => size(batch%tangent, 1), other => dimension + 2)
+      call tests%close('K + 4 G/3', a(1, 1), bulk + 4.0_wp*shear/3.0_wp, 1.0e-9_wp*bulk)
+      call tests%close('K - 2 G/3', a(1, other), bulk - 2.0_wp*shear/3.0_wp, 1.0e-9_wp*bulk)
+      call tests%close('K - 2 G/3 across', a(last, 1), bulk - 2.0_wp*shear/3.0_wp, 1.0e-9_wp*bulk)
+      call tests%close('G', a(2, 2), shear, 1.0e-9_wp*bulk)
+    end associate
+    call random_batch(law, 60, 5.0e-5_wp, 2.0_wp, batch)
+    batch%state_start(6, :) = share
+    call law%update(batch, tangent_consistent)
+    call tests%check('within the surface nothing yields', all(batch%status == status_ok .and. batch%plastic == 0))
+    call tests%close('the share stays', maxval(abs(batch%state(6, :) - share)), 0.0_wp, 0.0_wp)
+    call difference_error(law, batch, batch%tangent, error, compared)
+    call tests%check('all points are compared', compared == 60*merge(5, 9, dimension == 2))
+    call tests%close('tangent within is the derivative', error, 0.0_wp, 1.0e-6_wp)
+  end subroutine check_within
+
+  !> Beyond failure the strength stays and the share goes on with the plastic strain, by one step from the start and by
+  !> steps of a point that has failed: triaxial compression, counted as in check_hyperbola. gamma_f is that of compression
+  !> but for a share 1e-6, by which the model keeps directions without vertical part.
+  subroutine check_beyond(tests)
+    type(tests_type), intent(inout) :: tests
+    class(law_type), allocatable :: law
+    type(point_type) :: point
+    real(wp) :: corner, strength, total
+    integer :: i
+    real(wp), parameter :: e = 0.02_wp
+
+    corner = 0.5_wp*sqrt(3.0_wp)/cos(acos(1.0_wp - 2.0_wp*0.999_wp)/6.0_wp)
+    strength = 9.0_wp + 21.0_wp*corner
+    total = 0.5_wp*e/(1.0_wp + 0.25_wp*e) + e/(1.0_wp - 0.5_wp*e)
+    call make(clay(), 3, law)
+    call start_point(law, [-50.0_wp, -66.0_wp, -50.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], point)
+    do i = 1, 3
+      call strain_point(law, point, e*[0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.5_wp], 1)
+      call tests%close('strength beyond failure', 0.5_wp*(point%stress(1) - point%stress(2)), strength, 1.0e-9_wp*active)
+      call tests%close('share of the strain beyond failure', point%state(6), &
+        (i*total - (strength - 8.0_wp)/(400.0_wp*active))/corner/0.01_wp, 1.0e-5_wp)
+    end do
+  end subroutine check_beyond
+
+  !> At the full strength nothing is left to find: a trial gives the same stress and adds the same share to every one
+  !> beyond failure, but for rounding.
+  subroutine check_failed(tests)
+    type(tests_type), intent(inout) :: tests
+    type(clay_strength_type) :: clay
+    real(wp) :: stress(6), before(6), share, added, start, derivative(6, 6)
+    real(wp), parameter :: trial(6) = [40.0_wp, -70.0_wp, 30.0_wp, 25.0_wp, 5.0_wp, -10.0_wp], round_off = 1.0e-14_wp
+    logical :: yields
+    integer :: i
+
+    clay = clay_strength_type(active, simple, passive, 0.0_wp, 400.0_wp*active, 0.01_wp, 0.02_wp, 0.04_wp)
+    call return_clay(clay, trial, 1.0_wp, before, share, yields, derivative)
+    added = share - 1.0_wp
+    call tests%check('a share is added', yields .and. added > 0.1_wp)
+    do i = 1, 4
+      start = 1.0_wp + 0.3_wp*i
+      call return_clay(clay, trial, start, stress, share, yields, derivative)
+      call tests%close('the same share', share - start, added, round_off)
+      call tests%close('the same stress', maxval(abs(stress - before)), 0.0_wp, round_off*active)
+    end do
+  end subroutine check_failed
 
   !> Turned by a right angle, soil that was active is so along 1.
   subroutine check_turn(tests)

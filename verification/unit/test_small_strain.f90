@@ -6,7 +6,7 @@ module test_small_strain
   use qsmpm_error, only: error_type
   use qsmpm_hardening_soil, only: hardening_soil_parameters_type
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_law, only: law_type, batch_type, status_ok, tangent_consistent
+  use qsmpm_law, only: law_type, batch_type, status_ok, tangent_consistent, tangent_elastic
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
   use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_strength_factor, only: strength_factor_type
@@ -38,6 +38,8 @@ contains
     do d = 2, 3
       call check_tangent(tests, d, 1.0e-3_wp)
       call check_tangent(tests, d, 5.0e-3_wp)
+      call check_decay(tests, d, stiff_sand(), 500.0_wp, .true.)
+      call check_decay(tests, d, soft_sand(), 100.0_wp, .false.)
     end do
     call check_lowered(tests)
     call check_refusals(tests)
@@ -54,6 +56,15 @@ contains
     p%small_shear = g0
     p%threshold = threshold
   end function stiff_sand
+
+  !> The sand as it is, with stiffness at small strain.
+  pure function soft_sand() result(p)
+    type(hardening_soil_parameters_type) :: p
+
+    p = sand_parameters()
+    p%small_shear = g0
+    p%threshold = threshold
+  end function soft_sand
 
   !> A law that must exist.
   subroutine make(p, dimension, law)
@@ -199,16 +210,12 @@ contains
     type(tests_type), intent(inout) :: tests
     integer, intent(in) :: dimension
     real(wp), intent(in) :: spread
-    type(hardening_soil_parameters_type) :: p
     class(law_type), allocatable :: law
     type(batch_type) :: batch
     real(wp) :: error, unit(9)
     integer :: compared, i
 
-    p = sand_parameters()
-    p%small_shear = g0
-    p%threshold = threshold
-    call make(p, dimension, law)
+    call make(soft_sand(), dimension, law)
     call pressed_batch(law, 60, spread, 20.0_wp, 100.0_wp, batch)
     ! Half of the step again from where it ends.
     call law%update(batch, tangent_consistent)
@@ -225,6 +232,36 @@ contains
     call tests%check('points are compared', compared > 10*merge(5, 9, dimension == 2))
     call tests%close('tangent is the derivative', error, 0.0_wp, 1.0e-4_wp)
   end subroutine check_tangent
+
+  !> A of first loading at strains about g_07, where much of it is the change of G with the strain, against differences
+  !> of steps far below these strains; elastic points have all but that change in their elastic tangent.
+  subroutine check_decay(tests, dimension, p, pressure, elastic)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: dimension
+    type(hardening_soil_parameters_type), intent(in) :: p
+    real(wp), intent(in) :: pressure
+    logical, intent(in) :: elastic
+    class(law_type), allocatable :: law
+    type(batch_type) :: batch
+    real(wp), allocatable :: tangent(:, :, :)
+    real(wp) :: error
+    integer :: compared
+
+    call make(p, dimension, law)
+    call pressed_batch(law, 60, threshold, 0.1_wp*pressure, pressure, batch)
+    call law%update(batch, tangent_consistent)
+    allocate (tangent, source=batch%tangent)
+    call tests%check('all have an answer', all(batch%status == status_ok))
+    call tests%check('some are plastic, or none', any(batch%plastic /= 0) .neqv. elastic)
+    if (elastic) then
+      call law%update(batch, tangent_elastic)
+      call tests%check('stiffness falls in each step', all(maxval(maxval(abs(batch%tangent - tangent), dim=1), dim=1) > &
+        0.05_wp*g0))
+    end if
+    call difference_error(law, batch, tangent, error, compared, 1.0e-8_wp)
+    call tests%check('nearly all are compared', compared > 50*merge(5, 9, dimension == 2))
+    call tests%close('tangent about g_07 is the derivative', error, 0.0_wp, 1.0e-5_wp)
+  end subroutine check_decay
 
   !> Lowered, the stiffness is that of unloading.
   subroutine check_lowered(tests)

@@ -177,12 +177,15 @@ contains
     call expect('of the parameter that is asked for', soil//card//'PHI, range.csv|', 'range.csv:4: phi = 95 is outside')
     call expect('names alone', soil//card//'C, bare.csv|', 'bare.csv: no row of numbers follows')
     call expect('no coordinate', soil//card//'C, no_x.csv|', 'no_x.csv:1: the first line names the columns: x, y, c')
+    call expect('friction by place of soil without', '*MATERIAL, NAME=soil|*ELASTIC|5000, 0.3|*MOHR COULOMB|12, 0, 0|'// &
+      card//'PHI, good.csv|', "material 'soil': phi by place wants a positive one on *MOHR COULOMB too")
     call expect('no file', soil//card//'C, none.csv|', 'cannot read the file')
     call expect('twice', soil//card//'C, good.csv|C, good.csv|', 'c stands there twice')
     call expect('a law of its own', clay//card//'C, good.csv|', "material 'clay': c of *MOHR COULOMB by place is for "// &
       '*ELASTIC')
     call expect('the second row', soil//card//'C, good.csv|K, good.csv|', 'k by place wants a positive one on *PERMEABILITY')
     call expect('what any law has by place', clay//'*UNIT WEIGHT|18|'//card//'GAMMA, good.csv|', '')
+    call check_values(soil//card//'C, good.csv|PHI, good.csv, NEAREST|')
     call check_ranges()
     call remove_folder(folder)
 
@@ -235,6 +238,34 @@ contains
         '|0, 4, 0, 2|*BODY, NAME=high, SHAPE=BOX, MATERIAL='//materials(from:from + 3)//'|0, 4, 2, 4|'// &
         '*PHASE, NAME=weight|*FIX|base, ALL|*GRAVITY|0, -1|*END PHASE|'), analysis, messages, error)
     end subroutine read_deck
+
+    !> Samples of good.csv, at (0, 0) and (0, 4), as the parsed material has them.
+    subroutine check_values(materials)
+      character(len=*), intent(in) :: materials
+      class(analysis_type), allocatable :: analysis
+      type(message_list_type) :: messages
+      type(error_type), allocatable :: error
+
+      call read_deck(materials, analysis, messages, error)
+      call tests%check('values of a file; found: '//message_text(messages), .not. allocated(error))
+      if (allocated(error)) return
+      associate (profile => analysis%materials(1)%strength_profile)
+        call tests%close('the first sample', of(profile%fields, field_cohesion, 0.0_wp), 5.0_wp, rounding)
+        call tests%close('the last sample', of(profile%fields, field_cohesion, 4.0_wp), 7.0_wp, rounding)
+        call tests%close('between them', of(profile%fields, field_cohesion, 1.0_wp), 5.5_wp, 1.0e-6_wp)
+        call tests%close('the nearer one', of(profile%fields, field_friction, 1.0_wp), 20.0_wp, rounding)
+        call tests%close('the other one', of(profile%fields, field_friction, 3.0_wp), 30.0_wp, rounding)
+      end associate
+    end subroutine check_values
+
+    !> A parameter at (0, y), -1 where none is read.
+    pure real(wp) function of(fields, parameter, y)
+      type(value_field_type), intent(in), allocatable :: fields(:)
+      integer, intent(in) :: parameter
+      real(wp), intent(in) :: y
+
+      of = value_at(fields, parameter, [0.0_wp, y], -1.0_wp)
+    end function of
 
     !> What the log says of strengths: of each material over its own points.
     subroutine check_ranges()
