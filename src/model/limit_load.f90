@@ -6,9 +6,9 @@
 !> re-equilibrations. The first accepted step of the phase gives the reference; step control rejects a step whose C is
 !> more than LIMIT COMPLIANCE times that and bisects the load between the last accepted and the rejected one
 !> (qsmpm_step_control). The knee is where C, interpolated in its logarithm between the middles of these two steps, is
-!> LIMIT COMPLIANCE times the reference: that is the answer. How sure it is says the plateau, the loads of the steps
-!> that were more than half as compliant as allowed, as far below the knee as the load of an endless compliance may lie
-!> above it. Without LIMIT COMPLIANCE C is only measured.
+!> LIMIT COMPLIANCE times the reference: that is the answer. How sure it is says the plateau, from the load on at which
+!> the body is half as compliant as allowed, found in the same way, as far below the knee as the load of an endless
+!> compliance may lie above it. Without LIMIT COMPLIANCE C is only measured.
 !> docs/methods/limit_loads.md
 module qsmpm_limit_load
   use qsmpm_kinds, only: wp
@@ -33,7 +33,8 @@ module qsmpm_limit_load
     real(wp) :: middle = 0.0_wp
     !> Load fraction that was rejected for its compliance last, 0 for none; compliance and middle of that step.
     real(wp) :: refused = 0.0_wp, refused_compliance = 0.0_wp, refused_middle = 0.0_wp
-    !> Load fraction at the start of the first step of the plateau, 0 for none: it begins anew behind a stiffer step.
+    !> Load fraction at which the compliance has come to half of what is allowed, 0 for none: the plateau begins there,
+    !> and begins anew behind a stiffer step.
     real(wp) :: plateau = 0.0_wp
     !> Load fraction at the knee, 0 until the limit load is found.
     real(wp) :: knee = 0.0_wp
@@ -69,7 +70,9 @@ contains
     !> Shares of the phase at its start and end.
     real(wp), intent(in) :: start, last
     type(limit_load_type), intent(inout) :: limit
+    type(limit_load_type) :: before
 
+    before = limit
     limit%last = compliance_of(step)
     limit%most = max(limit%most, limit%last)
     limit%middle = 0.5_wp*(start + last)
@@ -79,7 +82,7 @@ contains
     if (.not. (allowed > 0.0_wp .and. limit%last > flat*allowed*limit%first)) then
       limit%plateau = 0.0_wp
     else if (.not. limit%plateau > 0.0_wp) then
-      limit%plateau = start
+      limit%plateau = load_of(flat*allowed*limit%first, before, limit%last, limit%middle)
     end if
   end subroutine note_accepted
 
@@ -102,16 +105,27 @@ contains
     is_found = limit%knee > 0.0_wp
   end function is_found
 
-  !> The limit load is found: interpolate the knee.
+  !> The limit load is found: interpolate the knee, and the start of the plateau where no step has been on it.
   pure subroutine interpolate_knee(allowed, limit)
     !> LIMIT COMPLIANCE.
     real(wp), intent(in) :: allowed
     type(limit_load_type), intent(inout) :: limit
-    real(wp) :: share
 
-    share = log(allowed*limit%first/limit%last)/log(limit%refused_compliance/limit%last)
-    limit%knee = limit%middle + share*(limit%refused_middle - limit%middle)
+    limit%knee = load_of(allowed*limit%first, limit, limit%refused_compliance, limit%refused_middle)
+    if (.not. limit%plateau > 0.0_wp) limit%plateau = load_of(flat*allowed*limit%first, limit, &
+      limit%refused_compliance, limit%refused_middle)
   end subroutine interpolate_knee
+
+  !> Load fraction of a compliance, log C taken linearly from the middle of the last accepted step to that of another.
+  pure real(wp) function load_of(compliance, limit, other, middle) result(load)
+    real(wp), intent(in) :: compliance
+    !> Up to the last accepted step.
+    type(limit_load_type), intent(in) :: limit
+    !> Compliance and middle of the other step.
+    real(wp), intent(in) :: other, middle
+
+    load = limit%middle + log(compliance/limit%last)/log(other/limit%last)*(middle - limit%middle)
+  end function load_of
 
   !> Load factors between which the search ended, carried and refused, that of the knee and that from which on steps
   !> belong to the plateau; zeros until it is found.
@@ -119,14 +133,10 @@ contains
     type(limit_load_type), intent(in) :: limit
     !> Load fraction done, and load factor at the end of the phase.
     real(wp), intent(in) :: fraction, load_factor
-    real(wp) :: loads(4), plateau
+    real(wp) :: loads(4)
 
     loads = 0.0_wp
-    if (.not. is_found(limit)) return
-    ! A step that goes from stiff to refused has no plateau but itself.
-    plateau = fraction
-    if (limit%plateau > 0.0_wp) plateau = limit%plateau
-    loads = load_factor*[fraction, limit%refused, limit%knee, min(plateau, limit%knee)]
+    if (is_found(limit)) loads = load_factor*[fraction, limit%refused, limit%knee, min(limit%plateau, limit%knee)]
   end function limit_loads
 
   !> The limit load in words.

@@ -342,6 +342,7 @@ contains
     model%state%progress%fraction = 0.25_wp
     model%state%progress%limit%refused = 0.5_wp
     model%state%progress%limit%knee = 0.375_wp
+    model%state%progress%limit%plateau = 0.25_wp
     call create(recorder, model, directory, options, error)
     if (.not. allocated(error)) call recorder%phase_done(model, error)
     if (.not. allocated(error)) call close(recorder, model, error, outcome)
