@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from qsmpm_verify import plots
 from qsmpm_verify.cases import EFFORTS, load_all, select
 from qsmpm_verify.judge import judge
 from qsmpm_verify.pages import figure_folder
@@ -31,14 +30,9 @@ def add_running_words(verb: argparse.ArgumentParser, out: str) -> None:
     verb.add_argument("--fresh", action="store_true", help="run again what has been run already")
 
 
-def add_list(verbs: argparse._SubParsersAction) -> None:
-    """Words of `list`."""
-    verb = verbs.add_parser("list", help="names and titles of all cases")
-    verb.set_defaults(act=list_cases)
-
-
-def add_run(verbs: argparse._SubParsersAction) -> None:
-    """Words of `run`."""
+def add_words(verbs: argparse._SubParsersAction) -> None:
+    """Words of `list` and `run`."""
+    verbs.add_parser("list", help="names and titles of all cases").set_defaults(act=list_cases)
     verb = verbs.add_parser("run", help="run cases and compare them with references; finished runs are used again")
     verb.add_argument("cases", nargs="*", help="names, files or patterns; all when none is given")
     add_running_words(verb, "verify")
@@ -85,6 +79,8 @@ def run_cases(words: argparse.Namespace) -> int:
     if words.json:
         write_json(verdicts, words.json)
     if words.markdown:
+        from qsmpm_verify import plots  # matplotlib, for this alone
+
         finished = {run.case.name: run.directory for run in runs.values() if run.exit_code == 0}
         pictures = plots.page_figures(finished, figure_folder(words.markdown))
         command = " ".join(["tools/qsmpm-verify run", *words.cases, f"--effort {words.effort} --markdown FILE"])

@@ -6,40 +6,38 @@ Exit code 0 when all held, 1 on a miss, 2 when asked wrongly or a result is not 
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import sys
 
-from qsmpm_verify import (
-    batch, chart, curve, document, effectivity, library, metamorphic, paraview, partial, peers, pictures, point, pressures, scene, stability_map, view,
-    week,
-)
-from qsmpm_verify.bounds import verb as bounds
-from qsmpm_verify.editor import verb as editor
-from qsmpm_verify.importing import verb as importing
-from qsmpm_verify.reliability import verb as reliability
-from qsmpm_verify.study import verb as study
 from qsmpm_verify.trouble import Trouble
 
+HOMES = {
+    "batch": ("list", "run"), "curve": ("curve",), "library": ("functions", "references"), "chart": ("chart",), "study.verb": ("study",),
+    "scene": ("scene",), "peers": ("peers",), "stability_map": ("map",), "effectivity": ("trust",), "point": ("point",), "view": ("view",),
+    "paraview": ("paraview",), "document": ("report",), "pictures": ("plot", "points", "figures"), "pressures": ("pressures",),
+    "week": ("week",), "metamorphic": ("metamorphic",), "bounds.verb": ("bounds",), "importing.verb": ("import",),
+    "editor.verb": ("editor", "language-server"), "reliability.verb": ("reliability",), "partial": ("partial",),
+}  # fmt: skip
+"""Verbs by the module that has them; one that is asked is alone imported, since all of them take more than most of them do."""
 
-def parser() -> argparse.ArgumentParser:
-    """Words of the command line."""
+
+def parser(asked: str = "") -> argparse.ArgumentParser:
+    """Words of the command line, of all verbs unless one is asked."""
     main = argparse.ArgumentParser(prog="qsmpm-verify", description=__doc__,
                                    formatter_class=argparse.RawDescriptionHelpFormatter)
     verbs = main.add_subparsers(dest="verb", required=True, metavar="VERB")
-    verbs_of = (
-        batch.add_list, batch.add_run, curve.add_words, library.add_words, chart.add_words, study.add_words,
-        scene.add_words, peers.add_words, stability_map.add_words, effectivity.add_words, point.add_words, view.add_words,
-        paraview.add_words, document.add_words, pictures.add_words, pressures.add_words, week.add_words, metamorphic.add_words,
-        bounds.add_words, importing.add_words, editor.add_words, reliability.add_words, partial.add_words,
-    )  # fmt: skip
-    for add in verbs_of:
-        add(verbs)
+    known = any(asked in own for own in HOMES.values())
+    for home, own in HOMES.items():
+        if asked in own or not known:
+            importlib.import_module(f"qsmpm_verify.{home}").add_words(verbs)
     return main
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Read the words, act, tell trouble in one sentence."""
-    words = parser().parse_args(arguments)
+    given = sys.argv[1:] if arguments is None else arguments
+    words = parser(given[0] if given else "").parse_args(given)
     try:
         return int(words.act(words))
     except Trouble as trouble:

@@ -35,6 +35,7 @@ DAM = FALLS[: FALLS.index("*PHASE, NAME=drawdown")].replace("0, 42, 42", "0, 42,
 @unittest.skipUnless(PROGRAM.is_file(), "the program is not built")
 class Flows(unittest.TestCase):
     setUp, ask, bracket = test_bounds.Bounds.setUp, test_bounds.Bounds.ask, test_bounds.Bounds.bracket  # type: ignore[assignment]
+    known = test_bounds.Bounds.known
 
     def scene(self, deck: str) -> Scene:
         """The last phase of a deck."""
