@@ -5,6 +5,7 @@ Average pressures, compression positive; friction angle in degrees.
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -99,6 +100,7 @@ def _ngamma_rough(friction: float, fan: int) -> float:
     return (force - wedge) / float(line[X, -1]) ** 2
 
 
+@functools.cache
 def bearing_ngamma_smooth(friction: float) -> float:
     """Factor of the weight, smooth footing, q = g B Ngamma / 2.
 
@@ -113,6 +115,7 @@ def bearing_ngamma_smooth(friction: float) -> float:
     return extrapolated(_ngamma_smooth(friction, SECTORS), _ngamma_smooth(friction, 2 * SECTORS))
 
 
+@functools.cache
 def bearing_ngamma_rough(friction: float) -> float:
     """Factor of the weight, rough footing, q = g B Ngamma / 2.
 
