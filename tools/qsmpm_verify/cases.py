@@ -11,7 +11,8 @@ A file describes one deck and its variants:
     name = "steps_40"
     effort = "small"              small (debug build too), quick or long
     exit_code = 0                 what the program must return
-    time_limit = 60               CPU seconds (of a thread) until it is stopped
+    time_limit = 60               CPU seconds (of a thread) until it is stopped, ten times what it takes (30; 120 where it is long):
+                                  the dearest runs first
     expected_to_fail = "..."      why exit code or figures miss, with the figure that is got (see below)
     command = "run"               run, point for the test of one material point, or python: `deck` is a script that
                                   runs analyses itself, with PROGRAM and --out as words
@@ -230,7 +231,7 @@ def _case(
         quantities=common + own,
         effort=entry.get("effort", "quick"),
         exit_code=entry.get("exit_code", 0),
-        time_limit=entry.get("time_limit", 120.0),
+        time_limit=entry.get("time_limit", 120.0 if entry.get("effort") == "long" else 30.0),
         command=entry.get("command", table.get("command", "run")),
         replace=tuple((old, str(new)) for old, new in entry.get("replace", [])),
         expected_to_fail=entry.get("expected_to_fail", ""),

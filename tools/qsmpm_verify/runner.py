@@ -117,7 +117,7 @@ def last_line(path: Path) -> str:
 def run_all(
     cases: list[Case], program: Path, root: Path, jobs: int, tell: Callable[[Run], None], fresh: bool = False
 ) -> dict[str, Run]:
-    """Run the cases, `jobs` at a time, the longest first; `tell` hears of each one as it ends.
+    """Run the cases, `jobs` at a time, those of the largest limit of time first; `tell` hears of each one as it ends.
 
     An interruption starts no further run; those that have ended are kept.
     """
