@@ -9,7 +9,7 @@ A file describes one deck and its variants:
     [[quantity]]                  asked of every variant
     [[case]]                      a variant; its full name is FILE/NAME
     name = "steps_40"
-    effort = "small"              small (debug build too), quick or long
+    effort = "small"              small (with bounds checks too), quick or long
     exit_code = 0                 what the program must return
     time_limit = 60               CPU seconds (of a thread) until it is stopped, ten times what it takes (30; 120 where it is long):
                                   the dearest runs first

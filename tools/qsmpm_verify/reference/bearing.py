@@ -55,6 +55,7 @@ def bearing_nc(friction: float) -> float:
     return 2 + math.pi if phi == 0 else (bearing_nq(friction) - 1) / math.tan(phi)
 
 
+@functools.cache
 def _ngamma_smooth(friction: float, fan: int) -> float:
     """Half the growth of the pressure with the distance from the edge."""
     field = far_field(friction_angle("friction", friction), fan, 0.0)
@@ -78,6 +79,7 @@ def _trapezium(values: Array, places: Array) -> float:
     return float(np.sum((values[1:] + values[:-1]) / 2 * np.diff(places)))
 
 
+@functools.cache
 def _ngamma_rough(friction: float, fan: int) -> float:
     """Vertical equilibrium of the wedge under a footing whose base is a slip line near the edges."""
     phi = friction_angle("friction", friction)
@@ -100,7 +102,6 @@ def _ngamma_rough(friction: float, fan: int) -> float:
     return (force - wedge) / float(line[X, -1]) ** 2
 
 
-@functools.cache
 def bearing_ngamma_smooth(friction: float) -> float:
     """Factor of the weight, smooth footing, q = g B Ngamma / 2.
 
@@ -115,7 +116,6 @@ def bearing_ngamma_smooth(friction: float) -> float:
     return extrapolated(_ngamma_smooth(friction, SECTORS), _ngamma_smooth(friction, 2 * SECTORS))
 
 
-@functools.cache
 def bearing_ngamma_rough(friction: float) -> float:
     """Factor of the weight, rough footing, q = g B Ngamma / 2.
 
