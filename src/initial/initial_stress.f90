@@ -323,7 +323,8 @@ contains
 
     wide = .true.
     do i = 1, 2
-      wide = wide .and. solid%low(i) <= minval(solid%low(i), ground) .and. solid%high(i) >= maxval(solid%high(i), ground)
+      wide = wide .and. solid%low(i) <= minval(solid%low(i), ground)
+      wide = wide .and. solid%high(i) >= maxval(solid%high(i), ground)
     end do
   end function is_as_wide
 

@@ -399,9 +399,8 @@ contains
           do j = 1, rows + 1 - i
             x = matmul(facets(:, :, f), [i - 2.0_wp/3.0_wp, j - 2.0_wp/3.0_wp, rows + 4.0_wp/3.0_wp - i - j])/rows &
               + hair*normal
-            x(3) = overburden%up*x(3)
             n = n + 1
-            places(turned(overburden), n) = x
+            places(:, n) = place_of_turned(overburden, x, 3)
           end do
         end do
       end do

@@ -84,9 +84,9 @@ contains
 
     if (phase%initial%kind == initial_k0) then
       names = structures_at_rest(model)
-      if (len(names) > 0) call observer%note('K0 stresses: without a strength, and taken for structures in the ground: '// &
-        names//'. They begin with the stress and the weight of the ground beside them; their own weight comes over '// &
-        "phase '"//phase%name//"'")
+      if (len(names) > 0) call observer%note('K0 stresses: without a strength, and taken for structures in the '// &
+        'ground: '//names//'. They begin with the stress and the weight of the ground beside them; their own weight '// &
+        "comes over phase '"//phase%name//"'")
       call warn_of_material_above(model, phase, observer)
       call check_slope(model, phase, error)
     end if
@@ -242,8 +242,8 @@ contains
     write (text, '(a,es8.1,a,3(1x,es11.4))') 'their horizontal part varies by ', slope, ' of the weight along the '// &
       'horizontal, most at', place
     call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
-      trim(text)//': ground, a layer or the water is not level there, or a wall is heavier that has a strength, by which '// &
-      'it counts as ground. '//advice)
+      trim(text)//': ground, a layer or the water is not level there, or a wall is heavier that has a strength, '// &
+      'by which it counts as ground. '//advice)
   end subroutine check_slope
 
   !> Out-of-balance of the stresses of the material points with the loads at the start of the phase. No move is found
