@@ -85,8 +85,8 @@ contains
     if (phase%initial%kind == initial_k0) then
       names = structures_at_rest(model)
       if (len(names) > 0) call observer%note('K0 stresses: without a strength, and taken for structures in the '// &
-        'ground: '//names//'. They begin with the stress and the weight of the ground beside them; their own weight '// &
-        "comes over phase '"//phase%name//"'")
+        'ground: '//names//'. They begin with the stress and the weight of the ground beside them; their own '// &
+        "weight comes over phase '"//phase%name//"'")
       call warn_of_material_above(model, phase, observer)
       call check_slope(model, phase, error)
     end if
