@@ -6,7 +6,7 @@
 !> acts. K0 is the material's own or that of the phase. Only level layers are in
 !> equilibrium then: qsmpm_initial_balance looks whether the ground is.
 !>
-!> Structures, bodies that cannot yield beside ground that can, have the stress and the weight of the ground beside them
+!> Structures, bodies that cannot yield beside ground that can or are much stiffer than elastic ground, have the stress and the weight of the ground beside them
 !> at the start, none above it, and their own weight at the end of the phase. A body as wide as the ground is a layer.
 module qsmpm_initial_stress
   use qsmpm_kinds, only: wp
@@ -33,6 +33,8 @@ module qsmpm_initial_stress
 
   !> Where the box of a point is looked at, as a share of its half: away from its edges, which bodies may share.
   real(wp), parameter :: inside_box = 0.9_wp
+  !> Young's modulus over that of elastic ground from which a body is a structure.
+  real(wp), parameter :: stiff = 30.0_wp
 
 contains
 
@@ -288,9 +290,9 @@ contains
     !> The vertical.
     integer, intent(in) :: axis
     type(overburden_type), intent(out) :: overburden
-    real(wp), dimension(size(model%shapes)) :: unit_weight, saturated
+    real(wp), dimension(size(model%shapes)) :: unit_weight, saturated, young
     type(value_field_type), allocatable :: weights(:)
-    logical, dimension(size(model%shapes)) :: active, yields
+    logical, dimension(size(model%shapes)) :: active, yields, ground
     integer :: b
 
     active = bodies_active(model%analysis, model%state%progress%phase)
@@ -299,6 +301,7 @@ contains
       associate (material => model%analysis%materials(place_named(model%analysis%materials, &
           model%analysis%bodies(b)%material)))
         yields(b) = may_yield(material)
+        young(b) = material%young
         unit_weight(b) = material%unit_weight
         saturated(b) = material%unit_weight
         if (material%saturated_weight >= 0.0_wp) saturated(b) = material%saturated_weight
@@ -309,8 +312,9 @@ contains
     call make_overburden(model%mesh, model%shapes, unit_weight, axis, overburden, saturated, &
       model%loading%water_final, active, merge(-1.0_wp, 1.0_wp, model%loading%gravity_final(axis) > 0.0_wp))
     if (size(weights) > 0) call move_alloc(weights, overburden%weights)
-    if (any(active .and. yields)) overburden%structure = active .and. .not. (yields .or. is_as_wide(overburden%solid, &
-      active .and. yields))
+    ground = active .and. yields
+    if (.not. any(ground)) ground = active .and. young < stiff*minval(young, active)
+    overburden%structure = active .and. .not. (ground .or. is_as_wide(overburden%solid, ground))
   end subroutine bodies_from_the_side
 
   !> Whether bodies reach as far along the horizontal as the ground.

@@ -141,8 +141,10 @@ contains
     call check_beside(tests, 'a wall in space', deck, 3.0_wp, 1.0e-9_wp)
     deck = changed(walled('3'), '*MOHR COULOMB| 5, 30, 0|*UNIT WEIGHT| 20', '*UNIT WEIGHT| 20')
     call check_beside(tests, 'a wall above a layer of rock', deck, 3.0_wp, 1.0e-9_wp)
-    call tests%check('elastic ground has no structures', names_of(changed(deck, &
-      '*MOHR COULOMB| 5, 30, 0|*UNIT WEIGHT| 10', '*UNIT WEIGHT| 10')) == '')
+    deck = changed(deck, '*MOHR COULOMB| 5, 30, 0|*UNIT WEIGHT| 10', '*UNIT WEIGHT| 10')
+    call check_beside(tests, 'a wall in elastic ground', deck, 3.0_wp, 1.0e-9_wp)
+    call tests%check('elastic ground has no structures that are 20 times as stiff', names_of(changed(deck, &
+      '1e6, 0.2', '2e5, 0.2')) == '')
   end subroutine check_structures
 
   !> Structures of a deck.
