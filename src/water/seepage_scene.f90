@@ -243,7 +243,7 @@ contains
     integer, intent(in) :: material(:)
     type(seepage_type), intent(inout) :: flow
     integer, allocatable :: kept(:)
-    real(wp) :: least
+    real(wp) :: least, along(3)
     integer :: c
 
     least = 1.0_wp
@@ -256,8 +256,9 @@ contains
     flow%corner = scene%mesh%corner(:, kept)
     allocate (flow%permeability(2, size(kept)), flow%depth(size(kept)))
     do c = 1, size(kept)
-      flow%permeability(:, c) = max(least, permeability_at(analysis%materials(material(scene%mesh%region(kept(c)))), &
-        sum(scene%mesh%position(:, flow%corner(:, c)), dim=2)/3.0_wp))
+      along = permeability_at(analysis%materials(material(scene%mesh%region(kept(c)))), &
+        sum(scene%mesh%position(:, flow%corner(:, c)), dim=2)/3.0_wp)
+      flow%permeability(:, c) = max(least, along(:2))
       flow%depth(c) = 1.0_wp
       if (analysis%model == axisymmetric) flow%depth(c) = sum(scene%mesh%position(1, flow%corner(:, c)))/3.0_wp
     end do
