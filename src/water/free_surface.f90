@@ -24,8 +24,8 @@ module qsmpm_free_surface
   implicit none
   private
 
-  public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, is_in_air, rows_in_force, &
-    former_levels, idle_rows, bounds_note
+  public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, is_in_air, is_on, looks_up, &
+    rows_in_force, former_levels, idle_rows, bounds_note
 
   !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
   real(wp), parameter, public :: dry = 1.0e-3_wp

@@ -3,6 +3,7 @@ module qsmpm_deck_water
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: add_names
   use qsmpm_load_description, only: water_level_type
+  use qsmpm_mesh_description, only: mesh_file
   use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type, column_type
@@ -154,7 +155,9 @@ contains
     call add_names(state%analysis%node_sets, names)
     call add_names(state%analysis%surfaces, names)
     do i = 1, size(level%heads)
-      call check_name(state, level%heads(i)%set, names, level%heads(i)%where, 'WATER LEVEL', 'node set or surface')
+      ! Sets of a mesh file are not known yet: where no face lies in one it is told as the model is built.
+      if (state%analysis%mesh%kind /= mesh_file) call check_name(state, level%heads(i)%set, names, &
+        level%heads(i)%where, 'WATER LEVEL', 'node set or surface')
       if (any([(level%heads(k)%set == level%heads(i)%set, k=1, i - 1)])) call state%error_from(level%heads(i)%where, &
         'WATER LEVEL', "'"//level%heads(i)%set//"' has a level already")
     end do
