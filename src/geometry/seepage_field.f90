@@ -10,7 +10,7 @@ module qsmpm_seepage_field
   implicit none
   private
 
-  public :: seepage_field_type, index_cells, head_of_flow, gradient_of_flow, cell_of_place, fall_in, slopes
+  public :: seepage_field_type, index_cells, head_of_flow, gradient_of_flow, cell_of_place, fall_in, find_slopes
 
   type :: seepage_field_type
     !> (dimension, nodes)
@@ -92,7 +92,7 @@ contains
     integer, intent(out) :: cell
     !> Shape functions, none negative (corners).
     real(wp), intent(out) :: share(:)
-    real(wp) :: here(size(share)), inside
+    real(wp) :: here(size(share)), corner(size(place), size(share)), inside
     integer :: i, k
 
     k = box_number(field, box_at(field, place))
@@ -100,7 +100,8 @@ contains
     cell = field%found(field%first(k))
     share = 0.0_wp
     do i = field%first(k), field%first(k + 1) - 1
-      here = shares_in(field%position(:, field%corner(:, field%found(i))), place)
+      corner = field%position(:, field%corner(:, field%found(i)))
+      call shares_in(corner, place, here)
       if (.not. minval(here) > inside) cycle
       inside = minval(here)
       cell = field%found(i)
@@ -112,27 +113,39 @@ contains
   end subroutine cell_of_place
 
   !> Shape functions of a cell at a place.
-  pure function shares_in(corner, place) result(share)
+  pure subroutine shares_in(corner, place, share)
     !> (dimension, corners), (dimension)
     real(wp), intent(in) :: corner(:, :), place(:)
-    real(wp) :: share(size(corner, 2))
-    real(wp) :: slope(size(corner, 1), size(corner, 2))
-    integer :: k
+    !> (corners)
+    real(wp), intent(out) :: share(:)
+    real(wp) :: a(3), b(3), p(3), normal(3, 3)
+    integer :: d, k
 
-    slope = slopes(corner)
-    share(1) = 1.0_wp
-    do k = 2, size(share)
-      share(k) = dot_product(slope(:, k), place - corner(:, 1))/dot_product(slope(:, 2), corner(:, 2) - corner(:, 1))
-      share(1) = share(1) - share(k)
-    end do
-  end function shares_in
+    d = size(place)
+    a(:d) = corner(:, 2) - corner(:, 1)
+    b(:d) = corner(:, 3) - corner(:, 1)
+    p(:d) = place - corner(:, 1)
+    if (d == 2) then
+      share(2) = p(1)*b(2) - p(2)*b(1)
+      share(3) = a(1)*p(2) - a(2)*p(1)
+      share(2:) = share(2:)/(a(1)*b(2) - a(2)*b(1))
+      share(1) = 1.0_wp - share(2) - share(3)
+    else
+      normal = cofactor(reshape([a, b, corner(:, 4) - corner(:, 1)], [3, 3]))
+      do k = 1, 3
+        share(k + 1) = dot_product(normal(:, k), p)/dot_product(normal(:, 1), a)
+      end do
+      share(1) = 1.0_wp - sum(share(2:))
+    end if
+  end subroutine shares_in
 
-  !> Gradients of the shape functions of a cell times its determinant (dimension, corners).
-  pure function slopes(corner) result(slope)
+  !> Gradients of the shape functions of a cell times its determinant.
+  pure subroutine find_slopes(corner, slope)
     !> (dimension, corners)
     real(wp), intent(in) :: corner(:, :)
-    real(wp) :: slope(size(corner, 1), size(corner, 2))
+    real(wp), intent(out) :: slope(:, :)
     integer :: a
+    integer, parameter :: from(3) = [2, 3, 1], to(3) = [3, 1, 2]
 
     if (size(corner, 1) == 3) then
       slope(:, 2:) = cofactor(corner(:, 2:) - spread(corner(:, 1), 2, 3))
@@ -140,11 +153,10 @@ contains
       return
     end if
     do a = 1, 3
-      associate (from => corner(:, modulo(a, 3) + 1), to => corner(:, modulo(a + 1, 3) + 1))
-        slope(:, a) = [from(2) - to(2), to(1) - from(1)]
-      end associate
+      slope(1, a) = corner(2, from(a)) - corner(2, to(a))
+      slope(2, a) = corner(1, to(a)) - corner(1, from(a))
     end do
-  end function slopes
+  end subroutine find_slopes
 
   !> Gradient of what corners have, times the determinant of the cell, and that.
   pure subroutine fall_in(corner, value, fall, determinant)
@@ -155,7 +167,7 @@ contains
     real(wp) :: slope(size(corner, 1), size(corner, 2))
     integer :: k
 
-    slope = slopes(corner)
+    call find_slopes(corner, slope)
     fall = 0.0_wp
     do k = 2, size(value)
       fall = fall + slope(:, k)*(value(k) - value(1))

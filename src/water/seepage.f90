@@ -8,11 +8,11 @@
 !>   p <= 0,  q >= 0,  q p = 0      on faces in air: water leaves where it stands at the face        seepage face
 !>   q = 0                          on all others;  -rain in place of 0 on faces that it falls on
 !>
-!> Linear triangles or tetrahedra, k_r at the middles of their edges, water lumped at the nodes, which fill as the surface passes the
-!> height c of their cells, one after the other; the face by an active set of nodes in Newton's method on the
-!> unsymmetric tangent. From a saturated start Newton's method fails more often than not: the width of suction w comes
-!> down from the height of the ground by halves to what is wanted, each from the last. In air and in suction the flow
-!> is by k_min, so that its error and that of w fall with the cell. docs/methods/seepage.md
+!> Linear triangles or tetrahedra, k_r at the middles of their edges, water lumped at the nodes, which fill as the
+!> surface passes the height c of their cells, one after the other; the face by an active set of nodes in Newton's
+!> method on the unsymmetric tangent. From a saturated start Newton's method fails more often than not: the width of
+!> suction w comes down from the height of the ground by halves to what is wanted, each from the last. In air and in
+!> suction the flow is by k_min, so that its error and that of w fall with the cell. docs/methods/seepage.md
 module qsmpm_seepage
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_not_converged, fail
@@ -20,7 +20,7 @@ module qsmpm_seepage
   use qsmpm_node_graph, only: connectivity_type, node_graph
   use qsmpm_node_ordering, only: order_bandwidth, order_metis
   use qsmpm_rounded_text, only: rounded_text
-  use qsmpm_seepage_field, only: fall_in, slopes
+  use qsmpm_seepage_field, only: fall_in, find_slopes
   use qsmpm_solver_list, only: solver_number, solver_row, solver_row_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_version, only: with_suitesparse
@@ -80,6 +80,8 @@ module qsmpm_seepage
     !> Sum of inflows by the present heads, and what a head alone makes of them in full ground, the unit of residuals
     !> (nodes).
     real(wp), allocatable :: inflow(:), scale(:), residual(:)
+    !> Flow between the corners of a cell for unit heads, saturated (corners, corners, cells).
+    real(wp), allocatable :: conductance(:, :, :)
     class(linear_solver_type), allocatable :: solver
   end type seepage_newton_type
 
@@ -166,6 +168,10 @@ contains
     allocate (newton%row(size(flow%head)), source=0)
     newton%row(node) = place
     call make_pattern(first, neighbour, place, newton%matrix)
+    allocate (newton%conductance(size(flow%corner, 1), size(flow%corner, 1), cells%count))
+    do i = 1, cells%count
+      call find_conductance(flow, i, newton%conductance(:, :, i))
+    end do
     call kind%make(.false., newton%solver)
     call newton%solver%analyse(newton%matrix, error)
   end subroutine start_seepage
@@ -312,8 +318,8 @@ contains
     type(seepage_type), intent(in) :: flow
     type(seepage_newton_type), intent(inout) :: newton
     real(wp), intent(in) :: width
-    real(wp), dimension(size(flow%corner, 1)) :: by_head, inflow
-    real(wp) :: conductance(size(by_head), size(by_head)), factor
+    real(wp), dimension(size(flow%corner, 1)) :: by_head, inflow, head
+    real(wp) :: factor
     integer :: c, a, b, i
 
     if (.not. allocated(newton%inflow)) allocate (newton%inflow(size(flow%head)), newton%scale(size(flow%head)))
@@ -321,10 +327,12 @@ contains
     newton%scale = tiny(1.0_wp)
     newton%matrix%values = 0.0_wp
     do c = 1, size(flow%corner, 2)
-      associate (node => flow%corner(:, c))
-        conductance = conductance_of(flow, c)
+      associate (node => flow%corner(:, c), conductance => newton%conductance(:, :, c))
         call let_through(flow, c, width, factor, by_head)
-        inflow = [(dot_product(conductance(a, :), flow%head(node)), a=1, size(node))]
+        head = flow%head(node)
+        do a = 1, size(inflow)
+          inflow(a) = dot_product(conductance(a, :), head)
+        end do
         newton%inflow(node) = newton%inflow(node) + factor*inflow
         do a = 1, size(inflow)
           newton%scale(node(a)) = newton%scale(node(a)) + conductance(a, a)
@@ -380,19 +388,19 @@ contains
   end function filled_share
 
   !> Flow between the corners of a cell for unit heads, saturated.
-  pure function conductance_of(flow, c) result(conductance)
+  pure subroutine find_conductance(flow, c, conductance)
     type(seepage_type), intent(in) :: flow
     integer, intent(in) :: c
-    real(wp) :: conductance(size(flow%corner, 1), size(flow%corner, 1))
+    real(wp), intent(out) :: conductance(:, :)
     real(wp) :: gradient(size(flow%position, 1), size(flow%corner, 1)), part
 
     associate (x => flow%position(:, flow%corner(:, c)))
-      gradient = slopes(x)
+      call find_slopes(x, gradient)
       part = merge(2.0_wp, 6.0_wp, size(x, 1) == 2)*abs(dot_product(gradient(:, 1), x(:, 1) - x(:, 2)))
     end associate
     conductance = flow%depth(c)*matmul(transpose(gradient), spread(flow%permeability(:, c), 2, size(gradient, 2)) &
       *gradient)/part
-  end function conductance_of
+  end subroutine find_conductance
 
   !> Relative permeability of a cell and its derivative by the heads of its corners. In a step of time suction acts over
   !> the height that the cell fills over, or water would stay in it, and a dry corner keeps out no more than one that
@@ -420,8 +428,10 @@ contains
     !> Of the corners, and what they are empty at, of one unit.
     real(wp), intent(in) :: pressure(:), reach(:)
     real(wp), intent(out) :: factor, by_pressure(:)
+    real(wp) :: filling(size(pressure))
 
-    call relative(max(pressure, -reach), sum(reach)/size(reach), factor, by_pressure)
+    filling = max(pressure, -reach)
+    call relative(filling, sum(reach)/size(reach), factor, by_pressure)
     where (pressure < -reach) by_pressure = 0.0_wp
   end subroutine let_through_in_time
 

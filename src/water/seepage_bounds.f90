@@ -18,6 +18,7 @@ module qsmpm_seepage_bounds
   use qsmpm_outline_graph, only: outline_type
   use qsmpm_phase_tree, only: lineage
   use qsmpm_polygon, only: polygon_contains
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type
   use qsmpm_tensor, only: cross
   use qsmpm_vertical, only: upwards, vertical_of
@@ -62,7 +63,7 @@ contains
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: c, k, i, ends(size(scene%mesh%corner, 1) - 1), wet(size(flow%kind))
     logical :: found(size(level%heads)), open(size(scene%mesh%corner, 1), size(scene%flows))
-    real(wp) :: up, reach(size(level%heads))
+    real(wp) :: up, reach(size(level%heads)), area(size(level%heads))
     integer :: material(size(model%analysis%bodies))
 
     up = upwards(model%analysis)
@@ -70,6 +71,7 @@ contains
     reach = up*level%heads%level
     if (level%transient) reach = max(reach, up*former_levels(model%analysis%phases, number, level%heads))
     found = .false.
+    area = 0.0_wp
     open = .false.
     wet = 0
     do c = 1, size(scene%flows)
@@ -82,6 +84,7 @@ contains
           if (.not. is_on(model, scene, level%heads(i)%set, c, k)) cycle
           found(i) = .true.
           call give_head(up*level%heads(i)%level, i, ends, scene, flow)
+          area(i) = area(i) + norm2(area_of(flow%position(:, ends)))
           call let_rain(model%analysis, level%heads(i), ends, flow)
           if (open(k, c)) where (scene%row(ends) == i .and. reach(i) >= flow%height(ends) - hair*scene%size) &
             wet(ends) = i
@@ -93,8 +96,7 @@ contains
       %permeability(1) > 0.0_wp, 1, size(open, 1)), wet, scene, flow)
     do i = 1, size(found)
       if (size(ends) == 3) then
-        if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', "no face of the "// &
-          "ground lies in '"//level%heads(i)%set//"' (a well or a drain within it is for plane scenes)")
+        call check_part(model, level%heads(i), area(i), diagnostics)
         cycle
       end if
       if (.not. found(i)) call place_drain(model%analysis, level%heads(i), i, scene, flow, found(i))
@@ -105,6 +107,43 @@ contains
       call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
       'every level lies below its part of the bounds: no water comes in')
   end subroutine place_bounds
+
+  !> In space a level is at whole faces of the ground.
+  subroutine check_part(model, head, area, diagnostics)
+    type(model_type), intent(in) :: model
+    type(head_type), intent(in) :: head
+    !> Of the faces that have it.
+    real(wp), intent(in) :: area
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp), parameter :: whole = 1.0e-3_wp
+    real(wp) :: wanted
+    integer :: i
+
+    wanted = 0.0_wp
+    associate (points => model%state%surface)
+      do i = 1, points%count
+        if (model%analysis%surfaces(points%surface(i))%name == head%set) wanted = wanted + &
+          norm2(points%area_vector(:, i))
+      end do
+    end associate
+    if (.not. area > 0.0_wp) then
+      call add_diagnostic(diagnostics, head%where, '*WATER LEVEL', "no face of the ground lies in '"//head%set// &
+        "' (a well or a drain within it is for plane scenes)")
+    else if (wanted > 0.0_wp .and. abs(area - wanted) > whole*wanted) then
+      call add_diagnostic(diagnostics, head%where, '*WATER LEVEL', "surface '"//head%set//"', "// &
+        rounded_text(wanted)//' large, lies on faces of cells that are '//rounded_text(area)//' large: let it end where they do')
+    end if
+  end subroutine check_part
+
+  !> Area vector of a triangle in space; 0 for an edge in the plane.
+  pure function area_of(corner) result(area)
+    !> (dimension, dimension)
+    real(wp), intent(in) :: corner(:, :)
+    real(wp) :: area(3)
+
+    area = 0.0_wp
+    if (size(corner, 1) == 3) area = 0.5_wp*cross(corner(:, 2) - corner(:, 1), corner(:, 3) - corner(:, 1))
+  end function area_of
 
   !> Free water beside the parts of the bounds that have it.
   subroutine flood(level, reach, open, porous, wet, scene, flow)
@@ -190,8 +229,8 @@ contains
 
     associate (x => flow%position(:, ends), axis => vertical_of(analysis))
       if (size(ends) == 3) then
-        area = cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
-        breadth = 0.5_wp*abs(area(axis))
+        area = area_of(x)
+        breadth = abs(area(axis))
       else
         breadth = abs(x(3 - axis, 2) - x(3 - axis, 1))
       end if

@@ -138,7 +138,8 @@ contains
       worst = gradient/critical
       text = "warning: phase '"//analysis%phases(number)%name//"': water leaves upwards by a gradient of "// &
         rounded_text(gradient, 3)//' at '//rounded_place(sum(flow%position(:, flow%corner(:, cell)), dim=2) &
-        /size(flow%corner, 1))//', where '//rounded_text(critical, 3)//' lifts the soil: piping begins there'//new_line('a')
+        /size(flow%corner, 1))//', where '//rounded_text(critical, 3)//' lifts the soil: piping begins there'// &
+        new_line('a')
     end do
   end function lift_note
 

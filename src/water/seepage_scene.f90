@@ -183,15 +183,15 @@ contains
       return
     end if
     do b = 1, merge(0, size(analysis%rigid_bodies), plane)
-      call add_diagnostic(diagnostics, analysis%rigid_bodies(b)%where, '*RIGID BODY', 'TYPE=SEEPAGE of *WATER LEVEL '// &
-        'in 3D has no rigid bodies: water would flow through them')
+      call add_diagnostic(diagnostics, analysis%rigid_bodies(b)%where, '*RIGID BODY', 'TYPE=SEEPAGE of *WATER '// &
+        'LEVEL in 3D has no rigid bodies: water would flow through them')
     end do
     active = bodies_active(analysis, number)
     material = body_materials(analysis, number)
     do b = 1, size(active)
       if (.not. active(b)) cycle
-      if (plane .and. all(analysis%bodies(b)%kind /= [body_box, body_polygon])) call add_diagnostic(diagnostics, level%where, &
-        '*WATER LEVEL', "TYPE=SEEPAGE: body '"//analysis%bodies(b)%name//"' is neither a BOX nor a POLYGON")
+      if (plane .and. all(analysis%bodies(b)%kind /= [body_box, body_polygon])) call add_diagnostic(diagnostics, &
+        level%where, '*WATER LEVEL', "TYPE=SEEPAGE: body '"//analysis%bodies(b)%name//"' is neither a BOX nor a POLYGON")
       if (analysis%materials(material(b))%permeability(1) < 0.0_wp) call add_diagnostic(diagnostics, &
         analysis%materials(material(b))%where, '*MATERIAL', "water is to flow through body '"// &
         analysis%bodies(b)%name//"', but material '"//analysis%materials(material(b))%name// &

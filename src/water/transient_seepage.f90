@@ -13,7 +13,7 @@ module qsmpm_transient_seepage
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage, only: end_seepage, filled_share, find_heads, height_of, node_face, node_head, &
     seepage_newton_type, seepage_type, start_seepage
-  use qsmpm_seepage_field, only: slopes
+  use qsmpm_seepage_field, only: find_slopes
   implicit none
   private
 
@@ -41,7 +41,7 @@ contains
     do c = 1, size(flow%corner, 2)
       associate (node => flow%corner(:, c))
         if (size(node) == 4) then
-          slope = slopes(flow%position(:, node))
+          call find_slopes(flow%position(:, node), slope)
           share = abs(dot_product(slope(:, 2), flow%position(:, node(2)) - flow%position(:, node(1))))/24.0_wp
         else
           share = flow%depth(c)*abs(polygon_area(flow%position(:, node)))/3.0_wp

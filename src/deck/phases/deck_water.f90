@@ -44,7 +44,8 @@ contains
       call fields%line(level%where)
       kind = merge(3, merge(2, 1, level%none), level%flows)
       call fields%choice('TYPE', kind, 'LINE|NONE|SEEPAGE', 'LINE: the level is given by its corners, NONE: there '// &
-        'is no water any more, SEEPAGE: the water flows through the bodies as they are drawn')
+        'is no water any more, SEEPAGE: the water flows through the bodies as they are drawn, which fill whole '// &
+        'cells in 3D')
       level%none = kind == 2
       level%flows = kind == 3
       call fields%answer('FLOW', level%transient, 'TRANSIENT: the surface of the water follows in the '// &
@@ -80,7 +81,8 @@ contains
     do i = 1, n
       call fields%row(i)
       call fields%line(level%heads(i)%where)
-      call fields%name('set', level%heads(i)%set, 'node set (PLANE or BOX; within the ground it is a drain) or surface')
+      call fields%name('set', level%heads(i)%set, 'node set (in the plane by PLANE or BOX; within the '// &
+        'ground a drain) or surface')
       call fields%number('level', level%heads(i)%level, 'height: the coordinate along which gravity acts')
       call fields%number('rain', level%heads(i)%rain, 'water that falls on what lies above the level, a volume a '// &
         'unit of level area and time; what the ground does not take runs off', range='[0, inf)', required=.false.)
