@@ -9,6 +9,7 @@ module test_seepage_space
   use qsmpm_model_builder, only: build_model
   use qsmpm_pore_water, only: discharge_in
   use qsmpm_seepage_field, only: gradient_of_flow, head_of_flow, seepage_field_type
+  use qsmpm_water_lines, only: water_line_type, water_lines
   use deck_samples, only: joined
   use testing, only: tests_type
   implicit none
@@ -89,6 +90,7 @@ contains
   subroutine check_free_surface(tests)
     type(tests_type), intent(inout) :: tests
     type(model_type) :: model
+    type(water_line_type), allocatable :: lines(:)
     character(len=*), parameter :: air = '*GRID, ELEMENT=HEX8| X, -0.1, 0, 1| X, 0, 0.5, 8| X, 0.5, 0.6, 1| Y, 0, 0.125, 2|'// &
       ' Z, 0, 1.25, 20|*NSET, NSET=base, PLANE=Z| 0|*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=right, PLANE=X| 0.5|'
 
@@ -103,6 +105,13 @@ contains
     call tests%close('a surface below, on which the level stands as far as it reaches, and a free face', &
       8.0_wp*discharge_in(model%analysis, 1, 'wet'), 1.0_wp, 1.5e-2_wp)
     call tests%check('and that is told', index(model%notes, "'wet' stands on the faces in air beside and above") > 0)
+    call build(air//'*SURFACE, NAME=wet, TYPE=BOX| 0, 0, 0, 0.125, 0, 1.125|*SURFACE, NAME=dry, TYPE=BOX| 0.5, 0.5, 0, 0.125, '// &
+      '0, 1.125|'//soil//'*PERMEABILITY| 1|*BODY, NAME=dam, MATERIAL=soil, SHAPE=BOX| 0, 0.5, 0, 0.125, 0, 1.125|'//phase// &
+      '*SUPPORT, SURFACE=dry, TYPE=ALL|'//level//' wet, 1|*END PHASE|', model)
+    call tests%close('what a support holds is tight', discharge_in(model%analysis, 1, 'wet'), 0.0_wp, 1.0e-8_wp)
+    model%state%progress%phase = 1
+    call water_lines(model, lines)
+    call tests%close('a surface in space is no line', real(size(lines), wp), 0.0_wp, 0.0_wp)
   end subroutine check_free_surface
 
   !> Rain on a level top between two sides.
