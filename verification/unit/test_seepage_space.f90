@@ -8,6 +8,8 @@ module test_seepage_space
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_pore_water, only: discharge_in
+  use qsmpm_seepage, only: let_through_in_time, seepage_type
+  use qsmpm_transient_seepage, only: give_pores
   use qsmpm_seepage_field, only: gradient_of_flow, head_of_flow, seepage_field_type
   use qsmpm_water_lines, only: water_line_type, water_lines
   use deck_samples, only: joined
@@ -38,6 +40,7 @@ contains
     do i = 1, size(kinds)
       call check_linear(tests, trim(kinds(i)))
     end do
+    call check_cell(tests)
     call check_free_surface(tests)
     call check_rain(tests)
     call check_column(tests)
@@ -85,6 +88,33 @@ contains
       ' base, 5| top, 3|*END PHASE|', model)
     call tests%check('more is, and where', index(model%notes, 'water leaves upwards by a gradient of 1.33 at (') > 0)
   end subroutine check_linear
+
+  !> One tetrahedron: what it lets through by the middles of its six edges, and the water of its pores.
+  subroutine check_cell(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    real(wp), parameter :: pressure(4) = [0.3_wp, -0.5_wp, -0.2_wp, -0.9_wp], reach(4) = [1.0_wp, 0.8_wp, 1.2_wp, 1.0_wp], &
+      dry = 1.0e-3_wp
+    integer, parameter :: pair(2, 6) = reshape([1, 2, 1, 3, 1, 4, 2, 3, 2, 4, 3, 4], [2, 6])
+    real(wp) :: factor, by_pressure(4), by(4), middle(6)
+    integer :: i
+
+    middle = [(0.5_wp*sum(pressure(pair(:, i))), i=1, 6)]
+    by = [(count(any(pair == i, dim=1) .and. middle < 0.0_wp), i=1, 4)]*(1.0_wp - dry)/12.0_wp
+    call let_through_in_time(pressure, reach, factor, by_pressure)
+    call tests%close('k_r is the mean of those at the middles of six edges', factor, sum(1.0_wp + (1.0_wp - dry)*min(0.0_wp, &
+      middle))/6.0_wp, 1.0e-14_wp)
+    call tests%close('and its derivative', maxval(abs(by_pressure - by)), 0.0_wp, 1.0e-14_wp)
+    flow%position = reshape([0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 2.0_wp, 0.0_wp, 0.3_wp, 0.2_wp, 3.0_wp], &
+      [3, 4])
+    flow%corner = reshape([1, 2, 3, 4], [4, 1])
+    flow%height = flow%position(3, :)
+    flow%head = flow%height
+    flow%depth = [1.0_wp]
+    call give_pores([0.2_wp], flow)
+    call tests%close('pores of a cell of 1 m3, a quarter a node', maxval(abs(flow%storage - 0.05_wp)), 0.0_wp, 1.0e-14_wp)
+    call tests%close('over its height', maxval(abs(flow%reach - 3.0_wp)), 0.0_wp, 1.0e-14_wp)
+  end subroutine check_cell
 
   !> The dam of Dupuit, 0.5 m wide and 0.125 m thick, on eight cells: as in the plane 1.0 % too much flows.
   subroutine check_free_surface(tests)
