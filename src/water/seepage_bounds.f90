@@ -131,7 +131,8 @@ contains
         "' (a well or a drain within it is for plane scenes)")
     else if (wanted > 0.0_wp .and. abs(area - wanted) > whole*wanted) then
       call add_diagnostic(diagnostics, head%where, '*WATER LEVEL', "surface '"//head%set//"', "// &
-        rounded_text(wanted)//' large, lies on faces of cells that are '//rounded_text(area)//' large: let it end where they do')
+        rounded_text(wanted)//' large, lies on faces of cells that are '//rounded_text(area)// &
+        ' large: let it end where they do')
     end if
   end subroutine check_part
 

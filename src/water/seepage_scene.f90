@@ -191,7 +191,8 @@ contains
     do b = 1, size(active)
       if (.not. active(b)) cycle
       if (plane .and. all(analysis%bodies(b)%kind /= [body_box, body_polygon])) call add_diagnostic(diagnostics, &
-        level%where, '*WATER LEVEL', "TYPE=SEEPAGE: body '"//analysis%bodies(b)%name//"' is neither a BOX nor a POLYGON")
+        level%where, '*WATER LEVEL', "TYPE=SEEPAGE: body '"//analysis%bodies(b)%name// &
+        "' is neither a BOX nor a POLYGON")
       if (analysis%materials(material(b))%permeability(1) < 0.0_wp) call add_diagnostic(diagnostics, &
         analysis%materials(material(b))%where, '*MATERIAL', "water is to flow through body '"// &
         analysis%bodies(b)%name//"', but material '"//analysis%materials(material(b))%name// &
