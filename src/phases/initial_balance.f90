@@ -235,7 +235,7 @@ contains
     write (text, '(a,es8.1,a,3(1x,es11.4))') 'their horizontal part varies by ', slope, ' of the weight along the '// &
       'horizontal, most at', place
     call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
-      trim(text)//': ground, a layer or the water is not level there. '//advice)
+      trim(text)//': ground, a layer or the water is not level there, or a wall is of another weight. '//advice)
   end subroutine check_slope
 
   !> Out-of-balance of the stresses of the material points with the loads at the start of the phase. No move is found

@@ -201,22 +201,23 @@ contains
 
     force = 0.0_wp
     associate (points => model%state%points, material => model%analysis%materials(model%state%points%material(p)))
-      share = submerged_share(table, points%position(:, p), half_height(model, p, table%axis))
+      share = submerged_share(table, points%position(:, p), half_size(model, p, table%axis))
       if (.not. share > 0.0_wp) return
       weight = table%unit_weight*abs(gravity(table%axis))
       if (material%saturated_weight >= 0.0_wp) &
         force = share*points%initial_volume(p)*(material%saturated_weight - material%unit_weight)*gravity
       force(table%axis) = force(table%axis) + share*points%initial_volume(p)*table%up*weight
       associate (both => [table%axis, table%across])
-        force(both) = force(both) - share*points%volume(p)*table%up*weight*rise_of(table, points%position(:, p))
+        force(both) = force(both) - share*points%volume(p)*table%up*weight*rise_of(table, points%position(:, p), &
+          half_size(model, p, table%across))
       end associate
     end associate
   end function force_at
 
-  !> Half the height of the box of a point; where cells fit the ground it does not leave its cell.
-  pure real(wp) function half_height(model, p, axis) result(half)
+  !> Half the size of the box of a point along an axis; where cells fit the ground it does not leave its cell.
+  pure real(wp) function half_size(model, p, axis) result(half)
     type(model_type), intent(in) :: model
-    !> Number of the point, and of the vertical axis.
+    !> Number of the point, and of the axis.
     integer, intent(in) :: p, axis
 
     half = model%state%points%half_size(axis, p)
@@ -226,7 +227,7 @@ contains
         half = max(0.0_wp, min(half, y - minval(corners), maxval(corners) - y))
       end associate
     end associate
-  end function half_height
+  end function half_size
 
   !> Pressure of the water at rest at a point as the load stands.
   pure real(wp) function steady_pressure(model, p) result(pressure)
@@ -332,7 +333,7 @@ contains
 
       share_below = 1.0_wp
       if (table%present) share_below = submerged_share(table, model%state%points%position(:, p), &
-        half_height(model, p, table%axis))
+        half_size(model, p, table%axis))
     end function share_below
   end function filled_share_at
 end module qsmpm_pore_water
