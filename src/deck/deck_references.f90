@@ -419,7 +419,8 @@ contains
         if (rises(phase%gravity%vector)) call state%warn(phase%where, 'GRAVITY', &
           'gravity points upwards: it is the vector of the force, '//trim(merge('0, 0, -1', '0, -1   ', &
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
-        if (.not. is_loaded(state%analysis%phases, p)) then
+        ! What is taken off is no load, but a change.
+        if (.not. (is_loaded(state%analysis%phases, p) .or. p > 1 .and. changes_something(state%analysis, p))) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (changes_something(state%analysis, p) .or. (creeps .and. phase%duration_given))) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")

@@ -225,8 +225,8 @@ contains
   end subroutine move_carried
 
   !> Move what rides of bodies that are not there: feet with the ground they lie on, bodies that are taken out with the
-  !> mesh, which stays where nothing moves it, and no farther than the ground: functions that hold next to none of it move
-  !> anyhow. The others wait.
+  !> mesh, which stays where nothing moves it, and no farther than the ground: functions that hold next to none of it
+  !> move anyhow. The others wait.
   subroutine move_inactive(model, activation, displacement, most)
     type(model_type), intent(inout) :: model
     type(activation_type), intent(in) :: activation

@@ -224,6 +224,7 @@ contains
       ' 0.1, 0.02, 0.004, 1, 25, 0|'), 'NAME=one|', 'NAME=one, TIME=1|*INITIAL, TYPE=K0| 1, 0.5|')// &
       joined('*PHASE, NAME=two, TIME=3|*END PHASE|'))
     call warned('*PHASE, NAME=two, TIME=3|*END PHASE|', '', '', 'PHASE', "phase 'two' changes nothing: it has no load of its own")
+    call silent(block//'*PHASE, NAME=two|*GRAVITY| 0, 0|*END PHASE|')
     call silent(block//'*PHASE, NAME=two|*CONSTANT LOAD TEST, REPEATS=2| 1|*END PHASE|')
     call warned('', ' 0, -1|', ' 0, 1|', 'GRAVITY', 'gravity points upwards: it is the vector of the force, 0, -1 for weight')
     call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))
