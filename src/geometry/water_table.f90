@@ -44,7 +44,7 @@ contains
     level = -table%up*huge(1.0_wp)
     if (.not. table%present) return
     if (allocated(table%field)) then
-      level = head_of_flow(table%field, position(:2))
+      level = head_of_flow(table%field, position)
       return
     end if
     i = piece_at(table, position)
@@ -55,7 +55,7 @@ contains
     if (size(table%x) > i) level = level + share*(table%height(i + 1) - table%height(i))
   end function level_at
 
-  !> How the level rises along the vertical, 0 for a line, and across it: of a line in the mean over a box, so that the
+  !> How the level rises along the axes: that of a line not along the vertical and in the mean over a box, so that the
   !> forces of all boxes add up to that of the line, wherever it has its corners.
   pure function rise_of(table, position, half_width) result(rise)
     type(water_table_type), intent(in) :: table
@@ -63,17 +63,17 @@ contains
     real(wp), intent(in) :: position(:)
     !> Half the width of the box.
     real(wp), intent(in) :: half_width
-    real(wp) :: rise(2), side(size(position))
+    real(wp) :: rise(size(position)), side(size(position))
 
-    rise = [0.0_wp, slope_at(table, position)]
-    if (table%present .and. half_width > 0.0_wp) then
+    rise = 0.0_wp
+    if (allocated(table%field)) then
+      rise = gradient_of_flow(table%field, position)
+    else if (table%present .and. half_width > 0.0_wp) then
       side = 0.0_wp
       side(table%across) = half_width
-      rise(2) = (level_at(table, position + side) - level_at(table, position - side))/(2.0_wp*half_width)
-    end if
-    if (allocated(table%field)) then
-      rise = gradient_of_flow(table%field, position(:2))
-      rise = rise([table%axis, table%across])
+      rise(table%across) = (level_at(table, position + side) - level_at(table, position - side))/(2.0_wp*half_width)
+    else
+      rise(table%across) = slope_at(table, position)
     end if
   end function rise_of
 

@@ -196,20 +196,21 @@ contains
     !> Share of the shortest step from which early settlements are twice too large and more.
     real(wp), parameter :: far_too_short = 0.25_wp
     real(wp) :: step, least, width
-    integer :: m, p
+    integer :: m, p, up
 
     text = ''
+    up = vertical_of(model%analysis)
     associate (phase => model%analysis%phases(number), points => model%state%points)
       step = phase%duration/phase%controls%steps
       if (phase%first_time > 0.0_wp) step = phase%first_time
       do m = 1, size(model%analysis%materials)
         associate (soil => model%analysis%materials(m))
-          if (.not. (soil%permeability(2) > 0.0_wp .and. soil%young > 0.0_wp)) cycle
+          if (.not. (soil%permeability(up) > 0.0_wp .and. soil%young > 0.0_wp)) cycle
           width = maxval([0.0_wp, (cell_width(model%mesh, points%cell(p)), p=1, points%count)], &
             mask=[.false., points%material(:points%count) == m])
           if (.not. width > 0.0_wp) cycle
-          if (front_within(soil, soil%permeability(2)/phase%consolidation%unit_weight, width, phase%duration)) cycle
-          least = width**2*phase%consolidation%unit_weight/(6.0_wp*soil%permeability(2)*constrained_modulus(soil))
+          if (front_within(soil, soil%permeability(up)/phase%consolidation%unit_weight, width, phase%duration)) cycle
+          least = width**2*phase%consolidation%unit_weight/(6.0_wp*soil%permeability(up)*constrained_modulus(soil))
           if (.not. step < least) cycle
           if (step < far_too_short*least) text = text//'warning: '
           text = text//"phase '"//phase%name//"': its steps of "//rounded_text(step, 2)// &

@@ -79,8 +79,8 @@ contains
     call tests%close('slope before the line', slope_at(table, [0.5_wp, 0.0_wp]), 0.0_wp, rounding)
     call tests%close('slope behind the line', slope_at(table, [4.5_wp, 0.0_wp]), 0.0_wp, rounding)
     call tests%close('mean slope over a box with two corners', norm2(rise_of(table, [3.0_wp, 0.0_wp], 1.5_wp) &
-      - [0.0_wp, -1.25_wp/3.0_wp]), 0.0_wp, rounding)
-    call tests%close('slope over no width', norm2(rise_of(table, [2.0_wp, 0.0_wp], 0.0_wp) - [0.0_wp, 0.5_wp]), &
+      - [-1.25_wp/3.0_wp, 0.0_wp]), 0.0_wp, rounding)
+    call tests%close('slope over no width', norm2(rise_of(table, [2.0_wp, 0.0_wp], 0.0_wp) - [0.5_wp, 0.0_wp]), &
       0.0_wp, rounding)
     call tests%close('head', head_at(table, [2.0_wp, 2.0_wp]), 0.5_wp, rounding)
     call tests%close('a box in the water', submerged_share(table, [2.0_wp, 2.0_wp], 0.4_wp), 1.0_wp, rounding)
