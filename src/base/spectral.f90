@@ -55,9 +55,10 @@ contains
 
     mean = (a(1, 1) + a(2, 2) + a(3, 3))/3.0_wp
     d = a
-    d(1, 1) = a(1, 1) - mean
-    d(2, 2) = a(2, 2) - mean
-    d(3, 3) = a(3, 3) - mean
+    ! By differences: less the rounded mean the trace of a small deviator would not be nil, and no value stand apart.
+    d(1, 1) = ((a(1, 1) - a(2, 2)) + (a(1, 1) - a(3, 3)))/3.0_wp
+    d(2, 2) = ((a(2, 2) - a(1, 1)) + (a(2, 2) - a(3, 3)))/3.0_wp
+    d(3, 3) = -(d(1, 1) + d(2, 2))
     p = sqrt((d(1, 1)**2 + d(2, 2)**2 + d(3, 3)**2 + 2.0_wp*(d(1, 2)**2 + d(1, 3)**2 + d(2, 3)**2))/6.0_wp)
     if (p <= sqrt(tiny(1.0_wp))) then
       values = [a(1, 1), a(2, 2), a(3, 3)]

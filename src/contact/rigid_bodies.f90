@@ -41,6 +41,8 @@ module qsmpm_rigid_bodies
   real(wp), parameter, public :: drawn_within = 1.0e-2_wp
   !> The same where the soil was taken out along the body: the middle of a thin piece along an arc lies inside of it.
   real(wp), parameter :: left_within = 5.0e-2_wp
+  !> Cells within which a surface touches as drawn; share of it beside round corners that is worth a word.
+  real(wp), parameter :: touching = 1.0e-3_wp, much_beside = 0.1_wp
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
 
 contains
@@ -66,6 +68,7 @@ contains
     end associate
     call make_body_outlines(model)
     call check_overlap(model, diagnostics)
+    call tell_round_corners(model)
     call check_interfaces(model, diagnostics)
   end subroutine make_rigid_bodies
 
@@ -95,6 +98,39 @@ contains
       end associate
     end do
   end subroutine check_overlap
+
+  !> Warn where much of a surface that is drawn along a body lies beside its round corners, which do not touch it.
+  subroutine tell_round_corners(model)
+    type(model_type), intent(inout) :: model
+    type(rigid_body_type) :: body
+    type(placed_shape_type) :: sharp
+    type(distance_type) :: distance
+    type(diagnostics_type) :: said
+    real(wp) :: drawn, beside
+    integer :: i, p
+
+    do i = 1, size(model%contact_pairs)
+      associate (pair => model%contact_pairs(i), points => model%state%surface)
+        body = model%analysis%rigid_bodies(pair%body)
+        body%round = touching*model%cell_size
+        call make_shape(body, model%analysis%model, model%cell_size, sharp%shape, sharp%reference, said)
+        drawn = 0.0_wp
+        beside = 0.0_wp
+        do p = 1, points%count
+          if (points%surface(p) /= pair%surface) cycle
+          distance = sharp%distance_at(place_of(points, p))
+          if (abs(distance%value) > touching*model%cell_size) cycle
+          drawn = drawn + points%area(p)
+          distance = model%rigid_shapes(pair%body)%distance_at(place_of(points, p))
+          if (distance%value > touching*model%cell_size) beside = beside + points%area(p)
+        end do
+        if (beside > much_beside*drawn) model%notes = model%notes//'warning: '// &
+          rounded_text(100.0_wp*beside/drawn, 2)//" % of what of surface '"//model%analysis%contacts(i)%surface// &
+          "' is drawn along rigid body '"//body%name//"' lies beside its round corners and does not touch it: give "// &
+          'a smaller ROUND of *RIGID BODY, or smaller cells, a quarter of which it is when not given'//new_line('a')
+      end associate
+    end do
+  end subroutine tell_round_corners
 
   !> Shape and reference point of one body.
   subroutine make_shape(body, kind_of_model, cell_size, shape, reference, diagnostics)

@@ -17,9 +17,10 @@ module qsmpm_deck_magnitudes
   public :: check_magnitudes, check_strengths
 
   !> Names of units that are known, in kN and m.
-  character(len=2), parameter :: forces(4) = ['N ', 'kN', 'MN', 'GN'], lengths(4) = ['mm', 'cm', 'm ', 'km']
-  real(wp), parameter :: kilonewtons(4) = [1.0e-3_wp, 1.0_wp, 1.0e3_wp, 1.0e6_wp], &
-    metres(4) = [1.0e-3_wp, 1.0e-2_wp, 1.0_wp, 1.0e3_wp]
+  character(len=3), parameter :: forces(7) = ['N  ', 'kN ', 'MN ', 'GN ', 'lb ', 'lbf', 'kip'], &
+    lengths(6) = ['mm', 'cm', 'm ', 'km', 'in', 'ft']
+  real(wp), parameter :: pound = 4.4482216152605e-3_wp, kilonewtons(7) = [1.0e-3_wp, 1.0_wp, 1.0e3_wp, 1.0e6_wp, &
+    pound, pound, 1.0e3_wp*pound], metres(6) = [1.0e-3_wp, 1.0e-2_wp, 1.0_wp, 1.0e3_wp, 2.54e-2_wp, 0.3048_wp]
   !> The acceleration of gravity in m/s2, and kN/m3: water, what a material weighs, and what is a weight already where
   !> gravity is an acceleration (steel of 7.85 t/m3 is not).
   real(wp), parameter :: standard = 9.81_wp, near_standard = 0.1_wp, water(2) = [9.0_wp, 11.0_wp], &

@@ -164,6 +164,10 @@ contains
         call check_user_material(state, material)
         if (gravity .and. .not. material%unit_weight > 0.0_wp) call state%warn(material%where, &
           'MATERIAL', "material '"//material%name//"' has no weight, but there is gravity")
+        if (gravity .and. material%strength_profile%given .and. material%strength_profile%along /= &
+          vertical_of(state%analysis)) call state%warn(material%profile_where, 'STRENGTH PROFILE', "material '"// &
+          material%name//"': gravity does not act along the axis of its levels: ALONG="// &
+          trim(axis_words(vertical_of(state%analysis))))
       end associate
     end do
   end subroutine check_materials
@@ -208,7 +212,7 @@ contains
       'along the axis that *'//traits%keyword//' takes for the vertical: ALONG='// &
       trim(axis_words(vertical_of(state%analysis))))
     if (traits%flows_in_time) call warn_of_time(state, material, traits%keyword)
-    if (size(state%analysis%phases) == 0 .or. .not. traits%needs_stress) return
+    if (size(state%analysis%phases) == 0 .or. .not. traits%smallest_pressure > 0.0_wp) return
     if (state%analysis%phases(1)%initial%kind == initial_keep) call state%warn(material%where, 'MATERIAL', &
       "clay '"//material%name//"' starts without stress, at its smallest pressure: *INITIAL, TYPE=K0 gives it one")
   end subroutine check_law
@@ -415,7 +419,8 @@ contains
         if (rises(phase%gravity%vector)) call state%warn(phase%where, 'GRAVITY', &
           'gravity points upwards: it is the vector of the force, '//trim(merge('0, 0, -1', '0, -1   ', &
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
-        if (.not. is_loaded(state%analysis%phases, p)) then
+        ! What is taken off is no load, but a change.
+        if (.not. (is_loaded(state%analysis%phases, p) .or. p > 1 .and. changes_something(state%analysis, p))) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (changes_something(state%analysis, p) .or. (creeps .and. phase%duration_given))) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")

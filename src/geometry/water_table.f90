@@ -55,17 +55,24 @@ contains
     if (size(table%x) > i) level = level + share*(table%height(i + 1) - table%height(i))
   end function level_at
 
-  !> How the level rises along the axes; that of a line not along the vertical.
-  pure function rise_of(table, position) result(rise)
+  !> How the level rises along the axes: that of a line not along the vertical and in the mean over a box, so that the
+  !> forces of all boxes add up to that of the line, wherever it has its corners.
+  pure function rise_of(table, position, half_width) result(rise)
     type(water_table_type), intent(in) :: table
     !> (dimension)
     real(wp), intent(in) :: position(:)
-    real(wp) :: rise(size(position))
+    !> Half the width of the box.
+    real(wp), intent(in) :: half_width
+    real(wp) :: rise(size(position)), side(size(position))
 
+    rise = 0.0_wp
     if (allocated(table%field)) then
       rise = gradient_of_flow(table%field, position)
+    else if (table%present .and. half_width > 0.0_wp) then
+      side = 0.0_wp
+      side(table%across) = half_width
+      rise(table%across) = (level_at(table, position + side) - level_at(table, position - side))/(2.0_wp*half_width)
     else
-      rise = 0.0_wp
       rise(table%across) = slope_at(table, position)
     end if
   end function rise_of

@@ -17,7 +17,7 @@ module qsmpm_initial_stress
   use qsmpm_phase_description, only: initial_stress_type, initial_k0, initial_isotropic, initial_given
   use qsmpm_model, only: model_type
   use qsmpm_points, only: place_of
-  use qsmpm_pore_water, only: half_height
+  use qsmpm_pore_water, only: half_size
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_stress_at_rest, only: horizontal_at_rest
   use qsmpm_water_table, only: head_at, submerged_share
@@ -181,7 +181,7 @@ contains
       do p = 1, points%count
         associate (body => points%body(p), position => points%position(:, p))
           if (.not. overburden%structure(body)) cycle
-          half = inside_box*half_height(model, p, axis)
+          half = inside_box*half_size(model, p, axis)
           ends = spread(position, 2, 2)
           ends(axis, :) = ends(axis, :) + [-half, half]*overburden%up
           above = [(weight_beside(overburden, body, ends(:, k), initial%surface_level), k=1, 2)]

@@ -46,8 +46,8 @@ module qsmpm_law_parameters
     real(wp) :: dilatancy_angle = 0.0_wp
     !> Friction angle in degrees and cohesion of its strength in compression; negative where they are not known.
     real(wp) :: friction_angle = -1.0_wp, cohesion = -1.0_wp
-    !> Stiffness comes of the stress, so that a point should start with one.
-    logical :: needs_stress = .false.
+    !> Stiffness comes of the stress above this mean pressure, so that a point should start with more; 0: it does not.
+    real(wp) :: smallest_pressure = 0.0_wp
     !> The stress is total: pore water of its own would count twice.
     logical :: total_stress = .false.
     !> Its state holds a tensor, which images of a reduced scene do not turn.

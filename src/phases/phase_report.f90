@@ -13,18 +13,21 @@ module qsmpm_phase_report
   use qsmpm_grid_window, only: window_type, cells_of, operator(==)
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_initialisation, only: step_type, ready_terms
+  use qsmpm_law_parameters, only: law_description_type
   use qsmpm_limit_load, only: relative_compliance
   use qsmpm_locking_check, only: check_locking
   use qsmpm_held_sides, only: side_check_type, warn_of_crossing, warn_of_reached_sides
   use qsmpm_unsupported_parts, only: describe_unsupported_parts
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_material_traits, only: traits_of
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type, check_moving_mesh
   use qsmpm_observer, only: observer_type
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_sheared_ground, only: fallen_note, flow_notes, swollen_note
   use qsmpm_team, only: largest, total
   use qsmpm_text, only: integer_list, integer_text
@@ -266,6 +269,7 @@ contains
       do m = 1, size(beyond)
         beyond(m) = total(team, beyond(m))
         if (beyond(m) > 0) names = names//", '"//model%analysis%materials(m)%name//"'"
+        call warn_of_low_pressure(model, m, observer)
       end do
       points = total(team, count(own_of(model%part%points, count_of), kind=long))
     end associate
@@ -273,6 +277,30 @@ contains
       integer_text(points)//' material points lies beyond their strength (material '//names(3:)// &
       '); the first step brings it back and moves them: change k0, of the *K0 of the material or of *INITIAL')
   end subroutine warn_of_initial_strength
+
+  !> Warn of a material whose law begins with a constant stiffness at most of its points: its SMALLEST PRESSURE is in
+  !> another unit, mostly.
+  subroutine warn_of_low_pressure(model, number, observer)
+    type(model_type), intent(in) :: model
+    !> Number of the material.
+    integer, intent(in) :: number
+    class(observer_type), intent(inout) :: observer
+    type(law_description_type) :: traits
+    integer(long) :: points(2)
+
+    traits = traits_of(model%analysis%materials(number))
+    associate (of => model%state%points, count_of => model%state%points%count)
+      associate (own => own_of(model%part%points, count_of) .and. of%material(:count_of) == number)
+        points = [count(own .and. -sum(of%stress(:3, :count_of), dim=1) < 3.0_wp*traits%smallest_pressure, kind=long), &
+          count(own, kind=long)]
+      end associate
+    end associate
+    points = [total(model%part%team, points(1)), total(model%part%team, points(2))]
+    if (2*points(1) > points(2)) call observer%note('warning: '//integer_text(points(1))//' of '// &
+      integer_text(points(2))//" points of material '"//model%analysis%materials(number)%name//"' begin below the "// &
+      'SMALLEST PRESSURE of *'//traits%keyword//', '//rounded_text(traits%smallest_pressure)// &
+      ': its stiffness is constant there. The default is meant for kPa: give it in the units of the deck')
+  end subroutine warn_of_low_pressure
 
   !> Why a phase ends without its load: pieces without support where there are any, else the residual of the last solve.
   function failure_text(model, step, phase, outcome) result(message)

@@ -34,7 +34,7 @@ module qsmpm_convection
   implicit none
   private
 
-  public :: convect, move_points, update_in_place
+  public :: convect, longest_move, move_points, update_in_place
 
   !> Points from which moving and updating them is worth waking the threads.
   integer, parameter :: fewest_points = 50000
@@ -45,13 +45,15 @@ contains
 
   !> Update what rides on the mesh, then reset the mesh. Stresses, states and volumes of the material
   !> points are taken last, when nothing can fail any more.
-  subroutine convect(model, step, displacement, error)
+  subroutine convect(model, step, displacement, error, most)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout), target :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> A point that cannot be updated or has left the mesh, or a tangled mesh.
     type(error_type), allocatable, intent(out) :: error
+    !> How far what is taken out may move with the mesh.
+    real(wp), intent(in), optional :: most
     type(soil_type), pointer :: soil
     integer, allocatable :: source(:)
     real(wp) :: areas(model%mesh%dimension, model%state%surface%count)
@@ -67,7 +69,7 @@ contains
         .and. own_of(model%part%tracers, state%tracers%count), step%activation, state%points)
       call move_carried(mesh, space, displacement, state%watched, own_of(model%part%watched, state%watched%count), &
         step%activation, state%points)
-      call move_inactive(model, step%activation, displacement)
+      call move_inactive(model, step%activation, displacement, most)
       call move_points(step%at_points, displacement, state%points%position)
     end associate
     call refuse_penetration(model, bodies_at_end(step%terms), step%penetration, error)
@@ -171,9 +173,25 @@ contains
     !$omp end parallel do
   end subroutine move_points
 
+  !> Longest displacement of material points of this process.
+  pure real(wp) function longest_move(at_points, displacement) result(longest)
+    !> Basis at the material points.
+    type(integration_type), intent(in) :: at_points
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    integer :: g, q
+
+    longest = 0.0_wp
+    do g = 1, at_points%group_count
+      do q = at_points%first(g), at_points%first(g + 1) - 1
+        longest = max(longest, norm2(point_displacement(at_points, displacement, g, q)))
+      end do
+    end do
+  end function longest_move
+
   !> Move what rides on the mesh beside the material points, by the functions that the ground has there, or without the
   !> points by those of its own cells, whoever else uses these.
-  subroutine move_carried(mesh, space, displacement, carried, chosen, activation, points)
+  subroutine move_carried(mesh, space, displacement, carried, chosen, activation, points, most)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     !> Displacement of the step (dimension, node_count).
@@ -183,7 +201,10 @@ contains
     logical, intent(in), optional :: chosen(:)
     type(activation_type), intent(in), optional :: activation
     type(points_type), intent(in), optional :: points
+    !> Longest displacement that it takes.
+    real(wp), intent(in), optional :: most
     type(shape_values_type) :: place
+    real(wp) :: u(size(displacement, 1))
     integer :: i
 
     do i = 1, carried%count
@@ -195,27 +216,34 @@ contains
       else
         call functions_at(space, mesh, carried%cell(i), carried%local(:, i), place)
       end if
-      carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
+      u = value_at(place, displacement)
+      if (present(most)) then
+        if (norm2(u) > most) u = u*(most/norm2(u))
+      end if
+      carried%position(:, i) = carried%position(:, i) + u
     end do
   end subroutine move_carried
 
   !> Move what rides of bodies that are not there: feet with the ground they lie on, bodies that are taken out with the
-  !> mesh, which stays where nothing moves it. The others wait.
-  subroutine move_inactive(model, activation, displacement)
+  !> mesh, which stays where nothing moves it, and no farther than the ground: functions that hold next to none of it
+  !> move anyhow. The others wait.
+  subroutine move_inactive(model, activation, displacement, most)
     type(model_type), intent(inout) :: model
     type(activation_type), intent(in) :: activation
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
+    !> Longest displacement of the ground.
+    real(wp), intent(in), optional :: most
 
     associate (mesh => model%mesh, space => model%space, state => model%state)
       if (state%inactive%feet%count > 0) call move_carried(mesh, space, displacement, state%inactive%feet, &
         any(model%feet%on .and. spread(bodies_active(model%analysis, state%progress%phase), 2, &
         state%inactive%feet%count), dim=1) .and. own_of(model%part%feet, state%inactive%feet%count), activation, &
         state%points)
-      call move_carried(mesh, space, displacement, state%inactive%unloading)
-      call move_carried(mesh, space, displacement, state%inactive%unloading_surface)
+      call move_carried(mesh, space, displacement, state%inactive%unloading, most=most)
+      call move_carried(mesh, space, displacement, state%inactive%unloading_surface, most=most)
       call move_carried(mesh, space, displacement, state%tracers, of_taken_out(model) .and. &
-        own_of(model%part%tracers, state%tracers%count))
+        own_of(model%part%tracers, state%tracers%count), most=most)
     end associate
   end subroutine move_inactive
 

@@ -9,7 +9,7 @@ module qsmpm_load_step
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: agree, any_of
   use qsmpm_phase_description, only: controls_type
-  use qsmpm_convection, only: convect, update_in_place
+  use qsmpm_convection, only: convect, longest_move, update_in_place
   use qsmpm_division, only: migrate_points
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_error, only: error_type
@@ -26,6 +26,7 @@ module qsmpm_load_step
   use qsmpm_step_outcome, only: judge_length, compliance_in, take_reactions_and_work, name_worst_node, place_share
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_stopwatch, only: switch_timer, part_control, part_convection
+  use qsmpm_team, only: largest
   use qsmpm_term_sums, only: keep_nodal_of_terms, commit_terms, discard_terms
   use qsmpm_usable_state, only: check_state
   implicit none
@@ -108,6 +109,7 @@ contains
     type(solution_type), intent(inout) :: solution
     type(error_type), allocatable, intent(out) :: error
     type(saved_places_type) :: before
+    real(wp) :: most
 
     call leave_joint_system(step%joint)
     call save_places(model, before)
@@ -122,10 +124,13 @@ contains
       call keep_nodal_of_terms(step%terms, solution%displacement, model%state%kept)
     end if
     associate (displacement => solution%displacement(:model%mesh%dimension, :model%space%node_count))
+      most = huge(most)
+      if (size(model%analysis%phases(model%state%progress%phase)%deactivations) > 0) &
+        most = largest(step%team, longest_move(step%at_points, displacement))
       if (attempt%in_place .and. .not. allocated(error)) then
         call update_in_place(model, step, displacement, error)
       else if (.not. allocated(error)) then
-        call convect(model, step, displacement, error)
+        call convect(model, step, displacement, error, most)
       end if
     end associate
     call agree(model%part%team, error)

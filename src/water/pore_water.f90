@@ -34,7 +34,7 @@ module qsmpm_pore_water
   private
 
   public :: has_water, has_pore_pressure, dry_tables, take_levels, levels_in_force, water_forces, &
-    steady_pressure, update_pore_pressure, discharge_in, has_inflow, begin_free_surface, half_height
+    steady_pressure, update_pore_pressure, discharge_in, has_inflow, begin_free_surface, half_size
 
 contains
 
@@ -201,20 +201,21 @@ contains
 
     force = 0.0_wp
     associate (points => model%state%points, material => model%analysis%materials(model%state%points%material(p)))
-      share = submerged_share(table, points%position(:, p), half_height(model, p, table%axis))
+      share = submerged_share(table, points%position(:, p), half_size(model, p, table%axis))
       if (.not. share > 0.0_wp) return
       weight = table%unit_weight*abs(gravity(table%axis))
       if (material%saturated_weight >= 0.0_wp) &
         force = share*points%initial_volume(p)*(material%saturated_weight - material%unit_weight)*gravity
       force(table%axis) = force(table%axis) + share*points%initial_volume(p)*table%up*weight
-      force = force - share*points%volume(p)*table%up*weight*rise_of(table, points%position(:, p))
+      force = force - share*points%volume(p)*table%up*weight*rise_of(table, points%position(:, p), &
+        half_size(model, p, table%across))
     end associate
   end function force_at
 
-  !> Half the height of the box of a point; where cells fit the ground it does not leave its cell.
-  pure real(wp) function half_height(model, p, axis) result(half)
+  !> Half the size of the box of a point along an axis; where cells fit the ground it does not leave its cell.
+  pure real(wp) function half_size(model, p, axis) result(half)
     type(model_type), intent(in) :: model
-    !> Number of the point, and of the vertical axis.
+    !> Number of the point, and of the axis.
     integer, intent(in) :: p, axis
 
     half = model%state%points%half_size(axis, p)
@@ -224,7 +225,7 @@ contains
         half = max(0.0_wp, min(half, y - minval(corners), maxval(corners) - y))
       end associate
     end associate
-  end function half_height
+  end function half_size
 
   !> Pressure of the water at rest at a point as the load stands.
   pure real(wp) function steady_pressure(model, p) result(pressure)
@@ -330,7 +331,7 @@ contains
 
       share_below = 1.0_wp
       if (table%present) share_below = submerged_share(table, model%state%points%position(:, p), &
-        half_height(model, p, table%axis))
+        half_size(model, p, table%axis))
     end function share_below
   end function filled_share_at
 end module qsmpm_pore_water

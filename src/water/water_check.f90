@@ -140,7 +140,7 @@ contains
     end associate
   end subroutine check_reach
 
-  !> A line falls over more than the box of a material point, by whose middle its slope is taken, or not at all.
+  !> A line falls over more than the box of a material point, over which its slope is taken in the mean, or not at all.
   subroutine check_falls(model, level, tables, diagnostics)
     type(model_type), intent(in) :: model
     type(water_level_type), intent(in) :: level
@@ -166,7 +166,7 @@ contains
         end do
         if (any_of(model%part%team, within)) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
           'the line falls by '//short(fall)//' from '//across_name(tables)//' = '//short(from(1))//' to '// &
-          short(to(1))//', within the box of a material point, which takes its slope in the middle: let it '// &
+          short(to(1))//', within the box of a material point, over which it takes a mean slope: let it '// &
           'fall over the width of the wall, or of several points')
       end associate
     end do

@@ -224,6 +224,7 @@ contains
       ' 0.1, 0.02, 0.004, 1, 25, 0|'), 'NAME=one|', 'NAME=one, TIME=1|*INITIAL, TYPE=K0| 1, 0.5|')// &
       joined('*PHASE, NAME=two, TIME=3|*END PHASE|'))
     call warned('*PHASE, NAME=two, TIME=3|*END PHASE|', '', '', 'PHASE', "phase 'two' changes nothing: it has no load of its own")
+    call silent(block//'*PHASE, NAME=two|*GRAVITY| 0, 0|*END PHASE|')
     call silent(block//'*PHASE, NAME=two|*CONSTANT LOAD TEST, REPEATS=2| 1|*END PHASE|')
     call warned('', ' 0, -1|', ' 0, 1|', 'GRAVITY', 'gravity points upwards: it is the vector of the force, 0, -1 for weight')
     call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))
@@ -298,6 +299,12 @@ contains
     call told(' 11, 27, 0|', ' 120, 0, 0|', '', '')
     call told(' 11, 27, 0|', ' 0.04, 0, 0|', '', 'E/s_u is 300000, 100 to 2000 is usual; are both in the same unit?')
     call told(' 11, 27, 0|', ' 0.7, 0, 0|', '', '')
+    call told('m, FORCE=kN', 'ft, FORCE=lb', ' 115, 127|UNIT WEIGHT=62.4|', '')
+    call told('m, FORCE=kN', 'in, FORCE=kip', ' 6.6e-5, 7.4e-5|UNIT WEIGHT=3.61e-5|', '')
+    call told('m, FORCE=kN', 'ft, FORCE=lbf', ' 115, 127|UNIT WEIGHT=9.81|', 'UNIT WEIGHT=9.81 in lbf and ft is 1.541 kN/m3')
+    call told(' 11, 27, 0|', ' 11, 27, 0|*STRENGTH PROFILE, ALONG=X| 0, 11, 0|', '', &
+      "material 'soil': gravity does not act along the axis of its levels: ALONG=Y")
+    call told(' 11, 27, 0|', ' 11, 27, 0|*STRENGTH PROFILE| 0, 11, 0|', '', '')
 
   contains
 

@@ -18,7 +18,7 @@ module test_pore_water
   use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_surface_pressure, only: surface_pressure_type, pressure_at, reached_pressure
   use qsmpm_water_lines, only: water_line_type, water_lines
-  use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at, submerged_share
+  use qsmpm_water_table, only: water_table_type, level_at, rise_of, slope_at, head_at, submerged_share
   use deck_samples, only: joined
   use scene_samples, only: layers_deck, twin_deck, changed, outcome
   use term_samples, only: load_at
@@ -78,6 +78,10 @@ contains
     call tests%close('slope of a piece', slope_at(table, [3.5_wp, 0.0_wp]), -2.0_wp, rounding)
     call tests%close('slope before the line', slope_at(table, [0.5_wp, 0.0_wp]), 0.0_wp, rounding)
     call tests%close('slope behind the line', slope_at(table, [4.5_wp, 0.0_wp]), 0.0_wp, rounding)
+    call tests%close('mean slope over a box with two corners', norm2(rise_of(table, [3.0_wp, 0.0_wp], 1.5_wp) &
+      - [-1.25_wp/3.0_wp, 0.0_wp]), 0.0_wp, rounding)
+    call tests%close('slope over no width', norm2(rise_of(table, [2.0_wp, 0.0_wp], 0.0_wp) - [0.5_wp, 0.0_wp]), &
+      0.0_wp, rounding)
     call tests%close('head', head_at(table, [2.0_wp, 2.0_wp]), 0.5_wp, rounding)
     call tests%close('a box in the water', submerged_share(table, [2.0_wp, 2.0_wp], 0.4_wp), 1.0_wp, rounding)
     call tests%close('a box half way', submerged_share(table, [2.0_wp, 2.4_wp], 0.4_wp), 0.625_wp, rounding)

@@ -4,7 +4,7 @@ module test_stages
   use qsmpm, only: wp, error_type, problem_type, simulation_type
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_method_description, only: basis_spline2g
-  use qsmpm_convection, only: convect
+  use qsmpm_convection, only: convect, longest_move
   use qsmpm_element, only: node_count
   use qsmpm_element_shape, only: shape_functions
   use qsmpm_lift_feet, only: lift_feet_type, stretch_over, height_over
@@ -52,6 +52,7 @@ contains
     call check_lift(tests, on_triangles)
     call check_room(tests)
     call check_ride(tests)
+    call check_short_ride(tests)
     call check_losses(tests)
     call check_material(tests)
     call check_early_end(tests)
@@ -361,6 +362,41 @@ contains
 
     u = [-0.1_wp*(x(1) - 2.0_wp), 0.1_wp*x(2)]
   end function squeeze
+
+  !> What is taken out moves with the mesh, but no farther than it is let; the ground moves as it does.
+  subroutine check_short_ride(tests)
+    type(tests_type), intent(inout) :: tests
+    class(simulation_type), allocatable :: run
+    class(step_type), allocatable, target :: step
+    class(state_type), allocatable :: before
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :), moved(:, :), lengths(:)
+    real(wp) :: most
+    integer :: i
+
+    allocate (run, step, before)
+    call begin_pit(run, step, u)
+    before = run%model%state
+    allocate (lengths(before%inactive%unloading%count))
+    do i = 1, size(lengths)
+      lengths(i) = norm2(squeeze(before%inactive%unloading%position(:, i)))
+    end do
+    most = 0.5_wp*(minval(lengths) + maxval(lengths))
+    call convect(run%model, step, u, error, most)
+    call tests%check('a step of an excavation whose body is held back', .not. allocated(error))
+    allocate (moved, source=run%model%state%points%position - before%points%position)
+    call tests%close('the ground is not', longest_move(step%at_points, u), maxval(norm2(moved, dim=1)), 1.0e-12_wp)
+    associate (places => before%inactive%unloading%position)
+      moved = run%model%state%inactive%unloading%position - places
+      do i = 1, size(places, 2)
+        moved(:, i) = moved(:, i) - squeeze(places(:, i))*min(1.0_wp, most/lengths(i))
+      end do
+      call tests%close('what is taken out goes so far', maxval(abs(moved)), 0.0_wp, 1.0e-12_wp)
+    end associate
+    call discard_terms(step%terms)
+    call end_system(step%system)
+    call run%destroy()
+  end subroutine check_short_ride
 
   !> What is there and what is taken out ride on the mesh, each once, and are found again; a body that waits stays.
   subroutine check_ride(tests)

@@ -106,7 +106,29 @@ contains
     call tests%close('small off-diagonal terms are seen', spectral_error(reshape([1.0_wp, 0.0_wp, &
       1.0e-9_wp, 0.0_wp, 1.0_wp, 0.0_wp, 1.0e-9_wp, 0.0_wp, 1.0_wp], [3, 3]), &
       [1.0_wp + 1.0e-9_wp, 1.0_wp, 1.0_wp - 1.0e-9_wp]), 0.0_wp, 1.0e-15_wp)
+    call check_near_unity(tests)
   end subroutine check_spectral
+
+  !> Tensors that are a rounding or none in each component from a multiple of unity, as of soil that rests: the sum of
+  !> the diagonal rounds by more than their deviator.
+  subroutine check_near_unity(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp) :: a(3, 3), values(3), vectors(3, 3), x, difference(6)
+    integer :: i, j, k, wrong
+
+    wrong = 0
+    do k = 0, 20
+      x = 0.99994000179996401_wp - 0.013_wp*k
+      do i = 0, 3**6 - 1
+        difference = spacing(x)*[(modulo(i/3**j, 3) - 1, j=0, 5)]
+        a = x*identity + unpack_symmetric(difference)
+        call spectral(a, values, vectors)
+        if (.not. maxval(abs(compose(values, vectors) - a)) < 2.0e-15_wp .or. &
+          .not. maxval(abs(times(transpose(vectors), vectors) - identity)) < 2.0e-15_wp) wrong = wrong + 1
+      end do
+    end do
+    call tests%check('tensors a rounding from a multiple of unity', wrong == 0)
+  end subroutine check_near_unity
 
   !> The direct decomposition and Jacobi's give the same values for tensors of all shapes and sizes, and a
   !> small deviator on a large mean keeps its own digits. Tolerance: ten roundings of the largest entry, of

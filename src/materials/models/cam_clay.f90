@@ -72,7 +72,7 @@ contains
     law%example = '*CAM CLAY, OCR=1.5| 1.0, 0.2, 0.04, 2.2, 0.3'
     ! On the dry side of the critical state.
     law%may_soften = .true.
-    law%needs_stress = .true.
+    law%smallest_pressure = self%smallest_pressure
     law%friction_angle = asin(min(1.0_wp, 3.0_wp*self%slope/(6.0_wp + self%slope)))*180.0_wp/pi
   end function describe
 

@@ -72,7 +72,7 @@ contains
     law%example = "*SOFT SOIL CREEP, OCR=1.4| lambda*=0.1, kappa*=0.02, mu*=0.004| c'=2, phi'=25, psi=0"
     law%has_strength = .true.
     law%associated_flow = .false.
-    law%needs_stress = .true.
+    law%smallest_pressure = self%smallest_pressure
     law%flows_in_time = .true.
     law%dilatancy_angle = self%dilatancy_angle
     law%friction_angle = self%friction_angle
