@@ -22,8 +22,8 @@ module qsmpm_flow_points
     real(wp) :: hoop = 0.0_wp
     integer :: corners = 0
     real(wp) :: shape(8) = 0.0_wp, slope(3, 8) = 0.0_wp, kept(8) = 0.0_wp
-    !> What leaves at faces beside it by a unit of pressure, times t^1/2; of each node at one point.
-    real(wp) :: leak(8) = 0.0_wp
+    !> Whether it answers for what leaves by a face at its corners: one point for each node.
+    logical :: leaks(8) = .false.
     !> Under a free surface: share of drainable pores, mass that the water in them adds where they are full, and weight
     !> of water that has come in as the soil grew; of its corners the suction under which they are empty, how much of
     !> them was filled, and what a unit of pressure makes flow there, of the size of the matrix, in unit time and at
