@@ -189,27 +189,31 @@ contains
   end subroutine note_idle_laws
 
   !> The word on soils that drain, in a phase, to nodes at which the pressure falls at once: beside soil that lets water
-  !> go much faster, at open sets within the ground, and at faces under a free surface. Their cells there then drain as a
-  !> whole, until the front has crossed them.
+  !> go much faster, and has time to, at open sets within the ground, and at faces under a free surface. Their cells there
+  !> then drain as a whole, until the front has crossed them.
   function front_notes(model, number) result(text)
     type(model_type), intent(in) :: model
     integer, intent(in) :: number
     character(len=:), allocatable :: text
-    !> Shares of what leaves from which it is a note, and a warning.
-    real(wp), parameter :: told = 0.05_wp, too_much = 0.25_wp
-    logical :: abrupt(model%mesh%node_count, size(model%analysis%materials)), active(size(model%analysis%bodies))
-    real(wp) :: width(size(model%analysis%materials)), k, excess
+    !> Shares of what leaves from which it is a note, and a warning, and the largest that is told.
+    real(wp), parameter :: told = 0.05_wp, too_much = 0.25_wp, most = 9.0_wp
+    logical :: active(size(model%analysis%bodies))
+    real(wp), dimension(size(model%analysis%materials)) :: width, fast
+    real(wp) :: beside(model%mesh%node_count, size(model%analysis%materials)), k, time, excess
     integer :: m, p
 
     text = ''
     active = bodies_active(model%analysis, number)
-    abrupt = abrupt_nodes(model, number, active)
+    beside = permeability_beside(model, number, active)
     width = 0.0_wp
+    fast = 0.0_wp
     associate (points => model%state%points, mesh => model%mesh)
       do p = 1, points%count
         associate (c => points%cell(p), m => points%material(p))
           associate (corner => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + corner_count(mesh%cell_kind(c)) - 1))
-            if (active(points%body(p)) .and. any(abrupt(corner, m))) width(m) = max(width(m), cell_width(mesh, c))
+            if (.not. (active(points%body(p)) .and. any(beside(corner, m) > 0.0_wp))) cycle
+            width(m) = max(width(m), cell_width(mesh, c)*merge(sqrt(2.0_wp), 1.0_wp, size(corner) == 3))
+            fast(m) = max(fast(m), maxval(beside(corner, m)))
           end associate
         end associate
       end do
@@ -220,24 +224,27 @@ contains
         k = soil%permeability(2)/model%analysis%phases(consolidation_of(model%analysis%phases, number)) &
           %consolidation%unit_weight
         if (free_surface_of(model%analysis%phases, number) > 0 .and. front_within(soil, k, width(m), phase%duration)) cycle
-        excess = early_excess(k*constrained_modulus(soil)*phase%duration/width(m)**2)
+        if (fast(m) < huge(k) .and. front_within(soil, k*fast(m)/soil%permeability(2), width(m), phase%duration)) cycle
+        time = k*constrained_modulus(soil)*phase%duration/width(m)**2
+        excess = early_excess(time)
         if (.not. excess > told) cycle
         if (excess > too_much) text = text//'warning: '
         text = text//"phase '"//phase%name//"': '"//soil%name//"' drains to soil that lets water go faster, to a set "// &
           'within the ground or by a face, in cells of '//rounded_text(width(m), 2)//' there, which its front does not '// &
-          'cross in the TIME: what leaves there, and settlements by it, may be '//rounded_text(100.0_wp*excess, 2)// &
+          'cross in the TIME: what leaves there, and settlements by it, may be '//rounded_text(100.0_wp*min(excess, most), 2)// &
           ' % too large; finer lines of *GRID there'//new_line('a')
       end associate
     end do
   end function front_notes
 
-  !> Nodes at which the pressure of a soil falls at once (mesh nodes, materials).
-  pure function abrupt_nodes(model, number, active) result(abrupt)
+  !> Of nodes at which the pressure of a soil falls at once the permeability that makes it, without end where it is held;
+  !> 0 for others (mesh nodes, materials).
+  pure function permeability_beside(model, number, active) result(beside)
     type(model_type), intent(in) :: model
     integer, intent(in) :: number
     !> Bodies that are there.
     logical, intent(in) :: active(:)
-    logical :: abrupt(model%mesh%node_count, size(model%analysis%materials))
+    real(wp) :: beside(model%mesh%node_count, size(model%analysis%materials))
     !> Permeability over that of a soil from which on it holds no pressure.
     real(wp), parameter :: much = 30.0_wp
     real(wp) :: fastest(model%mesh%node_count)
@@ -265,19 +272,19 @@ contains
       end do
     end associate
     do m = 1, size(model%analysis%materials)
-      abrupt(:, m) = fastest > much*model%analysis%materials(m)%permeability(2) .or. (drained .and. (inside .or. &
-        free_surface_of(model%analysis%phases, number) > 0))
+      beside(:, m) = merge(fastest, 0.0_wp, fastest > much*model%analysis%materials(m)%permeability(2))
+      where (drained .and. (inside .or. free_surface_of(model%analysis%phases, number) > 0)) beside(:, m) = huge(1.0_wp)
     end do
-  end function abrupt_nodes
+  end function permeability_beside
 
-  !> Share by which what leaves a half space from a pressure that comes at once is too large where the node at its face
-  !> is held, by c t/h^2.
+  !> Share by which what leaves a half space is too large where the node at its face is held, of a load that comes evenly,
+  !> by c t/h^2.
   pure real(wp) function early_excess(time) result(excess)
     real(wp), intent(in) :: time
-    !> Up to it what has left is still the share of the cell, h/12^1/2.
+    !> Up to it what has left is still the share of the cell, h/12^1/2, over 4/3 (c t/pi)^1/2, and half more.
     real(wp), parameter :: early = 0.02_wp
 
-    excess = merge(sqrt(pi/(48.0_wp*time)) - 0.9_wp, 1.0_wp/(48.0_wp*time), time < early)
+    excess = merge(sqrt(3.0_wp*pi/time)/8.0_wp + 0.5_wp, 1.0_wp/(16.0_wp*time), time < early)
   end function early_excess
 
   !> Every body has a permeability, and water has one way to take pressure.
