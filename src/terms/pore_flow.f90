@@ -202,7 +202,8 @@ contains
     pressure = reshape(kept_values(model%state%kept, excess_field), shape(pressure))
     associate (phases => model%analysis%phases)
       associate (card => phases(consolidation_of(phases, model%state%progress%phase))%consolidation)
-        call find_layers(model, pressure, drained_nodes(model, card) .or. total, card%unit_weight, total, layers)
+        call find_layers(model, pressure, (drained_nodes(model, card) .or. total) .and. .not. card%held, &
+          card%unit_weight, total, layers)
       end associate
     end associate
     layers%beyond = kept_values(model%state%kept, layer_name)

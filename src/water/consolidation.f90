@@ -189,7 +189,7 @@ contains
   end subroutine note_idle_laws
 
   !> The word on soils that drain, in a phase, to nodes at which the pressure falls at once: beside soil that lets water
-  !> go much faster, and has time to, at open sets within the ground, and at faces under a free surface. Their cells there
+  !> go much faster, and has time to, at open sets within the ground, and at faces that are held. Their cells there
   !> then drain as a whole, until the front has crossed them.
   function front_notes(model, number) result(text)
     type(model_type), intent(in) :: model
@@ -248,10 +248,13 @@ contains
     !> Permeability over that of a soil from which on it holds no pressure.
     real(wp), parameter :: much = 30.0_wp
     real(wp) :: fastest(model%mesh%node_count)
-    logical :: drained(model%mesh%node_count), inside(model%mesh%node_count), filled(0:model%mesh%cell_count)
+    logical :: drained(model%mesh%node_count), inside(model%mesh%node_count), filled(0:model%mesh%cell_count), held
     integer :: c, f, m, p
 
-    drained = drained_nodes(model, model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation)
+    associate (card => model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation)
+      drained = drained_nodes(model, card)
+      held = card%held .or. free_surface_of(model%analysis%phases, number) > 0
+    end associate
     inside = .true.
     filled = .false.
     fastest = 0.0_wp
@@ -273,7 +276,7 @@ contains
     end associate
     do m = 1, size(model%analysis%materials)
       beside(:, m) = merge(fastest, 0.0_wp, fastest > much*model%analysis%materials(m)%permeability(2))
-      where (drained .and. (inside .or. free_surface_of(model%analysis%phases, number) > 0)) beside(:, m) = huge(1.0_wp)
+      where (drained .and. (inside .or. held)) beside(:, m) = huge(1.0_wp)
     end do
   end function permeability_beside
 

@@ -247,6 +247,14 @@ contains
     call find_layers(model, pressure, drained, 10.0_wp, .true., layers)
     call tests%check('in a long one none where only short ones count', all(layers%capacity <= 0.0_wp))
     call end_system(step%system)
+    call make_step(kind, '*CONSOLIDATION, UNIT WEIGHT=10, FACES=HELD|', model, step)
+    term => term_named(step, 'flow of the pore water')
+    constrained = .false.
+    call term%prescribe(model, 0.5_wp, constrained, values)
+    drained = drained_nodes(model, model%analysis%phases(1)%consolidation)
+    call tests%check('nodes that are to be held are', any(drained) .and. all([(constrained(1, joint_node(step%unknowns, &
+      a, field)), a=1, size(drained))] .eqv. drained))
+    call end_system(step%system)
   contains
     !> What flows out of all nodes.
     real(wp) function out()
@@ -383,6 +391,9 @@ contains
     call end_system(step%system)
     call make_step('PLANE STRAIN', inner, model, step)
     call tests%check('nothing in a long one', index(model%notes, 'drains to soil') == 0)
+    call end_system(step%system)
+    call make_step('PLANE STRAIN', '*CONSOLIDATION, UNIT WEIGHT=10, FACES=HELD|', model, step, time='0.1')
+    call tests%check('held faces are', index(model%notes, "phase 'load': 'clay' drains") > 0)
     call end_system(step%system)
     call tests%check('nothing is said of a permeability that stays', index(model%notes, 'has no effect') == 0)
     call make_step('PLANE STRAIN', flow, model, step, law=', LAW=KOZENY, VOID RATIO=1.8')
