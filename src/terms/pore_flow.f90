@@ -12,9 +12,9 @@ module qsmpm_pore_flow
   use qsmpm_configuration, only: configuration_type
   use qsmpm_consolidation, only: drained_nodes, excess_field, permeable_points
   use qsmpm_equations, only: equations_type
-  use qsmpm_face_leak, only: face_layers_type, find_layers, terms_of_layer
-  use qsmpm_flow_points, only: flow_point_type, see_point, see_pores
-  use qsmpm_free_surface, only: dry, filling_pressure, find_bounds, kept_water, water_bounds_type
+  use qsmpm_face_leak, only: face_layers_type, find_layers, layer_name, terms_of_layer
+  use qsmpm_flow_points, only: fill_pores, flow_point_type, flow_state_type, see_point, see_pores
+  use qsmpm_free_surface, only: filling_pressure, find_bounds, water_bounds_type
   use qsmpm_kept_arrays, only: kept_arrays_type, keep_values, kept_values, lay_array
   use qsmpm_load_path, only: between
   use qsmpm_matrix_blocks, only: add_block
@@ -22,7 +22,6 @@ module qsmpm_pore_flow
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
   use qsmpm_pore_water, only: update_pore_pressure
-  use qsmpm_seepage, only: filled_share, let_through_in_time
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: failure_type, force_sizes_type, increment_type, term_type
   use qsmpm_unknowns, only: find_field, joint_node
@@ -31,17 +30,6 @@ module qsmpm_pore_flow
   private
 
   public :: new_pore_flow
-
-  !> What the unknowns make of it.
-  type :: flow_state_type
-    !> On the skeleton, its derivative by the corners; change, slope of the pressure with the weight of the water.
-    real(wp) :: pressure = 0.0_wp, by_pressure(8) = 1.0_wp, change = 0.0_wp, slope(3) = 0.0_wp, divergence = 0.0_wp
-    !> Pressure of the corners.
-    real(wp) :: nodal(8) = 0.0_wp
-    !> Filled share of the corners, water in their drainable pores, relative permeability, and their derivatives.
-    real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, water(8) = 1.0_wp, by_water(8) = 0.0_wp
-    real(wp) :: factor = 1.0_wp, by_factor(8) = 0.0_wp
-  end type flow_state_type
 
   type, extends(term_type) :: pore_flow_type
     !> Weight of water, compressibility of water and grains, time of the step; pressures stay.
@@ -77,9 +65,6 @@ module qsmpm_pore_flow
     procedure :: keep_nodal
     procedure :: commit
   end type pore_flow_type
-
-  !> Name of what the layers at faces keep.
-  character(len=*), parameter :: layer_name = 'excess pressure of layers at faces'
 
 contains
 
@@ -154,6 +139,8 @@ contains
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
     self%total = free_surface_of(model%analysis%phases, model%state%progress%phase) > 0
     self%heavy = 0.0_wp
+    suction = 1.0_wp
+    taken = .false.
     self%symmetric = from == 0
     self%dimension = model%mesh%dimension
     allocate (wet(0))
@@ -173,8 +160,9 @@ contains
       self%kept = kept
       self%held = [(.false., p=1, size(kept))]
       self%open = drained_nodes(model, model%analysis%phases(from)%consolidation)
+    else
+      self%bounds = water_bounds_type(open=.not. taken, held=.not. taken, pressure=0.0_wp*suction)
     end if
-    taken = .false.
     self%leaks = taken
     if (from > 0) call see_faces(model, self%total, self%layers)
     if (from > 0) self%leaks = self%layers%capacity > 0.0_wp
@@ -272,25 +260,10 @@ contains
       do a = 1, n
         here%divergence = here%divergence + dot_product(volume_of(self, point, a), table(:self%dimension, own(a)))
       end do
-      if (self%total) call fill_pores(self, point, here)
+      if (self%total) call fill_pores(point, self%heavy, here)
       here%pressure = sum(point%shape*here%filled*here%nodal)
     end associate
   end subroutine values_at
-
-  !> How far pores are filled by the pressures of the corners, and what that lets through.
-  pure subroutine fill_pores(self, point, here)
-    class(pore_flow_type), intent(in) :: self
-    type(flow_point_type), intent(in) :: point
-    type(flow_state_type), intent(inout) :: here
-
-    here%slope = here%slope + self%heavy
-    here%filled = filled_share(here%nodal, point%suction)
-    where (here%nodal < 0.0_wp .and. here%nodal > -point%suction) here%by_filled = 1.0_wp/point%suction
-    here%by_pressure = here%filled + here%by_filled*here%nodal
-    here%water = kept_water(here%nodal, point%suction)
-    here%by_water = merge(dry/point%suction, here%by_filled, here%nodal <= -point%suction)
-    call let_through_in_time(here%nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
-  end subroutine fill_pores
 
   !> Change of volume by the displacement of a node.
   pure function volume_of(self, point, a) result(volume)
@@ -418,8 +391,7 @@ contains
     end do
   end function net_flow
 
-  !> What flows to a node of a face leaves by it: 0 there, 1 elsewhere. Under a free surface, where phases are short for
-  !> such nodes, it counts beside what leaves.
+  !> 0 at nodes of faces, by which what flows to them leaves; else, and in short phases under a free surface, 1.
   pure real(wp) function passes(self, point, a)
     class(pore_flow_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
@@ -441,26 +413,14 @@ contains
     by_pressure = 0.0_wp
     if (.not. point%leaks(a)) return
     associate (node => point%place%node(a))
-      if (self%total) then
-        if (.not. self%bounds%open(node)) return
-      end if
-      call self%layers%outflow(node, start_of(self, node, point%kept(a)), here%nodal(a) - outside(self, node), flow, &
-        by_pressure)
-      if (.not. self%total) return
+      if (.not. self%bounds%open(node)) return
+      call self%layers%outflow(node, start_of(self, node, point%kept(a)), here%nodal(a) - self%bounds%pressure(node), &
+        flow, by_pressure)
       if (self%bounds%held(node) .or. flow > 0.0_wp) return
       flow = 0.0_wp
       by_pressure = 0.0_wp
     end associate
   end subroutine leave
-
-  !> Pressure of the bounds under a free surface.
-  pure real(wp) function outside(self, node)
-    class(pore_flow_type), intent(in) :: self
-    integer, intent(in) :: node
-
-    outside = 0.0_wp
-    if (self%total) outside = self%bounds%pressure(node)
-  end function outside
 
   !> Pressure at the start of the step beyond that outside.
   pure real(wp) function start_of(self, node, kept) result(start)
@@ -468,8 +428,7 @@ contains
     integer, intent(in) :: node
     real(wp), intent(in) :: kept
 
-    start = kept - outside(self, node)
-    if (.not. self%total) return
+    start = kept - self%bounds%pressure(node)
     if (.not. self%bounds%held(node)) start = max(0.0_wp, start)
   end function start_of
 
@@ -593,7 +552,6 @@ contains
     if (size(self%points) == 0 .or. .not. self%duration > 0.0_wp) return
     allocate (beyond, source=0.0_wp*self%layers%beyond)
     do i = 1, size(self%points)
-      if (.not. any(self%points(i)%leaks)) cycle
       call values_at(self, i, displacement, here)
       associate (point => self%points(i))
         do a = 1, point%corners
@@ -601,7 +559,7 @@ contains
           if (.not. by_pressure > 0.0_wp) cycle
           associate (node => point%place%node(a))
             beyond(:, node) = self%layers%beyond_after(node, start_of(self, node, point%kept(a)), &
-              here%nodal(a) - outside(self, node))
+              here%nodal(a) - self%bounds%pressure(node))
           end associate
         end do
       end associate

@@ -210,7 +210,8 @@ contains
     associate (points => model%state%points, mesh => model%mesh)
       do p = 1, points%count
         associate (c => points%cell(p), m => points%material(p))
-          associate (corner => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + corner_count(mesh%cell_kind(c)) - 1))
+          associate (corner => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) - 1 + &
+              corner_count(mesh%cell_kind(c))))
             if (.not. (active(points%body(p)) .and. any(beside(corner, m) > 0.0_wp))) cycle
             width(m) = max(width(m), cell_width(mesh, c)*merge(sqrt(2.0_wp), 1.0_wp, size(corner) == 3))
             fast(m) = max(fast(m), maxval(beside(corner, m)))
@@ -223,22 +224,23 @@ contains
         if (.not. (width(m) > 0.0_wp .and. soil%young > 0.0_wp .and. soil%permeability(2) > 0.0_wp)) cycle
         k = soil%permeability(2)/model%analysis%phases(consolidation_of(model%analysis%phases, number)) &
           %consolidation%unit_weight
-        if (free_surface_of(model%analysis%phases, number) > 0 .and. front_within(soil, k, width(m), phase%duration)) cycle
+        if (free_surface_of(model%analysis%phases, number) > 0 .and. &
+          front_within(soil, k, width(m), phase%duration)) cycle
         if (fast(m) < huge(k) .and. front_within(soil, k*fast(m)/soil%permeability(2), width(m), phase%duration)) cycle
         time = k*constrained_modulus(soil)*phase%duration/width(m)**2
         excess = early_excess(time)
         if (.not. excess > told) cycle
         if (excess > too_much) text = text//'warning: '
-        text = text//"phase '"//phase%name//"': '"//soil%name//"' drains to soil that lets water go faster, to a set "// &
-          'within the ground or by a face, in cells of '//rounded_text(width(m), 2)//' there, which its front does not '// &
-          'cross in the TIME: what leaves there, and settlements by it, may be '//rounded_text(100.0_wp*min(excess, most), 2)// &
-          ' % too large; finer lines of *GRID there'//new_line('a')
+        text = text//"phase '"//phase%name//"': '"//soil%name//"' drains to soil that lets water go faster, to a "// &
+          'set within the ground or by a held face, in cells of '//rounded_text(width(m), 2)//' there, which its '// &
+          'front does not cross in the TIME: what leaves there, and settlements by it, may be '// &
+          rounded_text(100.0_wp*min(excess, most), 2)//' % too large; finer lines of *GRID there'//new_line('a')
       end associate
     end do
   end function front_notes
 
-  !> Of nodes at which the pressure of a soil falls at once the permeability that makes it, without end where it is held;
-  !> 0 for others (mesh nodes, materials).
+  !> Of nodes at which the pressure of a soil falls at once the permeability that makes it, without end where it is
+  !> held; 0 for others (mesh nodes, materials).
   pure function permeability_beside(model, number, active) result(beside)
     type(model_type), intent(in) :: model
     integer, intent(in) :: number
@@ -280,8 +282,8 @@ contains
     end do
   end function permeability_beside
 
-  !> Share by which what leaves a half space is too large where the node at its face is held, of a load that comes evenly,
-  !> by c t/h^2.
+  !> Share by which what leaves a half space is too large where the node at its face is held, of a load that comes
+  !> evenly, by c t/h^2.
   pure real(wp) function early_excess(time) result(excess)
     real(wp), intent(in) :: time
     !> Up to it what has left is still the share of the cell, h/12^1/2, over 4/3 (c t/pi)^1/2, and half more.

@@ -1,20 +1,19 @@
 !> Faces at which water leaves: how the pressure of their nodes falls while it leaves from within the cells beside them.
 !> A node held at p = 0 would drain a good quarter of its cell at once, however short the time.
 !>
-!> Let a half space of width-h cells with linear pressures (consistent, strains follow them) drain from a pressure J that
-!> comes at once. Water leaves as it should, at q = J (k/(pi M t))^1/2 (Carslaw and Jaeger 1959, section 2.4), if the node at
-!> its face has
+!> Let a half space in cells of height h, whose pressures are linear and whose strains follow them, drain from a pressure
+!> J that comes at once. Water leaves as it should, at q = J (k/(pi M t))^1/2 (Carslaw and Jaeger 1959, section 2.4), if
+!> the node at its face has
 !>
 !>   p = J erfc (12 c t/h^2)^1/2,      k = K/gamma_w,  c = k M,
 !>
-!> the Laplace transforms of both are 1/(s (1 + 12 s')^1/2), s' = s h^2/(144 c), less 1/s. As J comes bit by bit, p is the
-!> sum of what is left of each. J is the pressure there would be if nothing left: p and what the loss w of the node has
-!> lowered it by,
+!> J (1/s - 1/(s (1 + s h^2/(12 c))^1/2)) by Laplace's transform. As J comes bit by bit, p is the sum of what is left of
+!> each. J is the pressure there would be if nothing left: p and what the loss w of the node has lowered it by,
 !>
 !>   dJ = dp + 12^1/2 M/(h A) dw,      erfc x^1/2 = 1/pi int exp(-x (1 + exp 2z)) sech z dz = sum w_i exp(-r_i x),
 !>
-!> A the share of the node in the face, M the constrained modulus. One variable for each term of the sum remembers loads and
-!> times. With J for dw what leaves is linear in p, and tends to p = 0 as steps are long, to w = 0 as they are short.
+!> A the share of the node in the face, M the constrained modulus. One variable for each term of the sum remembers loads
+!> and times. What leaves is linear in p, and tends to p = 0 as steps are long, to w = 0 as they are short.
 !> docs/methods/consolidation.md
 module qsmpm_face_leak
   use qsmpm_kinds, only: wp, pi
@@ -31,14 +30,15 @@ module qsmpm_face_leak
 
   public :: face_layers_type, find_layers, front_within, constrained_modulus
 
+  !> Name of what is kept of them.
+  character(len=*), parameter, public :: layer_name = 'excess pressure of layers at faces'
   !> Time over h^2/c until which the front lies in the cell.
   real(wp), parameter :: within_cell = 0.1_wp
   !> Terms of the sum, and their spacing in z; the first has the tail below it. erf is off by 5 % at the most from
   !> c t/h^2 = 3e-5 on.
   integer, parameter, public :: terms_of_layer = 6
   real(wp), parameter :: spacing = 1.4_wp
-  integer :: i
-  real(wp), parameter :: place(terms_of_layer) = [(spacing*(i - 2), i=1, terms_of_layer)], &
+  real(wp), parameter :: place(terms_of_layer) = spacing*[-1, 0, 1, 2, 3, 4], &
     share(2:terms_of_layer) = spacing/(pi*cosh(place(2:))), weight(terms_of_layer) = [1.0_wp - sum(share), share], &
     rate(terms_of_layer) = 1.0_wp + exp(2.0_wp*place)
 
@@ -48,8 +48,8 @@ module qsmpm_face_leak
     real(wp), allocatable :: capacity(:), pace(:)
     !> Variables of the terms beyond p at the start of the step (terms, nodes).
     real(wp), allocatable :: beyond(:, :)
-    !> Of a unit of J that comes evenly over the step, of all there is of p, and of what is beyond it: what is left in the
-    !> end (nodes).
+    !> Of a unit of J that comes evenly over the step, of all there is of p, and of what is beyond it: what is left in
+    !> the end (nodes).
     real(wp), allocatable :: follows(:), left(:), past(:)
     !> Share of a term that is left of what was there, and of what comes evenly (terms, nodes).
     real(wp), allocatable :: decay(:, :), comes(:, :)
@@ -96,7 +96,8 @@ contains
             associate (ends => mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f)))
               if (.not. all(drained(ends))) cycle
               modulus = confined_modulus(model, owner(c), sum(pressure(ends)))
-              if (modulus > 0.0_wp .and. (front_within(soil, k, cell_width(mesh, c), seconds) .or. .not. only_brief)) then
+              if (modulus > 0.0_wp .and. (.not. only_brief .or. &
+                front_within(soil, k, cell_width(mesh, c), seconds))) then
                 n = size(ends)
                 call find_areas(model, c, f, area(:n), corner_area(:n))
                 width = cell_volume(mesh, c)/sum(area(:n))

@@ -354,8 +354,8 @@ contains
     end associate
   end function deep
 
-  !> Whether a face is part of a node set, or half of it and more of a surface, whose points go with the ground: one that
-  !> runs around a corner by a little has no other side.
+  !> Whether a face is part of a node set, or half of it and more of a surface, whose points go with the ground: one
+  !> that runs around a corner by a little has no other side.
   pure logical function is_on(model, name, c, f)
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name
