@@ -5,26 +5,36 @@
 !> effective stresses with u the pressure of the water at rest (qsmpm_pore_water), along the coordinate in which gravity
 !> acts. K0 is the material's own or that of the phase. Only level layers are in
 !> equilibrium then: qsmpm_initial_balance looks whether the ground is.
+!>
+!> Structures, bodies that cannot yield beside ground that can or are much stiffer than elastic ground, have the stress and the weight of the ground beside them
+!> at the start, none above it, and their own weight at the end of the phase. A body as wide as the ground is a layer.
 module qsmpm_initial_stress
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active
+  use qsmpm_material_traits, only: may_yield
+  use qsmpm_named, only: place_named
   use qsmpm_phase_description, only: initial_stress_type, initial_k0, initial_isotropic, initial_given
   use qsmpm_model, only: model_type
   use qsmpm_points, only: place_of
+  use qsmpm_pore_water, only: half_height
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_stress_at_rest, only: horizontal_at_rest
-  use qsmpm_water_table, only: head_at
+  use qsmpm_water_table, only: head_at, submerged_share
   use qsmpm_initial_results, only: take_states
-  use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top, body_holds
+  use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top, body_holds, &
+    find_beside
+  use qsmpm_polyhedron, only: polyhedron_type
   use qsmpm_value_field, only: value_field_type, field_as, field_weight, has_values
   implicit none
   private
 
   public :: set_initial_stresses, start_states, vertical_axis, reaches_above, measure_slope, &
-    stresses_at_rest
+    stresses_at_rest, structures_at_rest
 
   !> Where the box of a point is looked at, as a share of its half: away from its edges, which bodies may share.
   real(wp), parameter :: inside_box = 0.9_wp
+  !> Young's modulus over that of elastic ground from which a body is a structure.
+  real(wp), parameter :: stiff = 30.0_wp
 
 contains
 
@@ -39,6 +49,7 @@ contains
       associate (points => model%state%points)
         call stresses_at_rest(model, initial, [(p, p=1, points%count)], points%position, points%stress)
       end associate
+      call weigh_structures(model, initial)
     case (initial_isotropic, initial_given)
       call set_given_stresses(model, initial)
     end select
@@ -117,21 +128,21 @@ contains
     !> (4 or 6, n)
     real(wp), intent(out) :: stress(:, :)
     type(overburden_type) :: overburden
-    real(wp) :: vertical
+    real(wp) :: at_rest(2)
     integer :: i, axis
 
     axis = vertical_axis(model)
     call bodies_from_the_side(model, axis, overburden)
     do i = 1, size(points)
-      vertical = vertical_stress(model, overburden, initial, points(i), places(:, i))
+      at_rest = stress_at_rest(model, overburden, initial, points(i), places(:, i))
       stress(:, i) = 0.0_wp
-      stress(1:3, i) = horizontal_stress(model, initial, points(i), vertical)
-      stress(axis, i) = vertical
+      stress(1:3, i) = at_rest(2)
+      stress(axis, i) = at_rest(1)
     end do
   end subroutine stresses_at_rest
 
-  !> Effective vertical stress at a place in the body of a point.
-  pure real(wp) function vertical_stress(model, overburden, initial, p, position) result(vertical)
+  !> Effective vertical and horizontal stress at a place in the body of a point.
+  pure function stress_at_rest(model, overburden, initial, p, position) result(stress)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: overburden
     type(initial_stress_type), intent(in) :: initial
@@ -139,25 +150,72 @@ contains
     integer, intent(in) :: p
     !> The place (dimension).
     real(wp), intent(in) :: position(:)
+    real(wp) :: stress(2), place(size(position))
+    integer :: body, material
 
-    associate (gravity => abs(model%loading%gravity_final(overburden%axis)), body => model%state%points%body(p))
-      vertical = -gravity*weight_above(overburden, body, position, initial%surface_level)
-      associate (water => model%loading%water_final(body))
-        vertical = vertical + gravity*water%unit_weight*head_at(water, position)
-      end associate
+    stress = 0.0_wp
+    material = model%state%points%material(p)
+    call find_beside(overburden, model%state%points%body(p), position, body, place)
+    if (body == 0) return
+    if (overburden%structure(model%state%points%body(p))) &
+      material = place_named(model%analysis%materials, model%analysis%bodies(body)%material)
+    associate (gravity => abs(model%loading%gravity_final(overburden%axis)), water => model%loading%water_final(body))
+      stress(1) = gravity*(water%unit_weight*head_at(water, place) &
+        - weight_above(overburden, body, place, initial%surface_level))
     end associate
-  end function vertical_stress
+    stress(2) = -horizontal_at_rest(model%analysis%materials(material), initial%k0, -stress(1))
+  end function stress_at_rest
 
-  !> Effective horizontal stress of a point under a vertical one.
-  pure real(wp) function horizontal_stress(model, initial, p, vertical) result(horizontal)
-    type(model_type), intent(in) :: model
+  !> Points of structures weigh at the start of the phase as the ground beside them.
+  subroutine weigh_structures(model, initial)
+    type(model_type), intent(inout) :: model
     type(initial_stress_type), intent(in) :: initial
-    !> Number of the point.
-    integer, intent(in) :: p
-    real(wp), intent(in) :: vertical
+    type(overburden_type) :: overburden
+    real(wp) :: ends(model%mesh%dimension, 2), above(2), half
+    integer :: p, k
 
-    horizontal = -horizontal_at_rest(model%analysis%materials(model%state%points%material(p)), initial%k0, -vertical)
-  end function horizontal_stress
+    call bodies_from_the_side(model, vertical_axis(model), overburden)
+    if (.not. any(overburden%structure)) return
+    associate (points => model%state%points, axis => overburden%axis)
+      do p = 1, points%count
+        associate (body => points%body(p), position => points%position(:, p))
+          if (.not. overburden%structure(body)) cycle
+          half = inside_box*half_height(model, p, axis)
+          ends = spread(position, 2, 2)
+          ends(axis, :) = ends(axis, :) + [-half, half]*overburden%up
+          above = [(weight_beside(overburden, body, ends(:, k), initial%surface_level), k=1, 2)]
+          ! Boxes of points may reach below the ground.
+          if (.not. above(1) > 0.0_wp) then
+            ends(axis, 1) = position(axis)
+            above(1) = weight_beside(overburden, body, position, initial%surface_level)
+          end if
+          points%start_weight(p) = points%volume(p)*((above(1) - above(2))/abs(ends(axis, 2) - ends(axis, 1)) &
+            - (overburden%saturated_weight(body) - overburden%unit_weight(body)) &
+            *submerged_share(model%loading%water_final(body), position, half))
+        end associate
+      end do
+    end associate
+  end subroutine weigh_structures
+
+  !> Weight above a place in the ground or the free water beside structures, 0 below the ground.
+  pure real(wp) function weight_beside(overburden, body, position, level) result(weight)
+    type(overburden_type), intent(in) :: overburden
+    !> The body that holds the place, and the place (dimension).
+    integer, intent(in) :: body
+    real(wp), intent(in) :: position(:)
+    !> Coordinate of the level of the ground.
+    real(wp), intent(in) :: level
+    real(wp) :: place(size(position))
+    integer :: beside
+
+    weight = 0.0_wp
+    call find_beside(overburden, body, position, beside, place)
+    if (beside > 0) then
+      weight = weight_above(overburden, beside, place, level)
+    else if (overburden%up*position(overburden%axis) > overburden%up*ground_top(overburden)) then
+      weight = overburden%water(body)%unit_weight*head_at(overburden%water(body), position)
+    end if
+  end function weight_beside
 
   !> How far K0 stresses are from equilibrium along the horizontal, and at which point: with no shear stress their
   !> horizontal part must not vary there,
@@ -202,7 +260,7 @@ contains
     !> Number of the point.
     integer, intent(in) :: p
     integer, intent(in) :: axis
-    real(wp) :: place(model%mesh%dimension, 2), stress(2)
+    real(wp) :: place(model%mesh%dimension, 2), stress(2, 2)
     integer :: k
 
     associate (points => model%state%points)
@@ -210,9 +268,9 @@ contains
         place(:, k) = points%position(:, p)
         place(axis, k) = place(axis, k) + merge(-1.0_wp, 1.0_wp, k == 1)*inside_box*points%half_size(axis, p)
         if (.not. body_holds(overburden, points%body(p), place(:, k))) place(:, k) = points%position(:, p)
-        stress(k) = horizontal_stress(model, initial, p, vertical_stress(model, overburden, initial, p, place(:, k)))
+        stress(:, k) = stress_at_rest(model, overburden, initial, p, place(:, k))
       end do
-      change = (stress(2) - stress(1))/max(place(axis, 2) - place(axis, 1), tiny(1.0_wp))
+      change = (stress(2, 2) - stress(2, 1))/max(place(axis, 2) - place(axis, 1), tiny(1.0_wp))
     end associate
   end function change_along
 
@@ -232,30 +290,62 @@ contains
     !> The vertical.
     integer, intent(in) :: axis
     type(overburden_type), intent(out) :: overburden
-    real(wp), dimension(size(model%shapes)) :: unit_weight, saturated
+    real(wp), dimension(size(model%shapes)) :: unit_weight, saturated, young
     type(value_field_type), allocatable :: weights(:)
-    integer :: b, m
+    logical, dimension(size(model%shapes)) :: active, yields, ground
+    integer :: b
 
-    unit_weight = 0.0_wp
-    saturated = 0.0_wp
+    active = bodies_active(model%analysis, model%state%progress%phase)
     allocate (weights(0))
     do b = 1, size(model%shapes)
-      do m = 1, size(model%analysis%materials)
-        associate (material => model%analysis%materials(m))
-          if (material%name /= model%analysis%bodies(b)%material) cycle
-          unit_weight(b) = material%unit_weight
-          saturated(b) = material%unit_weight
-          if (material%saturated_weight >= 0.0_wp) saturated(b) = material%saturated_weight
-          if (has_values(material%strength_profile%fields, field_weight)) weights = [weights, &
-            field_as(material%strength_profile%fields, field_weight, b)]
-        end associate
-      end do
+      associate (material => model%analysis%materials(place_named(model%analysis%materials, &
+          model%analysis%bodies(b)%material)))
+        yields(b) = may_yield(material)
+        young(b) = material%young
+        unit_weight(b) = material%unit_weight
+        saturated(b) = material%unit_weight
+        if (material%saturated_weight >= 0.0_wp) saturated(b) = material%saturated_weight
+        if (has_values(material%strength_profile%fields, field_weight)) weights = [weights, &
+          field_as(material%strength_profile%fields, field_weight, b)]
+      end associate
     end do
     call make_overburden(model%mesh, model%shapes, unit_weight, axis, overburden, saturated, &
-      model%loading%water_final, bodies_active(model%analysis, model%state%progress%phase), &
-      merge(-1.0_wp, 1.0_wp, model%loading%gravity_final(axis) > 0.0_wp))
+      model%loading%water_final, active, merge(-1.0_wp, 1.0_wp, model%loading%gravity_final(axis) > 0.0_wp))
     if (size(weights) > 0) call move_alloc(weights, overburden%weights)
+    ground = active .and. yields
+    if (.not. any(ground)) ground = active .and. young < stiff*minval(young, active)
+    overburden%structure = active .and. .not. (ground .or. is_as_wide(overburden%solid, ground))
   end subroutine bodies_from_the_side
+
+  !> Whether bodies reach as far along the horizontal as the ground.
+  pure function is_as_wide(solid, ground) result(wide)
+    type(polyhedron_type), intent(in) :: solid(:)
+    !> (bodies)
+    logical, intent(in) :: ground(:)
+    logical :: wide(size(solid))
+    integer :: i
+
+    wide = .true.
+    do i = 1, 2
+      wide = wide .and. solid%low(i) <= minval(solid%low(i), ground)
+      wide = wide .and. solid%high(i) >= maxval(solid%high(i), ground)
+    end do
+  end function is_as_wide
+
+  !> Names of the structures in ground at rest, empty for none.
+  function structures_at_rest(model) result(names)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: names
+    type(overburden_type) :: overburden
+    integer :: b
+
+    call bodies_from_the_side(model, vertical_axis(model), overburden)
+    names = ''
+    do b = 1, size(overburden%structure)
+      if (overburden%structure(b)) names = names//", '"//model%analysis%bodies(b)%name//"'"
+    end do
+    names = names(min(3, len(names) + 1):)
+  end function structures_at_rest
 
   !> Height by which bodies reach above the level of a K0 start, 0 or less when they do not.
   real(wp) function reaches_above(model, initial) result(height)

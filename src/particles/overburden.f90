@@ -9,6 +9,9 @@
 !> it fills, so the integral is that of the drawing, whatever the points and cells are. A gap of the line below the
 !> level of the ground (soil that is not modelled, or has been dug out) weighs like the body below it. Bounds of
 !> cells with curved faces are taken through their corners.
+!>
+!> Structures, walls and linings that stand in ground at rest, do not carry it: what lies in their shadow is taken to be
+!> what lies at the same height beside them.
 module qsmpm_overburden
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: face_count, face_corners
@@ -21,7 +24,8 @@ module qsmpm_overburden
   implicit none
   private
 
-  public :: overburden_type, make_overburden, weight_above, ground_top, ground_over, body_holds, facet_places
+  public :: overburden_type, make_overburden, weight_above, ground_top, ground_over, body_holds, facet_places, &
+    find_beside
 
   !> Bodies as vertical lines see them.
   type :: overburden_type
@@ -37,10 +41,14 @@ module qsmpm_overburden
     !> Unit weights above water that differ from place to place, by the number of the body as their parameter; water
     !> adds what it adds to the other ones.
     type(value_field_type), allocatable :: weights(:)
+    !> Structures (bodies).
+    logical, allocatable :: structure(:)
   end type overburden_type
 
   !> Places of a piece of a vertical line at which a weight that varies is taken.
   integer, parameter :: slices = 32
+  !> How far beside a structure ground is looked at, as a share of its width.
+  real(wp), parameter :: gap = 1.0e-6_wp
 
 contains
 
@@ -71,6 +79,7 @@ contains
     allocate (overburden%water(size(shapes)))
     if (present(water)) overburden%water = water
     allocate (overburden%solid(size(shapes)))
+    allocate (overburden%structure(size(shapes)), source=.false.)
     do b = 1, size(shapes)
       if (present(there)) then
         overburden%solid(b)%low = huge(1.0_wp)
@@ -107,6 +116,68 @@ contains
     x = x(turned(overburden))
     x(3) = overburden%up*x(3)
   end function turned_place
+
+  !> A place with the vertical where it was: the way back.
+  pure function place_of_turned(overburden, x, dimension) result(position)
+    type(overburden_type), intent(in) :: overburden
+    real(wp), intent(in) :: x(3)
+    integer, intent(in) :: dimension
+    real(wp) :: position(dimension), place(3)
+
+    place(turned(overburden)) = [x(:2), overburden%up*x(3)]
+    position = place(:dimension)
+  end function place_of_turned
+
+  !> The nearest place of the same height on a line that no structure stands on, and the body there: the place itself
+  !> where no structure is in the way, or everywhere.
+  pure subroutine find_beside(overburden, body, position, beside, place)
+    type(overburden_type), intent(in) :: overburden
+    !> The body that holds the place, and the place (dimension).
+    integer, intent(in) :: body
+    real(wp), intent(in) :: position(:)
+    !> Body, 0 for none, and place (dimension).
+    integer, intent(out) :: beside
+    real(wp), intent(out) :: place(:)
+    real(wp) :: x(3), y(3), there(3), nearest
+    integer :: s, i, side
+
+    beside = body
+    place = position
+    x = turned_place(overburden, position)
+    if (.not. any(stands_on(overburden, x) .and. overburden%structure)) return
+    there = x
+    nearest = huge(nearest)
+    do s = 1, size(overburden%solid)
+      if (.not. overburden%structure(s)) cycle
+      associate (solid => overburden%solid(s))
+        do i = 1, 2
+          do side = -1, 1, 2
+            y = x
+            y(i) = merge(solid%high(i), solid%low(i), side == 1) + side*gap*(solid%high(i) - solid%low(i))
+            if (.not. abs(y(i) - x(i)) < nearest) cycle
+            if (any(stands_on(overburden, y) .and. overburden%structure)) cycle
+            if (.not. any(stands_on(overburden, y))) cycle
+            nearest = abs(y(i) - x(i))
+            there = y
+          end do
+        end do
+      end associate
+    end do
+    if (.not. nearest < huge(nearest)) return
+    place = place_of_turned(overburden, there, size(place))
+    beside = findloc([(body_holds(overburden, s, place), s=1, size(overburden%solid))], .true., dim=1)
+  end subroutine find_beside
+
+  !> Bodies whose box the vertical line through a place goes through (bodies).
+  pure function stands_on(overburden, x) result(stands)
+    type(overburden_type), intent(in) :: overburden
+    !> The vertical last.
+    real(wp), intent(in) :: x(3)
+    logical :: stands(size(overburden%solid))
+    integer :: b
+
+    stands = [(all(x(:2) > overburden%solid(b)%low(:2) .and. x(:2) < overburden%solid(b)%high(:2)), b=1, size(stands))]
+  end function stands_on
 
   !> Facets of a body; one in the plane reaches from z = -1 to z = 1.
   pure subroutine bounds_of(mesh, shape, facets)
@@ -328,9 +399,8 @@ contains
           do j = 1, rows + 1 - i
             x = matmul(facets(:, :, f), [i - 2.0_wp/3.0_wp, j - 2.0_wp/3.0_wp, rows + 4.0_wp/3.0_wp - i - j])/rows &
               + hair*normal
-            x(3) = overburden%up*x(3)
             n = n + 1
-            places(turned(overburden), n) = x
+            places(:, n) = place_of_turned(overburden, x, 3)
           end do
         end do
       end do
@@ -341,6 +411,6 @@ contains
   pure real(wp) function ground_top(overburden)
     type(overburden_type), intent(in) :: overburden
 
-    ground_top = overburden%up*maxval(overburden%solid%high(3))
+    ground_top = overburden%up*maxval(overburden%solid%high(3), .not. overburden%structure)
   end function ground_top
 end module qsmpm_overburden

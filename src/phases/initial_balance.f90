@@ -20,7 +20,7 @@ module qsmpm_initial_balance
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_exchange, only: spread_from
   use qsmpm_phase_description, only: phase_type, initial_k0
-  use qsmpm_initial_stress, only: reaches_above, measure_slope
+  use qsmpm_initial_stress, only: reaches_above, measure_slope, structures_at_rest
   use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, find_largest_move, &
     largest_move
   use qsmpm_initial_strength, only: count_beyond_strength
@@ -80,16 +80,23 @@ contains
     type(balance_type) :: balance
     type(correction_type) :: correction
     character(len=240) :: text
+    character(len=:), allocatable :: names
 
-    if (phase%initial%kind == initial_k0) call warn_of_material_above(model, phase, observer)
-    if (phase%initial%kind == initial_k0) call check_slope(model, phase, error)
+    if (phase%initial%kind == initial_k0) then
+      names = structures_at_rest(model)
+      if (len(names) > 0) call observer%note('K0 stresses: without a strength, and taken for structures in the '// &
+        'ground: '//names//'. They begin with the stress and the weight of the ground beside them; their own '// &
+        "weight comes over phase '"//phase%name//"'")
+      call warn_of_material_above(model, phase, observer)
+      call check_slope(model, phase, error)
+    end if
     if (allocated(error)) return
     call initialise_step(model, step, error)
     if (allocated(error)) return
     call measure_balance(model, step, balance)
     call discard_terms(step%terms)
     if (phase%initial%kind == initial_k0) then
-      if (is_left_alone(phase)) model%state%progress%own_settlement = balance%settlement
+      if (is_left_alone(phase) .and. len(names) == 0) model%state%progress%own_settlement = balance%settlement
       call correct_balance(model, step, balance, observer, correction, error)
       if (allocated(error)) return
     end if
@@ -235,7 +242,8 @@ contains
     write (text, '(a,es8.1,a,3(1x,es11.4))') 'their horizontal part varies by ', slope, ' of the weight along the '// &
       'horizontal, most at', place
     call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
-      trim(text)//': ground, a layer or the water is not level there. '//advice)
+      trim(text)//': ground, a layer or the water is not level there, or a wall is heavier that has a strength, '// &
+      'by which it counts as ground. '//advice)
   end subroutine check_slope
 
   !> Out-of-balance of the stresses of the material points with the loads at the start of the phase. No move is found

@@ -32,6 +32,9 @@ module qsmpm_body_stages
 
   public :: part_bodies, change_bodies, link_points
 
+  !> Excess pore pressure of ground at rest over its stress.
+  real(wp), parameter :: rounding = 1.0e-6_wp
+
 contains
 
   !> Set the bodies aside that are not there at the start.
@@ -240,7 +243,7 @@ contains
         forgets = forgets .or. is_forgotten(model%laws(points%material(p))%law, law)
         excess = 0.0_wp
         if (before > 0) excess = points%state(before, p)
-        if (behind == 0 .and. abs(excess) > 0.0_wp) then
+        if (behind == 0 .and. abs(excess) > rounding*maxval(abs(points%stress(:, p)))) then
           call fail(error, error_other, "*CHANGE MATERIAL: body '"//change%body//"' has excess pore pressure, "// &
             "which the drained material '"//change%material//"' cannot carry: let it out by *DRAIN STATE in a "// &
             'phase before, or give the material *UNDRAINED')

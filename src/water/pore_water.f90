@@ -34,7 +34,7 @@ module qsmpm_pore_water
   private
 
   public :: has_water, has_pore_pressure, dry_tables, take_levels, levels_in_force, water_forces, &
-    steady_pressure, update_pore_pressure, discharge_in, has_inflow, begin_free_surface
+    steady_pressure, update_pore_pressure, discharge_in, has_inflow, begin_free_surface, half_height
 
 contains
 

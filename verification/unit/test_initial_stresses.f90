@@ -9,7 +9,7 @@ module test_initial_stresses
   use qsmpm_error, only: error_type
   use qsmpm_initial_balance, only: balance_type, measure_balance
   use qsmpm_initial_correction, only: correction_type, correct_stresses
-  use qsmpm_initial_stress, only: measure_slope
+  use qsmpm_initial_stress, only: measure_slope, structures_at_rest
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_model, only: model_type, progress_type, phase_end_type
   use qsmpm_model_builder, only: build_model
@@ -43,6 +43,7 @@ contains
     call tests%start('initial_stresses')
     call check_ratios(tests)
     call check_slopes(tests)
+    call check_structures(tests)
     call check_tables(tests)
     call check_file(tests)
     call check_results(tests)
@@ -123,6 +124,93 @@ contains
     call make(deck, model)
     call measure_slope(model, model%analysis%phases(1)%initial, slope, worst)
   end function slope_of
+
+  !> A wall and a slab beside it in two layers under water have the stress and the weight of the layers. Boxes of points
+  !> at places of Gauss reach 0.014 over lines of the grid: their weights are means of two layers.
+  subroutine check_structures(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: deck
+    real(wp), parameter :: by_boxes = 0.014_wp/0.45_wp*10.0_wp
+
+    call check_beside(tests, 'a wall in the plane', walled('3'), 3.0_wp, 1.0e-9_wp)
+    call check_beside(tests, 'a wall in axisymmetry', changed(walled('3'), 'PLANE STRAIN', 'AXISYMMETRIC'), 3.0_wp, &
+      by_boxes)
+    call check_beside(tests, 'a wall in a lake', walled('5'), 5.0_wp, 1.0e-9_wp)
+    deck = changed(changed(walled('3'), 'PLANE STRAIN', '3D'), 'QUAD4', 'HEX8')
+    deck = changed(changed(deck, '*MATERIAL, NAME=heavy', ' Z, 0, 2, 2|*MATERIAL, NAME=heavy'), '0, -1', '0, -1, 0')
+    call check_beside(tests, 'a wall in space', deck, 3.0_wp, 1.0e-9_wp)
+    deck = changed(walled('3'), '*MOHR COULOMB| 5, 30, 0|*UNIT WEIGHT| 20', '*UNIT WEIGHT| 20')
+    call check_beside(tests, 'a wall above a layer of rock', deck, 3.0_wp, 1.0e-9_wp)
+    deck = changed(deck, '*MOHR COULOMB| 5, 30, 0|*UNIT WEIGHT| 10', '*UNIT WEIGHT| 10')
+    call check_beside(tests, 'a wall in elastic ground', deck, 3.0_wp, 1.0e-9_wp)
+    call tests%check('elastic ground has no structures that are 20 times as stiff', names_of(changed(deck, &
+      '1e6, 0.2', '2e5, 0.2')) == '')
+  end subroutine check_structures
+
+  !> Structures of a deck.
+  function names_of(deck) result(names)
+    character(len=*), intent(in) :: deck
+    character(len=:), allocatable :: names
+    class(model_type), allocatable :: model
+
+    allocate (model)
+    call make(deck, model)
+    names = structures_at_rest(model)
+  end function names_of
+
+  !> Ground of 4 over 10, 10 above y = 2 and 20 below, one more below a water level and 2 in the upper layer; a wall from
+  !> 1 to 5 and a slab on the ground beside it, both of 25.
+  function walled(level) result(deck)
+    !> Water level.
+    character(len=*), intent(in) :: level
+    character(len=:), allocatable :: deck
+
+    deck = joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, 0, 10, 10| Y, 0, 6, 6|*MATERIAL, NAME=heavy|'// &
+      '*ELASTIC| 1e4, 0.3|*MOHR COULOMB| 5, 30, 0|*UNIT WEIGHT| 20, 21|*MATERIAL, NAME=light|*ELASTIC| 1e4, 0.3|'// &
+      '*MOHR COULOMB| 5, 30, 0|*UNIT WEIGHT| 10, 12|*MATERIAL, NAME=concrete|*ELASTIC| 1e6, 0.2|*UNIT WEIGHT| 25, 26|'// &
+      '*BODY, NAME=low left, MATERIAL=heavy, SHAPE=POLYGON| 0, 0| 10, 0| 10, 2| 5, 2| 5, 1| 4, 1| 4, 2| 0, 2|'// &
+      '*BODY, NAME=left, MATERIAL=light, SHAPE=POLYGON| 0, 2| 4, 2| 4, 4| 0, 4|'// &
+      '*BODY, NAME=right, MATERIAL=light, SHAPE=POLYGON| 5, 2| 10, 2| 10, 4| 5, 4|'// &
+      '*BODY, NAME=wall, MATERIAL=concrete, SHAPE=POLYGON| 4, 1| 5, 1| 5, 5| 4, 5|'// &
+      '*BODY, NAME=slab, MATERIAL=concrete, SHAPE=POLYGON| 5, 4| 7, 4| 7, 5| 5, 5|'// &
+      '*NSET, NSET=base, PLANE=Y| 0|*PHASE, NAME=start|*INITIAL, TYPE=K0| 4, 0.5|*FIX| base, ALL|'// &
+      '*GRAVITY| 0, -1|*WATER LEVEL, UNIT WEIGHT=10| 0, '//level//'| 10, '//level//'|*END PHASE|')
+  end function walled
+
+  !> Stresses and weights of such ground at the start of the phase.
+  subroutine check_beside(tests, name, deck, level, tolerance)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name, deck
+    !> Of the water, and of the weights.
+    real(wp), intent(in) :: level, tolerance
+    class(model_type), allocatable :: model
+    real(wp) :: stress, weight, off(2)
+    integer :: p
+
+    call tests%check(name//': structures', names_of(deck) == "'wall', 'slab'")
+    allocate (model)
+    call make(deck, model)
+    off = 0.0_wp
+    associate (points => model%state%points)
+      do p = 1, points%count
+        associate (y => points%position(2, p))
+          ! Effective weights above the place: 10, 12 - 10 and 21 - 10; under a lake 2 in all of the upper layer.
+          stress = -10.0_wp*max(0.0_wp, min(1.0_wp, 4.0_wp - y)) - 2.0_wp*max(0.0_wp, min(1.0_wp, 3.0_wp - y)) &
+            - 11.0_wp*max(0.0_wp, 2.0_wp - y)
+          if (level > 4.0_wp) stress = stress + 8.0_wp*max(0.0_wp, min(1.0_wp, 4.0_wp - y))
+          off(1) = max(off(1), abs(points%stress(2, p) - stress), abs(points%stress(1, p) - 0.5_wp*stress), &
+            abs(points%stress(3, p) - 0.5_wp*stress), maxval(abs(points%stress(4:, p))))
+          if (.not. points%weight(p) > 24.0_wp*points%volume(p)) cycle
+          ! Saturated soil or water less the 1 that water adds to the concrete.
+          weight = merge(20.0_wp, merge(11.0_wp, merge(10.0_wp, 0.0_wp, y < 4.0_wp), y < min(level, 4.0_wp)), y < 2.0_wp)
+          if (y > 4.0_wp .and. y < level) weight = 9.0_wp
+          off(2) = max(off(2), abs(points%start_weight(p)/points%volume(p) - weight))
+        end associate
+      end do
+    end associate
+    call tests%close(name//': K0 stresses', off(1), 0.0_wp, 1.0e-9_wp)
+    call tests%close(name//': weights at the start', off(2), 0.0_wp, tolerance)
+  end subroutine check_beside
 
   !> Stresses by height, even between the heights and beyond them.
   subroutine check_tables(tests)
