@@ -2,8 +2,8 @@
 !> A node held at p = 0 would drain a good quarter of its cell at once, however short the time.
 !>
 !> Let a half space in cells of height h, whose pressures are linear and whose strains follow them, drain from a
-!> pressure J that comes at once. Water leaves as it should, at q = J (k/(pi M t))^1/2 (Carslaw and Jaeger 1959, section 2.4), if
-!> the node at its face has
+!> pressure J that comes at once. Water leaves as it should, at q = J (k/(pi M t))^1/2 (Carslaw and Jaeger 1959,
+!> section 2.4), if the node at its face has
 !>
 !>   p = J erfc (12 c t/h^2)^1/2,      k = K/gamma_w,  c = k M,
 !>
