@@ -1,88 +1,107 @@
-!> Head of water that flows through the ground of a plane section, linear on triangles, and where a place lies in them.
+!> Head of water that flows through the ground, linear on triangles or tetrahedra, and where a place lies in them.
 !>
 !>   h(x) = sum N_a(x) h_a,   u = gamma_w max(0, up (h - y))
 !>
-!> Heads are heights as coordinates along the vertical y. The triangles fill the box of the grid: beyond the ground they
+!> Heads are heights as coordinates along the vertical y. The cells fill the box of the grid: beyond the ground they
 !> hold the head of the free water there. How heads are found is left to qsmpm_seepage.
 module qsmpm_seepage_field
   use qsmpm_kinds, only: wp
+  use qsmpm_tensor, only: cofactor
   implicit none
   private
 
-  public :: seepage_field_type, index_triangles, head_of_flow, gradient_of_flow, cell_of_place
+  public :: seepage_field_type, index_cells, head_of_flow, gradient_of_flow, cell_of_place, fall_in, find_slopes
 
   type :: seepage_field_type
-    !> (2, nodes)
+    !> (dimension, nodes)
     real(wp), allocatable :: position(:, :)
-    !> (3, cells)
+    !> (corners, cells)
     integer, allocatable :: corner(:, :)
     !> (nodes)
     real(wp), allocatable :: head(:)
-    !> Volume of water that passes through a unit area in unit time (2, cells).
+    !> Volume of water that passes through a unit area in unit time (dimension, cells).
     real(wp), allocatable :: velocity(:, :)
-    !> Boxes of an even grid over the triangles, and the triangles that reach into each: `found` from `first` on.
-    integer :: boxes(2) = 0
-    real(wp) :: low(2) = 0.0_wp, width(2) = 1.0_wp
+    !> Boxes of an even grid over the cells, and the cells that reach into each: `found` from `first` on.
+    integer :: boxes(3) = 1
+    real(wp), allocatable :: low(:), width(:)
     integer, allocatable :: first(:), found(:)
   end type seepage_field_type
 
 contains
 
-  !> List the triangles of each box.
-  pure subroutine index_triangles(field)
+  !> List the cells of each box.
+  pure subroutine index_cells(field)
     type(seepage_field_type), intent(inout) :: field
-    integer :: c, i, j, turn, from(2), to(2), box
+    integer :: c, i, j, k, d, turn, from(3), to(3), box
     integer, allocatable :: filled(:)
 
+    d = size(field%position, 1)
     field%low = minval(field%position, dim=2)
-    field%boxes = max(1, nint(sqrt(0.5_wp*size(field%corner, 2))))
-    field%width = (maxval(field%position, dim=2) - field%low)/field%boxes
+    field%boxes(:d) = max(1, nint((0.5_wp*size(field%corner, 2))**(1.0_wp/d)))
+    field%width = (maxval(field%position, dim=2) - field%low)/field%boxes(:d)
     allocate (filled(product(field%boxes)))
     do turn = 1, 2
       filled = 0
       do c = 1, size(field%corner, 2)
         from = box_at(field, minval(field%position(:, field%corner(:, c)), dim=2))
         to = box_at(field, maxval(field%position(:, field%corner(:, c)), dim=2))
-        do j = from(2), to(2)
-          do i = from(1), to(1)
-            box = i + (j - 1)*field%boxes(1)
-            if (turn == 2) field%found(field%first(box) + filled(box)) = c
-            filled(box) = filled(box) + 1
+        do k = from(3), to(3)
+          do j = from(2), to(2)
+            do i = from(1), to(1)
+              box = box_number(field, [i, j, k])
+              if (turn == 2) field%found(field%first(box) + filled(box)) = c
+              filled(box) = filled(box) + 1
+            end do
           end do
         end do
       end do
       if (turn == 2) exit
-      field%first = [1, (1 + sum(filled(:i)), i=1, size(filled))]
+      allocate (field%first(size(filled) + 1), source=1)
+      do i = 1, size(filled)
+        field%first(i + 1) = field%first(i) + filled(i)
+      end do
       allocate (field%found(sum(filled)))
     end do
-  end subroutine index_triangles
+  end subroutine index_cells
 
-  !> Numbers of the box of a place along both axes.
+  !> Numbers of the box of a place along the axes.
   pure function box_at(field, place) result(box)
     type(seepage_field_type), intent(in) :: field
-    real(wp), intent(in) :: place(2)
-    integer :: box(2)
+    real(wp), intent(in) :: place(:)
+    integer :: box(3)
 
-    box = max(1, min(field%boxes, 1 + int((place - field%low)/field%width)))
+    box = 1
+    associate (d => size(place))
+      box(:d) = max(1, min(field%boxes(:d), 1 + int((place - field%low)/field%width)))
+    end associate
   end function box_at
 
-  !> The triangle of a place, that which it lies outside of least where it lies in none, and its shares in it.
+  !> Number of a box by its numbers along the axes.
+  pure integer function box_number(field, box) result(number)
+    type(seepage_field_type), intent(in) :: field
+    integer, intent(in) :: box(3)
+
+    number = box(1) + (box(2) - 1 + (box(3) - 1)*field%boxes(2))*field%boxes(1)
+  end function box_number
+
+  !> The cell of a place, that which it lies outside of least where it lies in none, and its shares in it.
   pure subroutine cell_of_place(field, place, cell, share)
     type(seepage_field_type), intent(in) :: field
-    real(wp), intent(in) :: place(2)
+    !> (dimension)
+    real(wp), intent(in) :: place(:)
     integer, intent(out) :: cell
-    !> Shape functions (3), none negative.
-    real(wp), intent(out) :: share(3)
-    real(wp) :: here(3), inside
-    integer :: box(2), i, k
+    !> Shape functions, none negative (corners).
+    real(wp), intent(out) :: share(:)
+    real(wp) :: here(size(share)), corner(size(place), size(share)), inside
+    integer :: i, k
 
-    box = box_at(field, place)
-    k = box(1) + (box(2) - 1)*field%boxes(1)
+    k = box_number(field, box_at(field, place))
     inside = -huge(1.0_wp)
     cell = field%found(field%first(k))
     share = 0.0_wp
     do i = field%first(k), field%first(k + 1) - 1
-      here = shares_in(field%position(:, field%corner(:, field%found(i))), place)
+      corner = field%position(:, field%corner(:, field%found(i)))
+      call shares_in(corner, place, here)
       if (.not. minval(here) > inside) cycle
       inside = minval(here)
       cell = field%found(i)
@@ -93,49 +112,94 @@ contains
     share = share/sum(share)
   end subroutine cell_of_place
 
-  !> Shape functions of a triangle at a place.
-  pure function shares_in(corner, place) result(share)
-    real(wp), intent(in) :: corner(2, 3), place(2)
-    real(wp) :: share(3)
+  !> Shape functions of a cell at a place.
+  pure subroutine shares_in(corner, place, share)
+    !> (dimension, corners), (dimension)
+    real(wp), intent(in) :: corner(:, :), place(:)
+    !> (corners)
+    real(wp), intent(out) :: share(:)
+    real(wp) :: a(3), b(3), p(3), normal(3, 3)
+    integer :: d, k
 
-    share(2) = cross(place - corner(:, 1), corner(:, 3) - corner(:, 1))
-    share(3) = cross(corner(:, 2) - corner(:, 1), place - corner(:, 1))
-    share(2:) = share(2:)/cross(corner(:, 2) - corner(:, 1), corner(:, 3) - corner(:, 1))
-    share(1) = 1.0_wp - share(2) - share(3)
-  end function shares_in
+    d = size(place)
+    a(:d) = corner(:, 2) - corner(:, 1)
+    b(:d) = corner(:, 3) - corner(:, 1)
+    p(:d) = place - corner(:, 1)
+    if (d == 2) then
+      share(2) = p(1)*b(2) - p(2)*b(1)
+      share(3) = a(1)*p(2) - a(2)*p(1)
+      share(2:) = share(2:)/(a(1)*b(2) - a(2)*b(1))
+      share(1) = 1.0_wp - share(2) - share(3)
+    else
+      normal = cofactor(reshape([a, b, corner(:, 4) - corner(:, 1)], [3, 3]))
+      do k = 1, 3
+        share(k + 1) = dot_product(normal(:, k), p)/dot_product(normal(:, 1), a)
+      end do
+      share(1) = 1.0_wp - sum(share(2:))
+    end if
+  end subroutine shares_in
 
-  pure real(wp) function cross(a, b)
-    real(wp), intent(in) :: a(2), b(2)
+  !> Gradients of the shape functions of a cell times its determinant.
+  pure subroutine find_slopes(corner, slope)
+    !> (dimension, corners)
+    real(wp), intent(in) :: corner(:, :)
+    real(wp), intent(out) :: slope(:, :)
+    integer :: a
+    integer, parameter :: from(3) = [2, 3, 1], to(3) = [3, 1, 2]
 
-    cross = a(1)*b(2) - a(2)*b(1)
-  end function cross
+    if (size(corner, 1) == 3) then
+      slope(:, 2:) = cofactor(corner(:, 2:) - spread(corner(:, 1), 2, 3))
+      slope(:, 1) = -sum(slope(:, 2:), dim=2)
+      return
+    end if
+    do a = 1, 3
+      slope(1, a) = corner(2, from(a)) - corner(2, to(a))
+      slope(2, a) = corner(1, to(a)) - corner(1, from(a))
+    end do
+  end subroutine find_slopes
+
+  !> Gradient of what corners have, times the determinant of the cell, and that.
+  pure subroutine fall_in(corner, value, fall, determinant)
+    !> (dimension, corners), (corners)
+    real(wp), intent(in) :: corner(:, :), value(:)
+    !> (dimension)
+    real(wp), intent(out) :: fall(:), determinant
+    real(wp) :: slope(size(corner, 1), size(corner, 2))
+    integer :: k
+
+    call find_slopes(corner, slope)
+    fall = 0.0_wp
+    do k = 2, size(value)
+      fall = fall + slope(:, k)*(value(k) - value(1))
+    end do
+    determinant = dot_product(slope(:, 2), corner(:, 2) - corner(:, 1))
+  end subroutine fall_in
 
   !> Head at a place.
   pure real(wp) function head_of_flow(field, place) result(head)
     type(seepage_field_type), intent(in) :: field
-    real(wp), intent(in) :: place(2)
-    real(wp) :: share(3)
+    !> (dimension or more)
+    real(wp), intent(in) :: place(:)
+    real(wp) :: share(size(field%corner, 1))
     integer :: cell
 
-    call cell_of_place(field, place, cell, share)
+    call cell_of_place(field, place(:size(share) - 1), cell, share)
     head = sum(share*field%head(field%corner(:, cell)))
   end function head_of_flow
 
-  !> Gradient of the head at a place.
+  !> Gradient of the head at a place (dimension).
   pure function gradient_of_flow(field, place) result(gradient)
     type(seepage_field_type), intent(in) :: field
-    real(wp), intent(in) :: place(2)
-    real(wp) :: gradient(2)
-    real(wp) :: share(3), a(2), b(2)
+    !> (dimension)
+    real(wp), intent(in) :: place(:)
+    real(wp) :: gradient(size(place))
+    real(wp) :: share(size(field%corner, 1)), determinant
     integer :: cell
 
     call cell_of_place(field, place, cell, share)
     associate (node => field%corner(:, cell))
-      a = field%position(:, node(2)) - field%position(:, node(1))
-      b = field%position(:, node(3)) - field%position(:, node(1))
-      associate (da => field%head(node(2)) - field%head(node(1)), db => field%head(node(3)) - field%head(node(1)))
-        gradient = [da*b(2) - db*a(2), db*a(1) - da*b(1)]/cross(a, b)
-      end associate
+      call fall_in(field%position(:, node), field%head(node), gradient, determinant)
     end associate
+    gradient = gradient/determinant
   end function gradient_of_flow
 end module qsmpm_seepage_field

@@ -44,7 +44,7 @@ contains
     level = -table%up*huge(1.0_wp)
     if (.not. table%present) return
     if (allocated(table%field)) then
-      level = head_of_flow(table%field, position(:2))
+      level = head_of_flow(table%field, position)
       return
     end if
     i = piece_at(table, position)
@@ -55,17 +55,18 @@ contains
     if (size(table%x) > i) level = level + share*(table%height(i + 1) - table%height(i))
   end function level_at
 
-  !> How the level rises along the vertical, 0 for a line, and across it.
+  !> How the level rises along the axes; that of a line not along the vertical.
   pure function rise_of(table, position) result(rise)
     type(water_table_type), intent(in) :: table
     !> (dimension)
     real(wp), intent(in) :: position(:)
-    real(wp) :: rise(2)
+    real(wp) :: rise(size(position))
 
-    rise = [0.0_wp, slope_at(table, position)]
     if (allocated(table%field)) then
-      rise = gradient_of_flow(table%field, position(:2))
-      rise = rise([table%axis, table%across])
+      rise = gradient_of_flow(table%field, position)
+    else
+      rise = 0.0_wp
+      rise(table%across) = slope_at(table, position)
     end if
   end function rise_of
 

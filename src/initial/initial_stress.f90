@@ -6,8 +6,9 @@
 !> acts. K0 is the material's own or that of the phase. Only level layers are in
 !> equilibrium then: qsmpm_initial_balance looks whether the ground is.
 !>
-!> Structures, bodies that cannot yield beside ground that can or are much stiffer than elastic ground, have the stress and the weight of the ground beside them
-!> at the start, none above it, and their own weight at the end of the phase. A body as wide as the ground is a layer.
+!> Structures, bodies that cannot yield beside ground that can or are much stiffer than elastic ground, have the stress
+!> and the weight of the ground beside them at the start, none above it, and their own weight at the end of the phase. A
+!> body as wide as the ground is a layer.
 module qsmpm_initial_stress
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active

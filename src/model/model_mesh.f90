@@ -159,6 +159,11 @@ contains
         do i = 1, size(phase%prescriptions)
           call require(model, phase%prescriptions(i)%set, phase%prescriptions(i)%where, '*PRESCRIBE', diagnostics)
         end do
+        if (.not. phase%consolidation%given) cycle
+        do i = 1, size(phase%consolidation%sets)
+          call require(model, phase%consolidation%sets(i)%name, phase%consolidation%sets(i)%where, '*CONSOLIDATION', &
+            diagnostics)
+        end do
       end associate
     end do
     associate (moving => model%analysis%moving_mesh)

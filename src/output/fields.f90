@@ -70,7 +70,7 @@ contains
     type(model_type), intent(in) :: model
     type(field_list_type), intent(inout) :: list
     real(wp), allocatable :: head(:, :), velocity(:, :)
-    real(wp) :: share(3)
+    real(wp) :: share(model%mesh%dimension + 1)
     integer :: p, cell
 
     if (.not. allocated(model%loading%water_final)) return
@@ -78,9 +78,9 @@ contains
     associate (field => model%loading%water_final(1)%field, points => model%state%points)
       allocate (head(1, points%count), velocity(3, points%count), source=0.0_wp)
       do p = 1, points%count
-        call cell_of_place(field, points%position(:2, p), cell, share)
+        call cell_of_place(field, points%position(:, p), cell, share)
         head(1, p) = sum(share*field%head(field%corner(:, cell)))
-        velocity(:2, p) = field%velocity(:, cell)
+        velocity(:model%mesh%dimension, p) = field%velocity(:, cell)
       end do
     end associate
     call list%add_made('head', head, kind_number, shown_in_results, unit_length, 'height to which water would rise '// &

@@ -68,6 +68,7 @@ contains
     integer :: i
 
     associate (share => model%state%progress%fraction)
+      if (is_flow_in_space(start) .or. is_flow_in_space(final)) return
       if (.not. (final%present .or. (start%present .and. share < 1.0_wp))) return
       line%body = merge(body, 0, start%own .or. final%own)
       ends = ends_of(model, line%body, final%across)
@@ -84,6 +85,14 @@ contains
     end associate
     lines = [lines, line]
   end subroutine add_line
+
+  !> Whether water flows in space: its surface is no line.
+  pure logical function is_flow_in_space(table) result(yes)
+    type(water_table_type), intent(in) :: table
+
+    yes = allocated(table%field)
+    if (yes) yes = size(table%field%position, 1) == 3
+  end function is_flow_in_space
 
   !> Height of the level at a place.
   pure real(wp) function height_between(start, final, share, place) result(height)

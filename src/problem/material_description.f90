@@ -41,8 +41,8 @@ module qsmpm_material_description
     real(wp) :: unit_weight = 0.0_wp
     !> The same below the water level; negative: no other.
     real(wp) :: saturated_weight = -1.0_wp
-    !> Volume of water a unit of area, time and gradient of the head, along x and y; negative: not given.
-    real(wp) :: permeability(2) = -1.0_wp
+    !> Volume of water a unit of area, time and gradient of the head, along the axes; negative: not given.
+    real(wp) :: permeability(3) = -1.0_wp
     type(permeability_law_type) :: permeability_law
     !> Volume of water that a volume of soil gives off as the surface of the water passes; 0: not given.
     real(wp) :: drainable_porosity = 0.0_wp
@@ -87,12 +87,12 @@ contains
     weight = value_at(material%strength_profile%fields, field_weight, place, material%unit_weight)
   end function weight_at
 
-  !> Permeability along x and y at a place; its values are those along x, and both keep their ratio.
+  !> Permeability along the axes at a place; its values are those along x, and all keep their ratio.
   pure function permeability_at(material, place) result(permeability)
     type(material_type), intent(in) :: material
     !> Position at the start (2 or 3).
     real(wp), intent(in) :: place(:)
-    real(wp) :: permeability(2)
+    real(wp) :: permeability(3)
 
     permeability = material%permeability
     associate (along_x => value_at(material%strength_profile%fields, field_permeability, place, permeability(1)))

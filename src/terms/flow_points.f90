@@ -58,9 +58,8 @@ contains
 
     associate (points => model%state%points, soil => model%analysis%materials(model%state%points%material(p)))
       point%volume = points%volume(p)
-      point%permeability(:2) = permeability_at(soil, points%initial_position(:, p))
-      point%permeability = point%permeability([1, 2, 1])*permeability_ratio(soil%permeability_law, &
-        points%volume(p)/points%initial_volume(p))
+      point%permeability = permeability_at(soil, points%initial_position(:, p)) &
+        *permeability_ratio(soil%permeability_law, points%volume(p)/points%initial_volume(p))
       if (model%analysis%model == axisymmetric) point%hoop = 1.0_wp/points%position(1, p)
       call functions_at(model%space, model%mesh, points%cell(p), points%local(:, p), point%place)
       kind = model%mesh%cell_kind(points%cell(p))

@@ -200,9 +200,10 @@ contains
     logical :: active(size(model%analysis%bodies))
     real(wp), dimension(size(model%analysis%materials)) :: width, fast
     real(wp) :: beside(model%mesh%node_count, size(model%analysis%materials)), k, time, excess
-    integer :: m, p
+    integer :: m, p, up
 
     text = ''
+    up = vertical_of(model%analysis)
     active = bodies_active(model%analysis, number)
     beside = permeability_beside(model, number, active)
     width = 0.0_wp
@@ -221,12 +222,12 @@ contains
     end associate
     do m = 1, size(width)
       associate (soil => model%analysis%materials(m), phase => model%analysis%phases(number))
-        if (.not. (width(m) > 0.0_wp .and. soil%young > 0.0_wp .and. soil%permeability(2) > 0.0_wp)) cycle
-        k = soil%permeability(2)/model%analysis%phases(consolidation_of(model%analysis%phases, number)) &
+        if (.not. (width(m) > 0.0_wp .and. soil%young > 0.0_wp .and. soil%permeability(up) > 0.0_wp)) cycle
+        k = soil%permeability(up)/model%analysis%phases(consolidation_of(model%analysis%phases, number)) &
           %consolidation%unit_weight
         if (free_surface_of(model%analysis%phases, number) > 0 .and. &
           front_within(soil, k, width(m), phase%duration)) cycle
-        if (fast(m) < huge(k) .and. front_within(soil, k*fast(m)/soil%permeability(2), width(m), phase%duration)) cycle
+        if (fast(m) < huge(k) .and. front_within(soil, k*fast(m)/soil%permeability(up), width(m), phase%duration)) cycle
         time = k*constrained_modulus(soil)*phase%duration/width(m)**2
         excess = early_excess(time)
         if (.not. excess > told) cycle
@@ -251,8 +252,9 @@ contains
     real(wp), parameter :: much = 30.0_wp
     real(wp) :: fastest(model%mesh%node_count)
     logical :: drained(model%mesh%node_count), inside(model%mesh%node_count), filled(0:model%mesh%cell_count), held
-    integer :: c, f, m, p
+    integer :: c, f, m, p, up
 
+    up = vertical_of(model%analysis)
     associate (card => model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation)
       drained = drained_nodes(model, card)
       held = card%held .or. free_surface_of(model%analysis%phases, number) > 0
@@ -266,7 +268,7 @@ contains
         c = points%cell(p)
         filled(c) = .true.
         associate (node => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1))
-          fastest(node) = max(fastest(node), model%analysis%materials(points%material(p))%permeability(2))
+          fastest(node) = max(fastest(node), model%analysis%materials(points%material(p))%permeability(up))
         end associate
       end do
       do c = 1, mesh%cell_count
@@ -277,7 +279,7 @@ contains
       end do
     end associate
     do m = 1, size(model%analysis%materials)
-      beside(:, m) = merge(fastest, 0.0_wp, fastest > much*model%analysis%materials(m)%permeability(2))
+      beside(:, m) = merge(fastest, 0.0_wp, fastest > much*model%analysis%materials(m)%permeability(up))
       where (drained .and. (inside .or. held)) beside(:, m) = huge(1.0_wp)
     end do
   end function permeability_beside

@@ -24,8 +24,8 @@ module qsmpm_free_surface
   implicit none
   private
 
-  public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, is_in_air, rows_in_force, &
-    former_levels, idle_rows, bounds_note
+  public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, is_in_air, is_on, looks_up, &
+    rows_in_force, former_levels, idle_rows, bounds_note
 
   !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
   real(wp), parameter, public :: dry = 1.0e-3_wp
@@ -284,9 +284,9 @@ contains
     type(model_type), intent(in) :: model
     !> Number of the cell, and of its face.
     integer, intent(in) :: c, f
-    real(wp), dimension(model%mesh%dimension) :: out, along
+    real(wp) :: out(model%mesh%dimension), along(model%mesh%dimension, 2)
     logical :: held
-    integer :: axis
+    integer :: axis, i
 
     axis = vertical_of(model%analysis)
     associate (mesh => model%mesh, first => model%mesh%cell_first(c) - 1)
@@ -296,13 +296,22 @@ contains
         if (allocated(model%loading%constrained)) held = all(model%loading%constrained(axis, node))
         out = sum(mesh%coordinates(:, node), dim=2)/size(node) - sum(mesh%coordinates(:, all_nodes), dim=2) &
           /size(all_nodes)
-        if (mesh%dimension == 2) then
-          along = mesh%coordinates(:, node(2)) - mesh%coordinates(:, node(1))
-          out = out - dot_product(out, along)/dot_product(along, along)*along
-        end if
+        do i = 1, mesh%dimension - 1
+          along(:, i) = mesh%coordinates(:, node(i + 1)) - mesh%coordinates(:, node(1))
+          if (i == 2) along(:, 2) = off(along(:, 2), along(:, 1))
+          out = off(out, along(:, i))
+        end do
       end associate
     end associate
     looks_up = upwards(model%analysis)*out(axis) > upwards_from*norm2(out) .and. .not. held
+  contains
+    !> What of a vector is at right angles to another one.
+    pure function off(vector, other)
+      real(wp), intent(in) :: vector(:), other(:)
+      real(wp) :: off(size(vector))
+
+      off = vector - dot_product(vector, other)/dot_product(other, other)*other
+    end function off
   end function looks_up
 
   !> Rows of the present phase that no face is of.

@@ -3,7 +3,7 @@
 !> fall; and where it ends beside ground that lies below its level too. docs/methods/seepage.md
 module qsmpm_free_water
   use qsmpm_kinds, only: wp
-  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_rounded_text, only: rounded_place
   implicit none
   private
 
@@ -79,11 +79,12 @@ contains
   !> The warning of water that ends beside ground in air.
   pure function shore_text(phase, set, place) result(text)
     character(len=*), intent(in) :: phase, set
-    real(wp), intent(in) :: place(2)
+    !> (dimension)
+    real(wp), intent(in) :: place(:)
     character(len=:), allocatable :: text
 
-    text = "warning: phase '"//phase//"': the free water of '"//set//"' ends at ("//rounded_text(place(1), 4)//', '// &
-      rounded_text(place(2), 4)//'), below its level, beside ground in air below that level too, on which none '// &
+    text = "warning: phase '"//phase//"': the free water of '"//set//"' ends at "//rounded_place(place)// &
+      ', below its level, beside ground in air below that level too, on which none '// &
       'stands: give this ground the level too, or the level to a part (BOX) that does not reach it'//new_line('a')
   end function shore_text
 end module qsmpm_free_water

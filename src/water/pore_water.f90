@@ -207,9 +207,7 @@ contains
       if (material%saturated_weight >= 0.0_wp) &
         force = share*points%initial_volume(p)*(material%saturated_weight - material%unit_weight)*gravity
       force(table%axis) = force(table%axis) + share*points%initial_volume(p)*table%up*weight
-      associate (both => [table%axis, table%across])
-        force(both) = force(both) - share*points%volume(p)*table%up*weight*rise_of(table, points%position(:, p))
-      end associate
+      force = force - share*points%volume(p)*table%up*weight*rise_of(table, points%position(:, p))
     end associate
   end function force_at
 

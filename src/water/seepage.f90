@@ -8,11 +8,11 @@
 !>   p <= 0,  q >= 0,  q p = 0      on faces in air: water leaves where it stands at the face        seepage face
 !>   q = 0                          on all others;  -rain in place of 0 on faces that it falls on
 !>
-!> Linear triangles, k_r at the middles of their edges, water lumped at the nodes, which fill as the surface passes the
-!> height c of their cells, one after the other; the face by an active set of nodes in Newton's method on the
-!> unsymmetric tangent. From a saturated start Newton's method fails more often than not: the width of suction w comes
-!> down from the height of the ground by halves to what is wanted, each from the last. In air and in suction the flow
-!> is by k_min, so that its error and that of w fall with the cell. docs/methods/seepage.md
+!> Linear triangles or tetrahedra, k_r at the middles of their edges, water lumped at the nodes, which fill as the
+!> surface passes the height c of their cells, one after the other; the face by an active set of nodes in Newton's
+!> method on the unsymmetric tangent. From a saturated start Newton's method fails more often than not: the width of
+!> suction w comes down from the height of the ground by halves to what is wanted, each from the last. In air and in
+!> suction the flow is by k_min, so that its error and that of w fall with the cell. docs/methods/seepage.md
 module qsmpm_seepage
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_not_converged, fail
@@ -20,6 +20,7 @@ module qsmpm_seepage
   use qsmpm_node_graph, only: connectivity_type, node_graph
   use qsmpm_node_ordering, only: order_bandwidth, order_metis
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_seepage_field, only: fall_in, find_slopes
   use qsmpm_solver_list, only: solver_number, solver_row, solver_row_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_version, only: with_suitesparse
@@ -49,18 +50,18 @@ module qsmpm_seepage
 
   !> A flow.
   type :: seepage_type
-    !> (2, nodes); weight of a cell's area: 1, or the mean radius (cells).
+    !> (dimension, nodes); weight of a cell's area: 1, or the mean radius (cells).
     real(wp), allocatable :: position(:, :), depth(:)
-    !> (3, cells), counter-clockwise.
+    !> (corners, cells); of triangles counter-clockwise.
     integer, allocatable :: corner(:, :)
-    !> Permeability along the axes (2, cells).
+    !> Permeability along the axes (dimension, cells).
     real(wp), allocatable :: permeability(:, :)
     !> Width of suction, then the one that was found; the one that was asked for.
     real(wp) :: suction = 0.0_wp, wanted = 0.0_wp
     !> One of `node_*`; height y against gravity; head where it is given, then everywhere (nodes).
     integer, allocatable :: kind(:)
     real(wp), allocatable :: height(:), head(:)
-    !> Rain on each node, water that comes in (nodes), and flow of the cells (2, cells).
+    !> Rain on each node, water that comes in (nodes), and flow of the cells (dimension, cells).
     real(wp), allocatable :: rain(:), inflow(:), velocity(:, :)
     integer :: iterations = 0
     !> Of a step in time: its length, 0 for a steady flow; water that a node takes up when its ground fills, the height
@@ -79,6 +80,8 @@ module qsmpm_seepage
     !> Sum of inflows by the present heads, and what a head alone makes of them in full ground, the unit of residuals
     !> (nodes).
     real(wp), allocatable :: inflow(:), scale(:), residual(:)
+    !> Flow between the corners of a cell for unit heads, saturated (corners, corners, cells).
+    real(wp), allocatable :: conductance(:, :, :)
     class(linear_solver_type), allocatable :: solver
   end type seepage_newton_type
 
@@ -151,8 +154,8 @@ contains
     integer :: i
 
     cells%count = size(flow%corner, 2)
-    cells%first = [(3*i - 2, i=1, cells%count + 1)]
-    cells%nodes = reshape(flow%corner, [3*cells%count])
+    cells%first = [(size(flow%corner, 1)*(i - 1) + 1, i=1, cells%count + 1)]
+    cells%nodes = reshape(flow%corner, [size(flow%corner)])
     call node_graph(cells, size(flow%head), active, node, first, neighbour)
     kind = solver_row(solver_number(merge('UMFPACK', 'BAND   ', with_suitesparse)))
     allocate (place(size(node)))
@@ -165,6 +168,10 @@ contains
     allocate (newton%row(size(flow%head)), source=0)
     newton%row(node) = place
     call make_pattern(first, neighbour, place, newton%matrix)
+    allocate (newton%conductance(size(flow%corner, 1), size(flow%corner, 1), cells%count))
+    do i = 1, cells%count
+      call find_conductance(flow, i, newton%conductance(:, :, i))
+    end do
     call kind%make(.false., newton%solver)
     call newton%solver%analyse(newton%matrix, error)
   end subroutine start_seepage
@@ -311,7 +318,8 @@ contains
     type(seepage_type), intent(in) :: flow
     type(seepage_newton_type), intent(inout) :: newton
     real(wp), intent(in) :: width
-    real(wp) :: conductance(3, 3), factor, by_head(3), inflow(3)
+    real(wp), dimension(size(flow%corner, 1)) :: by_head, inflow, head
+    real(wp) :: factor
     integer :: c, a, b, i
 
     if (.not. allocated(newton%inflow)) allocate (newton%inflow(size(flow%head)), newton%scale(size(flow%head)))
@@ -319,14 +327,16 @@ contains
     newton%scale = tiny(1.0_wp)
     newton%matrix%values = 0.0_wp
     do c = 1, size(flow%corner, 2)
-      associate (node => flow%corner(:, c))
-        conductance = conductance_of(flow, c)
+      associate (node => flow%corner(:, c), conductance => newton%conductance(:, :, c))
         call let_through(flow, c, width, factor, by_head)
-        inflow = matmul(conductance, flow%head(node))
+        head = flow%head(node)
+        do a = 1, size(inflow)
+          inflow(a) = dot_product(conductance(a, :), head)
+        end do
         newton%inflow(node) = newton%inflow(node) + factor*inflow
-        do a = 1, 3
+        do a = 1, size(inflow)
           newton%scale(node(a)) = newton%scale(node(a)) + conductance(a, a)
-          do b = 1, 3
+          do b = 1, size(inflow)
             call add_entry(newton%matrix, newton%row(node(a)), newton%row(node(b)), factor*conductance(a, b) &
               + inflow(a)*by_head(b))
           end do
@@ -378,24 +388,19 @@ contains
   end function filled_share
 
   !> Flow between the corners of a cell for unit heads, saturated.
-  pure function conductance_of(flow, c) result(conductance)
+  pure subroutine find_conductance(flow, c, conductance)
     type(seepage_type), intent(in) :: flow
     integer, intent(in) :: c
-    real(wp) :: conductance(3, 3)
-    real(wp) :: gradient(2, 3), twice
-    integer :: a
+    real(wp), intent(out) :: conductance(:, :)
+    real(wp) :: gradient(size(flow%position, 1), size(flow%corner, 1)), part
 
     associate (x => flow%position(:, flow%corner(:, c)))
-      do a = 1, 3
-        associate (from => x(:, modulo(a, 3) + 1), to => x(:, modulo(a + 1, 3) + 1))
-          gradient(:, a) = [from(2) - to(2), to(1) - from(1)]
-        end associate
-      end do
-      twice = dot_product(gradient(:, 1), x(:, 1) - x(:, 2))
+      call find_slopes(x, gradient)
+      part = merge(2.0_wp, 6.0_wp, size(x, 1) == 2)*abs(dot_product(gradient(:, 1), x(:, 1) - x(:, 2)))
     end associate
-    conductance = flow%depth(c)*matmul(transpose(gradient), spread(flow%permeability(:, c), 2, 3)*gradient) &
-      /(2.0_wp*twice)
-  end function conductance_of
+    conductance = flow%depth(c)*matmul(transpose(gradient), spread(flow%permeability(:, c), 2, size(gradient, 2)) &
+      *gradient)/part
+  end subroutine find_conductance
 
   !> Relative permeability of a cell and its derivative by the heads of its corners. In a step of time suction acts over
   !> the height that the cell fills over, or water would stay in it, and a dry corner keeps out no more than one that
@@ -405,7 +410,7 @@ contains
     integer, intent(in) :: c
     !> In a steady flow.
     real(wp), intent(in) :: width
-    real(wp), intent(out) :: factor, by_head(3)
+    real(wp), intent(out) :: factor, by_head(:)
 
     associate (node => flow%corner(:, c))
       associate (pressure => flow%head(node) - flow%height(node))
@@ -421,30 +426,36 @@ contains
   !> Relative permeability of a cell, and its derivative, by what its corners fill over.
   pure subroutine let_through_in_time(pressure, reach, factor, by_pressure)
     !> Of the corners, and what they are empty at, of one unit.
-    real(wp), intent(in) :: pressure(3), reach(3)
-    real(wp), intent(out) :: factor, by_pressure(3)
+    real(wp), intent(in) :: pressure(:), reach(:)
+    real(wp), intent(out) :: factor, by_pressure(:)
+    real(wp) :: filling(size(pressure))
 
-    call relative(max(pressure, -reach), sum(reach)/3.0_wp, factor, by_pressure)
+    filling = max(pressure, -reach)
+    call relative(filling, sum(reach)/size(reach), factor, by_pressure)
     where (pressure < -reach) by_pressure = 0.0_wp
   end subroutine let_through_in_time
 
   !> k_r of a cell, and its derivative, by the pressures of its corners.
   pure subroutine relative(pressure, width, factor, by_head)
     !> Of the corners, as heights of water.
-    real(wp), intent(in) :: pressure(3)
+    real(wp), intent(in) :: pressure(:)
     real(wp), intent(in) :: width
-    real(wp), intent(out) :: factor, by_head(3)
-    real(wp) :: middle
-    integer :: a, b
+    real(wp), intent(out) :: factor, by_head(:)
+    real(wp) :: middle, edges
+    integer :: a, b, e, n
 
     factor = 0.0_wp
     by_head = 0.0_wp
-    do a = 1, 3
-      b = modulo(a, 3) + 1
+    n = size(pressure)
+    edges = 0.5_wp*n*(n - 1)
+    do e = 1, n*(n - 1)/2
+      ! The fifth and sixth of a tetrahedron join corners that are not beside one another.
+      a = modulo(e - 1, n) + 1
+      b = modulo(a + (e - 1)/n, n) + 1
       middle = 0.5_wp*(pressure(a) + pressure(b))
-      factor = factor + max(least, min(1.0_wp, 1.0_wp + (1.0_wp - least)*middle/width))/3.0_wp
+      factor = factor + max(least, min(1.0_wp, 1.0_wp + (1.0_wp - least)*middle/width))/edges
       if (middle >= 0.0_wp .or. middle <= -width) cycle
-      by_head([a, b]) = by_head([a, b]) + (1.0_wp - least)/(6.0_wp*width)
+      by_head([a, b]) = by_head([a, b]) + (1.0_wp - least)/(2.0_wp*edges*width)
     end do
   end subroutine relative
 
@@ -476,18 +487,15 @@ contains
   pure subroutine take_velocity(flow, width)
     type(seepage_type), intent(inout) :: flow
     real(wp), intent(in) :: width
-    real(wp) :: factor, by_head(3), a(2), b(2), rise(2)
+    real(wp) :: factor, by_head(size(flow%corner, 1)), fall(size(flow%position, 1)), determinant
     integer :: c
 
-    allocate (flow%velocity(2, size(flow%corner, 2)))
+    allocate (flow%velocity(size(fall), size(flow%corner, 2)))
     do c = 1, size(flow%corner, 2)
-      associate (node => flow%corner(:, c), x => flow%position, h => flow%head)
+      associate (node => flow%corner(:, c))
         call let_through(flow, c, width, factor, by_head)
-        a = x(:, node(2)) - x(:, node(1))
-        b = x(:, node(3)) - x(:, node(1))
-        rise = h(node(2:)) - h(node(1))
-        flow%velocity(:, c) = -factor*flow%permeability(:, c)*[rise(1)*b(2) - rise(2)*a(2), rise(2)*a(1) &
-          - rise(1)*b(1)]/(a(1)*b(2) - a(2)*b(1))
+        call fall_in(flow%position(:, node), flow%head(node), fall, determinant)
+        flow%velocity(:, c) = -factor*flow%permeability(:, c)*fall/determinant
       end associate
     end do
   end subroutine take_velocity

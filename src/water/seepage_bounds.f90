@@ -10,14 +10,17 @@ module qsmpm_seepage_bounds
   use qsmpm_analysis, only: analysis_type, axisymmetric
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_fitted_mesh, only: fitted_mesh_type
-  use qsmpm_free_surface, only: former_levels
+  use qsmpm_free_surface, only: former_levels, is_of_part => is_on, looks_up
   use qsmpm_free_water, only: find_shores, spread_water
   use qsmpm_load_description, only: head_type, support_none, water_level_type
   use qsmpm_mesh_description, only: select_box, select_outline, select_plane, select_segment, surface_type
+  use qsmpm_model, only: model_type
   use qsmpm_outline_graph, only: outline_type
   use qsmpm_phase_tree, only: lineage
   use qsmpm_polygon, only: polygon_contains
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type
+  use qsmpm_tensor, only: cross
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
@@ -29,10 +32,13 @@ module qsmpm_seepage_bounds
   !> Distance of a node of a drain from it, over the longest edge of a cell: one of the nodes of any place is as near.
   real(wp), parameter :: beside = 0.58_wp
 
-  !> The triangles of a phase.
+  !> The triangles of a phase, or tetrahedra.
   type :: seepage_scene_type
     type(fitted_mesh_type) :: mesh
     type(outline_type), allocatable :: outlines(:)
+    !> Of tetrahedra: the cell of the model's mesh that each is of, and its face that lies opposite a corner, 0 for none
+    !> (corners, cells).
+    integer, allocatable :: cell(:), face(:, :)
     !> Whether water flows through a cell (cells).
     logical, allocatable :: flows(:)
     !> Row of the card that a node is of, 0 for none (nodes).
@@ -47,51 +53,53 @@ module qsmpm_seepage_bounds
 contains
 
   !> Kinds and heads of the nodes on the bounds.
-  subroutine place_bounds(analysis, number, level, scene, flow, diagnostics)
-    type(analysis_type), intent(in) :: analysis
+  subroutine place_bounds(model, number, level, scene, flow, diagnostics)
+    type(model_type), intent(in) :: model
     !> Of the phase.
     integer, intent(in) :: number
     type(water_level_type), intent(in) :: level
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
     type(diagnostics_type), intent(inout) :: diagnostics
-    integer :: c, k, i, ends(2), wet(size(flow%kind))
-    logical :: found(size(level%heads)), open(3, size(scene%flows))
-    integer :: axis
-    real(wp) :: up, reach(size(level%heads))
-    integer :: material(size(analysis%bodies))
+    integer :: c, k, i, ends(size(scene%mesh%corner, 1) - 1), wet(size(flow%kind))
+    logical :: found(size(level%heads)), open(size(scene%mesh%corner, 1), size(scene%flows))
+    real(wp) :: up, reach(size(level%heads)), area(size(level%heads))
+    integer :: material(size(model%analysis%bodies))
 
-    axis = vertical_of(analysis)
-    up = upwards(analysis)
+    up = upwards(model%analysis)
     allocate (scene%row(size(flow%kind)), source=0)
     reach = up*level%heads%level
-    if (level%transient) reach = max(reach, up*former_levels(analysis%phases, number, level%heads))
+    if (level%transient) reach = max(reach, up*former_levels(model%analysis%phases, number, level%heads))
     found = .false.
+    area = 0.0_wp
     open = .false.
     wet = 0
     do c = 1, size(scene%flows)
-      do k = 1, 3
+      do k = 1, size(open, 1)
         if (.not. is_bound(scene, c, k)) cycle
         ends = ends_of(scene, c, k)
-        open(k, c) = is_in_air(scene, axis, up, c, k) .and. .not. is_held(analysis, number, scene%mesh%region(c), &
-          scene%mesh%position(:, ends), hair*scene%size)
+        open(k, c) = is_in_air(model, scene, c, k) .and. .not. is_held(model, scene, number, c, k)
         if (open(k, c)) where (flow%kind(ends) == node_free) flow%kind(ends) = node_face
         do i = 1, size(level%heads)
-          if (.not. is_on(analysis, level%heads(i)%set, scene%mesh%region(c), scene%mesh%position(:, ends), &
-            hair*scene%size)) cycle
+          if (.not. is_on(model, scene, level%heads(i)%set, c, k)) cycle
           found(i) = .true.
-          call give_head(upwards(analysis)*level%heads(i)%level, i, ends, scene, flow)
-          call let_rain(analysis, level%heads(i), ends, flow)
+          call give_head(up*level%heads(i)%level, i, ends, scene, flow)
+          area(i) = area(i) + norm2(area_of(flow%position(:, ends)))
+          call let_rain(model%analysis, level%heads(i), ends, flow)
           if (open(k, c)) where (scene%row(ends) == i .and. reach(i) >= flow%height(ends) - hair*scene%size) &
             wet(ends) = i
         end do
       end do
     end do
-    material = body_materials(analysis, number)
-    call flood(up*level%heads%level, reach, open, spread(analysis%materials(material(max(1, scene%mesh%region))) &
-      %permeability(1) > 0.0_wp, 1, 3), wet, scene, flow)
+    material = body_materials(model%analysis, number)
+    call flood(up*level%heads%level, reach, open, spread(model%analysis%materials(material(max(1, scene%mesh%region))) &
+      %permeability(1) > 0.0_wp, 1, size(open, 1)), wet, scene, flow)
     do i = 1, size(found)
-      if (.not. found(i)) call place_drain(analysis, level%heads(i), i, scene, flow, found(i))
+      if (size(ends) == 3) then
+        call check_part(model, level%heads(i), area(i), diagnostics)
+        cycle
+      end if
+      if (.not. found(i)) call place_drain(model%analysis, level%heads(i), i, scene, flow, found(i))
       if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
         "neither an edge nor a node of the ground lies in '"//level%heads(i)%set//"'")
     end do
@@ -100,11 +108,49 @@ contains
       'every level lies below its part of the bounds: no water comes in')
   end subroutine place_bounds
 
+  !> In space a level is at whole faces of the ground.
+  subroutine check_part(model, head, area, diagnostics)
+    type(model_type), intent(in) :: model
+    type(head_type), intent(in) :: head
+    !> Of the faces that have it.
+    real(wp), intent(in) :: area
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp), parameter :: whole = 1.0e-3_wp
+    real(wp) :: wanted
+    integer :: i
+
+    wanted = 0.0_wp
+    associate (points => model%state%surface)
+      do i = 1, points%count
+        if (model%analysis%surfaces(points%surface(i))%name == head%set) wanted = wanted + &
+          norm2(points%area_vector(:, i))
+      end do
+    end associate
+    if (.not. area > 0.0_wp) then
+      call add_diagnostic(diagnostics, head%where, '*WATER LEVEL', "no face of the ground lies in '"//head%set// &
+        "' (a well or a drain within it is for plane scenes)")
+    else if (wanted > 0.0_wp .and. abs(area - wanted) > whole*wanted) then
+      call add_diagnostic(diagnostics, head%where, '*WATER LEVEL', "surface '"//head%set//"', "// &
+        rounded_text(wanted)//' large, lies on faces of cells that are '//rounded_text(area)// &
+        ' large: let it end where they do')
+    end if
+  end subroutine check_part
+
+  !> Area vector of a triangle in space; 0 for an edge in the plane.
+  pure function area_of(corner) result(area)
+    !> (dimension, dimension)
+    real(wp), intent(in) :: corner(:, :)
+    real(wp) :: area(3)
+
+    area = 0.0_wp
+    if (size(corner, 1) == 3) area = 0.5_wp*cross(corner(:, 2) - corner(:, 1), corner(:, 3) - corner(:, 1))
+  end function area_of
+
   !> Free water beside the parts of the bounds that have it.
   subroutine flood(level, reach, open, porous, wet, scene, flow)
     !> Of the rows, upwards, and the highest that they have in the phase.
     real(wp), intent(in) :: level(:), reach(:)
-    !> Edges in air, and those of soil that lets water through (3, cells).
+    !> Faces in air, and those of soil that lets water through (corners, cells).
     logical, intent(in) :: open(:, :), porous(:, :)
     !> Row whose free water is at a node, 0 for none (nodes).
     integer, intent(in) :: wet(:)
@@ -124,68 +170,74 @@ contains
       flow%kind == node_head))
   end subroutine flood
 
-  !> Nodes of some edges (2, edges).
+  !> Nodes of the edges of some faces (2, edges).
   pure function edges_of(scene, chosen) result(ends)
     type(seepage_scene_type), intent(in) :: scene
-    !> (3, cells)
+    !> (corners, cells)
     logical, intent(in) :: chosen(:, :)
-    integer :: ends(2, count(chosen))
-    integer :: c, k, n
+    integer :: ends(2, count(chosen)*merge(1, 3, size(chosen, 1) == 3))
+    integer :: face(size(chosen, 1) - 1), c, k, n, i
 
     n = 0
     do c = 1, size(chosen, 2)
-      do k = 1, 3
+      do k = 1, size(chosen, 1)
         if (.not. chosen(k, c)) cycle
-        n = n + 1
-        ends(:, n) = ends_of(scene, c, k)
+        face = ends_of(scene, c, k)
+        do i = 1, merge(1, 3, size(face) == 2)
+          n = n + 1
+          ends(:, n) = face([i, modulo(i, size(face)) + 1])
+        end do
       end do
     end do
   end function edges_of
 
-  !> Ends of the edge of a cell opposite a corner.
+  !> Nodes of the face of a cell opposite a corner.
   pure function ends_of(scene, c, k) result(ends)
     type(seepage_scene_type), intent(in) :: scene
     integer, intent(in) :: c, k
-    integer :: ends(2)
+    integer :: ends(size(scene%mesh%corner, 1) - 1), i
 
-    ends = scene%mesh%corner([modulo(k, 3) + 1, modulo(k + 1, 3) + 1], c)
+    ends = scene%mesh%corner(modulo([(k + i, i=0, size(ends) - 1)], size(ends) + 1) + 1, c)
   end function ends_of
 
-  !> Whether an edge lies on a surface that a support holds: what holds it is tight.
-  pure logical function is_held(analysis, number, body, ends, near) result(held)
-    type(analysis_type), intent(in) :: analysis
-    !> Of the phase, and of the body.
-    integer, intent(in) :: number, body
-    !> (2, 2)
-    real(wp), intent(in) :: ends(:, :)
-    real(wp), intent(in) :: near
+  !> Whether a face lies on a surface that a support holds: what holds it is tight.
+  pure logical function is_held(model, scene, number, c, f) result(held)
+    type(model_type), intent(in) :: model
+    type(seepage_scene_type), intent(in) :: scene
+    !> Of the phase, the cell, and the corner opposite.
+    integer, intent(in) :: number, c, f
     integer, allocatable :: line(:)
     integer :: i, k
 
     held = .false.
-    allocate (line, source=lineage(analysis%phases, number))
+    allocate (line, source=lineage(model%analysis%phases, number))
     do i = 1, size(line)
-      associate (supports => analysis%phases(line(i))%supports)
+      associate (supports => model%analysis%phases(line(i))%supports)
         do k = 1, size(supports)
-          if (is_on(analysis, supports(k)%surface, body, ends, near)) held = supports(k)%kind /= support_none
+          if (is_on(model, scene, supports(k)%surface, c, f)) held = supports(k)%kind /= support_none
         end do
       end associate
     end do
   end function is_held
 
-  !> Rain on an edge, half of it for each end; what falls on free water is not counted.
+  !> Rain on a face, shared by its nodes; what falls on free water is not counted.
   subroutine let_rain(analysis, head, ends, flow)
     type(analysis_type), intent(in) :: analysis
     type(head_type), intent(in) :: head
-    integer, intent(in) :: ends(2)
+    integer, intent(in) :: ends(:)
     type(seepage_type), intent(inout) :: flow
-    real(wp) :: breadth
+    real(wp) :: breadth, area(3)
 
-    associate (x => flow%position(3 - vertical_of(analysis), ends))
-      breadth = abs(x(2) - x(1))
+    associate (x => flow%position(:, ends), axis => vertical_of(analysis))
+      if (size(ends) == 3) then
+        area = area_of(x)
+        breadth = abs(area(axis))
+      else
+        breadth = abs(x(3 - axis, 2) - x(3 - axis, 1))
+      end if
       if (analysis%model == axisymmetric) breadth = breadth*sum(flow%position(1, ends))/2.0_wp
     end associate
-    flow%rain(ends) = flow%rain(ends) + 0.5_wp*head%rain*breadth
+    flow%rain(ends) = flow%rain(ends) + head%rain*breadth/size(ends)
   end subroutine let_rain
 
   !> A box within the ground is a well or a drain, no narrower than a cell: the nodes at it have the level, or let
@@ -219,15 +271,15 @@ contains
     end do
   end subroutine place_drain
 
-  !> The level of a row at the ends of an edge: below it water stands, above it there is a face.
+  !> The level of a row at the nodes of a face: below it water stands, above it there is a face.
   subroutine give_head(level, number, ends, scene, flow)
     real(wp), intent(in) :: level
-    integer, intent(in) :: number, ends(2)
+    integer, intent(in) :: number, ends(:)
     type(seepage_scene_type), intent(inout) :: scene
     type(seepage_type), intent(inout) :: flow
     integer :: k
 
-    do k = 1, 2
+    do k = 1, size(ends)
       associate (kind => flow%kind(ends(k)), head => flow%head(ends(k)))
         if (level - flow%height(ends(k)) >= -hair*scene%size) then
           if (kind == node_head .and. head >= level) cycle
@@ -242,7 +294,7 @@ contains
     end do
   end subroutine give_head
 
-  !> Whether the edge of a cell opposite a corner bounds the ground that water flows through.
+  !> Whether the face of a cell opposite a corner bounds the ground that water flows through.
   pure logical function is_bound(scene, c, k)
     type(seepage_scene_type), intent(in) :: scene
     integer, intent(in) :: c, k
@@ -252,24 +304,26 @@ contains
     is_bound = .not. scene%flows(scene%mesh%neighbour(k, c))
   end function is_bound
 
-  !> Whether there is air beyond: no side and no base of the grid and no rigid body.
-  pure logical function is_in_air(scene, axis, up, c, k)
+  !> Whether there is air beyond: no side and no base of the grid or mesh and no rigid body.
+  pure logical function is_in_air(model, scene, c, k)
+    type(model_type), intent(in) :: model
     type(seepage_scene_type), intent(in) :: scene
-    !> Vertical axis and sense of upwards.
-    integer, intent(in) :: axis
-    real(wp), intent(in) :: up
     integer, intent(in) :: c, k
-    real(wp) :: middle(2)
+    real(wp) :: middle(size(scene%mesh%position, 1)), up
     integer :: o
 
     is_in_air = .false.
-    associate (mesh => scene%mesh, beyond => scene%mesh%neighbour(k, c))
-      if (beyond == 0) then
+    up = upwards(model%analysis)
+    associate (mesh => scene%mesh, beyond => scene%mesh%neighbour(k, c), axis => vertical_of(model%analysis))
+      if (beyond == 0 .and. allocated(scene%face)) then
+        is_in_air = looks_up(model, scene%cell(c), scene%face(k, c))
+        return
+      else if (beyond == 0) then
         is_in_air = all(up*(mesh%position(axis, ends_of(scene, c, k))) >= &
           maxval(up*mesh%position(axis, :)) - hair*scene%size)
         return
       end if
-      middle = sum(mesh%position(:, mesh%corner(:, beyond)), dim=2)/3.0_wp
+      middle = sum(mesh%position(:, mesh%corner(:, beyond)), dim=2)/size(mesh%corner, 1)
     end associate
     is_in_air = .true.
     do o = 1, size(scene%outlines)
@@ -278,29 +332,34 @@ contains
     end do
   end function is_in_air
 
-  !> Whether an edge of a body lies in a node set or a surface.
-  pure logical function is_on(analysis, name, body, ends, near) result(on)
-    type(analysis_type), intent(in) :: analysis
+  !> Whether the face of a cell opposite a corner lies in a node set or a surface.
+  pure logical function is_on(model, scene, name, c, k) result(on)
+    type(model_type), intent(in) :: model
+    type(seepage_scene_type), intent(in) :: scene
     character(len=*), intent(in) :: name
-    !> Number of the body.
-    integer, intent(in) :: body
-    !> (2, 2)
-    real(wp), intent(in) :: ends(:, :)
-    real(wp), intent(in) :: near
+    integer, intent(in) :: c, k
+    real(wp) :: ends(2, 2), near
     integer :: i
 
+    if (allocated(scene%face)) then
+      on = is_of_part(model, name, scene%cell(c), scene%face(k, c))
+      return
+    end if
     on = .false.
-    do i = 1, size(analysis%node_sets)
-      associate (set => analysis%node_sets(i))
+    ends = scene%mesh%position(:, ends_of(scene, c, k))
+    near = hair*scene%size
+    do i = 1, size(model%analysis%node_sets)
+      associate (set => model%analysis%node_sets(i))
         if (set%name /= name) cycle
         if (set%selection == select_plane .and. set%axis < 3) &
           on = all(abs(ends(set%axis, :) - set%box(set%axis, 1)) <= near)
         if (set%selection == select_box) on = in_box(set%box, ends, near)
       end associate
     end do
-    do i = 1, size(analysis%surfaces)
-      associate (surface => analysis%surfaces(i))
-        if (surface%name == name) on = on .or. is_on_surface(surface, analysis%bodies(body)%name, ends, near)
+    do i = 1, size(model%analysis%surfaces)
+      associate (surface => model%analysis%surfaces(i))
+        if (surface%name == name) &
+          on = on .or. is_on_surface(surface, model%analysis%bodies(scene%mesh%region(c))%name, ends, near)
       end associate
     end do
   end function is_on

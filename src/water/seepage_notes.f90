@@ -3,12 +3,12 @@
 module qsmpm_seepage_notes
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, body_materials
-  use qsmpm_analysis, only: analysis_type, axisymmetric
+  use qsmpm_analysis, only: analysis_type
   use qsmpm_drainage, only: has_excess_pressure
   use qsmpm_free_water, only: beside_text, shore_text
   use qsmpm_load_description, only: water_level_type
   use qsmpm_model, only: model_type
-  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_rounded_text, only: rounded_place, rounded_text
   use qsmpm_seepage, only: node_face, node_free, seepage_type
   use qsmpm_seepage_bounds, only: seepage_scene_type
   use qsmpm_team, only: largest
@@ -33,6 +33,9 @@ contains
     type(seepage_scene_type), intent(in) :: scene
     type(seepage_type), intent(in) :: flow
     character(len=:), allocatable :: text
+    !> By kinds of models (plane strain, axisymmetry, 3D).
+    character(len=*), parameter :: per(3) = [' and unit width', ' and radian    ', '               '], &
+      cells(3) = [' triangles ', ' triangles ', ' tetrahedra']
     integer :: i
 
     text = "phase '"//analysis%phases(number)%name//"': water flows in by"
@@ -41,9 +44,8 @@ contains
     end do
     text = text//' elsewhere '// &
       rounded_text(discharge(flow, scene%row == 0 .and. flow%kind == node_face), 4)// &
-      ' (negative: out; a unit of time and '// &
-      trim(merge('radian    ', 'unit width', analysis%model == axisymmetric))// &
-      '); '//integer_text(size(flow%corner, 2))//' triangles, '//in_steps(flow%steps)// &
+      ' (negative: out; a unit of time'//trim(per(analysis%model))//'); '//integer_text(size(flow%corner, 2))// &
+      trim(cells(analysis%model))//', '//in_steps(flow%steps)// &
       integer_text(flow%iterations)//' iterations, '// &
       'suction over a height of '//rounded_text(flow%suction, 2)//new_line('a')
     if (flow%suction > flow%wanted) text = text//"warning: phase '"//analysis%phases(number)%name//"': the flow of "// &
@@ -111,7 +113,7 @@ contains
     type(seepage_type), intent(in) :: flow
     character(len=:), allocatable :: text
     integer :: material(size(analysis%bodies)), c, cell
-    real(wp) :: gradient, critical, worst, place(2)
+    real(wp) :: gradient, critical, worst
     integer :: axis
 
     text = ''
@@ -134,10 +136,10 @@ contains
       end associate
       if (.not. gradient > worst*critical) cycle
       worst = gradient/critical
-      place = sum(flow%position(:, flow%corner(:, cell)), dim=2)/3.0_wp
       text = "warning: phase '"//analysis%phases(number)%name//"': water leaves upwards by a gradient of "// &
-        rounded_text(gradient, 3)//' at ('//rounded_text(place(1), 4)//', '//rounded_text(place(2), 4)// &
-        '), where '//rounded_text(critical, 3)//' lifts the soil: piping begins there'//new_line('a')
+        rounded_text(gradient, 3)//' at '//rounded_place(sum(flow%position(:, flow%corner(:, cell)), dim=2) &
+        /size(flow%corner, 1))//', where '//rounded_text(critical, 3)//' lifts the soil: piping begins there'// &
+        new_line('a')
     end do
   end function lift_note
 

@@ -1,4 +1,5 @@
-!> Water that flows through the bodies of a phase as they are drawn: the triangles that fit them and their permeability,
+!> Water that flows through the bodies of a phase as they are drawn: the triangles that fit them, or the tetrahedra of
+!> their mesh (qsmpm_seepage_cells), and their permeability,
 !> what of them is dry, and the heads all over the grid. Ground that no level and no rain reaches is dry. What its
 !> bounds are to the water is qsmpm_seepage_bounds, the flow qsmpm_seepage.
 module qsmpm_seepage_scene
@@ -20,7 +21,8 @@ module qsmpm_seepage_scene
   use qsmpm_vertical, only: upwards, vertical_of
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
   use qsmpm_seepage_bounds, only: place_bounds, seepage_scene_type
-  use qsmpm_seepage_field, only: index_triangles, seepage_field_type
+  use qsmpm_seepage_cells, only: cut_cells, fill_cells
+  use qsmpm_seepage_field, only: index_cells, seepage_field_type
   use qsmpm_seepage_notes, only: discharge, flow_notes
   use qsmpm_transient_seepage, only: follow_seepage, give_pores
   implicit none
@@ -91,10 +93,16 @@ contains
       before = diagnostics%count
       call check_scene(model%analysis, number, level, diagnostics)
       if (diagnostics%count > before) return
-      call fit_scene(model%analysis, scene%mesh, scene%outlines, error)
+      if (model%analysis%model == three_dimensional) then
+        call cut_cells(model%mesh, scene)
+        call fill_cells(model, bodies_active(model%analysis, number), scene, diagnostics)
+        if (diagnostics%count > before) return
+      else
+        call fit_scene(model%analysis, scene%mesh, scene%outlines, error)
+      end if
       if (.not. allocated(error)) then
         call place_cells(model%analysis, number, scene, flow)
-        call place_bounds(model%analysis, number, level, scene, flow, diagnostics)
+        call place_bounds(model, number, level, scene, flow, diagnostics)
         if (diagnostics%count > before) return
         if (level%transient) then
           call follow_flow(model%analysis, number, level, scene, flow, error)
@@ -159,26 +167,32 @@ contains
     end do
   end function flow_before
 
-  !> Flow is for plane scenes whose bodies are drawn, of soil whose permeability is known.
+  !> Flow is for scenes whose bodies are drawn, or in space fill their cells, of soil whose permeability is known.
   subroutine check_scene(analysis, number, level, diagnostics)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
     type(water_level_type), intent(in) :: level
     type(diagnostics_type), intent(inout) :: diagnostics
-    logical :: active(size(analysis%bodies))
+    logical :: active(size(analysis%bodies)), plane
     integer :: material(size(analysis%bodies)), b
 
-    if (analysis%model == three_dimensional .or. all(analysis%mesh%kind /= [mesh_grid, mesh_fitted])) then
-      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'TYPE=SEEPAGE is for plane strain and '// &
-        'axisymmetry on a *GRID, whose lines say how large its triangles are')
+    plane = analysis%model /= three_dimensional
+    if (plane .and. all(analysis%mesh%kind /= [mesh_grid, mesh_fitted])) then
+      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'TYPE=SEEPAGE in plane strain and '// &
+        'axisymmetry is for a *GRID, whose lines say how large its triangles are')
       return
     end if
+    do b = 1, merge(0, size(analysis%rigid_bodies), plane)
+      call add_diagnostic(diagnostics, analysis%rigid_bodies(b)%where, '*RIGID BODY', 'TYPE=SEEPAGE of *WATER '// &
+        'LEVEL in 3D has no rigid bodies: water would flow through them')
+    end do
     active = bodies_active(analysis, number)
     material = body_materials(analysis, number)
     do b = 1, size(active)
       if (.not. active(b)) cycle
-      if (all(analysis%bodies(b)%kind /= [body_box, body_polygon])) call add_diagnostic(diagnostics, level%where, &
-        '*WATER LEVEL', "TYPE=SEEPAGE: body '"//analysis%bodies(b)%name//"' is neither a BOX nor a POLYGON")
+      if (plane .and. all(analysis%bodies(b)%kind /= [body_box, body_polygon])) call add_diagnostic(diagnostics, &
+        level%where, '*WATER LEVEL', "TYPE=SEEPAGE: body '"//analysis%bodies(b)%name// &
+        "' is neither a BOX nor a POLYGON")
       if (analysis%materials(material(b))%permeability(1) < 0.0_wp) call add_diagnostic(diagnostics, &
         analysis%materials(material(b))%where, '*MATERIAL', "water is to flow through body '"// &
         analysis%bodies(b)%name//"', but material '"//analysis%materials(material(b))%name// &
@@ -231,8 +245,13 @@ contains
       allocate (flow%head(size(flow%kind)), flow%rain(size(flow%kind)), source=0.0_wp)
     end associate
     allocate (flow%height(size(flow%kind)), source=upwards(analysis)*scene%mesh%position(vertical_of(analysis), :))
-    flow%suction = suction_of_cell*minval([(minval(analysis%mesh%axes(c)%lines(2:) &
-      - analysis%mesh%axes(c)%lines(:size(analysis%mesh%axes(c)%lines) - 1)), c=1, 2)])
+    if (allocated(scene%cell)) then
+      flow%suction = suction_of_cell*sum([(maxval(flow%height(flow%corner(:, c))) &
+        - minval(flow%height(flow%corner(:, c))), c=1, size(flow%corner, 2))])/size(flow%corner, 2)
+    else
+      flow%suction = suction_of_cell*minval([(minval(analysis%mesh%axes(c)%lines(2:) &
+        - analysis%mesh%axes(c)%lines(:size(analysis%mesh%axes(c)%lines) - 1)), c=1, 2)])
+    end if
   end subroutine place_cells
 
   !> The cells of the flow.
@@ -243,7 +262,7 @@ contains
     integer, intent(in) :: material(:)
     type(seepage_type), intent(inout) :: flow
     integer, allocatable :: kept(:)
-    real(wp) :: least
+    real(wp) :: least, along(3)
     integer :: c
 
     least = 1.0_wp
@@ -254,10 +273,11 @@ contains
     end do
     kept = pack([(c, c=1, size(scene%flows))], scene%flows)
     flow%corner = scene%mesh%corner(:, kept)
-    allocate (flow%permeability(2, size(kept)), flow%depth(size(kept)))
+    allocate (flow%permeability(size(flow%corner, 1) - 1, size(kept)), flow%depth(size(kept)))
     do c = 1, size(kept)
-      flow%permeability(:, c) = max(least, permeability_at(analysis%materials(material(scene%mesh%region(kept(c)))), &
-        sum(scene%mesh%position(:, flow%corner(:, c)), dim=2)/3.0_wp))
+      along = permeability_at(analysis%materials(material(scene%mesh%region(kept(c)))), &
+        sum(scene%mesh%position(:, flow%corner(:, c)), dim=2)/size(flow%corner, 1))
+      flow%permeability(:, c) = max(least, along(:size(flow%permeability, 1)))
       flow%depth(c) = 1.0_wp
       if (analysis%model == axisymmetric) flow%depth(c) = sum(scene%mesh%position(1, flow%corner(:, c)))/3.0_wp
     end do
@@ -304,7 +324,7 @@ contains
     allocate (field%position, source=scene%mesh%position)
     allocate (field%corner, source=scene%mesh%corner)
     allocate (field%head, source=flow%head)
-    allocate (field%velocity(2, size(scene%flows)), source=0.0_wp)
+    allocate (field%velocity(size(field%position, 1), size(scene%flows)), source=0.0_wp)
     known = .false.
     free = flow%kind == node_head
     k = 0
@@ -334,7 +354,7 @@ contains
       known = grown
     end do
     field%head = up*field%head
-    call index_triangles(field)
+    call index_cells(field)
   end subroutine make_field
 
 end module qsmpm_seepage_scene

@@ -13,6 +13,7 @@ module qsmpm_transient_seepage
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage, only: end_seepage, filled_share, find_heads, height_of, node_face, node_head, &
     seepage_newton_type, seepage_type, start_seepage
+  use qsmpm_seepage_field, only: find_slopes
   implicit none
   private
 
@@ -32,14 +33,19 @@ contains
     !> (cells)
     real(wp), intent(in) :: porosity(:)
     type(seepage_type), intent(inout) :: flow
-    real(wp) :: share, area(size(flow%head))
+    real(wp) :: share, area(size(flow%head)), slope(3, 4)
     integer :: c
 
     allocate (flow%storage(size(flow%head)), flow%reach(size(flow%head)), source=0.0_wp)
     area = 0.0_wp
     do c = 1, size(flow%corner, 2)
       associate (node => flow%corner(:, c))
-        share = flow%depth(c)*abs(polygon_area(flow%position(:, node)))/3.0_wp
+        if (size(node) == 4) then
+          call find_slopes(flow%position(:, node), slope)
+          share = abs(dot_product(slope(:, 2), flow%position(:, node(2)) - flow%position(:, node(1))))/24.0_wp
+        else
+          share = flow%depth(c)*abs(polygon_area(flow%position(:, node)))/3.0_wp
+        end if
         area(node) = area(node) + share
         flow%storage(node) = flow%storage(node) + share*porosity(c)
         flow%reach(node) = flow%reach(node) + share*(maxval(flow%height(node)) - minval(flow%height(node)))

@@ -127,6 +127,7 @@ program run_unit_tests
   use test_model_tangent, only: collect_model_tangent
   use test_recommended_method, only: collect_recommended_method
   use test_seepage, only: collect_seepage
+  use test_seepage_space, only: collect_seepage_space
   use test_singular_corners, only: collect_singular_corners
   use test_worn_mesh, only: collect_worn_mesh
   use test_locking_check, only: collect_locking_check
@@ -286,6 +287,7 @@ program run_unit_tests
   call register('model_tangent', collect_model_tangent)
   call register('recommended_method', collect_recommended_method)
   call register('seepage', collect_seepage)
+  call register('seepage_space', collect_seepage_space)
   call register('singular_corners', collect_singular_corners)
   call register('worn_mesh', collect_worn_mesh)
   call register('locking_check', collect_locking_check)

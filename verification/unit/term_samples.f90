@@ -27,6 +27,7 @@ contains
 
     do a = 1, size(table, 2)
       table(:2, a) = 0.01_wp*[sin(1.7_wp*a + phase), cos(2.3_wp*a + phase)]
+      table(3:, a) = 0.01_wp*sin(3.1_wp*a + phase)
     end do
   end function waves
 

@@ -4,6 +4,7 @@ module test_consolidation
   use qsmpm_analysis, only: analysis_type
   use qsmpm_consolidation, only: drained_nodes, excess_field, excess_pressure, permeable_points
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
+  use qsmpm_element, only: corner_count
   use qsmpm_error, only: error_type
   use qsmpm_confined_modulus, only: confined_modulus
   use qsmpm_face_leak, only: face_layers_type, find_layers, terms_of_layer
@@ -56,6 +57,8 @@ contains
     call check_leak(tests, 'PLANE STRAIN', 2.0_wp)
     call check_leak(tests, 'AXISYMMETRIC', 4.0_wp)
     call check_drainage(tests)
+    call check_space(tests, 'TET10')
+    call check_space(tests, 'WEDGE15')
     call check_note(tests)
     call check_background(tests)
     call check_void_ratio(tests)
@@ -313,12 +316,79 @@ contains
     call end_system(step%system)
     call make_step('PLANE STRAIN', '*CONSOLIDATION, UNIT WEIGHT=10| base, OPEN| base, CLOSED|', model, step)
     open = drained_nodes(model, model%analysis%phases(1)%consolidation)
-    model%analysis%materials(1)%permeability = [0.3_wp, 0.0_wp]
+    model%analysis%materials(1)%permeability = [0.3_wp, 0.0_wp, 0.0_wp]
     call tests%check('soil that lets water through along x alone has water', count(permeable_points(model)) > 0 .and. &
       count(permeable_points(model)) < model%state%points%count)
     call tests%check('the last word on a set counts', .not. any(open .and. model%mesh%coordinates(2, :) < 0.001_wp))
     call end_system(step%system)
   end subroutine check_drainage
+
+  !> In space: water leaves at the top alone, flows along each axis by the permeability there, and the matrix is the
+  !> derivative.
+  subroutine check_space(tests, element)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: element
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: table(:, :), force(:, :), product(:), change(:)
+    logical, allocatable :: open(:)
+    type(face_layers_type) :: layers
+    integer :: a, k, n, field
+    !> k/gamma_w of the axes, time of the step, volume.
+    real(wp), parameter :: along(3) = [0.03_wp, 0.02_wp, 0.07_wp], time = 0.75_wp, volume = 3.0_wp
+
+    allocate (model, step)
+    call begin_step(deck('3', 'HELD'), model, step)
+    n = model%space%node_count
+    open = drained_nodes(model, model%analysis%phases(1)%consolidation)
+    associate (x => model%mesh%coordinates, corner => is_corner(model))
+      call tests%check('the top of '//element//' alone is open', all((open .eqv. x(3, :) > 0.999_wp) .or. .not. corner))
+      field = find_field(step%unknowns, excess_field)
+      do k = 1, 3
+        if (.not. allocated(table)) allocate (table, source=0.0_wp*waves(step, 0.0_wp))
+        do a = 1, n
+          table(1, joint_node(step%unknowns, a, field)) = 7.0_wp*x(k, a)
+        end do
+        force = force_named(step, 'flow of the pore water', table)
+        call tests%close('a pressure flows by the permeability of its axis', sum([(x(k, a)*force(1, &
+          joint_node(step%unknowns, a, field)), a=1, n)]), along(k)*time*7.0_wp*volume, 1.0e-10_wp)
+      end do
+    end associate
+    call matrix_and_difference(model, step, waves(step, 0.3_wp), waves(step, 1.1_wp), 1.0e-5_wp, product, change)
+    call tests%close('the matrix is the derivative of the residual, '//element, maxval(abs(product - change)), 0.0_wp, &
+      1.0e-6_wp*maxval(abs(product)))
+    call end_system(step%system)
+    call begin_step(deck('1E-3', 'LAYER'), model, step)
+    call find_layers(model, [(0.0_wp, a=1, n)], open, 10.0_wp, .false., layers)
+    call tests%close('water leaves by its top, of 3 m2: A h/(12^1/2 M)', sum(layers%capacity), 3.0_wp*0.5_wp*9.0_wp &
+      /(sqrt(12.0_wp)*1000.0_wp), 2.0e-2_wp*sum(layers%capacity))
+    call end_system(step%system)
+  contains
+    !> A block of which a phase takes some time.
+    function deck(time, faces)
+      character(len=*), intent(in) :: time, faces
+      character(len=:), allocatable :: deck
+
+      deck = '*MODEL, TYPE=3D|*METHOD, BASIS=FEM|*GRID, ELEMENT='//element//'| X, 0, 2, 2| Y, 0, 1.5, 2| Z, 0, 1, 2|'// &
+        '*NSET, NSET=base, PLANE=Z| 0|*MATERIAL, NAME=clay|*ELASTIC| 100, 0.2|*PERMEABILITY| 0.3, 0.2, 0.7|'// &
+        '*BODY, NAME=soil, MATERIAL=clay, SHAPE=ALL|*PHASE, NAME=load, TIME='//time//'|*FIX| base, ALL|'// &
+        '*GRAVITY| 0, 0, -1|*CONSOLIDATION, UNIT WEIGHT=10, FACES='//faces//'|*END PHASE|'
+    end function deck
+
+    !> Nodes that are corners of cells.
+    function is_corner(model) result(corner)
+      type(model_type), intent(in) :: model
+      logical :: corner(model%mesh%node_count)
+      integer :: c
+
+      corner = .false.
+      do c = 1, model%mesh%cell_count
+        associate (first => model%mesh%cell_first(c))
+          corner(model%mesh%cell_nodes(first:first + corner_count(model%mesh%cell_kind(c)) - 1)) = .true.
+        end associate
+      end do
+    end function is_corner
+  end subroutine check_space
 
   !> Permeability follows the void ratio: e = 1.1 of 1.8 where the volume is three quarters.
   subroutine check_void_ratio(tests)
@@ -472,7 +542,7 @@ contains
     call tests%check(words, (index(said, words) > 0) .neqv. present(absent))
   end subroutine refused
 
-  !> A step of a quarter of the phase of 3, prepared.
+  !> The step of the plane scene.
   subroutine make_step(kind, card, model, step, top, law, time)
     character(len=*), intent(in) :: kind, card
     !> Height of the grid where it is not 1.5.
@@ -483,13 +553,9 @@ contains
     character(len=*), intent(in), optional :: time
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
-    class(analysis_type), allocatable :: analysis
-    type(message_list_type) :: messages
-    type(error_type), allocatable :: error
     character(len=:), allocatable :: lines, phase, soil
     integer :: at
 
-    allocate (analysis)
     lines = grid
     at = index(grid, '1.5')
     if (present(top)) lines = grid(:at - 1)//top//grid(at + 3:)
@@ -498,12 +564,24 @@ contains
     soil = clay
     at = index(clay, '*PERMEABILITY') + len('*PERMEABILITY')
     if (present(law)) soil = clay(:at - 1)//law//clay(at:)
-    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//lines//soil//rock//bodies//phase//card// &
-      '*END PHASE|'), analysis, messages, error)
+    call begin_step('*MODEL, TYPE='//kind//'|'//lines//soil//rock//bodies//phase//card//'*END PHASE|', model, step)
+  end subroutine make_step
+
+  !> A step of a quarter of the phase of 3, prepared.
+  subroutine begin_step(deck, model, step)
+    character(len=*), intent(in) :: deck
+    type(model_type), intent(out) :: model
+    type(step_type), intent(out) :: step
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    allocate (analysis)
+    call parse_deck('soil.inp', joined(deck), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the consolidation suite is broken'
     call begin_analysis(model, step%terms)
     call start_phase(model)
     call prepare(model, step)
-  end subroutine make_step
+  end subroutine begin_step
 end module test_consolidation

@@ -11,7 +11,7 @@ module test_overburden
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top
+  use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top, find_beside
   use qsmpm_phase_start, only: start_phase
   use qsmpm_polyhedron, only: make_polyhedron
   use qsmpm_reduction, only: expansion_type, reduction_check_type
@@ -39,6 +39,7 @@ contains
     call tests%start('overburden')
     call check_solids(tests)
     call check_gaps(tests)
+    call check_beside(tests)
     call check_layers(tests, 'an inclined interface', plane_layers(), 1.0_wp)
     call check_layers(tests, 'triangles', changed(plane_layers(), 'QUAD4', 'TRI6'), 1.0_wp)
     call check_layers(tests, 'splines', changed(plane_layers(), '*PHASE', &
@@ -98,6 +99,52 @@ contains
     call tests%close('beside all bodies', weight_above(overburden, 1, [0.5_wp, 2.5_wp], 0.0_wp), 0.5_wp*light, &
       rounding*heavy)
   end subroutine check_gaps
+
+  !> Ground between 0 and 1 and between 2.5 and 4, 2 high; two structures between them, the left one 3 high.
+  subroutine check_beside(tests)
+    type(tests_type), intent(inout) :: tests
+    type(body_shape_type) :: shapes(4)
+    type(overburden_type) :: overburden
+    type(mesh_type) :: mesh
+    real(wp), parameter :: ends(2, 4) = reshape([0.0_wp, 1.0_wp, 2.5_wp, 4.0_wp, 1.0_wp, 2.0_wp, 2.0_wp, 2.5_wp], [2, 4])
+    integer :: b
+
+    call sample_grid('QUAD4', 4, 0.0_wp, mesh)
+    do b = 1, 4
+      associate (a => ends(1, b), e => ends(2, b), top => merge(3.0_wp, 2.0_wp, b == 3))
+        shapes(b)%outline = reshape([a, 0.0_wp, e, 0.0_wp, e, top, a, top], [2, 4])
+      end associate
+    end do
+    call make_overburden(mesh, shapes, [heavy, light, heavy, heavy], 2, overburden)
+    call check_place(tests, 'without structures a place is itself', 3, [1.2_wp, 1.0_wp], 3, 1.2_wp)
+    overburden%structure = [.false., .false., .true., .true.]
+    call check_place(tests, 'the ground is itself', 2, [3.0_wp, 1.0_wp], 2, 3.0_wp)
+    call check_place(tests, 'left of both', 3, [1.7_wp, 1.0_wp], 1, 1.0_wp)
+    call check_place(tests, 'right of both', 3, [1.8_wp, 0.5_wp], 2, 2.5_wp)
+    call check_place(tests, 'right of the right one', 4, [2.2_wp, 1.5_wp], 2, 2.5_wp)
+    call check_place(tests, 'above the ground', 3, [1.1_wp, 2.5_wp], 0, 1.0_wp)
+    overburden%structure = [.true., .false., .true., .true.]
+    call check_place(tests, 'a structure at the side', 1, [0.2_wp, 1.0_wp], 2, 2.5_wp)
+    overburden%structure = .true.
+    call check_place(tests, 'structures alone', 3, [1.2_wp, 1.0_wp], 3, 1.2_wp)
+
+  contains
+
+    !> The body beside a place of a body, and where along x.
+    subroutine check_place(tests, name, body, position, beside, x)
+      type(tests_type), intent(inout) :: tests
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: body, beside
+      real(wp), intent(in) :: position(2), x
+      real(wp) :: place(2)
+      integer :: found
+
+      call find_beside(overburden, body, position, found, place)
+      call tests%check('beside structures: '//name, found == beside)
+      call tests%close('beside structures: '//name//', where', place(1), x, 1.0e-5_wp)
+      call tests%close('beside structures: '//name//', how high', place(2), position(2), rounding)
+    end subroutine check_place
+  end subroutine check_beside
 
   !> Two layers, 4 high and 2 wide; the interface rises from 1 to 2, so a grid line of no element follows it.
   function plane_layers() result(deck)

@@ -12,7 +12,7 @@ module test_seepage
   use qsmpm_seepage_notes, only: moved_note
   use qsmpm_transient_seepage, only: follow_seepage, give_pores
   use qsmpm_text, only: integer_text
-  use qsmpm_seepage_field, only: cell_of_place, gradient_of_flow, head_of_flow, index_triangles, seepage_field_type
+  use qsmpm_seepage_field, only: cell_of_place, gradient_of_flow, head_of_flow, index_cells, seepage_field_type
   use deck_samples, only: joined
   use testing, only: tests_type
   implicit none
@@ -71,7 +71,7 @@ contains
     field%position = flow%position
     field%corner = flow%corner
     field%head = 0.3_wp + 2.0_wp*flow%position(1, :) - 0.7_wp*flow%position(2, :)
-    call index_triangles(field)
+    call index_cells(field)
     worst = 0.0_wp
     wrong = 0
     do i = 1, 200
@@ -543,7 +543,7 @@ contains
     call refused_whole(tests, '*MODEL, TYPE=PLANE STRAIN|*NODE| 1, 0, 0| 2, 1, 0| 3, 1, 1| 4, 0, 1|'// &
       '*ELEMENT, TYPE=QUAD4| 1, 1, 2, 3, 4|*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=left, PLANE=X| 0|'//soil// &
       '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 1, 0, 1|'//phase//level//'left, 1|*END PHASE|', &
-      'TYPE=SEEPAGE is for plane strain and axisymmetry on a *GRID')
+      'TYPE=SEEPAGE in plane strain and axisymmetry is for a *GRID')
   end subroutine check_refusals
 
   !> A deck is refused with these words.

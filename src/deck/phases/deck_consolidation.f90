@@ -1,7 +1,7 @@
 !> *CONSOLIDATION: pore water that flows in time, from a phase on.
 module qsmpm_deck_consolidation
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_state, only: check_name, deck_state_type
+  use qsmpm_deck_state, only: deck_state_type
   use qsmpm_keyword_table, only: in_phase, once, table_type
   use qsmpm_load_description, only: consolidation_type
   use qsmpm_phase_description, only: phase_safety
@@ -65,24 +65,19 @@ contains
     end do
   end subroutine drainage_fields
 
-  !> The sets exist; phases in which time goes on say how long they last.
+  !> Phases in which time goes on say how long they last.
   subroutine check_drainage(state)
     type(deck_state_type), intent(inout) :: state
-    integer :: p, i
+    integer :: p
 
     do p = 1, size(state%analysis%phases)
-      associate (phase => state%analysis%phases(p), card => state%analysis%phases(p)%consolidation)
+      associate (phase => state%analysis%phases(p))
         if (consolidation_of(state%analysis%phases, p) > 0) &
           phase%water_levels%coupled = phase%water_levels%flows .and. phase%water_levels%transient
         if (consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety .and. .not. &
           phase%duration_given) &
           call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' does not say how long it lasts, "// &
           'and pore water flows in it (*CONSOLIDATION): TIME=')
-        if (.not. card%given) cycle
-        do i = 1, size(card%sets)
-          call check_name(state, card%sets(i)%name, state%analysis%node_sets, card%sets(i)%where, 'CONSOLIDATION', &
-            'node set')
-        end do
       end associate
     end do
   end subroutine check_drainage

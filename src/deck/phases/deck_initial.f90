@@ -42,7 +42,8 @@ contains
       call fields%line(initial%where)
       call fields%choice('TYPE', initial%kind, bar_list(initial_words), 'KEEP those there are. K0: vertical '// &
         'stress from the weight of the bodies and the water above, horizontal stress in proportion; level ground '// &
-        'alone is in equilibrium: anything else is refused and starts from a phase with *GRAVITY. ISOTROPIC: a '// &
+        'alone is in equilibrium, with structures in it (a wall without *MOHR COULOMB) that begin as the ground '// &
+        'beside them: anything else is refused and starts from a phase with *GRAVITY. ISOTROPIC: a '// &
         'pressure by height. GIVEN: all components by height or from a file', first=initial_keep)
       call fields%file('INPUT', initial%file, 'file of stresses, relative to the deck, in place of data lines; a '// &
         'point takes those of the nearest place. CSV: first line `x,y,s11,s22,s33,s12`, then a row for each place. '// &

@@ -3,6 +3,7 @@ module qsmpm_deck_water
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: add_names
   use qsmpm_load_description, only: water_level_type
+  use qsmpm_mesh_description, only: mesh_file
   use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type, column_type
@@ -43,7 +44,8 @@ contains
       call fields%line(level%where)
       kind = merge(3, merge(2, 1, level%none), level%flows)
       call fields%choice('TYPE', kind, 'LINE|NONE|SEEPAGE', 'LINE: the level is given by its corners, NONE: there '// &
-        'is no water any more, SEEPAGE: the water flows through the bodies as they are drawn')
+        'is no water any more, SEEPAGE: the water flows through the bodies as they are drawn, which fill whole '// &
+        'cells in 3D')
       level%none = kind == 2
       level%flows = kind == 3
       call fields%answer('FLOW', level%transient, 'TRANSIENT: the surface of the water follows in the '// &
@@ -79,7 +81,8 @@ contains
     do i = 1, n
       call fields%row(i)
       call fields%line(level%heads(i)%where)
-      call fields%name('set', level%heads(i)%set, 'node set (PLANE or BOX; within the ground it is a drain) or surface')
+      call fields%name('set', level%heads(i)%set, 'node set (in the plane by PLANE or BOX; within the '// &
+        'ground a drain) or surface')
       call fields%number('level', level%heads(i)%level, 'height: the coordinate along which gravity acts')
       call fields%number('rain', level%heads(i)%rain, 'water that falls on what lies above the level, a volume a '// &
         'unit of level area and time; what the ground does not take runs off', range='[0, inf)', required=.false.)
@@ -154,7 +157,9 @@ contains
     call add_names(state%analysis%node_sets, names)
     call add_names(state%analysis%surfaces, names)
     do i = 1, size(level%heads)
-      call check_name(state, level%heads(i)%set, names, level%heads(i)%where, 'WATER LEVEL', 'node set or surface')
+      ! Sets of a mesh file are not known yet: where no face lies in one it is told as the model is built.
+      if (state%analysis%mesh%kind /= mesh_file) call check_name(state, level%heads(i)%set, names, &
+        level%heads(i)%where, 'WATER LEVEL', 'node set or surface')
       if (any([(level%heads(k)%set == level%heads(i)%set, k=1, i - 1)])) call state%error_from(level%heads(i)%where, &
         'WATER LEVEL', "'"//level%heads(i)%set//"' has a level already")
     end do

@@ -151,8 +151,9 @@ contains
         '*WATER LEVEL', range='(0, 1)')
       call fields%data('permeability')
       call fields%number('k', k(1), 'along x; 0 for what is tight', range='[0, inf)')
-      if (fields%reading) k(2) = k(1)
+      if (fields%reading) k(2:) = k(1)
       call fields%number('k_y', k(2), 'along y; k when not given', range='[0, inf)', required=.false.)
+      call fields%number('k_z', k(3), 'along z; k when not given', range='[0, inf)', required=.false., third=.true.)
     end associate
   end subroutine permeability_fields
 

@@ -10,7 +10,7 @@ of Mohr-Coulomb (MARGIN; a free face has no room below a tensile strength of 0);
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -45,12 +45,15 @@ class Yield:
 
 @dataclass(frozen=True)
 class Balance:
-    """Equations: matrix on the stresses, right side without and with one unit of the live load; the figure of a FORCE."""
+    """Equations: matrix on the stresses, right side without and with one unit of the live load; the figure of a FORCE.
+    The last unknowns are forces between minus and plus their `limits`. Triangles that are `still` have no stresses."""
 
     matrix: sparse.csr_matrix
     dead: Array
     live: Array
     figure: Array | None = None
+    limits: Array = field(default_factory=lambda: np.empty((0, 2)))
+    still: Array = field(default_factory=lambda: np.empty(0, dtype=bool))
 
 
 @dataclass(frozen=True)
@@ -67,12 +70,14 @@ class Joint:
 
 @dataclass(frozen=True)
 class Answer:
-    """The largest figure, what the solver says of it, stresses (points, 3), duals of equations and of cone heads, heads."""
+    """The largest figure, what the solver says of it, stresses (points, 3), duals of equations; of the cones the points, duals of their
+    heads, heads."""
 
     value: float
     status: str
     stress: Array
     motion: Array
+    point: Array
     rate: Array
     head: Array
 
@@ -109,6 +114,13 @@ def _joint_rows(joint: Joint, unknowns: int) -> tuple[sparse.csr_matrix, Array]:
     return sparse.csr_matrix(wide), right
 
 
+def _limit_rows(limits: Array, first: int, unknowns: int) -> tuple[sparse.csr_matrix, Array]:
+    """Rows and right side of limits that are there, of unknowns from `first` on."""
+    number, side = np.nonzero(np.isfinite(limits))
+    shape = (len(number), unknowns)
+    return sparse.csr_matrix((np.where(side == 0, -1.0, 1.0), (np.arange(len(number)), first + number)), shape), limits[number, side]
+
+
 def largest(balance: Balance, cones: Yield, kind: Kind, joint: Joint | None = None) -> Answer:
     """The largest live load, margin or force."""
     try:
@@ -118,6 +130,7 @@ def largest(balance: Balance, cones: Yield, kind: Kind, joint: Joint | None = No
     equations, stresses = balance.matrix.shape
     extra = kind is not Kind.FORCE
     unknowns = stresses + extra
+    stresses -= len(balance.limits)
     matrix = balance.matrix
     if extra:
         live = -balance.live if kind is Kind.LOAD else np.zeros(equations)
@@ -128,7 +141,13 @@ def largest(balance: Balance, cones: Yield, kind: Kind, joint: Joint | None = No
         further, beside = _joint_rows(joint, unknowns)
         rows, right = sparse.vstack([rows, further]), np.concatenate([right, beside])
         kinds += [*[clarabel.SecondOrderConeT(2)] * len(joint.friction), clarabel.NonnegativeConeT(int(joint.parts.sum()))]
+    if len(balance.limits):
+        further, beside = _limit_rows(balance.limits, stresses, unknowns)
+        rows, right = sparse.vstack([rows, further]), np.concatenate([right, beside])
+        kinds.append(clarabel.NonnegativeConeT(len(beside)))
     whole = sparse.csc_matrix(sparse.vstack([matrix, rows]))
+    used = np.ones(unknowns, dtype=bool)
+    used[: 9 * len(balance.still)] = ~np.repeat(balance.still, 9)
     figure = np.zeros(unknowns)
     if kind is Kind.FORCE:
         assert balance.figure is not None
@@ -139,10 +158,11 @@ def largest(balance: Balance, cones: Yield, kind: Kind, joint: Joint | None = No
     settings.verbose = False
     settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    empty = sparse.csc_matrix((unknowns, unknowns))
-    found = clarabel.DefaultSolver(empty, figure, whole, np.concatenate([balance.dead, right]), kinds, settings).solve()
-    x, z, s = np.array(found.x), np.array(found.z), np.array(found.s)
+    empty = sparse.csc_matrix((int(used.sum()), int(used.sum())))
+    found = clarabel.DefaultSolver(empty, figure[used], whole[:, np.flatnonzero(used)], np.concatenate([balance.dead, right]), kinds, settings).solve()
+    x, z, s = np.zeros(unknowns), np.array(found.z), np.array(found.s)
+    x[used] = found.x
     last = equations + 3 * len(cones.point)
     return Answer(
-        -float(found.obj_val), str(found.status), x[:stresses].reshape(-1, 3), z[:equations], z[equations:last:3], s[equations:last:3],
+        -float(found.obj_val), str(found.status), x[:stresses].reshape(-1, 3), z[:equations], cones.point, z[equations:last:3], s[equations:last:3],
     )  # fmt: skip

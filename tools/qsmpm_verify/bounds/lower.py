@@ -15,6 +15,8 @@ import scipy.sparse as sparse
 
 from qsmpm_verify.bounds.cone import Balance
 from qsmpm_verify.bounds.model import Loads, Model
+from qsmpm_verify.bounds.props import columns_of, limits_of
+from qsmpm_verify.bounds.rigid import Motions, bodies_of, motions_of
 from qsmpm_verify.results import Array
 
 # Pivots below this share of the largest are none.
@@ -41,10 +43,12 @@ def traction_part(model: Model, edges: Array, unit: Array, end: int, side: int) 
     return 3 * (3 * triangle + corner)[:, None] + np.arange(3), values
 
 
-def tractions(model: Model, before: Loads, live: Loads) -> Traction:
-    """Equations of all edges along the directions that are free."""
+def tractions(model: Model, before: Loads, live: Loads, body: Array) -> Traction:
+    """Equations of all edges of soil alone along the directions that are free."""
     parts: list[tuple[Array, Array, Array, Array, Array]] = []
     for edges, unit in model.free_axes():
+        soil = (np.where(model.sides[edges] < 0, -1, body[model.sides[edges]]) < 0).all(axis=1)
+        edges, unit = edges[soil], unit[soil]
         inner = model.sides[edges, 1] >= 0
         for end in range(2):
             columns, values = traction_part(model, edges, unit, end, 0)
@@ -96,9 +100,58 @@ def independent(model: Model, traction: Traction, scale: tuple[float, float]) ->
     return keep, np.array(torn, dtype=int)
 
 
+@dataclass(frozen=True)
+class Resultants:
+    """Balance of bodies that do not fail, an equation a motion: coefficients of the stresses around them, right sides; of each body its motions and the first
+    of its rows."""
+
+    matrix: sparse.csr_matrix
+    dead: Array
+    live: Array
+    motions: list[tuple[int, Motions]]
+
+
+def resultants(model: Model, before: Loads, live: Loads, body: Array) -> Resultants:
+    """What acts on the bodies, over the length of the scene."""
+    rows, columns, values, motions = [], [], [], []
+    sides: list[list[float]] = [[], []]
+    first, whole = 0, float(np.ptp(model.mesh.places))
+    there = np.where(model.sides < 0, -1, body[model.sides])
+    ends = model.mesh.places[model.edges]
+    for number in range(int(body.max(initial=-1)) + 1):
+        own, border = body == number, (there == number).any(axis=1) & (there[:, 0] != there[:, 1])
+        held = np.flatnonzero(border & (model.held > 0))
+        axes = np.concatenate([model.direction[held]] + [np.where((model.held[held] == 2)[:, None], np.eye(2)[k], model.direction[held]) for k in range(2)])
+        at = np.concatenate([np.tile(ends[held, end], (3, 1)) for end in range(2)])
+        free = motions_of(model.mesh.places[model.mesh.corners[own]].reshape(-1, 2), at, np.tile(axes, (2, 1)))
+        centres = model.mesh.places[model.mesh.corners[own]].mean(axis=1)
+        for j, of in enumerate(free.at(centres)):
+            edges = np.flatnonzero(border)
+            a, b = free.at(ends[edges, 0])[j], free.at(ends[edges, 1])[j]
+            shares = [model.length[edges, None] / 6.0 * part for part in (2.0 * a + b, a + 2.0 * b)]
+            for place, loads in zip(sides, (before, live)):
+                force = np.sum(loads.weight[own] * model.area[own, None] * of)
+                outer = model.sides[edges, 1] < 0
+                force += sum(float(np.sum((loads.traction[edges, end] * shares[end])[outer])) for end in range(2))
+                place.append(-force / whole)
+            for end in range(2):
+                for side, sign in ((0, -1.0), (1, 1.0)):
+                    soil = (there[edges, side] < 0) & (model.sides[edges, side] >= 0) & (there[edges, 1 - side] == number)
+                    column, value = traction_part(model, edges[soil], shares[end][soil], end, side)
+                    rows.append(np.full(column.size, first + j))
+                    columns.append(column.ravel())
+                    values.append(sign * value.ravel() / whole)
+        motions.append((first, free))
+        first += len(free.free)
+    shape = (first, 9 * len(model.area))
+    parts = [np.concatenate(part) if part else np.empty(0) for part in (values, rows, columns)]
+    return Resultants(sparse.csr_matrix((parts[0], (parts[1].astype(int), parts[2].astype(int))), shape), np.array(sides[0]), np.array(sides[1]), motions)
+
+
 def lower_balance(model: Model, before: Loads, live: Loads) -> tuple[Balance, Array]:
-    """Balance in triangles and across edges; the figure is the power of tractions that push. Corners to be halved at, none when all is well."""
-    count = len(model.area)
+    """Balance in triangles, across edges and of bodies that do not fail; the figure is the power of tractions that push. Corners to be halved at, none when all
+    is well."""
+    count, body = len(model.area), bodies_of(model, by_corners=False)
     slopes = model.gradients() * np.sqrt(model.area)[:, None, None]
     number = np.arange(count)
     rows, columns, values = [], [], []
@@ -111,7 +164,7 @@ def lower_balance(model: Model, before: Loads, live: Loads) -> tuple[Balance, Ar
             columns.append(column)
             values.append(value)
     sides = [(-loads.weight * np.sqrt(model.area)[:, None]).ravel() for loads in (before, live)]
-    traction = tractions(model, before, live)
+    traction = tractions(model, before, live, body)
     scale = (max(float(np.abs(before.traction).max()), 1e-30), max(float(np.abs(live.traction).max()), 1e-30))
     keep, torn = independent(model, traction, scale)
     kept = int(keep.sum())
@@ -119,8 +172,21 @@ def lower_balance(model: Model, before: Loads, live: Loads) -> tuple[Balance, Ar
     columns.append(traction.columns[keep].ravel())
     values.append(traction.values[keep].ravel())
     matrix = sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), (2 * count + kept, 9 * count))
-    dead, more = np.append(sides[0], traction.dead[keep]), np.append(sides[1], traction.live[keep])
-    return Balance(matrix, dead, more, _figure(model)), torn
+    acting = resultants(model, before, live, body)
+    used = np.concatenate([np.repeat(body < 0, 2), np.ones(kept, dtype=bool)])
+    start = int(used.sum())
+
+    def work(on: int, place: Array, force: Array) -> tuple[Array, Array]:
+        first, motions = acting.motions[on]
+        return start + first + np.arange(len(motions.free)), motions.at(place[None])[:, 0] @ force / float(np.ptp(model.mesh.places))
+
+    whole = sparse.vstack([matrix[used], acting.matrix])
+    whole = sparse.hstack([whole, columns_of(model, body, whole.shape[0], work)])
+    dead, more = (np.concatenate([np.append(side, given[keep])[used], last]) for side, given, last in zip(
+        sides, (traction.dead, traction.live), (acting.dead, acting.live)))  # fmt: skip
+    figure = _figure(model)
+    figure = None if figure is None else np.concatenate([figure, np.zeros(len(model.props))])
+    return Balance(sparse.csr_matrix(whole), dead, more, figure, limits_of(model.props), body >= 0), torn
 
 
 def _figure(model: Model) -> Array | None:

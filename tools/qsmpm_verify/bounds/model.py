@@ -8,7 +8,7 @@ import numpy as np
 
 from qsmpm_verify.bounds.layout import body_of, extent_of
 from qsmpm_verify.bounds.lines import distance
-from qsmpm_verify.bounds.scene import Scene, State, Surface, Wall
+from qsmpm_verify.bounds.scene import Prop, Scene, State, Surface, Wall
 from qsmpm_verify.bounds.strength import Strength
 from qsmpm_verify.bounds.triangles import Triangles, numbered_edges
 from qsmpm_verify.results import Array
@@ -63,6 +63,7 @@ class Model:
     pushed: Array
     touching: Array
     joint: Array
+    props: tuple[Prop, ...] = ()
 
     def gradients(self) -> Array:
         """Of the three linear functions of each triangle: (n, 3, 2)."""
@@ -272,5 +273,5 @@ def model_of(scene: Scene, mesh: Triangles) -> Model:
     touching, joint = touched(placed, cohesion, after.pore, held, pushed)
     return Model(
         mesh, mesh.areas(), placed.edges, placed.number, placed.sides, placed.normal, placed.length, material, strengths, cohesion,
-        placed.loads(scene.before), after, held, direction, pushed, touching, joint,
+        placed.loads(scene.before), after, held, direction, pushed, touching, joint, scene.props,
     )  # fmt: skip

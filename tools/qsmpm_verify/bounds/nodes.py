@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 from qsmpm_verify.bounds.model import Model
+from qsmpm_verify.bounds.rigid import Motions, bodies_of, motions_of
 from qsmpm_verify.results import Array
 from qsmpm_verify.trouble import Trouble
 
@@ -19,13 +20,21 @@ from qsmpm_verify.trouble import Trouble
 @dataclass(frozen=True)
 class Nodes:
     """Numbers on triangles (3 corners, 3 middles), and on edges by the side seen from (first end, second end, middle; -1 where there is no second side);
-    directions that are free (rows over 2 n), given velocities, edges along which velocities jump."""
+    directions that are free (rows over 2 n), those of bodies that do not fail last; given velocities, edges along which velocities jump; the body that a
+    triangle is part of, -1 for soil, and the motions of each with the first of their rows."""
 
     triangles: Array
     edges: Array
     free: sparse.csr_matrix
     given: Array
     torn: Array
+    body: Array
+    motions: list[tuple[int, Motions]]
+
+    def work(self, body: int, place: Array, force: Array) -> tuple[Array, Array]:
+        """Rows of the motions of a body, and the work of a force at a place on them."""
+        first, motions = self.motions[body]
+        return first + np.arange(len(motions.free)), motions.at(place[None])[:, 0] @ force
 
     def velocity(self, motion: Array) -> Array:
         """Velocities of the nodes, by those of the free directions."""
@@ -88,10 +97,28 @@ def nodes_of(model: Model) -> Nodes:
                 if pushed[node] and np.any(given[node] != model.pushed[edge]):
                     raise Trouble("*PRESCRIBE: sets that touch are pushed with different velocities")
                 given[node], pushed[node] = model.pushed[edge], True
-    both_free, one_free = np.flatnonzero(held == 0), np.flatnonzero(held == 1)
+    body = bodies_of(model, by_corners=True)
+    part = np.full(count, -1)
+    for number in range(int(body.max(initial=-1)) + 1):
+        part[triangles[body == number]] = number
+    both_free, one_free = np.flatnonzero((held == 0) & (part < 0)), np.flatnonzero((held == 1) & (part < 0))
     rows = np.concatenate([np.arange(2 * len(both_free)), np.repeat(2 * len(both_free) + np.arange(len(one_free)), 2)])
     columns = np.concatenate([(2 * both_free[:, None] + [0, 1]).ravel(), (2 * one_free[:, None] + [0, 1]).ravel()])
     along = np.stack([-direction[one_free, 1], direction[one_free, 0]], 1)
     values = np.concatenate([np.ones(2 * len(both_free)), along.ravel()])
-    free = sparse.csr_matrix((values, (rows, columns)), (2 * len(both_free) + len(one_free), 2 * count))
-    return Nodes(triangles, edges, free, given.ravel(), torn)
+    free = [sparse.csr_matrix((values, (rows, columns)), (2 * len(both_free) + len(one_free), 2 * count))]
+    corners, first = model.mesh.places[model.mesh.corners], free[0].shape[0]
+    place = np.zeros((count, 2))
+    place[triangles[:, :3]], place[triangles[:, 3:]] = corners, (corners + np.roll(corners, -1, axis=1)) / 2.0
+    found = []
+    for number in range(int(body.max(initial=-1)) + 1):
+        own = np.flatnonzero(part == number)
+        fixed, one = own[held[own] == 2], own[held[own] == 1]
+        at = np.concatenate([place[one], place[fixed], place[fixed]])
+        motions = motions_of(place[own], at, np.concatenate([direction[one], np.repeat(np.eye(2), len(fixed), axis=0)]))
+        values = motions.at(place[own]).reshape(len(motions.free), 2 * len(own))
+        columns = (2 * own[:, None] + [0, 1]).ravel()
+        free.append(sparse.csr_matrix((values.ravel(), (np.repeat(np.arange(len(values)), len(columns)), np.tile(columns, len(values)))), (len(values), 2 * count)))
+        found.append((first, motions))
+        first += len(values)
+    return Nodes(triangles, edges, sparse.csr_matrix(sparse.vstack(free)), given.ravel(), torn, body, found)

@@ -81,6 +81,7 @@ class Phases:
             "FIX": self.fix, "PRESCRIBE": self.prescribe, "GRAVITY": self.gravity, "TRACTION": self.traction, "PRESSURE": self.pressure,
             "WATER LEVEL": self.level, "SUPPORT": self.support, "ACTIVATE": self.activate, "DEACTIVATE": self.deactivate,
             "CHANGE MATERIAL": self.change, "SAFETY": self.safety, "INITIAL": self.stresses, "MOVE": self.move,
+            "INSTALL": self.install, "REMOVE": self.remove,
         }  # fmt: skip
         if card.keyword in words:
             words[card.keyword](card)
@@ -158,6 +159,16 @@ class Phases:
         names = {self.known(card, row[0].strip('"'), self.reader.bodies) for row in card.data()}
         self.state = replace(self.state, active=self.state.active - names)
 
+    def install(self, card: Card) -> None:
+        """Props put in place: what they are jacked to changes no limit."""
+        names = {self.known(card, row[0].strip('"'), self.reader.props) for row in card.data()}
+        self.state = replace(self.state, props=self.state.props | names)
+
+    def remove(self, card: Card) -> None:
+        """Props taken out."""
+        names = {self.known(card, row[0].strip('"'), self.reader.props) for row in card.data()}
+        self.state = replace(self.state, props=self.state.props - names)
+
     def change(self, card: Card) -> None:
         """Bodies of another material."""
         for row in card.data():
@@ -198,7 +209,7 @@ def unfailing(reader: Reader) -> dict[str, Material]:
     places = np.concatenate([np.asarray(body) for body in reader.bodies.values()])
     weight = max([material.weight for material in reader.materials.values()] + [material.saturated for material in reader.materials.values()])
     cohesion = max([material.strength.cohesion for material in reader.materials.values() if material.strength is not None] + [0.0])
-    strong = Strength(UNFAILING * (weight * float(np.ptp(places, axis=0).max()) + cohesion), 0.0, 0.0)
+    strong = Strength(UNFAILING * (weight * float(np.ptp(places, axis=0).max()) + cohesion), 0.0, 0.0, fails=False)
     return {name: material if material.strength else replace(material, strength=strong) for name, material in reader.materials.items()}
 
 
@@ -235,7 +246,7 @@ def read_scene(deck: Deck, asked: str | None = None, factor: bool = False) -> Sc
     return Scene(
         {name: places for name, places in reader.bodies.items() if name in phase.state.active}, unfailing(reader), reader.surfaces,
         reader.sets, start, phase.state, phase.name, phase.factor, safety, phase.flow, pushed, reader.units,
-        reader.steps, walls,
+        reader.steps, walls, tuple(prop for name, prop in reader.props.items() if name in phase.state.props),
     )  # fmt: skip
 
 

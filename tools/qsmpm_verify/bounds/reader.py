@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from qsmpm_verify.bounds.lines import closed, healed
-from qsmpm_verify.bounds.scene import Material, Surface, Wall
+from qsmpm_verify.bounds.scene import Material, Prop, Surface, Wall
 from qsmpm_verify.bounds.strength import Strength, profile_of
 from qsmpm_verify.bounds.words import OTHER_LAWS, PASSED, box_of, grid_lines, name_of, numbers, only, rectangle, refuse
 from qsmpm_verify.results import Array
@@ -35,6 +35,7 @@ class Reader:
         self.surfaces: dict[str, Surface] = {}
         self.sets: dict[str, tuple[Array, Array]] = {}
         self.walls: dict[str, Wall] = {}
+        self.props: dict[str, Prop] = {}
         self.touching: set[str] = set()
         self.units = ("", "")
         grid = deck.find("GRID")
@@ -48,6 +49,7 @@ class Reader:
             "BODY": self.body, "MATERIAL": self.begin_material, "SURFACE": self.surface,
             "NSET": self.node_set, "MOHR COULOMB": self.mohr_coulomb, "UNIT WEIGHT": self.unit_weight, "UNDRAINED": self.undrained,
             "STRENGTH PROFILE": self.profile, "FIELD OF VALUES": self.values, "RIGID BODY": self.rigid_body, "CONTACT": self.contact,
+            "PROP": self.prop,
         }  # fmt: skip
         for card in deck.cards:
             if card.keyword == "PHASE":
@@ -143,6 +145,12 @@ class Reader:
                 places = places[::-1]
             sides = closed(places)
         self.walls[name_of(card, "NAME")] = Wall(sides)
+
+    def prop(self, card: Card) -> None:
+        """Two places; what is not limited bears all."""
+        row = [word.split("=")[-1] for word in card.data()[0]]
+        limits = (float(card.value("COMPRESSION LIMIT") or "inf"), float(card.value("TENSION LIMIT") or "inf"))
+        self.props[name_of(card, "NAME")] = Prop(np.array(numbers(card, row, 4, 4)).reshape(2, 2), card.value("FIXED") == "YES", limits)
 
     def contact(self, card: Card) -> None:
         """Which surface touches a body, and how it slides."""

@@ -53,6 +53,15 @@ class Level:
 
 
 @dataclass(frozen=True)
+class Prop:
+    """A spring between two places, or from one to another that does not move; largest compression and tension."""
+
+    ends: Array
+    fixed: bool
+    limits: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class State:
     """What acts at the end of a phase."""
 
@@ -64,6 +73,7 @@ class State:
     supports: dict[str, str] = field(default_factory=dict)
     active: frozenset[str] = frozenset()
     materials: dict[str, str] = field(default_factory=dict)
+    props: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -108,6 +118,7 @@ class Scene:
     steps: tuple[Array, Array]
     """Lines of the grid along x and y."""
     walls: dict[str, Wall] = field(default_factory=dict)
+    props: tuple[Prop, ...] = ()
 
     @property
     def pushes(self) -> bool:

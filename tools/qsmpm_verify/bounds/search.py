@@ -17,6 +17,7 @@ from qsmpm_verify.bounds.layout import first_triangles
 from qsmpm_verify.bounds.lower import lower_balance
 from qsmpm_verify.bounds.model import Loads, Model, model_of
 from qsmpm_verify.bounds.nodes import Nodes, nodes_of
+from qsmpm_verify.bounds.rigid import bodies_of
 from qsmpm_verify.bounds.scene import Scene
 from qsmpm_verify.bounds.triangles import Triangles, cut_at, halve
 from qsmpm_verify.bounds.upper import lifted, upper_balance
@@ -26,7 +27,7 @@ from qsmpm_verify.trouble import RunFailed, Trouble
 # Factors are found to this share.
 CLOSE = 1e-4
 MOST_TRIES = 12
-# Triangles around a place where a load begins; loads that differ by less than this share are the same.
+# Triangles around a place where a load begins, and in half a circle where the face of a body does; loads that differ by less than this share are the same.
 FAN, SAME = 8, 1e-6
 # Units of stress tried, each ten times the one before.
 MOST_SCALES = 2
@@ -78,11 +79,17 @@ class Side:
         self.model, self.kind, self.flow, self.above = model, kind, flow, above
         whole = (lifted(array) if above else array for array in (model.cohesion, loads[0].pore, loads[1].pore))
         self.cohesion, self.pore, self.more = (array.ravel() for array in whole)
-        self.material = np.repeat(model.material, 3)
+        self.material = np.repeat(np.where(balance.still, -1, model.material), 3)
         size = float(np.ptp(model.mesh.places, axis=0).max())
-        self.scale = max(float(self.cohesion.max()), *(load.stress(size) for load in loads), 1e-12)
-        self.balance = Balance(balance.matrix, balance.dead / self.scale, balance.live / self.scale, balance.figure)
+        self.scale = max(float(self.cohesion[self.material >= 0].max()), *(load.stress(size) for load in loads), 1e-12)
+        self.balance = balance
+        self.stretch(self.scale)
         self.joint = upper_joint(model, nodes, flow) if nodes is not None else lower_joint(model)
+
+    def stretch(self, by: float) -> None:
+        """The balance in a unit of stress so many times as large."""
+        old = self.balance
+        self.balance = replace(old, dead=old.dead / by, live=old.live / by, limits=old.limits / by)
 
     def contact(self) -> Joint | None:
         """Tractions between soil and rigid bodies, in units of `scale`."""
@@ -112,11 +119,11 @@ class Side:
             if answer.solved:
                 break
             self.scale *= 10.0
-            self.balance = Balance(self.balance.matrix, self.balance.dead / 10.0, self.balance.live / 10.0, self.balance.figure)
+            self.stretch(10.0)
             answer = self.raw(factor)
         if self.kind is Kind.LOAD:
             return answer
-        return Answer(answer.value * self.scale, answer.status, answer.stress, answer.motion, answer.rate, answer.head)
+        return replace(answer, value=answer.value * self.scale)
 
     def slope(self, answer: Answer, factor: float) -> float:
         """Change of the margin with the factor, the duals held."""
@@ -165,8 +172,16 @@ def next_guess(factor: float, margin: float, slope: float) -> float:
     return float(np.clip(root, 0.5 * factor, 2.0 * factor))
 
 
+def angles_of(corners: Array) -> Array:
+    """Angles of triangles (n, 3, 2) at their corners (n, 3)."""
+    ahead = np.roll(corners, -1, axis=1) - corners
+    ahead /= np.linalg.norm(ahead, axis=2)[..., None]
+    return np.asarray(np.arccos(np.clip(-np.sum(ahead * np.roll(ahead, 1, axis=1), axis=2), -1.0, 1.0)))
+
+
 def narrow_fans(model: Model, before: Loads, live: Loads) -> Array:
-    """Places of the outline where loads or what is pushed begin, with too few triangles for the fan of stresses that starts there.
+    """Places of the outline where loads or what is pushed begin, and where the face of a body that does not fail does, with too few triangles of soil for
+    the fan of stresses that starts there.
 
     However small they are, stresses can turn no more than once from one triangle to the next.
     """
@@ -177,8 +192,16 @@ def narrow_fans(model: Model, before: Loads, live: Loads) -> Array:
             acts = np.concatenate([load.traction[edge, end] for load in (before, live)] + [model.pushed[edge], [float(model.touching[edge])]])
             if np.any(np.abs(acts - seen.setdefault(int(place), acts)) > SAME * (1e-300 + np.abs(acts) + np.abs(seen[int(place)]))):
                 begins.add(int(place))
-    count = np.bincount(model.mesh.corners.ravel(), minlength=len(model.mesh.places))
-    return np.array([place for place in sorted(begins) if count[place] < FAN], dtype=int)
+    body = bodies_of(model, by_corners=False)
+    beside = np.where(model.sides < 0, -2, body[model.sides])
+    border = (beside == -1).any(axis=1) & (beside >= 0).any(axis=1)
+    free = (beside == -1).any(axis=1) & (beside == -2).any(axis=1) & (model.held == 0)
+    faces = np.intersect1d(model.edges[border], model.edges[free])
+    soil = model.mesh.corners[body < 0]
+    count = np.bincount(soil.ravel(), minlength=len(model.mesh.places))
+    angle = np.bincount(soil.ravel(), angles_of(model.mesh.places[soil]).ravel(), len(model.mesh.places))
+    few = {place for place in begins if 0 < count[place] < FAN} | {int(place) for place in faces if count[place] < FAN * angle[place] / np.pi - 0.5}
+    return np.array(sorted(few), dtype=int)
 
 
 class Search:
@@ -238,11 +261,8 @@ class Search:
         """What the upper bound moves."""
         velocity = nodes.velocity(answer.motion)
         largest = float(np.abs(velocity).max())
-        power = (answer.rate * answer.head)[: 3 * len(model.area)]
-        cones = np.concatenate([np.flatnonzero(np.repeat(model.material, 3) == k) for k in range(len(model.strengths))])
         spent = np.zeros(3 * len(model.area))
-        if len(answer.rate) == len(spent):
-            spent[cones] = power
+        np.add.at(spent, answer.point, answer.rate * answer.head)
         return Mechanism(model, nodes, velocity / max(largest, 1e-300), spent.reshape(-1, 3).sum(axis=1) / model.area)
 
     def marked(self, density: Array, area: Array) -> Array:

@@ -12,7 +12,8 @@ from qsmpm_verify.results import Array
 
 @dataclass(frozen=True)
 class Strength:
-    """c, angles in degrees, a tension cut-off; levels and cohesions where c differs from place to place along an axis."""
+    """c, angles in degrees, a tension cut-off; levels and cohesions where c differs from place to place along an axis; whether it
+    may be exhausted."""
 
     cohesion: float
     friction: float
@@ -20,6 +21,7 @@ class Strength:
     tension: float | None = None
     profile: Array | None = None
     axis: int = 1
+    fails: bool = True
 
     def reduced(self) -> bool:
         """Whether its flow is not associated, so that Davis' strength takes its place."""

@@ -15,6 +15,7 @@ from qsmpm_verify.bounds.cone import Balance
 from qsmpm_verify.bounds.contact import joint_forces
 from qsmpm_verify.bounds.model import Loads, Model
 from qsmpm_verify.bounds.nodes import Nodes
+from qsmpm_verify.bounds.props import columns_of, limits_of
 from qsmpm_verify.results import Array
 
 
@@ -66,8 +67,14 @@ def upper_balance(model: Model, nodes: Nodes, before: Loads, live: Loads) -> Bal
     figure = matrix.T @ nodes.given if nodes.given.any() else None
     if model.touching.any():
         forces, power = joint_forces(model, nodes)
-        matrix = sparse.hstack([matrix, -forces])
+        matrix = sparse.csr_matrix(sparse.hstack([matrix, -forces]))
         figure = np.concatenate([np.zeros(matrix.shape[1] - len(power)) if figure is None else figure, power])
         if nodes.given.any():
             figure -= np.concatenate([np.zeros(len(figure) - len(power)), forces.T @ nodes.given])
-    return Balance(sparse.csr_matrix(nodes.free @ matrix), nodes.free @ dead, nodes.free @ more, figure)
+    still = nodes.body >= 0
+    stress = sparse.diags(np.repeat(~still, 9).astype(float))
+    whole = nodes.free @ matrix[:, : stress.shape[0]] @ stress
+    further = columns_of(model, nodes.body, whole.shape[0], nodes.work)
+    figure = None if figure is None else np.concatenate([figure, np.zeros(len(model.props))])
+    whole = sparse.hstack([whole, nodes.free @ matrix[:, stress.shape[0] :], -further])
+    return Balance(sparse.csr_matrix(whole), nodes.free @ dead, nodes.free @ more, figure, limits_of(model.props), still)

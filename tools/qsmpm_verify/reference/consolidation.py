@@ -1,4 +1,4 @@
-"""Soil from which pore water flows in time: a layer under a load, and a cylinder squeezed from outside.
+"""Soil from which pore water flows in time: a layer under a load, a cylinder and a ball squeezed from outside.
 
 M = E (1 - nu)/((1 + nu)(1 - 2 nu)) and G are the moduli of the skeleton, c = k M/gamma_w the coefficient of
 consolidation; water and grains do not change their volume. Pressures are divided by the load.
@@ -271,6 +271,34 @@ def cylinder_pressure(time_factor: float, poisson: float, radius: float = 0.0) -
         rim = _bessel(0, l)
         return (rim - _bessel(0, l * radius)) / (s * (rim - shear * _bessel(1, l) / l))
 
+    return _inverted(transform, time_factor)
+
+
+def ball_pressure(time_factor: float, poisson: float, radius: float = 0.0) -> float:
+    """Excess pore pressure in a ball that is squeezed from outside and drains there, over the load.
+
+    Formula: Laplace transform of p/P: (sinh l - sinh(l r)/r)/(s (sinh l - 4 G/M (l cosh l - sinh l)/l^2)), l = sqrt(s)
+    Units: time_factor T = c t/R^2 [-], poisson [-], radius r over R [-]; result [-]
+    Range: T from 0.002 on, r from 0 to 1
+    Assumes: a pressure that comes at once and stays, small strains
+    Source: Cryer 1963; inverted by Talbot's contour as Abate and Valko 2004
+    Check: finite differences in radius and time, with the total stress that keeps the ball in equilibrium
+    """
+    within("time_factor", time_factor, 0.002)
+    within("radius", radius, 0.0, 1.0)
+    poisson_ratio(poisson)
+    shear = 2 * (1 - 2 * poisson) / (1 - poisson)  # 4 G/M
+
+    def transform(s: complex) -> complex:
+        l = cmath.sqrt(s)
+        here = cmath.sinh(l * radius) / radius if radius > 0 else l
+        return (cmath.sinh(l) - here) / (s * (cmath.sinh(l) - shear * (l * cmath.cosh(l) - cmath.sinh(l)) / s))
+
+    return _inverted(transform, time_factor)
+
+
+def _inverted(transform: Callable[[complex], complex], time_factor: float) -> float:
+    """The function of time of a Laplace transform."""
     least = 2 * TALBOT / 5
     total = 0.5 * math.exp(least) * transform(complex(least / time_factor))
     for k in range(1, TALBOT):

@@ -65,45 +65,54 @@ class ThickLayer(unittest.TestCase):
         self.assertAlmostEqual(ref.permeability_ratio(0.75, 1.8), (1.1 / 1.8) ** 3 * 2.8 / 2.1)
 
 
-class Cylinder(unittest.TestCase):
-    """Mandel's effect: the pressure in the middle rises before it falls."""
+class Round(unittest.TestCase):
+    """The effect of Mandel and Cryer: the pressure in the middle rises before it falls."""
 
     def test_against_differences(self) -> None:
-        """M e = p + f with f from the equilibrium of the rim; e changes by what flows in."""
-        poisson, end, steps = 0.2, 0.1, 2000
+        """The cylinder, and the ball."""
+        for power, pressure in ((1, ref.cylinder_pressure), (2, ref.ball_pressure)):
+            middle, half = self.differences(power, 0.2, 0.1)
+            self.assertAlmostEqual(pressure(0.1, 0.2), middle, delta=2e-3)
+            self.assertAlmostEqual(pressure(0.1, 0.2, 0.5), half, delta=2e-3)
+
+    @staticmethod
+    def differences(power: int, poisson: float, end: float) -> tuple[float, float]:
+        """M e = p + f with f from the equilibrium of the rim; e changes by what flows in through areas r^power."""
+        steps = 2000
         shear = (1 - 2 * poisson) / (1 - poisson)
         n = 200
         h = 1 / n
         r = (np.arange(n) + 0.5) * h
         flow = np.zeros((n, n))
         for i in range(n):
+            volume = r[i] ** power * h**2
             if i > 0:
-                flow[i, i - 1] += i * h / (r[i] * h**2)
-                flow[i, i] -= i * h / (r[i] * h**2)
+                flow[i, i - 1] += (i * h) ** power / volume
+                flow[i, i] -= (i * h) ** power / volume
             if i < n - 1:
-                flow[i, i + 1] += (i + 1) * h / (r[i] * h**2)
-                flow[i, i] -= (i + 1) * h / (r[i] * h**2)
+                flow[i, i + 1] += ((i + 1) * h) ** power / volume
+                flow[i, i] -= ((i + 1) * h) ** power / volume
             else:
-                flow[i, i] -= 2 * 1.0 / (r[i] * h**2)
-        # unknowns p (n) and f: e = p + f (times 1/M); rim: f - 2 G/M int e r dr = -1
+                flow[i, i] -= 2 * 1.0 / volume
+        # unknowns p (n) and f: e = p + f (times 1/M); rim: f - 2 power G/M int e r^power dr = -1
         dt = end / steps
         matrix = np.zeros((n + 1, n + 1))
         matrix[:n, :n] = np.eye(n) - dt * flow
         matrix[:n, n] = 1.0
-        matrix[n, :n] = -shear * r * h
-        matrix[n, n] = 1.0 - shear * 0.5
+        matrix[n, :n] = -power * shear * r**power * h
+        matrix[n, n] = 1.0 - power * shear / (power + 1)
         inverse = np.linalg.inv(matrix)
         e = np.zeros(n)
         for _ in range(steps):
             x = inverse @ np.append(e, -1.0)
             e = x[:n] + x[n]
-        self.assertAlmostEqual(ref.cylinder_pressure(end, poisson), x[0], delta=2e-3)
-        self.assertAlmostEqual(ref.cylinder_pressure(end, poisson, 0.5), (x[n // 2] + x[n // 2 - 1]) / 2, delta=2e-3)
+        return x[0], (x[n // 2] + x[n // 2 - 1]) / 2
 
     def test_the_middle_rises(self) -> None:
         """It begins at the load, and rises above it."""
         self.assertAlmostEqual(ref.cylinder_pressure(0.002, 0.0), 1.0, delta=0.1)
         self.assertGreater(ref.cylinder_pressure(0.08, 0.0), 1.15)
+        self.assertGreater(ref.ball_pressure(0.05, 0.0), 1.4)
         self.assertAlmostEqual(ref.cylinder_pressure(0.3, 0.0, 1.0), 0.0, delta=1e-9)
 
     def test_column_that_empties(self) -> None:
