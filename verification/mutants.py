@@ -60,7 +60,7 @@ ROOMS = {
                 "materials/confinement"],
     "safety": ["phases/safety_", "safety/", "materials/strength_factor"],
     "flow of water": ["water/seepage", "water/transient_seepage", "geometry/seepage_field", "water/consolidation", "water/free_surface",
-                      "water/free_water", "water/face_leak", "terms/pore_flow", "terms/flow_points"],
+                      "water/free_water", "water/face_leak", "water/confined_modulus", "terms/pore_flow", "terms/flow_points"],
     "weak seams and nonlocal strain": ["problem/layer_interfaces", "terms/nonlocal_strain", "materials/kinematics/field_coupling"],
     "first guess and cell pressure": ["step/extrapolation", "assembly/uniform_pressure"],
     "clay and sand": ["materials/models/soft_soil_creep", "materials/models/creep_return", "materials/models/ngi_adp", "materials/models/small_strain",

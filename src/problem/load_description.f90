@@ -108,6 +108,8 @@ module qsmpm_load_description
     type(source_line_type) :: where
     !> Weight of water per volume; negative: not given. Compressibility of water and grains.
     real(wp) :: unit_weight = -1.0_wp, storage = 0.0_wp
+    !> Nodes of faces have no pressure from the first step on, as in other programs.
+    logical :: held = .false.
     type(drainage_type), allocatable :: sets(:)
   end type consolidation_type
 end module qsmpm_load_description

@@ -1,18 +1,19 @@
 !> What a material point sees where pore water flows (qsmpm_pore_flow): functions of the displacement and of the
-!> pressure, permeability, drainable pores. Of the start of the step.
+!> pressure, permeability, drainable pores, of the start of the step; and what the unknowns make of it.
 module qsmpm_flow_points
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_element, only: corner_count, element_geometry, linear_kind
-  use qsmpm_free_surface, only: kept_water
+  use qsmpm_free_surface, only: dry, kept_water
   use qsmpm_material_description, only: permeability_at
   use qsmpm_model, only: model_type
   use qsmpm_permeability_law, only: permeability_ratio
+  use qsmpm_seepage, only: filled_share, let_through_in_time
   use qsmpm_space, only: functions_at, shape_values_type
   implicit none
   private
 
-  public :: flow_point_type, see_point, see_pores
+  public :: flow_point_type, flow_state_type, see_point, see_pores, fill_pores
 
   !> What a point sees.
   type :: flow_point_type
@@ -22,8 +23,8 @@ module qsmpm_flow_points
     real(wp) :: hoop = 0.0_wp
     integer :: corners = 0
     real(wp) :: shape(8) = 0.0_wp, slope(3, 8) = 0.0_wp, kept(8) = 0.0_wp
-    !> What leaves at faces beside it by a unit of pressure, times t^1/2; of each node at one point.
-    real(wp) :: leak(8) = 0.0_wp
+    !> Whether it answers for what leaves by a face at its corners: one point for each node.
+    logical :: leaks(8) = .false.
     !> Under a free surface: share of drainable pores, mass that the water in them adds where they are full, and weight
     !> of water that has come in as the soil grew; of its corners the suction under which they are empty, how much of
     !> them was filled, and what a unit of pressure makes flow there, of the size of the matrix, in unit time and at
@@ -31,6 +32,17 @@ module qsmpm_flow_points
     real(wp) :: pores = 0.0_wp, mass = 0.0_wp, gained = 0.0_wp, yields = 0.0_wp
     real(wp) :: suction(8) = 1.0_wp, filled(8) = 1.0_wp, conducts(8) = 0.0_wp
   end type flow_point_type
+
+  !> What the unknowns make of it.
+  type :: flow_state_type
+    !> On the skeleton, its derivative by the corners; change, slope of the pressure with the weight of the water.
+    real(wp) :: pressure = 0.0_wp, by_pressure(8) = 1.0_wp, change = 0.0_wp, slope(3) = 0.0_wp, divergence = 0.0_wp
+    !> Pressure of the corners.
+    real(wp) :: nodal(8) = 0.0_wp
+    !> Filled share of the corners, water in their drainable pores, relative permeability, and their derivatives.
+    real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, water(8) = 1.0_wp, by_water(8) = 0.0_wp
+    real(wp) :: factor = 1.0_wp, by_factor(8) = 0.0_wp
+  end type flow_state_type
 
 contains
 
@@ -79,4 +91,20 @@ contains
       point%conducts(:n) = maxval(point%permeability)*unit_weight/point%suction(:n)**2
     end associate
   end subroutine see_pores
+
+  !> How far pores are filled by the pressures of the corners, and what that lets through.
+  pure subroutine fill_pores(point, heavy, here)
+    type(flow_point_type), intent(in) :: point
+    !> Gradient of the pressure of water at rest.
+    real(wp), intent(in) :: heavy(3)
+    type(flow_state_type), intent(inout) :: here
+
+    here%slope = here%slope + heavy
+    here%filled = filled_share(here%nodal, point%suction)
+    where (here%nodal < 0.0_wp .and. here%nodal > -point%suction) here%by_filled = 1.0_wp/point%suction
+    here%by_pressure = here%filled + here%by_filled*here%nodal
+    here%water = kept_water(here%nodal, point%suction)
+    here%by_water = merge(dry/point%suction, here%by_filled, here%nodal <= -point%suction)
+    call let_through_in_time(here%nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
+  end subroutine fill_pores
 end module qsmpm_flow_points

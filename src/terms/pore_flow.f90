@@ -12,17 +12,16 @@ module qsmpm_pore_flow
   use qsmpm_configuration, only: configuration_type
   use qsmpm_consolidation, only: drained_nodes, excess_field, permeable_points
   use qsmpm_equations, only: equations_type
-  use qsmpm_face_leak, only: face_leaks
-  use qsmpm_flow_points, only: flow_point_type, see_point, see_pores
-  use qsmpm_free_surface, only: dry, filling_pressure, find_bounds, kept_water, water_bounds_type
-  use qsmpm_kept_arrays, only: kept_values
+  use qsmpm_face_leak, only: face_layers_type, find_layers, layer_name, terms_of_layer
+  use qsmpm_flow_points, only: fill_pores, flow_point_type, flow_state_type, see_point, see_pores
+  use qsmpm_free_surface, only: filling_pressure, find_bounds, water_bounds_type
+  use qsmpm_kept_arrays, only: kept_arrays_type, keep_values, kept_values, lay_array
   use qsmpm_load_path, only: between
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
   use qsmpm_pore_water, only: update_pore_pressure
-  use qsmpm_seepage, only: filled_share, let_through_in_time
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: failure_type, force_sizes_type, increment_type, term_type
   use qsmpm_unknowns, only: find_field, joint_node
@@ -32,22 +31,9 @@ module qsmpm_pore_flow
 
   public :: new_pore_flow
 
-  !> What the unknowns make of it.
-  type :: flow_state_type
-    !> On the skeleton, its derivative by the corners; change, slope of the pressure with the weight of the water.
-    real(wp) :: pressure = 0.0_wp, by_pressure(8) = 1.0_wp, change = 0.0_wp, slope(3) = 0.0_wp, divergence = 0.0_wp
-    !> Pressure of the corners.
-    real(wp) :: nodal(8) = 0.0_wp
-    !> Filled share of the corners, water in their drainable pores, relative permeability, and their derivatives.
-    real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, water(8) = 1.0_wp, by_water(8) = 0.0_wp
-    real(wp) :: factor = 1.0_wp, by_factor(8) = 0.0_wp
-  end type flow_state_type
-
   type, extends(term_type) :: pore_flow_type
     !> Weight of water, compressibility of water and grains, time of the step; pressures stay.
     real(wp) :: unit_weight = 1.0_wp, storage = 0.0_wp, duration = 0.0_wp, phase_time = 1.0_wp
-    !> What t^1/2 grows by in the step, twice, t from the start of the phase.
-    real(wp) :: root_time = 0.0_wp
     integer :: dimension = 2, field = 0, axis = 2
     !> The pressure is all that there is, under a free surface; sense of upwards, gravity as it stands.
     logical :: total = .false.
@@ -59,13 +45,15 @@ module qsmpm_pore_flow
     !> Pressure at the start of the step, and whether that of the bounds is there at the last evaluation (nodes).
     real(wp), allocatable :: kept(:)
     logical, allocatable :: held(:)
-    !> Nodes of faces by which water may leave from within a cell (mesh nodes).
+    !> Faces by which water leaves from within a cell, and whether their nodes are such (mesh nodes).
+    type(face_layers_type) :: layers
     logical, allocatable :: leaks(:)
     type(flow_point_type), allocatable :: points(:)
     !> Sizes of the flows at the last evaluation (columns).
     real(wp), allocatable :: flow_size(:)
   contains
     procedure :: choose_fields
+    procedure :: start
     procedure :: prescribe
     procedure :: prepare
     procedure :: begin
@@ -74,6 +62,7 @@ module qsmpm_pore_flow
     procedure :: add_force
     procedure :: add_sizes
     procedure :: add_blocks
+    procedure :: keep_nodal
     procedure :: commit
   end type pore_flow_type
 
@@ -96,6 +85,15 @@ contains
     if (has_consolidation(model%analysis%phases)) call self%need_field(excess_field, 1)
   end subroutine choose_fields
 
+  !> What the layers at faces keep.
+  subroutine start(self, model)
+    class(pore_flow_type), intent(in) :: self
+    type(model_type), intent(inout) :: model
+
+    if (allocated(self%needs%fields)) call lay_array(model%state%kept, layer_name, &
+      reshape([real(wp) ::], [terms_of_layer, model%space%node_count], pad=[0.0_wp]), nodal=.true.)
+  end subroutine start
+
   !> No pressure where water leaves; where time stands still all stay.
   subroutine prescribe(self, model, fraction, constrained, values)
     class(pore_flow_type), intent(in) :: self
@@ -104,7 +102,8 @@ contains
     logical, intent(inout) :: constrained(:, :)
     real(wp), intent(inout) :: values(:, :)
     logical :: drained(model%mesh%node_count)
-    real(wp) :: kept(model%mesh%node_count), leak(model%mesh%node_count)
+    real(wp) :: kept(model%mesh%node_count)
+    type(face_layers_type) :: layers
     integer :: from, a, field
 
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
@@ -117,10 +116,8 @@ contains
     else
       drained = drained_nodes(model, model%analysis%phases(from)%consolidation)
       if (free_surface_of(model%analysis%phases, model%state%progress%phase) > 0) return
-    end if
-    if (model%analysis%phases(model%state%progress%phase)%kind /= phase_safety) then
-      leak = leaks_of(self, model)
-      where (leak > 0.0_wp) drained = .false.
+      call see_faces(model, .false., layers)
+      drained = drained .and. .not. layers%capacity > 0.0_wp
     end if
     do a = 1, size(drained)
       if (.not. drained(a)) cycle
@@ -135,12 +132,15 @@ contains
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     integer, allocatable :: wet(:)
-    real(wp) :: kept(model%space%node_count), suction(model%mesh%node_count), leak(model%mesh%node_count)
+    real(wp) :: kept(model%space%node_count), suction(model%mesh%node_count)
+    logical :: taken(model%mesh%node_count)
     integer :: from, p, i
 
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
     self%total = free_surface_of(model%analysis%phases, model%state%progress%phase) > 0
     self%heavy = 0.0_wp
+    suction = 1.0_wp
+    taken = .false.
     self%symmetric = from == 0
     self%dimension = model%mesh%dimension
     allocate (wet(0))
@@ -160,35 +160,43 @@ contains
       self%kept = kept
       self%held = [(.false., p=1, size(kept))]
       self%open = drained_nodes(model, model%analysis%phases(from)%consolidation)
+    else
+      self%bounds = water_bounds_type(open=.not. taken, held=.not. taken, pressure=0.0_wp*suction)
     end if
-    leak = 0.0_wp
-    if (from > 0) leak = leaks_of(self, model)
-    self%leaks = leak > 0.0_wp
+    self%leaks = taken
+    if (from > 0) call see_faces(model, self%total, self%layers)
+    if (from > 0) self%leaks = self%layers%capacity > 0.0_wp
     if (allocated(self%points)) deallocate (self%points)
     allocate (self%points(size(wet)))
     do i = 1, size(wet)
       call see_point(model, wet(i), kept, self%points(i))
       if (self%total) call see_pores(model, wet(i), self%unit_weight, suction, self%points(i))
       associate (node => self%points(i)%place%node(:self%points(i)%corners))
-        self%points(i)%leak(:size(node)) = leak(node)
-        leak(node) = 0.0_wp
+        self%points(i)%leaks(:size(node)) = self%leaks(node) .and. .not. taken(node)
+        taken(node) = .true.
       end associate
     end do
     call connect(self)
   end subroutine prepare
 
-  !> What leaves at nodes of drained faces, under a free surface at those of all; 0 where p is held (mesh nodes).
-  function leaks_of(self, model) result(leak)
-    class(pore_flow_type), intent(in) :: self
+  !> Drained faces, under a free surface all, in phases whose water stays within the cells there.
+  subroutine see_faces(model, total, layers)
     type(model_type), intent(in) :: model
-    real(wp) :: leak(model%mesh%node_count)
+    !> There is a free surface.
+    logical, intent(in) :: total
+    type(face_layers_type), intent(out) :: layers
+    real(wp) :: pressure(model%space%node_count)
 
+    pressure = reshape(kept_values(model%state%kept, excess_field), shape(pressure))
     associate (phases => model%analysis%phases)
       associate (card => phases(consolidation_of(phases, model%state%progress%phase))%consolidation)
-        leak = face_leaks(model, drained_nodes(model, card) .or. self%total, card%unit_weight)
+        call find_layers(model, pressure, (drained_nodes(model, card) .or. total) .and. .not. card%held, &
+          card%unit_weight, total, layers)
       end associate
     end associate
-  end function leaks_of
+    layers%beyond = kept_values(model%state%kept, layer_name)
+    where (spread(.not. layers%capacity > 0.0_wp, 1, terms_of_layer)) layers%beyond = 0.0_wp
+  end subroutine see_faces
 
   !> Displacements and pressures around each point couple.
   subroutine connect(self)
@@ -219,8 +227,7 @@ contains
     type(increment_type), intent(in) :: increment
 
     self%duration = increment%step_info%duration*self%phase_time
-    self%root_time = 2.0_wp*(sqrt(increment%step_info%start*self%phase_time + self%duration) &
-      - sqrt(increment%step_info%start*self%phase_time))
+    if (size(self%points) > 0) call self%layers%set_time(self%duration)
   end subroutine begin
 
   !> Levels, rain and gravity as they stand.
@@ -253,25 +260,10 @@ contains
       do a = 1, n
         here%divergence = here%divergence + dot_product(volume_of(self, point, a), table(:self%dimension, own(a)))
       end do
-      if (self%total) call fill_pores(self, point, here)
+      if (self%total) call fill_pores(point, self%heavy, here)
       here%pressure = sum(point%shape*here%filled*here%nodal)
     end associate
   end subroutine values_at
-
-  !> How far pores are filled by the pressures of the corners, and what that lets through.
-  pure subroutine fill_pores(self, point, here)
-    class(pore_flow_type), intent(in) :: self
-    type(flow_point_type), intent(in) :: point
-    type(flow_state_type), intent(inout) :: here
-
-    here%slope = here%slope + self%heavy
-    here%filled = filled_share(here%nodal, point%suction)
-    where (here%nodal < 0.0_wp .and. here%nodal > -point%suction) here%by_filled = 1.0_wp/point%suction
-    here%by_pressure = here%filled + here%by_filled*here%nodal
-    here%water = kept_water(here%nodal, point%suction)
-    here%by_water = merge(dry/point%suction, here%by_filled, here%nodal <= -point%suction)
-    call let_through_in_time(here%nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
-  end subroutine fill_pores
 
   !> Change of volume by the displacement of a node.
   pure function volume_of(self, point, a) result(volume)
@@ -307,6 +299,7 @@ contains
     real(wp), intent(in), optional :: prescribed(:, :)
     type(flow_state_type) :: here
     logical, allocatable :: held(:)
+    real(wp) :: leak, by_pressure
     integer :: i, a
 
     if (present(prescribed)) continue
@@ -316,12 +309,13 @@ contains
       call values_at(self, i, displacement, here)
       associate (point => self%points(i), own => self%connectivity%nodes(self%connectivity%first(i):))
         do a = 1, point%corners
+          call leave(self, point, here, a, leak, by_pressure)
           associate (at => self%flow_size(own(point%place%count + a)))
+            at = at + abs(leak) + by_pressure*abs(here%nodal(a))
             at = at + point%volume*(point%shape(a)*(self%storage*abs(here%change) + abs(here%divergence) &
               + point%pores*abs(here%water(a) - point%filled(a))) + here%factor*( &
               abs(dot_product(conductance(self, point)*(here%slope - self%heavy), point%slope(:, a))) &
-              + abs(dot_product(conductance(self, point)*self%heavy, point%slope(:, a))))) &
-              + self%root_time*point%leak(a)*abs(driving(self, point, here, a))
+              + abs(dot_product(conductance(self, point)*self%heavy, point%slope(:, a)))))
           end associate
         end do
       end associate
@@ -372,6 +366,7 @@ contains
     real(wp), intent(in) :: table(:, :)
     real(wp) :: flow(size(table, 2))
     type(flow_state_type) :: here
+    real(wp) :: leak, by_pressure
     integer :: i, a
 
     flow = 0.0_wp
@@ -379,11 +374,11 @@ contains
       call values_at(self, i, table, here)
       associate (point => self%points(i), own => self%connectivity%nodes(self%connectivity%first(i):))
         do a = 1, point%corners
+          call leave(self, point, here, a, leak, by_pressure)
           associate (at => flow(own(point%place%count + a)))
-            at = at + point%volume*(point%shape(a)*(self%storage*here%change + here%filled(a)*here%divergence &
+            at = at + leak + point%volume*(point%shape(a)*(self%storage*here%change + here%filled(a)*here%divergence &
               + point%pores*(here%water(a) - point%filled(a))) &
-              + here%factor*dot_product(conductance(self, point)*here%slope, point%slope(:, a))) &
-              + self%root_time*point%leak(a)*driving(self, point, here, a)
+              + passes(self, point, a)*here%factor*dot_product(conductance(self, point)*here%slope, point%slope(:, a)))
           end associate
         end do
       end associate
@@ -396,21 +391,46 @@ contains
     end do
   end function net_flow
 
-  !> Pressure of a corner that makes water leave by a face: under a free surface beyond that of its bounds, and into the
-  !> air alone where no water stands.
-  pure real(wp) function driving(self, point, here, a) result(pressure)
+  !> 0 at nodes of faces, by which what flows to them leaves; else, and in short phases under a free surface, 1.
+  pure real(wp) function passes(self, point, a)
+    class(pore_flow_type), intent(in) :: self
+    type(flow_point_type), intent(in) :: point
+    integer, intent(in) :: a
+
+    passes = merge(0.0_wp, 1.0_wp, self%leaks(point%place%node(a)) .and. .not. self%total)
+  end function passes
+
+  !> What leaves by a face at a corner in the time of the step, and its derivative by the pressure there: under a free
+  !> surface by what is beyond that of its bounds, and into the air alone where no water stands.
+  pure subroutine leave(self, point, here, a, flow, by_pressure)
     class(pore_flow_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
     type(flow_state_type), intent(in) :: here
     integer, intent(in) :: a
+    real(wp), intent(out) :: flow, by_pressure
 
-    pressure = here%nodal(a)
-    if (.not. self%total) return
+    flow = 0.0_wp
+    by_pressure = 0.0_wp
+    if (.not. point%leaks(a)) return
     associate (node => point%place%node(a))
-      pressure = merge(pressure - self%bounds%pressure(node), 0.0_wp, self%bounds%open(node))
-      if (.not. self%bounds%held(node)) pressure = max(0.0_wp, pressure)
+      if (.not. self%bounds%open(node)) return
+      call self%layers%outflow(node, start_of(self, node, point%kept(a)), here%nodal(a) - self%bounds%pressure(node), &
+        flow, by_pressure)
+      if (self%bounds%held(node) .or. flow > 0.0_wp) return
+      flow = 0.0_wp
+      by_pressure = 0.0_wp
     end associate
-  end function driving
+  end subroutine leave
+
+  !> Pressure at the start of the step beyond that outside.
+  pure real(wp) function start_of(self, node, kept) result(start)
+    class(pore_flow_type), intent(in) :: self
+    integer, intent(in) :: node
+    real(wp), intent(in) :: kept
+
+    start = kept - self%bounds%pressure(node)
+    if (.not. self%bounds%held(node)) start = max(0.0_wp, start)
+  end function start_of
 
   !> What a unit of pressure makes flow at the nodes, of the size of the matrix (nodes).
   pure function own_flow(self) result(flow)
@@ -481,7 +501,7 @@ contains
     type(sparse_matrix_type), intent(inout) :: matrix
     real(wp), allocatable :: block(:, :, :, :)
     type(flow_state_type) :: here
-    real(wp) :: weight(3)
+    real(wp) :: weight(3), leak, by_pressure
     integer :: i, a, b, n
 
     do i = 1, size(self%points)
@@ -501,13 +521,13 @@ contains
           end do
           do a = 1, point%corners
             block(1, n + a, 1, n + b) = point%volume*(self%storage*point%shape(a)*point%shape(b) &
-              + dot_product(conductance(self, point)*(here%factor*point%slope(:, b) + here%by_factor(b)*here%slope), &
-              point%slope(:, a)))
+              + passes(self, point, a)*dot_product(conductance(self, point) &
+              *(here%factor*point%slope(:, b) + here%by_factor(b)*here%slope), point%slope(:, a)))
           end do
           block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + point%volume*point%shape(b) &
             *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores)
-          if (abs(driving(self, point, here, b)) > 0.0_wp) block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) &
-            + self%root_time*point%leak(b)
+          call leave(self, point, here, b, leak, by_pressure)
+          block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + by_pressure
         end do
         do a = 1, merge(point%corners, 0, self%total)
           if (.not. self%held(point%place%node(a))) cycle
@@ -518,6 +538,34 @@ contains
       call add_block(equations, self%first_stencil + i - 1, block, matrix)
     end do
   end subroutine add_blocks
+
+  !> What the layers at faces remember; where pressures stay, or no water leaves, there is nothing new.
+  subroutine keep_nodal(self, displacement, kept)
+    class(pore_flow_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    type(kept_arrays_type), intent(inout) :: kept
+    real(wp), allocatable :: beyond(:, :)
+    type(flow_state_type) :: here
+    real(wp) :: flow, by_pressure
+    integer :: i, a
+
+    if (size(self%points) == 0 .or. .not. self%duration > 0.0_wp) return
+    allocate (beyond, source=0.0_wp*self%layers%beyond)
+    do i = 1, size(self%points)
+      call values_at(self, i, displacement, here)
+      associate (point => self%points(i))
+        do a = 1, point%corners
+          call leave(self, point, here, a, flow, by_pressure)
+          if (.not. by_pressure > 0.0_wp) cycle
+          associate (node => point%place%node(a))
+            beyond(:, node) = self%layers%beyond_after(node, start_of(self, node, point%kept(a)), &
+              here%nodal(a) - self%bounds%pressure(node))
+          end associate
+        end do
+      end associate
+    end do
+    call keep_values(kept, layer_name, beyond)
+  end subroutine keep_nodal
 
   !> The points know their pressure; that of the nodes is kept by the step.
   subroutine commit(self, displacement, model)

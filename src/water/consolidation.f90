@@ -4,7 +4,7 @@
 !> Water leaves at faces in air, where the mesh ends upwards, and at sets that the card opens; the sides and the base of
 !> the mesh and what is beside soil without permeability are closed. docs/methods/consolidation.md
 module qsmpm_consolidation
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, pi
   use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_analysis, only: analysis_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
@@ -167,7 +167,7 @@ contains
         else if (consolidation_of(model%analysis%phases, p) > 0) then
           call check_soil(model%analysis, p, diagnostics)
           call check_free_surface(model, p, diagnostics)
-          if (phase%consolidation%given) model%notes = model%notes//step_note(model, p)
+          if (phase%kind /= phase_safety) model%notes = model%notes//front_notes(model, p)
         end if
       end associate
     end do
@@ -188,39 +188,111 @@ contains
     end do
   end subroutine note_idle_laws
 
-  !> The word on a phase whose steps are too short for its cells: pressures fall over one of them at the least.
-  function step_note(model, number) result(text)
+  !> The word on soils that drain, in a phase, to nodes at which the pressure falls at once: beside soil that lets water
+  !> go much faster, and has time to, at open sets within the ground, and at faces that are held. Their cells there
+  !> then drain as a whole, until the front has crossed them.
+  function front_notes(model, number) result(text)
     type(model_type), intent(in) :: model
     integer, intent(in) :: number
     character(len=:), allocatable :: text
-    !> Share of the shortest step from which early settlements are twice too large and more.
-    real(wp), parameter :: far_too_short = 0.25_wp
-    real(wp) :: step, least, width
+    !> Shares of what leaves from which it is a note, and a warning, and the largest that is told.
+    real(wp), parameter :: told = 0.05_wp, too_much = 0.25_wp, most = 9.0_wp
+    logical :: active(size(model%analysis%bodies))
+    real(wp), dimension(size(model%analysis%materials)) :: width, fast
+    real(wp) :: beside(model%mesh%node_count, size(model%analysis%materials)), k, time, excess
     integer :: m, p, up
 
     text = ''
     up = vertical_of(model%analysis)
-    associate (phase => model%analysis%phases(number), points => model%state%points)
-      step = phase%duration/phase%controls%steps
-      if (phase%first_time > 0.0_wp) step = phase%first_time
-      do m = 1, size(model%analysis%materials)
-        associate (soil => model%analysis%materials(m))
-          if (.not. (soil%permeability(up) > 0.0_wp .and. soil%young > 0.0_wp)) cycle
-          width = maxval([0.0_wp, (cell_width(model%mesh, points%cell(p)), p=1, points%count)], &
-            mask=[.false., points%material(:points%count) == m])
-          if (.not. width > 0.0_wp) cycle
-          if (front_within(soil, soil%permeability(up)/phase%consolidation%unit_weight, width, phase%duration)) cycle
-          least = width**2*phase%consolidation%unit_weight/(6.0_wp*soil%permeability(up)*constrained_modulus(soil))
-          if (.not. step < least) cycle
-          if (step < far_too_short*least) text = text//'warning: '
-          text = text//"phase '"//phase%name//"': its steps of "//rounded_text(step, 2)// &
-            ' are shorter than h^2/(6 c) = '//rounded_text(least, 2)//" of '"//soil%name//"': beside faces where "// &
-            'water leaves its pressure falls over one cell, of '//rounded_text(width, 2)//', which drains as a '// &
-            'whole: settlements are too large until then'//new_line('a')
+    active = bodies_active(model%analysis, number)
+    beside = permeability_beside(model, number, active)
+    width = 0.0_wp
+    fast = 0.0_wp
+    associate (points => model%state%points, mesh => model%mesh)
+      do p = 1, points%count
+        associate (c => points%cell(p), m => points%material(p))
+          associate (corner => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) - 1 + &
+              corner_count(mesh%cell_kind(c))))
+            if (.not. (active(points%body(p)) .and. any(beside(corner, m) > 0.0_wp))) cycle
+            width(m) = max(width(m), cell_width(mesh, c)*merge(sqrt(2.0_wp), 1.0_wp, size(corner) == 3))
+            fast(m) = max(fast(m), maxval(beside(corner, m)))
+          end associate
         end associate
       end do
     end associate
-  end function step_note
+    do m = 1, size(width)
+      associate (soil => model%analysis%materials(m), phase => model%analysis%phases(number))
+        if (.not. (width(m) > 0.0_wp .and. soil%young > 0.0_wp .and. soil%permeability(up) > 0.0_wp)) cycle
+        k = soil%permeability(up)/model%analysis%phases(consolidation_of(model%analysis%phases, number)) &
+          %consolidation%unit_weight
+        if (free_surface_of(model%analysis%phases, number) > 0 .and. &
+          front_within(soil, k, width(m), phase%duration)) cycle
+        if (fast(m) < huge(k) .and. front_within(soil, k*fast(m)/soil%permeability(up), width(m), phase%duration)) cycle
+        time = k*constrained_modulus(soil)*phase%duration/width(m)**2
+        excess = early_excess(time)
+        if (.not. excess > told) cycle
+        if (excess > too_much) text = text//'warning: '
+        text = text//"phase '"//phase%name//"': '"//soil%name//"' drains to soil that lets water go faster, to a "// &
+          'set within the ground or by a held face, in cells of '//rounded_text(width(m), 2)//' there, which its '// &
+          'front does not cross in the TIME: what leaves there, and settlements by it, may be '// &
+          rounded_text(100.0_wp*min(excess, most), 2)//' % too large; finer lines of *GRID there'//new_line('a')
+      end associate
+    end do
+  end function front_notes
+
+  !> Of nodes at which the pressure of a soil falls at once the permeability that makes it, without end where it is
+  !> held; 0 for others (mesh nodes, materials).
+  pure function permeability_beside(model, number, active) result(beside)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: number
+    !> Bodies that are there.
+    logical, intent(in) :: active(:)
+    real(wp) :: beside(model%mesh%node_count, size(model%analysis%materials))
+    !> Permeability over that of a soil from which on it holds no pressure.
+    real(wp), parameter :: much = 30.0_wp
+    real(wp) :: fastest(model%mesh%node_count)
+    logical :: drained(model%mesh%node_count), inside(model%mesh%node_count), filled(0:model%mesh%cell_count), held
+    integer :: c, f, m, p, up
+
+    up = vertical_of(model%analysis)
+    associate (card => model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation)
+      drained = drained_nodes(model, card)
+      held = card%held .or. free_surface_of(model%analysis%phases, number) > 0
+    end associate
+    inside = .true.
+    filled = .false.
+    fastest = 0.0_wp
+    associate (points => model%state%points, mesh => model%mesh)
+      do p = 1, points%count
+        if (.not. active(points%body(p))) cycle
+        c = points%cell(p)
+        filled(c) = .true.
+        associate (node => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1))
+          fastest(node) = max(fastest(node), model%analysis%materials(points%material(p))%permeability(up))
+        end associate
+      end do
+      do c = 1, mesh%cell_count
+        do f = 1, face_count(mesh%cell_kind(c))
+          if (filled(c) .and. .not. filled(mesh%face_neighbour(f, c))) &
+            inside(mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f))) = .false.
+        end do
+      end do
+    end associate
+    do m = 1, size(model%analysis%materials)
+      beside(:, m) = merge(fastest, 0.0_wp, fastest > much*model%analysis%materials(m)%permeability(up))
+      where (drained .and. (inside .or. held)) beside(:, m) = huge(1.0_wp)
+    end do
+  end function permeability_beside
+
+  !> Share by which what leaves a half space is too large where the node at its face is held, of a load that comes
+  !> evenly, by c t/h^2.
+  pure real(wp) function early_excess(time) result(excess)
+    real(wp), intent(in) :: time
+    !> Up to it what has left is still the share of the cell, h/12^1/2, over 4/3 (c t/pi)^1/2, and half more.
+    real(wp), parameter :: early = 0.02_wp
+
+    excess = merge(sqrt(3.0_wp*pi/time)/8.0_wp + 0.5_wp, 1.0_wp/(16.0_wp*time), time < early)
+  end function early_excess
 
   !> Every body has a permeability, and water has one way to take pressure.
   subroutine check_soil(analysis, number, diagnostics)

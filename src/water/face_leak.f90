@@ -1,84 +1,206 @@
-!> Faces at which water leaves in a phase that is too short for it to leave the cells beside them: a node held at p = 0
-!> would drain half of its cell at once. The front of the pressure lies within the cell then, and what leaves is what
-!> leaves a half space whose pressure p has come at the start of the phase (Carslaw and Jaeger 1959, section 2.4),
+!> Faces at which water leaves: how the pressure of their nodes falls while it leaves from within the cells beside them.
+!> A node held at p = 0 would drain a good quarter of its cell at once, however short the time.
 !>
-!>   q = A (k/(pi M t))^1/2 p,      k = K/gamma_w,  c = k M,
+!> Let a half space in cells of height h, whose pressures are linear and whose strains follow them, drain from a
+!> pressure J that comes at once. Water leaves as it should, at q = J (k/(pi M t))^1/2 (Carslaw and Jaeger 1959,
+!> section 2.4), if the node at its face has
 !>
-!> with A the share of the node in the face, M the constrained modulus. It counts in phases shorter than 0.1 h^2/c, h
-!> the width of the cell; in longer ones such nodes are held. docs/methods/consolidation.md
+!>   p = J erfc (12 c t/h^2)^1/2,      k = K/gamma_w,  c = k M,
+!>
+!> J (1/s - 1/(s (1 + s h^2/(12 c))^1/2)) by Laplace's transform. As J comes bit by bit, p is the sum of what is left of
+!> each. J is the pressure there would be if nothing left: p and what the loss w of the node has lowered it by,
+!>
+!>   dJ = dp + 12^1/2 M/(h A) dw,      erfc x^1/2 = 1/pi int exp(-x (1 + exp 2z)) sech z dz = sum w_i exp(-r_i x),
+!>
+!> A the share of the node in the face, M the constrained modulus. One variable for each term of the sum remembers loads
+!> and times. What leaves is linear in p, and tends to p = 0 as steps are long, to w = 0 as they are short.
+!> docs/methods/consolidation.md
 module qsmpm_face_leak
   use qsmpm_kinds, only: wp, pi
   use qsmpm_analysis, only: axisymmetric
+  use qsmpm_confined_modulus, only: confined_modulus
   use qsmpm_element, only: corner_count, face_area_vector, face_corners, face_count, face_rule, linear_kind, &
     shape_functions
   use qsmpm_material_description, only: material_type, permeability_at
-  use qsmpm_mesh_measure, only: cell_width
+  use qsmpm_mesh_measure, only: cell_volume, cell_width
   use qsmpm_model, only: model_type
+  use qsmpm_permeability_law, only: permeability_ratio
   implicit none
   private
 
-  public :: face_leaks, front_within, constrained_modulus
+  public :: face_layers_type, find_layers, front_within, constrained_modulus
 
-  !> Time over h^2/c until which the front lies in the cell, and what leaves is nearer to this than to half of the cell.
+  !> Name of what is kept of them.
+  character(len=*), parameter, public :: layer_name = 'excess pressure of layers at faces'
+  !> Time over h^2/c until which the front lies in the cell.
   real(wp), parameter :: within_cell = 0.1_wp
+  !> Terms of the sum, and their spacing in z; the first has the tail below it. erf is off by 5 % at the most from
+  !> c t/h^2 = 3e-5 on.
+  integer, parameter, public :: terms_of_layer = 6
+  real(wp), parameter :: spacing = 1.4_wp
+  real(wp), parameter :: place(terms_of_layer) = spacing*[-1, 0, 1, 2, 3, 4], &
+    share(2:terms_of_layer) = spacing/(pi*cosh(place(2:))), weight(terms_of_layer) = [1.0_wp - sum(share), share], &
+    rate(terms_of_layer) = 1.0_wp + exp(2.0_wp*place)
+
+  !> The nodes of these faces in a step.
+  type :: face_layers_type
+    !> Loss by which a unit of pressure falls, sum A h/(12^1/2 M), 0 where p is no matter of a face; 12 c/h^2 (nodes).
+    real(wp), allocatable :: capacity(:), pace(:)
+    !> Variables of the terms beyond p at the start of the step (terms, nodes).
+    real(wp), allocatable :: beyond(:, :)
+    !> Of a unit of J that comes evenly over the step, of all there is of p, and of what is beyond it: what is left in
+    !> the end (nodes).
+    real(wp), allocatable :: follows(:), left(:), past(:)
+    !> Share of a term that is left of what was there, and of what comes evenly (terms, nodes).
+    real(wp), allocatable :: decay(:, :), comes(:, :)
+  contains
+    procedure :: set_time
+    procedure :: outflow
+    procedure :: beyond_after
+  end type face_layers_type
 
 contains
 
-  !> What flows out of nodes at drained faces by a unit of pressure, times t^1/2; 0 where a node is to be held
-  !> (mesh nodes).
-  function face_leaks(model, drained, unit_weight) result(leak)
+  !> The nodes of drained faces, and what their cells hold.
+  subroutine find_layers(model, pressure, drained, unit_weight, only_brief, layers)
     type(model_type), intent(in) :: model
-    !> Nodes at which water leaves (mesh nodes).
+    !> Of the water, and nodes at which it leaves (mesh nodes).
+    real(wp), intent(in) :: pressure(:)
     logical, intent(in) :: drained(:)
     !> Of the water.
     real(wp), intent(in) :: unit_weight
-    real(wp) :: leak(model%mesh%node_count)
+    !> Those alone whose front stays in the cell during the phase.
+    logical, intent(in) :: only_brief
+    type(face_layers_type), intent(out) :: layers
     logical :: held(model%mesh%node_count)
-    integer :: owner(model%mesh%cell_count), p, c, f
-    real(wp) :: outflow
+    real(wp) :: conductance(model%mesh%node_count), k, width, area(8), corner_area(8), modulus
+    integer :: owner(model%mesh%cell_count), p, c, f, n
 
-    leak = 0.0_wp
+    layers%capacity = [(0.0_wp, n=1, size(held))]
+    conductance = 0.0_wp
     held = .false.
     owner = 0
-    do p = 1, model%state%points%count
-      owner(model%state%points%cell(p)) = p
-    end do
-    associate (mesh => model%mesh)
+    associate (mesh => model%mesh, points => model%state%points)
+      owner(points%cell(:points%count)) = [(p, p=1, points%count)]
       do c = 1, mesh%cell_count
         if (owner(c) == 0) cycle
-        if (.not. model%analysis%materials(model%state%points%material(owner(c)))%permeability(1) > 0.0_wp) cycle
-        do f = 1, face_count(mesh%cell_kind(c))
-          if (mesh%face_neighbour(f, c) > 0) then
-            if (owner(mesh%face_neighbour(f, c)) > 0) cycle
-          end if
-          associate (ends => mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f)))
-            if (.not. all(drained(ends))) cycle
-            outflow = outflow_of(model, owner(c), unit_weight)
-            held(ends) = held(ends) .or. .not. outflow > 0.0_wp
-            leak(ends) = leak(ends) + outflow*corner_areas(model, c, f, size(ends))
-          end associate
-        end do
+        associate (soil => model%analysis%materials(points%material(owner(c))), &
+            seconds => model%analysis%phases(model%state%progress%phase)%duration)
+          if (.not. soil%permeability(1) > 0.0_wp) cycle
+          k = maxval(permeability_at(soil, points%initial_position(:, owner(c))))/unit_weight &
+            *permeability_ratio(soil%permeability_law, points%volume(owner(c))/points%initial_volume(owner(c)))
+          do f = 1, face_count(mesh%cell_kind(c))
+            if (mesh%face_neighbour(f, c) > 0) then
+              if (owner(mesh%face_neighbour(f, c)) > 0) cycle
+            end if
+            associate (ends => mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f)))
+              if (.not. all(drained(ends))) cycle
+              modulus = confined_modulus(model, owner(c), sum(pressure(ends)))
+              if (modulus > 0.0_wp .and. (.not. only_brief .or. &
+                front_within(soil, k, cell_width(mesh, c), seconds))) then
+                n = size(ends)
+                call find_areas(model, c, f, area(:n), corner_area(:n))
+                width = cell_volume(mesh, c)/sum(area(:n))
+                if (corner_count(mesh%cell_kind(c)) == mesh%dimension + 1) width = mesh%dimension*width
+                layers%capacity(ends) = layers%capacity(ends) + corner_area(:n)*width/(sqrt(12.0_wp)*modulus)
+                conductance(ends) = conductance(ends) + corner_area(:n)*k/width
+              else
+                held(ends) = .true.
+              end if
+            end associate
+          end do
+        end associate
       end do
     end associate
-    where (held) leak = 0.0_wp
-  end function face_leaks
+    where (held) layers%capacity = 0.0_wp
+    layers%pace = sqrt(12.0_wp)*conductance/max(layers%capacity, tiny(1.0_wp))
+    layers%capacity = 0.5_wp*(layers%capacity + capacities(model, pressure, layers%capacity > 0.0_wp))
+    allocate (layers%beyond(terms_of_layer, size(held)), source=0.0_wp)
+    call layers%set_time(0.0_wp)
+  end subroutine find_layers
 
-  !> (k/(pi M))^1/2 of a point; 0 where the phase is long, or the soil has no modulus.
-  real(wp) function outflow_of(model, p, unit_weight) result(outflow)
+  !> Loss of nodes at faces where pressures fall by 1 at all of them and, as nothing flows within, rise by 2 - 3^1/2 at
+  !> those behind: in a row of nodes that is A h/(12^1/2 M) (mesh nodes).
+  function capacities(model, pressure, at_face) result(capacity)
     type(model_type), intent(in) :: model
-    !> Number of the point.
-    integer, intent(in) :: p
-    real(wp), intent(in) :: unit_weight
-    real(wp) :: permeability
+    !> Of the water (mesh nodes).
+    real(wp), intent(in) :: pressure(:)
+    logical, intent(in) :: at_face(:)
+    real(wp) :: capacity(size(at_face)), shape(8), modulus
+    real(wp), parameter :: rise = 2.0_wp - sqrt(3.0_wp)
+    integer :: p, n
 
-    outflow = 0.0_wp
-    associate (soil => model%analysis%materials(model%state%points%material(p)))
-      permeability = maxval(permeability_at(soil, model%state%points%initial_position(:, p)))
-      if (front_within(soil, permeability/unit_weight, cell_width(model%mesh, model%state%points%cell(p)), &
-        model%analysis%phases(model%state%progress%phase)%duration)) &
-        outflow = sqrt(permeability/(unit_weight*pi*constrained_modulus(soil)))
+    capacity = 0.0_wp
+    associate (mesh => model%mesh, points => model%state%points)
+      do p = 1, points%count
+        associate (c => points%cell(p))
+          if (.not. model%analysis%materials(points%material(p))%permeability(1) > 0.0_wp) cycle
+          n = corner_count(mesh%cell_kind(c))
+          associate (node => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + n - 1))
+            if (.not. any(at_face(node))) cycle
+            modulus = confined_modulus(model, p, sum(pressure(node)))
+            if (.not. modulus > 0.0_wp) cycle
+            call shape_functions(linear_kind(mesh%cell_kind(c)), points%local(:, p), shape(:n))
+            capacity(node) = capacity(node) + points%volume(p)*shape(:n) &
+              *sum(merge(shape(:n), -rise*shape(:n), at_face(node)))/modulus
+          end associate
+        end associate
+      end do
     end associate
-  end function outflow_of
+    where (.not. at_face) capacity = 0.0_wp
+  end function capacities
+
+  !> What is left at the end of a step that lasts so long.
+  pure subroutine set_time(self, duration)
+    class(face_layers_type), intent(inout) :: self
+    real(wp), intent(in) :: duration
+    !> Below it 1 - exp(-x) is x (1 - x/2).
+    real(wp), parameter :: brief = 1.0e-6_wp
+    real(wp) :: x(terms_of_layer)
+    integer :: a
+
+    associate (n => size(self%capacity))
+      self%follows = [(1.0_wp, a=1, n)]
+      self%left = self%follows
+      self%past = self%follows
+      self%decay = spread(self%follows, 1, terms_of_layer)
+      self%comes = self%decay
+      do a = 1, n
+        if (.not. self%capacity(a) > 0.0_wp) cycle
+        x = rate*self%pace(a)*duration
+        self%decay(:, a) = exp(-x)
+        self%comes(:, a) = 1.0_wp - 0.5_wp*x
+        where (x > brief) self%comes(:, a) = (1.0_wp - self%decay(:, a))/x
+        self%follows(a) = sum(weight*self%comes(:, a))
+        self%left(a) = sum(weight*self%decay(:, a))
+        self%past(a) = sum(weight*self%decay(:, a)*self%beyond(:, a))
+      end do
+    end associate
+  end subroutine set_time
+
+  !> What leaves by a node in the step, w, from its pressure at the start and at the end, over that outside; its
+  !> derivative by the latter.
+  pure subroutine outflow(self, a, start, final, flow, slope)
+    class(face_layers_type), intent(in) :: self
+    !> Number of the node.
+    integer, intent(in) :: a
+    real(wp), intent(in) :: start, final
+    real(wp), intent(out) :: flow, slope
+
+    slope = self%capacity(a)*(1.0_wp/self%follows(a) - 1.0_wp)
+    flow = slope*final + self%capacity(a)*(start - (self%left(a)*start + self%past(a))/self%follows(a))
+  end subroutine outflow
+
+  !> Variables of the terms beyond the pressure at the end of the step (terms).
+  pure function beyond_after(self, a, start, final) result(beyond)
+    class(face_layers_type), intent(in) :: self
+    integer, intent(in) :: a
+    real(wp), intent(in) :: start, final
+    real(wp) :: beyond(terms_of_layer)
+
+    beyond = self%decay(:, a)*(start + self%beyond(:, a)) &
+      + self%comes(:, a)*(final - self%left(a)*start - self%past(a))/self%follows(a) - final
+  end function beyond_after
 
   !> Whether the front of a pressure that leaves by a face stays in the cell there.
   pure logical function front_within(soil, k, width, time) result(within)
@@ -90,28 +212,29 @@ contains
     if (within) within = k*constrained_modulus(soil)*time < within_cell*width**2
   end function front_within
 
-  !> Stress over strain where nothing moves sideways.
+  !> Stress over strain where nothing moves sideways, of elastic soil.
   pure real(wp) function constrained_modulus(soil) result(modulus)
     type(material_type), intent(in) :: soil
 
     modulus = soil%young*(1.0_wp - soil%poisson)/((1.0_wp + soil%poisson)*(1.0_wp - 2.0_wp*soil%poisson))
   end function constrained_modulus
 
-  !> Shares of the corners in a face (corners).
-  pure function corner_areas(model, c, f, n) result(area)
+  !> Shares of the corners in a face, in the plane of the mesh, and around the axis where there is one (corners).
+  pure subroutine find_areas(model, c, f, area, whole)
     type(model_type), intent(in) :: model
-    !> Number of the cell, and of its face; corners.
-    integer, intent(in) :: c, f, n
-    real(wp) :: area(n)
+    !> Number of the cell, and of its face.
+    integer, intent(in) :: c, f
+    real(wp), intent(out) :: area(:), whole(:)
     real(wp), allocatable :: place(:, :), weight(:)
-    real(wp) :: shape(8), vector(model%mesh%dimension), depth
-    integer :: corner(n), kind, q, m
+    real(wp) :: shape(8), vector(model%mesh%dimension), depth, radius
+    integer :: corner(size(area)), kind, q, m
     integer, parameter :: degree = 3
 
     kind = linear_kind(model%mesh%cell_kind(c))
     corner = face_corners(kind, f)
     m = corner_count(kind)
     area = 0.0_wp
+    whole = 0.0_wp
     associate (mesh => model%mesh)
       associate (x => mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + m - 1)))
         call face_rule(kind, f, degree, place, weight)
@@ -119,10 +242,12 @@ contains
           call shape_functions(kind, place(:, q), shape(:m))
           call face_area_vector(kind, f, place(:, q), x, vector)
           depth = weight(q)*norm2(vector)
-          if (model%analysis%model == axisymmetric) depth = depth*dot_product(x(1, :), shape(:m))
+          radius = 1.0_wp
+          if (model%analysis%model == axisymmetric) radius = dot_product(x(1, :), shape(:m))
           area = area + depth*shape(corner)
+          whole = whole + radius*depth*shape(corner)
         end do
       end associate
     end associate
-  end function corner_areas
+  end subroutine find_areas
 end module qsmpm_face_leak

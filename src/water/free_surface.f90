@@ -363,13 +363,14 @@ contains
     end associate
   end function deep
 
-  !> Whether a face is part of a node set, or of a surface, whose points go with the ground.
+  !> Whether a face is part of a node set, or half of it and more of a surface, whose points go with the ground: one
+  !> that runs around a corner by a little has no other side.
   pure logical function is_on(model, name, c, f)
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name
     !> Number of the cell, and of its face.
     integer, intent(in) :: c, f
-    real(wp) :: shape(8)
+    real(wp) :: shape(8), covered, area
     integer :: s, i, k
     real(wp), parameter :: on_face = 1.0e-3_wp
 
@@ -380,12 +381,19 @@ contains
           if (mesh%node_sets(s)%name == name) is_on = all([(any(mesh%node_sets(s)%items == &
             mesh%cell_nodes(mesh%cell_first(c) - 1 + corners(k))), k=1, size(corners))])
         end do
+        covered = 0.0_wp
         do i = 1, points%count
           if (points%cell(i) /= c .or. is_on) cycle
           if (model%analysis%surfaces(points%surface(i))%name /= name) cycle
           call shape_functions(linear_kind(kind), points%local(:, i), shape(:corner_count(kind)))
-          is_on = sum(shape(corners)) > 1.0_wp - on_face
+          if (sum(shape(corners)) < 1.0_wp - on_face) cycle
+          area = norm2(points%area_vector(:, i))
+          if (model%analysis%model == axisymmetric) area = area/points%position(1, i)
+          covered = covered + area
         end do
+        associate (ends => mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c) - 1 + corners(:2))))
+          is_on = is_on .or. covered > 0.5_wp*norm2(ends(:, 2) - ends(:, 1))
+        end associate
       end associate
     end associate
   end function is_on

@@ -34,6 +34,7 @@ module test_free_surface
   !> Sand of 2 x 2 m with the water at 1.4 m, beside air where a lake stands at its right side.
   character(len=*), parameter :: scene = '*GRID| X, 0, 3, 6| Y, 0, 3, 6|*NSET, NSET=base, PLANE=Y| 0|'// &
     '*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=well, BOX| 0.4, 1.1, 0.4, 1.1|*SURFACE, NAME=shore, TYPE=SEGMENT| 2, 0, 2, 2|'// &
+    '*SURFACE, NAME=around, TYPE=OUTLINE, BODY=sand, BOX| 1.95, 2.1, 0, 2|'// &
     '*SURFACE, NAME=top, TYPE=OUTLINE, BODY=sand, BOX| 0, 2, 2, 2|'// &
     '*MATERIAL, NAME=sand|*ELASTIC| 100, 0.2|*UNIT WEIGHT| 18, 20|*PERMEABILITY, DRAINABLE POROSITY=0.2| 0.3, 0.2|'// &
     '*BODY, NAME=sand, MATERIAL=sand, SHAPE=BOX| 0, 2, 0, 2|*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
@@ -54,6 +55,8 @@ contains
     call check_tangent(tests, 'AXISYMMETRIC')
     call check_start(tests)
     call check_bounds(tests)
+    call check_corner(tests, 'PLANE STRAIN')
+    call check_corner(tests, 'AXISYMMETRIC')
     call check_rain(tests, 'PLANE STRAIN')
     call check_rain(tests, 'AXISYMMETRIC')
     call check_gravity(tests, 'PLANE STRAIN', 1.75_wp)
@@ -162,6 +165,24 @@ contains
     end associate
     call end_system(step%system)
   end subroutine check_bounds
+
+  !> A surface that runs around corners by 5 cm has no faces of half a metre there.
+  subroutine check_corner(tests, kind)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(water_bounds_type) :: bounds
+    integer :: a
+
+    allocate (model, step)
+    call make_step(kind, rest//'*PHASE, NAME=same, TIME=3|'//flows//'*WATER LEVEL, TYPE=SEEPAGE, '// &
+      'FLOW=TRANSIENT, UNIT WEIGHT=10| around, 1.4|*END PHASE|', 2, model, step)
+    call find_bounds(model, [(.false., a=1, model%mesh%node_count)], 1.0_wp, bounds)
+    call tests%check('a side is the row, '//kind, any(bounds%row == 1) .and. all(bounds%row /= 1 .or. &
+      model%mesh%coordinates(1, :) > 1.99_wp))
+    call end_system(step%system)
+  end subroutine check_corner
 
   !> Water at rest does not flow; under one pressure everywhere it falls by its weight, K_y = 0.2, for 0.75: through the
   !> base less the half cell of its last node, 1.75 m2, or 37/24 m2 by the radius.

@@ -243,6 +243,8 @@ contains
       call build_model(analysis, model, error)
       if (allocated(error) .and. present(said)) said = error%message
     end if
-    if (allocated(error) .and. .not. present(said)) error stop 'a deck of the suite of seepage in space is broken'
+    if (.not. allocated(error) .or. present(said)) return
+    print '(a)', message_text(messages), error%message
+    error stop 'a deck of the suite of seepage in space is broken'
   end subroutine build
 end module test_seepage_space

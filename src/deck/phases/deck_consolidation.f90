@@ -37,6 +37,9 @@ contains
         range='(0, inf)', required=.true.)
       call fields%number('STORAGE', card%storage, 'change of the volume of water and grains a unit of volume and '// &
         'pressure', range='[0, inf)')
+      call fields%answer('FACES', card%held, 'LAYER: pressures of nodes at open faces fall as fast as water leaves '// &
+        'from within their cells. HELD: they are 0 at once, as in other programs: in short phases too much leaves', &
+        words='LAYER|HELD')
       call drainage_fields(fields, card)
     end associate
   end subroutine consolidation_fields

@@ -37,6 +37,25 @@ def layer_settlement(time_factor: float) -> float:
     return 1 - sum(2 / r**2 * math.exp(-(r**2) * time_factor) for r in odd)
 
 
+def ramped_layer_settlement(time_factor: float, rise: float) -> float:
+    """Settlement of a layer that drains at its top under a load that comes evenly and stays, over its settlement at the end.
+
+    Formula: (I(T) - I(T - T_0))/T_0, I(T) = T - sum 2/r^4 (1 - exp(-r^2 T)), r = (2 m + 1) pi/2; T < T_0: I(T)/T_0
+    Units: time_factor T = c t/H^2 [-], rise T_0 until which the load grows [-]; result [-]
+    Range: T > 0, T_0 > 0
+    Assumes: one dimension, small strains
+    Source: Terzaghi 1923, Terzaghi and Froelich 1936
+    Check: mean of layer_settlement over the rise
+    """
+    positive(time_factor=time_factor, rise=rise)
+    odd = [(2 * m + 1) * math.pi / 2 for m in range(TERMS)]
+
+    def passed(time: float) -> float:
+        return time - sum(2 / r**4 * -math.expm1(-(r**2) * time) for r in odd) if time > 0 else 0.0
+
+    return (passed(time_factor) - passed(time_factor - rise)) / rise
+
+
 def layer_pressure(time_factor: float, depth: float = 1.0) -> float:
     """Excess pore pressure in a layer that drains at its top, over the load.
 

@@ -32,6 +32,14 @@ class Layer(unittest.TestCase):
         self.assertAlmostEqual(ref.layer_settlement(1e-6), 2 * (1e-6 / np.pi) ** 0.5, delta=1e-4)
         self.assertAlmostEqual(ref.layer_settlement(5.0), 1.0, delta=1e-5)
 
+    def test_ramp(self) -> None:
+        """The mean of loads that came one after the other."""
+        rise = 0.004
+        for end in (0.004, 0.01):
+            parts = [ref.layer_settlement(end - rise * (i + 0.5) / 2000) for i in range(2000)]
+            self.assertAlmostEqual(ref.ramped_layer_settlement(end, rise), sum(parts) / 2000, delta=1e-5)
+        self.assertAlmostEqual(ref.ramped_layer_settlement(0.001, 0.002), 0.5 * ref.ramped_layer_settlement(0.001, 0.001))
+
 
 class ThickLayer(unittest.TestCase):
     """Large strains."""
