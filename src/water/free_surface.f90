@@ -15,6 +15,7 @@ module qsmpm_free_surface
   use qsmpm_free_water, only: beside_text, find_shores, shallow, shore_text, spread_water
   use qsmpm_load_description, only: head_type
   use qsmpm_load_path, only: between
+  use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of
@@ -391,12 +392,28 @@ contains
           if (model%analysis%model == axisymmetric) area = area/points%position(1, i)
           covered = covered + area
         end do
-        associate (ends => mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c) - 1 + corners(:2))))
-          is_on = is_on .or. covered > 0.5_wp*norm2(ends(:, 2) - ends(:, 1))
-        end associate
+        if (covered > 0.0_wp) is_on = covered > 0.5_wp*area_of_face(mesh, c, f)
       end associate
     end associate
   end function is_on
+
+  !> Area of a face, in axisymmetry its length.
+  pure real(wp) function area_of_face(mesh, c, f) result(total)
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell, and of its face.
+    integer, intent(in) :: c, f
+    real(wp), allocatable :: place(:, :), weight(:)
+    real(wp) :: area(mesh%dimension)
+    integer :: q
+
+    total = 0.0_wp
+    call face_rule(mesh%cell_kind(c), f, 2, place, weight)
+    do q = 1, size(weight)
+      call face_area_vector(mesh%cell_kind(c), f, place(:, q), mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c): &
+        mesh%cell_first(c + 1) - 1)), area)
+      total = total + weight(q)*norm2(area)
+    end do
+  end function area_of_face
 
   !> Level, load and rain on a face.
   pure subroutine take_face(model, row, number, c, f, bounds)
