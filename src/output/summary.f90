@@ -201,17 +201,26 @@ contains
       factor = factor_of_phase(model%state%progress, p)
       text = text//newline//line_of(name_of(analysis, p), reason_of(ended, rows(p)%steps, factor), &
         rounded_text(rows(p)%load_factor, 4), integer_text(rows(p)%steps), integer_text(rows(p)%iterations), &
-        rounded_text(rows(p)%out_of_balance, 2), rounded_text(ended%displacement, 4))//factor_text(factor)
+        rounded_text(rows(p)%out_of_balance, 2), rounded_text(ended%displacement, 4)) &
+        //factor_text(model%state%progress%factors, p)
     end do
   end subroutine summary_table
 
-  !> A factor of safety in the table.
-  pure function factor_text(factor) result(text)
-    real(wp), intent(in) :: factor(2)
+  !> A factor of safety in the table: a bracket where the soil was seen to give way, else the least that it is.
+  pure function factor_text(factors, phase) result(text)
+    !> As kept (qsmpm_safety_factors); unallocated for none.
+    real(wp), allocatable, intent(in) :: factors(:, :)
+    integer, intent(in) :: phase
     character(len=:), allocatable :: text
+    integer :: i
 
     text = ''
-    if (factor(1) > 0.0_wp) text = '  '//rounded_text(factor(1), 5)//' to '//rounded_text(factor(2), 5)
+    if (.not. allocated(factors)) return
+    do i = 1, size(factors, 2)
+      if (nint(factors(1, i)) /= phase .or. .not. factors(2, i) > 0.0_wp) cycle
+      text = '  at least '//rounded_text(factors(2, i), 5)
+      if (factors(4, i) > 0.5_wp) text = '  '//rounded_text(factors(2, i), 5)//' to '//rounded_text(factors(3, i), 5)
+    end do
   end function factor_text
 
   !> A line of the table.

@@ -196,7 +196,7 @@ contains
     integer, intent(in) :: number
     character(len=:), allocatable :: text
     !> Shares of what leaves from which it is a note, and a warning, and the largest that is told.
-    real(wp), parameter :: told = 0.05_wp, too_much = 0.25_wp, most = 9.0_wp
+    real(wp), parameter :: told = 0.05_wp, too_much = 0.5_wp, most = 9.0_wp, long = 1.0e6_wp
     logical :: active(size(model%analysis%bodies))
     real(wp), dimension(size(model%analysis%materials)) :: width, fast
     real(wp) :: beside(model%mesh%node_count, size(model%analysis%materials)), k, time, excess
@@ -227,8 +227,11 @@ contains
           %consolidation%unit_weight
         if (free_surface_of(model%analysis%phases, number) > 0 .and. &
           front_within(soil, k, width(m), phase%duration)) cycle
-        if (fast(m) < huge(k) .and. front_within(soil, k*fast(m)/soil%permeability(up), width(m), phase%duration)) cycle
-        time = k*constrained_modulus(soil)*phase%duration/width(m)**2
+        if (fast(m) < huge(k)) then
+          if (front_within(soil, k*fast(m)/soil%permeability(up), width(m), phase%duration)) cycle
+        end if
+        time = width(m)**2/(k*constrained_modulus(soil))
+        time = min(phase%duration, long*time)/time
         excess = early_excess(time)
         if (.not. excess > told) cycle
         if (excess > too_much) text = text//'warning: '

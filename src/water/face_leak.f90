@@ -209,7 +209,7 @@ contains
     real(wp), intent(in) :: k, width, time
 
     within = soil%young > 0.0_wp .and. k > 0.0_wp
-    if (within) within = k*constrained_modulus(soil)*time < within_cell*width**2
+    if (within) within = time < within_cell*width**2/(k*constrained_modulus(soil))
   end function front_within
 
   !> Stress over strain where nothing moves sideways, of elastic soil.
