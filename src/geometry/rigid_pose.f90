@@ -7,7 +7,7 @@
 module qsmpm_rigid_pose
   use qsmpm_kinds, only: wp
   use qsmpm_rigid_rotation, only: rotation_matrix, followed_by
-  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type
+  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, face_type
   implicit none
   private
 
@@ -25,7 +25,7 @@ module qsmpm_rigid_pose
     real(wp) :: reference(3) = 0.0_wp
     type(rigid_pose_type) :: pose
   contains
-    procedure :: distance_at, seen_from
+    procedure :: distance_at, face_at, seen_from
   end type placed_shape_type
 
 contains
@@ -54,6 +54,18 @@ contains
     distance%curvature = matmul(distance%curvature, back)
     distance%curvature = matmul(r, distance%curvature)
   end function distance_at
+
+  !> Face that a piece of a surface lies along (`face_under`), the body in its pose.
+  pure type(face_type) function face_at(self, x, outward, length, above, below) result(face)
+    class(placed_shape_type), intent(in) :: self
+    real(wp), intent(in) :: x(3), outward(3), length, above, below
+    real(wp) :: r(3, 3)
+
+    r = rotation_matrix(self%pose%rotation)
+    face = self%shape%face_under(self%reference + matmul(transpose(r), x - self%reference - self%pose%displacement), &
+      matmul(transpose(r), outward), length, above, below)
+    face%distance%normal = matmul(r, face%distance%normal)
+  end function face_at
 
   !> The body in coordinates that count from an origin.
   pure type(placed_shape_type) function seen_from(self, origin) result(seen)

@@ -20,9 +20,14 @@ module qsmpm_rigid_shape
   implicit none
   private
 
-  public :: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, box_polygon, &
+  public :: rigid_shape_type, distance_type, face_type, half_space, ball, rounded_polygon, cone_polygon, box_polygon, &
     turned_polygon, rounded_block, completed_by_image, largest_round, edge_normal, projection
 
+  !> Cosine between the normal of a face and that of a piece against it from which the piece lies along the face; share of
+  !> the radius of a corner that counts as flat, where it is 3 % of the radius off the face; share of a piece around its
+  !> middle that is looked at, for a point by Gauss at the end of its row is nearer to this than half of what it stands
+  !> for, down to 0.39 of it; share of a piece that is nothing but rounding.
+  real(wp), parameter :: least_against = 0.7_wp, flat_share = 0.25_wp, around_middle = 0.75_wp, rounding = 1.0e-6_wp
   integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4, &
     kind_block = 5
 
@@ -36,7 +41,7 @@ module qsmpm_rigid_shape
     !> Half lengths of the core of a block, and its axes (3, axes); its middle is the place.
     real(wp) :: half(3) = 0.0_wp, axes(3, 3) = identity
   contains
-    procedure :: distance_of, shifted_by
+    procedure :: distance_of, face_under, shifted_by
   end type rigid_shape_type
 
   type :: distance_type
@@ -44,6 +49,15 @@ module qsmpm_rigid_shape
     real(wp) :: normal(3) = 0.0_wp
     real(wp) :: curvature(3, 3) = 0.0_wp
   end type distance_type
+
+  !> The straight face of a polygon that a piece of a surface lies along.
+  type :: face_type
+    logical :: found = .false.
+    !> From the face without its ends: no curvature.
+    type(distance_type) :: distance
+    !> How much of the piece lies along the face between its round corners.
+    real(wp) :: share = 0.0_wp
+  end type face_type
 
 contains
 
@@ -289,6 +303,48 @@ contains
     distance%normal = matmul(shape%axes, normal)
     distance%curvature = matmul(shape%axes, matmul(curvature, transpose(shape%axes)))
   end subroutine block_distance
+
+  !> Face of a polygon that a piece of a surface lies along: of those that look against the piece and overlap it, with
+  !> their corners sharp, within reach, the one that does so the most straightly. None of other shapes.
+  pure type(face_type) function face_under(self, x, outward, length, above, below) result(face)
+    class(rigid_shape_type), intent(in) :: self
+    !> Middle of the piece, three coordinates, and its unit normal.
+    real(wp), intent(in) :: x(3), outward(3)
+    !> Of the piece; how far from a face it may be, outside and inside of the body.
+    real(wp), intent(in) :: length, above, below
+    real(wp) :: a(2), along(2), normal(2), edge, height, place, straightest
+    integer :: i, n
+
+    if (self%kind /= kind_polygon) return
+    n = size(self%core, 2)
+    straightest = -least_against
+    do i = 1, n
+      a = self%core(:, i)
+      along = self%core(:, modulo(i, n) + 1) - a
+      edge = norm2(along)
+      along = along/edge
+      normal = edge_normal(a, a + along)
+      height = dot_product(x(:2) - a, normal) - self%radius
+      if (height > above .or. height < -below .or. dot_product(normal, outward(:2)) > straightest) cycle
+      place = dot_product(x(:2) - a, along)
+      if (.not. overlap(place, length, -self%radius, edge + self%radius) > 0.0_wp) cycle
+      straightest = dot_product(normal, outward(:2))
+      face%found = .true.
+      face%share = min(1.0_wp, overlap(place, length, -flat_share*self%radius, &
+        edge + flat_share*self%radius))
+      face%distance = distance_type(height, [normal, 0.0_wp])
+    end do
+  end function face_under
+
+  !> Share of a piece of a line, by its middle and length, that lies between two places.
+  pure real(wp) function overlap(middle, length, first, last)
+    real(wp), intent(in) :: middle, length, first, last
+    real(wp) :: half
+
+    half = 0.5_wp*around_middle*length
+    overlap = 0.5_wp*(min(last, middle + half) - max(first, middle - half))/half
+    if (overlap < rounding) overlap = 0.0_wp
+  end function overlap
 
   !> Distance of what is round about a point.
   pure subroutine round_distance(from_centre, radius, distance)

@@ -980,7 +980,7 @@ contains
 
     force = force_of_lifting('SHAPE=PLANE|0, 1.1, 0, -1')
     call tests%close('a plane that touches pulls: 100 E/h 0.01 on 2 m', force, 8000.0_wp, 1.0e-6_wp)
-    force = force_of_lifting('SHAPE=BOX, ROUND=0.01|0.5, 1, 1.1, 2')
+    force = force_of_lifting('SHAPE=BOX, ROUND=0.001|0.5, 1, 1.1, 2')
     call tests%close('a box on two of eight cells pulls these alone', force, 2000.0_wp, 1.0e-6_wp)
     force = force_of_lifting('SHAPE=PLANE|0, 1.11, 0, -1')
     call tests%close('one above the ground pulls nothing', force, 0.0_wp, 1.0e-12_wp)

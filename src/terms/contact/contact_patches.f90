@@ -34,13 +34,15 @@ module qsmpm_contact_patches
 contains
 
   !> The patches of all contacts of which a point is near.
-  subroutine find_patches(model, near, touched, on_bodies, patches)
+  subroutine find_patches(model, near, touched, on_bodies, patches, beside)
     type(model_type), intent(in) :: model
     !> Whether a surface point may touch the body of a contact, and whether it does (surface points, contacts).
     logical, intent(in) :: near(:, :), touched(:, :)
     !> Contact points on the bodies.
     type(body_points_type), intent(in) :: on_bodies
     type(contact_patches_type), intent(out) :: patches
+    !> Whether it lies beside a round corner, where it carries nothing (surface points, contacts).
+    logical, intent(in), optional :: beside(:, :)
     integer, allocatable :: label(:), points(:)
     real(wp), allocatable :: extents(:), lengths(:)
     integer :: k, i
@@ -50,6 +52,7 @@ contains
     do k = 1, size(near, 2)
       if (model%contact_pairs(k)%surface > 0) then
         points = pack([(i, i=1, size(near, 1))], model%state%surface%surface == model%contact_pairs(k)%surface)
+        if (present(beside)) points = pack(points, .not. beside(points, k))
         label = model%state%surface%cell(points)
         lengths = [(cell_size(model%mesh, label(i)), i=1, size(points))]
         extents = [(extent_of(model, points(i)), i=1, size(points))]/lengths**(model%mesh%dimension - 1)

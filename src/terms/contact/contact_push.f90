@@ -6,7 +6,7 @@ module qsmpm_contact_push
   use qsmpm_contact_scratch, only: contact_scratch_type
   use qsmpm_contact_turning, only: turns, add_turning, add_turning_stiffness
   use qsmpm_model, only: contact_pair_type
-  use qsmpm_rigid_pose, only: placed_shape_type, carry_along
+  use qsmpm_rigid_pose, only: placed_shape_type, carry_along, turned_along
   use qsmpm_rigid_shape, only: distance_type, projection
   use qsmpm_tensor, only: cross
   implicit none
@@ -133,7 +133,12 @@ contains
         end do
         x = self%place(:, k) - self%origin
         ridden = carry_along(body%reference, before, body%pose, x)
-        measure(k)%distance = body%distance_at(x + u)
+        if (self%straight(k)) then
+          measure(k)%distance%normal = turned_along(before, body%pose, self%normal(:, k))
+          measure(k)%distance%value = self%distance(k) + dot_product(measure(k)%distance%normal, x + u - ridden)
+        else
+          measure(k)%distance = body%distance_at(x + u)
+        end if
         measure(k)%arm = x + u - body%reference - body%pose%displacement
         measure(k)%ridden = ridden - body%reference - body%pose%displacement
         gap = gap + self%area(k)*measure(k)%distance%value/self%patch_area(c)

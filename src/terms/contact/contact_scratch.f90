@@ -3,6 +3,7 @@
 !> the bodies.
 module qsmpm_contact_scratch
   use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_loads, only: free_components, body_components, turning, load_rows
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points, &
     are_near
@@ -16,7 +17,7 @@ module qsmpm_contact_scratch
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type, turned_along
-  use qsmpm_rigid_shape, only: distance_type
+  use qsmpm_rigid_shape, only: distance_type, face_type
   use qsmpm_space, only: shape_values_type
   use qsmpm_surface_basis, only: stiffness_at, stiffness_near
   use qsmpm_team, only: total
@@ -33,8 +34,9 @@ module qsmpm_contact_scratch
   real(wp), parameter :: reach = 4.0_wp
   !> Mean gap over the size of a cell that counts as touching.
   real(wp), parameter :: touching = 1.0e-3_wp
-  !> Gap of a point over the size of a cell from which it has left a body that it was pressed by.
-  real(wp), parameter :: left = 0.1_wp
+  !> Gap of a point over the size of a cell from which it has left a body that it was pressed by, and how far inside of
+  !> a body it may be to lie along a face still.
+  real(wp), parameter :: left = 0.1_wp, deep = 0.2_wp
 
   type :: contact_scratch_type
     type(contact_patches_type) :: patches
@@ -54,6 +56,10 @@ module qsmpm_contact_scratch
     type(body_points_type) :: on_bodies
     !> Place, area and normal at the start of the step (3, places of the list), (places).
     real(wp), allocatable :: place(:, :), area(:), normal(:, :)
+    !> Distance at the start of the step of places along a straight face, of which only what lies along it counts;
+    !> whether they do (places).
+    real(wp), allocatable :: distance(:)
+    logical, allocatable :: straight(:)
     !> Nodes of each patch, and the functions of each place by them (most nodes, places).
     type(connectivity_type) :: connectivity
     real(wp), allocatable :: shape(:, :)
@@ -94,6 +100,7 @@ contains
     logical :: free(body_components)
     type(shape_values_type), allocatable :: basis(:)
     logical, dimension(model%state%surface%count, size(model%contact_pairs)) :: near, touched
+    type(face_type) :: faces(model%state%surface%count, size(model%contact_pairs))
     real(wp) :: gap
     integer :: i, k
 
@@ -118,14 +125,15 @@ contains
       do i = 1, size(near, 1)
         gap = distance_from(self%before(self%pairs(k)%body), model%state%surface%position(:, i))/self%cell_size
         near(i, k) = gap <= reach
-        touched(i, k) = gap <= merge(left, touching, abs(model%state%surface%contact_pressure(i)) > 0.0_wp)
+        faces(i, k) = face_along(self, model, k, i)
+        touched(i, k) = faces(i, k)%found .or. gap <= allowed_gap(model, i)
       end do
     end do
     call present_body_points(model, self%before, self%on_bodies)
-    call find_patches(model, near, touched, self%on_bodies, self%patches)
+    call find_patches(model, near, touched, self%on_bodies, self%patches, faces%found .and. .not. faces%share > 0.0_wp)
     call find_functions(self, model, configuration, basis)
     call gather_nodes(self, basis)
-    call lay_places(self, model)
+    call lay_places(self, model, faces)
     self%origin = 0.0_wp
     if (size(self%area) > 0) self%origin = self%place(:, 1)
     self%nearby = self%before
@@ -137,6 +145,29 @@ contains
     call find_bonds(self)
     call find_counted(self, model)
   end subroutine lay_scratch
+
+  !> Straight face of the body of a contact that a point of a surface lies along; in axisymmetry areas are per radian.
+  pure type(face_type) function face_along(self, model, pair, point) result(face)
+    type(contact_scratch_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: pair, point
+    real(wp) :: length
+
+    associate (x => model%state%surface%position(:, point), area => model%state%surface%area_vector(:, point))
+      length = norm2(area)
+      if (model%analysis%model == axisymmetric .and. x(1) > 0.0_wp) length = length/x(1)
+      if (length > 0.0_wp) face = self%before(self%pairs(pair)%body)%face_at(in_space(x), in_space(area/norm2(area)), &
+        length, allowed_gap(model, point)*self%cell_size, deep*self%cell_size)
+    end associate
+  end function face_along
+
+  !> Gap over the size of a cell up to which a point of a surface touches.
+  pure real(wp) function allowed_gap(model, point) result(gap)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: point
+
+    gap = merge(left, touching, abs(model%state%surface%contact_pressure(point)) > 0.0_wp)
+  end function allowed_gap
 
   !> Patches that this process counts.
   subroutine find_counted(self, model)
@@ -257,9 +288,11 @@ contains
   end subroutine find_functions
 
   !> Places, areas and normals at the start of the step.
-  subroutine lay_places(self, model)
+  subroutine lay_places(self, model, faces)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
+    !> (surface points, contacts)
+    type(face_type), intent(in) :: faces(:, :)
     type(distance_type) :: distance
     integer :: c, k, n
 
@@ -267,6 +300,8 @@ contains
     self%area = spread(0.0_wp, 1, n)
     self%place = spread(self%area, 1, 3)
     self%normal = self%place
+    self%distance = self%area
+    self%straight = spread(.false., 1, n)
     do c = 1, self%patches%count
       do k = self%patches%first(c), self%patches%first(c + 1) - 1
         associate (i => self%patches%point(k))
@@ -280,6 +315,14 @@ contains
         end associate
         distance = self%before(self%pairs(self%patches%pair(c))%body)%distance_at(self%place(:, k))
         self%normal(:, k) = distance%normal
+        if (is_on_body(self, c)) cycle
+        associate (face => faces(self%patches%point(k), self%patches%pair(c)))
+          if (.not. face%found) cycle
+          self%straight(k) = .true.
+          self%area(k) = face%share*self%area(k)
+          self%normal(:, k) = face%distance%normal
+          self%distance(k) = face%distance%value
+        end associate
       end do
     end do
   end subroutine lay_places
