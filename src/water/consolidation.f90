@@ -11,7 +11,7 @@ module qsmpm_consolidation
   use qsmpm_element, only: corner_count, element_order, face_corners, face_count, linear_kind, &
     shape_functions
   use qsmpm_face_leak, only: constrained_modulus, front_within
-  use qsmpm_free_surface, only: acting_pressure, filling_pressure, is_in_air
+  use qsmpm_free_surface, only: filling_pressure, is_in_air
   use qsmpm_free_surface_check, only: check_free_surface
   use qsmpm_kept_arrays, only: is_kept, kept_values
   use qsmpm_load_description, only: consolidation_type
@@ -21,8 +21,8 @@ module qsmpm_consolidation
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_permeability_law, only: permeability_constant, permeability_words
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
+  use qsmpm_retention, only: curve_of, take_up
   use qsmpm_rounded_text, only: rounded_text
-  use qsmpm_seepage, only: filled_share
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
@@ -51,9 +51,11 @@ contains
     pressure = 0.0_wp
     if (.not. is_kept(model%state%kept, excess_field)) return
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
-    if (free_surface_of(model%analysis%phases, model%state%progress%phase) > 0) &
-      nodal = acting_pressure(nodal, filling_pressure(model))
-    pressure = at_points(model, nodal)
+    if (free_surface_of(model%analysis%phases, model%state%progress%phase) > 0) then
+      pressure = water_at_points(model, nodal, .true.)
+    else
+      pressure = at_points(model, nodal)
+    end if
   end function excess_pressure
 
   !> Filled share of the pores under a free surface, 1 in what is tight (points).
@@ -63,7 +65,7 @@ contains
     real(wp) :: nodal(model%space%node_count)
 
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
-    share = at_points(model, filled_share(nodal(:model%mesh%node_count), filling_pressure(model)))
+    share = water_at_points(model, nodal, .false.)
     where (.not. permeable_points(model)) share = 1.0_wp
   end function filled_pores
 
@@ -88,6 +90,34 @@ contains
     where (.not. permeable_points(model)) values = 0.0_wp
   end function at_points
 
+  !> Filled share at the points under a free surface by that of their corners, or the pressure on the skeleton; 0 where
+  !> no water flows (points).
+  pure function water_at_points(model, nodal, acts) result(values)
+    type(model_type), intent(in) :: model
+    !> Pressure (nodes).
+    real(wp), intent(in) :: nodal(:)
+    logical, intent(in) :: acts
+    real(wp) :: values(model%state%points%count)
+    real(wp) :: shape(8), share(8), slope(8), suction(model%mesh%node_count)
+    integer :: p, n
+
+    suction = filling_pressure(model)
+    associate (mesh => model%mesh, points => model%state%points, &
+        card => model%analysis%phases(consolidation_of(model%analysis%phases, model%state%progress%phase))%consolidation)
+      do p = 1, points%count
+        n = corner_count(mesh%cell_kind(points%cell(p)))
+        associate (node => mesh%cell_nodes(mesh%cell_first(points%cell(p)):mesh%cell_first(points%cell(p)) + n - 1))
+          call take_up(curve_of(model%analysis%materials(points%material(p))%permeability_law, card%unit_weight), &
+            nodal(node), suction(node), share(:n), slope(:n))
+          if (acts) share(:n) = share(:n)*nodal(node)
+          call shape_functions(linear_kind(mesh%cell_kind(points%cell(p))), points%local(:, p), shape(:n))
+          values(p) = dot_product(shape(:n), share(:n))
+        end associate
+      end do
+    end associate
+    where (.not. permeable_points(model)) values = 0.0_wp
+  end function water_at_points
+
   !> Force on the points of water that fills pores under a free surface, as if it were at rest, by the pressure at the
   !> start of the step: lift of full ground, and its weight (dimension, points).
   pure function still_water_forces(model, gravity) result(force)
@@ -102,7 +132,7 @@ contains
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
     if (free_surface_of(model%analysis%phases, model%state%progress%phase) == 0) return
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
-    filled = at_points(model, filled_share(nodal(:model%mesh%node_count), filling_pressure(model)))
+    filled = water_at_points(model, nodal, .false.)
     axis = vertical_of(model%analysis)
     associate (points => model%state%points)
       do p = 1, points%count
@@ -153,7 +183,7 @@ contains
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: p
 
-    if (.not. has_consolidation(model%analysis%phases)) call note_idle_laws(model)
+    call note_idle_laws(model)
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         if (phase%consolidation%given .and. (model%analysis%method%basis /= basis_fem .or. &
@@ -173,14 +203,17 @@ contains
     end do
   end subroutine check_consolidation
 
-  !> Permeabilities that are to follow the void ratio, and do not.
+  !> Permeabilities that are to follow the void ratio or the suction, and do not.
   subroutine note_idle_laws(model)
     type(model_type), intent(inout) :: model
-    integer :: m
+    integer :: m, p
 
     do m = 1, size(model%analysis%materials)
       associate (soil => model%analysis%materials(m))
-        if (soil%permeability_law%kind == permeability_constant) cycle
+        if (soil%permeability_law%alpha > 0.0_wp .and. .not. any([(any(model%analysis%phases(p)%water_levels%flows), &
+          p=1, size(model%analysis%phases))])) model%notes = model%notes//"material '"//soil%name//"': ALPHA of "// &
+          '*PERMEABILITY has no effect without *WATER LEVEL, TYPE=SEEPAGE'//new_line('a')
+        if (soil%permeability_law%kind == permeability_constant .or. has_consolidation(model%analysis%phases)) cycle
         model%notes = model%notes//"material '"//soil%name//"': LAW="// &
           trim(permeability_words(soil%permeability_law%kind))//' of *PERMEABILITY has no effect without '// &
           '*CONSOLIDATION: a steady flow has that of the soil as drawn'//new_line('a')

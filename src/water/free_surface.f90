@@ -2,6 +2,7 @@
 !> pressure, how it presses on the skeleton, and what the bounds of the ground are to the water.
 !>
 !>   S = 1 for p >= 0,  1 + p/(gamma_w c) for -gamma_w c < p < 0,  0 below          c: height of the cells at a node
+!>   or a curve of the soil (qsmpm_retention)
 !>   pi = S p                                                       presses on the skeleton (Bishop 1959, chi = S)
 !>
 !> Below its level a part of the bounds has the pressure of the free water, which presses on the faces there too, and on
@@ -20,12 +21,12 @@ module qsmpm_free_surface
   use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_seepage, only: filled_share
+  use qsmpm_retention, only: curve_type, take_up
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
 
-  public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, is_in_air, is_on, looks_up, &
+  public :: water_bounds_type, filling_pressure, kept_water, find_bounds, is_in_air, is_on, looks_up, &
     rows_in_force, former_levels, idle_rows, bounds_note
 
   !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
@@ -77,21 +78,16 @@ contains
       consolidation_of(model%analysis%phases, model%state%progress%phase)))%consolidation%unit_weight
   end function filling_pressure
 
-  !> What a pore pressure puts on the skeleton.
-  elemental real(wp) function acting_pressure(pressure, suction)
-    !> Suction under which the pores are empty.
+  !> Water in drainable pores as a share of them: S, and where that is linear a little that dry ground gives off as its
+  !> suction grows, without which rain would change the pressure there by a jump.
+  elemental real(wp) function kept_water(curve, pressure, suction)
+    type(curve_type), intent(in) :: curve
+    !> Suction under which the pores are empty, or the least that a curve is over.
     real(wp), intent(in) :: pressure, suction
+    real(wp) :: slope
 
-    acting_pressure = filled_share(pressure, suction)*pressure
-  end function acting_pressure
-
-  !> Water in drainable pores as a share of them: S, and a little that dry ground gives off as its suction grows,
-  !> without which rain would change the pressure there by a jump.
-  elemental real(wp) function kept_water(pressure, suction)
-    !> Suction under which the pores are empty.
-    real(wp), intent(in) :: pressure, suction
-
-    kept_water = filled_share(pressure, suction) + dry*min(0.0_wp, 1.0_wp + pressure/suction)
+    call take_up(curve, pressure, suction, kept_water, slope)
+    if (.not. curve%alpha > 0.0_wp) kept_water = kept_water + dry*min(0.0_wp, 1.0_wp + pressure/suction)
   end function kept_water
 
   !> The levels of a phase at a fraction of it: those of the card in force, evenly from what they were.

@@ -6,7 +6,7 @@ module test_free_surface
   use qsmpm_consolidation, only: excess_field, excess_pressure
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
-  use qsmpm_free_surface, only: acting_pressure, filling_pressure, find_bounds, bounds_note, kept_water, &
+  use qsmpm_free_surface, only: filling_pressure, find_bounds, bounds_note, kept_water, &
     rows_in_force, water_bounds_type
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
   use qsmpm_kept_arrays, only: kept_values
@@ -17,6 +17,7 @@ module test_free_surface
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_pore_water, only: discharge_in
+  use qsmpm_retention, only: curve_type
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: increment_type, term_type
   use qsmpm_term_sums, only: begin_terms, set_loads
@@ -108,12 +109,11 @@ contains
       call tests%check('what has come is dry', all(pressure < -suction .or. y < 2.01_wp .or. suction < 1.0e-3_wp))
       call tests%check('and there is such', any(y > 2.2_wp .and. suction > 1.0e-3_wp))
     end associate
-    call tests%close('half full', acting_pressure(-2.0_wp, 4.0_wp), -1.0_wp, 1.0e-15_wp)
-    call tests%close('empty', acting_pressure(-5.0_wp, 4.0_wp), 0.0_wp, 1.0e-15_wp)
-    call tests%close('full', acting_pressure(3.0_wp, 4.0_wp), 3.0_wp, 1.0e-15_wp)
-    call tests%close('full pores', kept_water(1.0_wp, 4.0_wp), 1.0_wp, 1.0e-15_wp)
-    call tests%close('half full ones', kept_water(-2.0_wp, 4.0_wp), 0.5_wp, 1.0e-15_wp)
-    call tests%close('dry ones give off a little', kept_water(-12.0_wp, 4.0_wp), -2.0e-3_wp, 1.0e-15_wp)
+    call tests%close('full pores', kept_water(curve_type(), 1.0_wp, 4.0_wp), 1.0_wp, 1.0e-15_wp)
+    call tests%close('half full ones', kept_water(curve_type(), -2.0_wp, 4.0_wp), 0.5_wp, 1.0e-15_wp)
+    call tests%close('dry ones give off a little', kept_water(curve_type(), -12.0_wp, 4.0_wp), -2.0e-3_wp, 1.0e-15_wp)
+    call tests%close('by a curve none', kept_water(curve_type(0.25_wp, 2.0_wp), -12.0_wp, 4.0_wp), 10.0_wp**(-0.5_wp), &
+      1.0e-15_wp)
     acting = excess_pressure(model)
     call tests%check('points have what acts', all(acting > -0.26_wp*maxval(suction)) .and. any(acting < 0.0_wp))
     call tests%close('which is that of the water where they are full', maxval(abs(acting - 10.0_wp*(1.4_wp &

@@ -149,6 +149,11 @@ contains
       call fields%number('DRAINABLE POROSITY', deck%analysis%materials(deck%material)%drainable_porosity, &
         'water that a unit volume gives off as the surface of the water falls past it; for FLOW=TRANSIENT of '// &
         '*WATER LEVEL', range='(0, 1)')
+      call fields%number('ALPHA', law%alpha, '1 over a height of suction: how much water soil holds and lets through '// &
+        'there, by van Genuchten and Mualem. DRAINABLE POROSITY is porosity less what never leaves. Linear over a '// &
+        'cell when not given', range='(0, inf)')
+      call fields%number('N', law%n, 'slope of that curve; 1.1 to 1.5 in clay and silt, 2 to 4 in sand', &
+        range='[1.01, 20]', needs='ALPHA')
       call fields%data('permeability')
       call fields%number('k', k(1), 'along x; 0 for what is tight', range='[0, inf)')
       if (fields%reading) k(2:) = k(1)
@@ -167,6 +172,8 @@ contains
         'LAW wants the parameter VOID RATIO')
       if (law%kind == permeability_logarithm .and. .not. card%has('CK')) call state%report_error(card, &
         'LAW=LOGARITHM wants the parameter CK: half of VOID RATIO for many clays')
+      if (card%has('ALPHA') .and. .not. card%has('N')) call state%report_error(card, &
+        'ALPHA wants the parameter N: 1.1 to 1.5 for clay and silt, 2 to 4 for sand')
     end associate
   end subroutine check_permeability
 
