@@ -99,11 +99,11 @@ contains
     logical, intent(in) :: acts
     real(wp) :: values(model%state%points%count)
     real(wp) :: shape(8), share(8), slope(8), suction(model%mesh%node_count)
-    integer :: p, n
+    integer :: p, n, from
 
     suction = filling_pressure(model)
-    associate (mesh => model%mesh, points => model%state%points, &
-        card => model%analysis%phases(consolidation_of(model%analysis%phases, model%state%progress%phase))%consolidation)
+    from = consolidation_of(model%analysis%phases, model%state%progress%phase)
+    associate (mesh => model%mesh, points => model%state%points, card => model%analysis%phases(from)%consolidation)
       do p = 1, points%count
         n = corner_count(mesh%cell_kind(points%cell(p)))
         associate (node => mesh%cell_nodes(mesh%cell_first(points%cell(p)):mesh%cell_first(points%cell(p)) + n - 1))

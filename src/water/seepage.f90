@@ -4,7 +4,7 @@
 !>   div( k_r(p) K grad h ) = n dS/dt,   p = h - y                                                   Darcy
 !>   S = 1 for p >= 0,  1 + p/c for -c < p < 0,  0 below; n: drainable porosity                      0 = steady
 !>   k_r = 1 for p >= 0,  1 + (1 - k_min) p/w for -w < p < 0,  k_min below                           suction
-!>   or S, k_r by a curve of the soil (qsmpm_retention), no sharper than over w, in time c
+!>   or S, k_r by a curve of the soil (qsmpm_retention), no sharper than over 2 w, in time c
 !>   h = H                          below a level of free water
 !>   p <= 0,  q >= 0,  q p = 0      on faces in air: water leaves where it stands at the face        seepage face
 !>   q = 0                          on all others;  -rain in place of 0 on faces that it falls on
@@ -434,7 +434,7 @@ contains
         if (flow%interval > 0.0_wp) then
           call let_through_in_time(flow%curve(c), pressure, flow%reach(node), factor, by_head)
         else if (flow%curve(c)%alpha > 0.0_wp) then
-          call let_through_in_time(flow%curve(c), pressure, spread(width, 1, size(node)), factor, by_head)
+          call let_through_in_time(flow%curve(c), pressure, spread(2.0_wp*width, 1, size(node)), factor, by_head)
         else
           call relative(pressure, width, factor, by_head)
         end if

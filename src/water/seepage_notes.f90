@@ -61,7 +61,8 @@ contains
       text = text//sharp_note(analysis%phases(number)%name, flow%curve%alpha, [(maxval(flow%reach(flow%corner(:, i))), &
         i=1, size(flow%curve))])
     else
-      text = text//sharp_note(analysis%phases(number)%name, flow%curve%alpha, spread(flow%suction, 1, size(flow%curve)))
+      text = text//sharp_note(analysis%phases(number)%name, flow%curve%alpha, spread(2.0_wp*flow%suction, 1, &
+        size(flow%curve)))
     end if
     text = text//lift_note(analysis, number, level, scene, flow)
     if (level%transient) text = text//undrained_note(analysis, number)

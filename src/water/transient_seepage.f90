@@ -19,7 +19,7 @@ module qsmpm_transient_seepage
 
   public :: give_pores, follow_seepage
 
-  !> Residual in heads over the height of the ground, linear and by curves, whose dry ground gives a head for little water.
+  !> Residual in heads over the height of the ground; by curves heads of dry ground hang on little water.
   real(wp), parameter :: tolerance = 1.0e-7_wp, tolerance_of_curve = 1.0e-9_wp
   !> Error of the pressures in a step over the width of suction, half a cell.
   real(wp), parameter :: largest_error = 0.05_wp
@@ -28,7 +28,7 @@ module qsmpm_transient_seepage
 
 contains
 
-  !> Water that corners of cells take up when their ground fills, and the mean height of their cells, over which they do.
+  !> Water that corners of cells take up when their ground fills, and the mean height of the cells of nodes, over which.
   pure subroutine give_pores(porosity, flow)
     !> (cells)
     real(wp), intent(in) :: porosity(:)

@@ -3,7 +3,7 @@
 !> cases (consolidation.toml).
 module test_free_surface
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_consolidation, only: excess_field, excess_pressure
+  use qsmpm_consolidation, only: excess_field, excess_pressure, filled_pores
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
   use qsmpm_free_surface, only: filling_pressure, find_bounds, bounds_note, kept_water, &
@@ -54,6 +54,9 @@ contains
     call tests%start('free_surface')
     call check_tangent(tests, 'PLANE STRAIN')
     call check_tangent(tests, 'AXISYMMETRIC')
+    call check_tangent(tests, 'PLANE STRAIN', ', ALPHA=1.4, N=1.7')
+    call check_tangent(tests, 'AXISYMMETRIC', ', ALPHA=1.4, N=3')
+    call check_curve(tests)
     call check_start(tests)
     call check_bounds(tests)
     call check_corner(tests, 'PLANE STRAIN')
@@ -74,15 +77,17 @@ contains
   end subroutine collect_free_surface
 
   !> The matrix times a direction is the change of the residual along it, in ground that is full, empty and between.
-  subroutine check_tangent(tests, kind)
+  subroutine check_tangent(tests, kind, curve)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind
+    !> Of suction.
+    character(len=*), intent(in), optional :: curve
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp), allocatable :: product(:), change(:), pressure(:)
 
     allocate (model, step)
-    call make_step(kind, rest//lowers, 2, model, step)
+    call make_step(kind, rest//lowers, 2, model, step, curve)
     pressure = pack(kept_values(model%state%kept, excess_field), .true.)
     call tests%check('there are nodes with suction', any(pressure < 0.0_wp) .and. any(pressure > 0.0_wp))
     call matrix_and_difference(model, step, waves(step, 0.3_wp), waves(step, 1.1_wp), 1.0e-6_wp, product, change)
@@ -90,6 +95,33 @@ contains
       1.0e-6_wp*maxval(abs(product)))
     call end_system(step%system)
   end subroutine check_tangent
+
+  !> By a curve suction hangs from the water as high as the ground is, points have S p of it, and what comes has 2/alpha.
+  subroutine check_curve(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: pressure(:), suction(:), filled(:), acting(:)
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', rest(:index(rest, '1.4') - 1)//'0.2'//rest(index(rest, '1.4') + 3:)// &
+      '*PHASE, NAME=lowers, TIME=3|*ACTIVATE| fill|'//flows//levels//'*END PHASE|', 2, model, step, ', ALPHA=1.25, N=2')
+    pressure = pack(kept_values(model%state%kept, excess_field), .true.)
+    suction = filling_pressure(model)
+    associate (y => model%mesh%coordinates(2, :), x => model%state%points%position)
+      call tests%close('suction to the top of the ground', maxval(abs(pressure - 10.0_wp*(0.2_wp - y)), &
+        mask=suction > 1.0e-3_wp .and. y < 2.01_wp), 0.0_wp, 1.0e-9_wp)
+      call tests%check('what comes has a suction of its own', all(pressure < -2.0_wp*10.0_wp/1.25_wp + 1.0e-9_wp .or. &
+        y < 2.2_wp .or. suction < 1.0e-3_wp))
+      filled = filled_pores(model)
+      acting = excess_pressure(model)
+      call tests%close('a share of the pores is full', maxval(abs(filled - (1.0_wp + (1.25_wp*max(0.0_wp, x(2, :) &
+        - 0.2_wp))**2)**(-0.5_wp)), mask=x(2, :) < 1.9_wp), 0.0_wp, 6.0e-2_wp)
+      call tests%close('and presses', maxval(abs(acting - filled*10.0_wp*(0.2_wp - x(2, :))), mask=x(2, :) < 1.9_wp), &
+        0.0_wp, 0.5_wp)
+    end associate
+    call end_system(step%system)
+  end subroutine check_curve
 
   !> A phase begins with the pressure of the water before; what acts is S p.
   subroutine check_start(tests)
@@ -532,19 +564,24 @@ contains
   end subroutine check_refusals
 
   !> A step of a quarter of a phase of 3 that ends half way into it, prepared.
-  subroutine make_step(kind, phases, number, model, step)
+  subroutine make_step(kind, phases, number, model, step, curve)
     character(len=*), intent(in) :: kind, phases
     !> Of the phase.
     integer, intent(in) :: number
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
+    !> Of suction.
+    character(len=*), intent(in), optional :: curve
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
     integer :: p
 
     allocate (analysis)
-    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//scene//phases), analysis, messages, error)
+    text = scene
+    if (present(curve)) text = scene(:index(scene, '=0.2|') + 3)//curve//scene(index(scene, '=0.2|') + 4:)
+    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//text//phases), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the free_surface suite is broken'
     call begin_analysis(model, step%terms)

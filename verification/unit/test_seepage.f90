@@ -54,6 +54,7 @@ contains
     call check_curve(tests)
     call check_infiltration(tests)
     call check_capillary(tests)
+    call check_fringe(tests)
     call check_scene(tests)
     call check_bank(tests)
     call check_dry_ground(tests)
@@ -368,6 +369,49 @@ contains
       call let_through_in_time(curve, [-s], [1.0e-3_wp], factor, by)
     end function let
   end subroutine check_infiltration
+
+  !> A dam whose soil holds water above its surface lets more through: by its own pressures on both sides, as Charny's proof
+  !> goes on for any k_r, Q L = int (F(p_left) - F(p_right)) dy, F = int k_r dp.
+  subroutine check_fringe(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    type(error_type), allocatable :: error
+    real(wp) :: discharge(2), sides
+    integer :: turn, i
+
+    do turn = 1, 2
+      flow = dam(8*2**turn, 1.0_wp)
+      flow%curve = curve_type(2.0_wp, 2.5_wp)
+      call solve_seepage(flow, error)
+      call tests%check('a dam with a fringe is solved', .not. allocated(error) .and. flow%suction <= flow%wanted)
+      discharge(turn) = sum(flow%inflow, mask=flow%kind == node_head .and. flow%position(1, :) < rounding)
+      sides = 0.0_wp
+      do i = 1, size(flow%head)
+        associate (x => flow%position(1, i), y => flow%position(2, i), step => merge(0.5_wp, 1.0_wp, flow%position(2, i) &
+            < rounding .or. flow%position(2, i) > 1.25_wp - rounding)/(8*2**turn))
+          if (x < rounding) sides = sides + step*passed(flow%head(i) - y)
+          if (x > 0.5_wp - rounding) sides = sides - step*passed(flow%head(i) - y)
+        end associate
+      end do
+      call tests%close('and lets through what its sides say', discharge(turn), sides/0.5_wp, 6.0e-3_wp/turn)
+    end do
+    call tests%close('on any grid', discharge(1), discharge(2), 5.0e-3_wp)
+    call tests%check('more than one whose ground above is dry', discharge(2) > 1.04_wp)
+  contains
+    !> int k_r dp from 0 on.
+    real(wp) function passed(p)
+      real(wp), intent(in) :: p
+      real(wp) :: factor, by(1)
+      integer :: k
+      integer, parameter :: parts = 400
+
+      passed = max(p, 0.0_wp)
+      do k = 1, parts
+        call let_through_in_time(flow%curve(1), [min(p, 0.0_wp)*(k - 0.5_wp)/parts], [1.0e-3_wp], factor, by)
+        passed = passed + min(p, 0.0_wp)/parts*factor
+      end do
+    end function passed
+  end subroutine check_fringe
 
   !> A full column over water drains to what its curve holds at rest, and dry ground takes up all of the rain.
   subroutine check_capillary(tests)
