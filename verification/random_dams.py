@@ -158,6 +158,7 @@ def run_quays(given: argparse.Namespace) -> int:
             folder.mkdir()
             deck = folder / f"quay_{number}.inp"
             text, least, most = quay(number, given.seed)
+            text = with_curves(text, number, given.seed) if given.curves else text
             deck.write_text(text)
             ended = run_limited([given.program.resolve(), "run", deck, "--out", folder / "out", "--quiet"], SECONDS, folder)
             seconds += ended.cpu
@@ -177,7 +178,7 @@ def main() -> int:
     words.add_argument("--scene", choices=["dam", "quay"], default="dam")
     words.add_argument("--count", type=int, default=100)
     words.add_argument("--seed", type=int, default=5)
-    words.add_argument("--curves", action="store_true", help="dams of soils with ALPHA and N")
+    words.add_argument("--curves", action="store_true", help="soils with ALPHA and N")
     words.add_argument("--program", type=pathlib.Path, default=TOP / "build/qsmpm")
     words.add_argument("--keep", type=pathlib.Path, help="folder for the decks whose flow is not found")
     given = words.parse_args()
