@@ -154,8 +154,8 @@ contains
         return
       end do
     end do
-    call fail(error, error_other, "no level of '"//name//"' is in force that a stage can move: one of a flow through "// &
-      'ground as it is drawn is found when its stage is added (*WATER LEVEL by cards)')
+    call fail(error, error_other, "no level of '"//name//"' is in force that a stage can move: one of a flow "// &
+      'through ground as it is drawn is found when its stage is added (*WATER LEVEL by cards)')
   end subroutine change_water_level
 
   !> Put a load on a surface in the place of a former one of its kind, or behind the others.

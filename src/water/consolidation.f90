@@ -11,10 +11,10 @@ module qsmpm_consolidation
   use qsmpm_element, only: corner_count, element_order, face_corners, face_count, linear_kind, &
     shape_functions
   use qsmpm_face_leak, only: constrained_modulus, front_within
-  use qsmpm_free_surface, only: filling_pressure, is_in_air
+  use qsmpm_free_surface, only: filling_pressure, is_in_air, nodes_within, rows_in_force
   use qsmpm_free_surface_check, only: check_free_surface
   use qsmpm_kept_arrays, only: is_kept, kept_values
-  use qsmpm_load_description, only: consolidation_type
+  use qsmpm_load_description, only: consolidation_type, head_type
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
@@ -287,7 +287,9 @@ contains
     !> Permeability over that of a soil from which on it holds no pressure.
     real(wp), parameter :: much = 30.0_wp
     real(wp) :: fastest(model%mesh%node_count)
-    logical :: drained(model%mesh%node_count), inside(model%mesh%node_count), filled(0:model%mesh%cell_count), held
+    logical, dimension(model%mesh%node_count) :: drained, inside, well
+    logical :: filled(0:model%mesh%cell_count), held
+    type(head_type), allocatable :: rows(:)
     integer :: c, f, m, p, up
 
     up = vertical_of(model%analysis)
@@ -295,6 +297,12 @@ contains
       drained = drained_nodes(model, card)
       held = card%held .or. free_surface_of(model%analysis%phases, number) > 0
     end associate
+    well = .false.
+    allocate (rows(0))
+    if (free_surface_of(model%analysis%phases, number) > 0) rows = rows_in_force(model%analysis%phases, number, 1.0_wp)
+    do m = 1, size(rows)
+      well(nodes_within(model, rows(m)%set)) = .true.
+    end do
     inside = .true.
     filled = .false.
     fastest = 0.0_wp
@@ -316,7 +324,7 @@ contains
     end associate
     do m = 1, size(model%analysis%materials)
       beside(:, m) = merge(fastest, 0.0_wp, fastest > much*model%analysis%materials(m)%permeability(up))
-      where (drained .and. (inside .or. held)) beside(:, m) = huge(1.0_wp)
+      where ((drained .and. (inside .or. held)) .or. (well .and. inside)) beside(:, m) = huge(1.0_wp)
     end do
   end function permeability_beside
 

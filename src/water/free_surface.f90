@@ -27,7 +27,7 @@ module qsmpm_free_surface
   private
 
   public :: water_bounds_type, filling_pressure, kept_water, find_bounds, is_in_air, is_on, looks_up, &
-    rows_in_force, former_levels, idle_rows, bounds_note
+    rows_in_force, former_levels, idle_rows, bounds_note, nodes_within
 
   !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
   real(wp), parameter, public :: dry = 1.0e-3_wp
@@ -168,9 +168,35 @@ contains
           end do
         end do
       end do
+      do i = 1, size(rows)
+        if (any(bounds%row == i)) cycle
+        call take_ends(model, rows(i), i, nodes_within(model, rows(i)%set), bounds)
+      end do
       call flood(model, rows, filled, given, wet, bounds)
     end associate
   end subroutine find_bounds
+
+  !> Corners of cells with ground in a node set: a well or a drain where it has no face.
+  pure function nodes_within(model, name) result(nodes)
+    type(model_type), intent(in) :: model
+    character(len=*), intent(in) :: name
+    integer, allocatable :: nodes(:)
+    logical :: corner(model%mesh%node_count)
+    integer :: p, s
+
+    corner = .false.
+    associate (mesh => model%mesh)
+      do p = 1, model%state%points%count
+        associate (c => model%state%points%cell(p))
+          corner(mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) - 1 + corner_count(mesh%cell_kind(c)))) = .true.
+        end associate
+      end do
+      allocate (nodes(0))
+      do s = 1, size(mesh%node_sets)
+        if (mesh%node_sets(s)%name == name) nodes = pack(mesh%node_sets(s)%items, corner(mesh%node_sets(s)%items))
+      end do
+    end associate
+  end function nodes_within
 
   !> Free water beside the parts of the bounds that have it.
   pure subroutine flood(model, rows, filled, given, wet, bounds)

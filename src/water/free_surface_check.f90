@@ -127,8 +127,8 @@ contains
       load = load_in_force(model%analysis%phases, lineage(model%analysis%phases, number), level%heads(r)%set, .true.)
       if (load%of_water) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', "the water at '"// &
         level%heads(r)%set//"' presses by its level, and by a *PRESSURE as well: leave that out")
-      if (idle(r)) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', "no face of the ground "// &
-        "lies in '"//level%heads(r)%set//"' (a well within ground is for phases without *CONSOLIDATION)")
+      if (idle(r)) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', 'neither a face nor a '// &
+        "node of the ground lies in '"//level%heads(r)%set//"'")
     end do
   end subroutine check_parts
 

@@ -34,7 +34,8 @@ module test_free_surface
   character(len=*), parameter :: term_name = 'flow of the pore water'
   !> Sand of 2 x 2 m with the water at 1.4 m, beside air where a lake stands at its right side.
   character(len=*), parameter :: scene = '*GRID| X, 0, 3, 6| Y, 0, 3, 6|*NSET, NSET=base, PLANE=Y| 0|'// &
-    '*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=well, BOX| 0.4, 1.1, 0.4, 1.1|*SURFACE, NAME=shore, TYPE=SEGMENT| 2, 0, 2, 2|'// &
+    '*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=well, BOX| 0.4, 1.1, 0.4, 1.1|*NSET, NSET=air, BOX| 2.9, 3, 2.9, 3|'// &
+    '*SURFACE, NAME=shore, TYPE=SEGMENT| 2, 0, 2, 2|'// &
     '*SURFACE, NAME=around, TYPE=OUTLINE, BODY=sand, BOX| 1.95, 2.1, 0, 2|'// &
     '*SURFACE, NAME=top, TYPE=OUTLINE, BODY=sand, BOX| 0, 2, 2, 2|'// &
     '*MATERIAL, NAME=sand|*ELASTIC| 100, 0.2|*UNIT WEIGHT| 18, 20|*PERMEABILITY, DRAINABLE POROSITY=0.2| 0.3, 0.2|'// &
@@ -314,6 +315,19 @@ contains
     call tests%check('where it ends is warned of', index(bounds_note(model), &
       "the free water of 'top' ends at (2, 2), below its level") > 0)
     call tests%check('no face is beside it', .not. any(bounds%beside) .and. index(bounds_note(model), 'beside and above') == 0)
+    call look_at('| shore, 1| well, 0.6|')
+    associate (x => model%mesh%coordinates(1, :size(bounds%row)), y => model%mesh%coordinates(2, :size(bounds%row)))
+      call tests%check('a well is where its set is', any(bounds%row == 2) .and. all(bounds%row /= 2 .or. (x > 0.39_wp .and. &
+        x < 1.11_wp .and. y > 0.6_wp .and. y < 1.11_wp)))
+      call tests%check('above its level it takes water and gives none', all(bounds%row /= 2 .or. (bounds%open .and. .not. &
+        bounds%held .and. abs(bounds%pressure) <= 0.0_wp)))
+    end associate
+    call look_at('| shore, 1| well, 1.5|')
+    associate (y => model%mesh%coordinates(2, :size(bounds%row)))
+      call tests%check('below it has its level', any(bounds%row == 2) .and. all(bounds%row /= 2 .or. (bounds%open .and. &
+        bounds%held .and. abs(bounds%pressure - 10.0_wp*(1.5_wp - y)) <= 1.0e-9_wp)))
+    end associate
+    call tests%check('and is there', index(bounds_note(model), "'well'") == 0)
     call look_at('| shore, 2|')
     call tests%close('up to the top it stays at the shore', sum(bounds%load(1, :)), -20.0_wp, 1.0e-9_wp)
     call tests%check('no face is beside that', .not. any(bounds%beside))
@@ -500,9 +514,9 @@ contains
     call tests%close('one that stays', level_of(4, 1), 0.2_wp, 1.0e-14_wp)
     call tests%check('all are at faces', len(bounds_note(model)) == 0)
     call end_system(step%system)
-    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' well, 1|*END PHASE|', 2, model, &
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' air, 1|*END PHASE|', 2, model, &
       step)
-    call tests%check('one that is not is told', index(bounds_note(model), "'lowers': no face of the ground lies in 'well'") > 0)
+    call tests%check('one that is not is told', index(bounds_note(model), "'lowers': no face of the ground lies in 'air'") > 0)
     call end_system(step%system)
   contains
     !> Level of a row in a phase.
@@ -530,8 +544,8 @@ contains
     call refuse('no open set', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//' base, OPEN|'//levels//'*END PHASE|', &
       "'base' is OPEN, and in phase 'lowers' the surface of the water is free")
     call refuse('one pressure', '*HISTORY, NAME=e, QUANTITY=EXCESS PRESSURE|'//rest//lowers, 'there is one pressure')
-    call refuse('parts', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' well, 1|*END PHASE|', &
-      "no face of the ground lies in 'well'", without='*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
+    call refuse('parts', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' air, 1|*END PHASE|', &
+      "neither a face nor a node of the ground lies in 'air'", without='*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
       '0, 1, 2, 2.5|')
     call refuse('what is not there needs no pores', '*MATERIAL, NAME=rock|*ELASTIC| 100, 0.2|*UNIT WEIGHT| 18, 20|'// &
       '*PERMEABILITY| 0.3|*BODY, NAME=later, MATERIAL=rock, SHAPE=BOX, ACTIVE=NO| 2, 3, 0, 1|'//rest//lowers, '', &
