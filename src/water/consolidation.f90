@@ -31,6 +31,8 @@ module qsmpm_consolidation
 
   !> Nodal field with the excess pore pressure.
   character(len=*), parameter, public :: excess_field = 'excess_pore_pressure'
+  !> What points get of the pressure of the nodes.
+  integer, parameter :: itself = 0, filling = 1, acting = 2
 
 contains
 
@@ -51,11 +53,8 @@ contains
     pressure = 0.0_wp
     if (.not. is_kept(model%state%kept, excess_field)) return
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
-    if (free_surface_of(model%analysis%phases, model%state%progress%phase) > 0) then
-      pressure = water_at_points(model, nodal, .true.)
-    else
-      pressure = at_points(model, nodal)
-    end if
+    pressure = at_points(model, nodal, merge(acting, itself, free_surface_of(model%analysis%phases, &
+      model%state%progress%phase) > 0))
   end function excess_pressure
 
   !> Filled share of the pores under a free surface, 1 in what is tight (points).
@@ -65,58 +64,38 @@ contains
     real(wp) :: nodal(model%space%node_count)
 
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
-    share = water_at_points(model, nodal, .false.)
+    share = at_points(model, nodal, filling)
     where (.not. permeable_points(model)) share = 1.0_wp
   end function filled_pores
 
   !> What corners of cells have, at the points; 0 where no water flows (points).
-  pure function at_points(model, nodal) result(values)
+  pure function at_points(model, nodal, kind) result(values)
     type(model_type), intent(in) :: model
-    !> (mesh nodes or more)
+    !> Pressure (mesh nodes or more).
     real(wp), intent(in) :: nodal(:)
-    real(wp) :: values(model%state%points%count)
-    real(wp) :: shape(8)
-    integer :: p, n
-
-    associate (mesh => model%mesh, points => model%state%points)
-      do p = 1, points%count
-        associate (c => points%cell(p))
-          n = corner_count(mesh%cell_kind(c))
-          call shape_functions(linear_kind(mesh%cell_kind(c)), points%local(:, p), shape(:n))
-          values(p) = dot_product(shape(:n), nodal(mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + n - 1)))
-        end associate
-      end do
-    end associate
-    where (.not. permeable_points(model)) values = 0.0_wp
-  end function at_points
-
-  !> Filled share at the points under a free surface by that of their corners, or the pressure on the skeleton; 0 where
-  !> no water flows (points).
-  pure function water_at_points(model, nodal, acts) result(values)
-    type(model_type), intent(in) :: model
-    !> Pressure (nodes).
-    real(wp), intent(in) :: nodal(:)
-    logical, intent(in) :: acts
+    !> The pressure itself, the filled share under a free surface, or what it puts on the skeleton.
+    integer, intent(in) :: kind
     real(wp) :: values(model%state%points%count)
     real(wp) :: shape(8), share(8), slope(8), suction(model%mesh%node_count)
     integer :: p, n, from
 
-    suction = filling_pressure(model)
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
-    associate (mesh => model%mesh, points => model%state%points, card => model%analysis%phases(from)%consolidation)
+    if (kind /= itself) suction = filling_pressure(model)
+    associate (mesh => model%mesh, points => model%state%points)
       do p = 1, points%count
         n = corner_count(mesh%cell_kind(points%cell(p)))
         associate (node => mesh%cell_nodes(mesh%cell_first(points%cell(p)):mesh%cell_first(points%cell(p)) + n - 1))
-          call take_up(curve_of(model%analysis%materials(points%material(p))%permeability_law, card%unit_weight), &
-            nodal(node), suction(node), share(:n), slope(:n))
-          if (acts) share(:n) = share(:n)*nodal(node)
           call shape_functions(linear_kind(mesh%cell_kind(points%cell(p))), points%local(:, p), shape(:n))
+          share = 1.0_wp
+          if (kind /= itself) call take_up(curve_of(model%analysis%materials(points%material(p))%permeability_law, &
+            model%analysis%phases(from)%consolidation%unit_weight), nodal(node), suction(node), share(:n), slope(:n))
+          if (kind /= filling) share(:n) = share(:n)*nodal(node)
           values(p) = dot_product(shape(:n), share(:n))
         end associate
       end do
     end associate
     where (.not. permeable_points(model)) values = 0.0_wp
-  end function water_at_points
+  end function at_points
 
   !> Force on the points of water that fills pores under a free surface, as if it were at rest, by the pressure at the
   !> start of the step: lift of full ground, and its weight (dimension, points).
@@ -132,7 +111,7 @@ contains
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
     if (free_surface_of(model%analysis%phases, model%state%progress%phase) == 0) return
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
-    filled = water_at_points(model, nodal, .false.)
+    filled = at_points(model, nodal, filling)
     axis = vertical_of(model%analysis)
     associate (points => model%state%points)
       do p = 1, points%count

@@ -13,7 +13,7 @@ module qsmpm_retention
   implicit none
   private
 
-  public :: curve_type, curve_of, filled_share, take_up, let_through_in_time, relative, sharp_note
+  public :: curve_type, curve_of, take_up, let_through_in_time, relative, sharp_note
 
   !> Permeability of soil without water, as a share: linear, and by a curve.
   real(wp), parameter :: least = 1.0e-3_wp, least_of_curve = 1.0e-6_wp
@@ -36,14 +36,6 @@ contains
     curve = curve_type(law%alpha/unit_weight, law%n)
   end function curve_of
 
-  !> S of a pressure, linear.
-  elemental real(wp) function filled_share(pressure, reach)
-    !> As a height of water; height over which the ground fills.
-    real(wp), intent(in) :: pressure, reach
-
-    filled_share = max(0.0_wp, min(1.0_wp, 1.0_wp + pressure/reach))
-  end function filled_share
-
   !> S of a pressure, and its derivative.
   elemental subroutine take_up(curve, pressure, reach, share, by_pressure)
     type(curve_type), intent(in) :: curve
@@ -53,7 +45,7 @@ contains
     real(wp) :: alpha, u
 
     if (.not. curve%alpha > 0.0_wp) then
-      share = filled_share(pressure, reach)
+      share = max(0.0_wp, min(1.0_wp, 1.0_wp + pressure/reach))
       by_pressure = merge(1.0_wp/reach, 0.0_wp, pressure < 0.0_wp .and. pressure > -reach)
       return
     end if
