@@ -33,6 +33,8 @@ module qsmpm_consolidation
   character(len=*), parameter, public :: excess_field = 'excess_pore_pressure'
   !> What points get of the pressure of the nodes.
   integer, parameter :: itself = 0, filling = 1, acting = 2
+  !> Stands for the permeability beside soil at nodes whose pressure is held at a face; in a well it is larger.
+  real(wp), parameter :: at_face = 0.5_wp*huge(1.0_wp)
 
 contains
 
@@ -237,9 +239,9 @@ contains
         if (.not. (width(m) > 0.0_wp .and. soil%young > 0.0_wp .and. soil%permeability(up) > 0.0_wp)) cycle
         k = soil%permeability(up)/model%analysis%phases(consolidation_of(model%analysis%phases, number)) &
           %consolidation%unit_weight
-        if (free_surface_of(model%analysis%phases, number) > 0 .and. &
+        if (free_surface_of(model%analysis%phases, number) > 0 .and. fast(m) < huge(k) .and. &
           front_within(soil, k, width(m), phase%duration)) cycle
-        if (fast(m) < huge(k)) then
+        if (fast(m) < at_face) then
           if (front_within(soil, k*fast(m)/soil%permeability(up), width(m), phase%duration)) cycle
         end if
         time = width(m)**2/(k*constrained_modulus(soil))
@@ -303,7 +305,8 @@ contains
     end associate
     do m = 1, size(model%analysis%materials)
       beside(:, m) = merge(fastest, 0.0_wp, fastest > much*model%analysis%materials(m)%permeability(up))
-      where ((drained .and. (inside .or. held)) .or. (well .and. inside)) beside(:, m) = huge(1.0_wp)
+      where (drained .and. (inside .or. held)) beside(:, m) = at_face
+      where (well .and. inside) beside(:, m) = huge(1.0_wp)
     end do
   end function permeability_beside
 

@@ -328,6 +328,13 @@ contains
         bounds%held .and. abs(bounds%pressure - 10.0_wp*(1.5_wp - y)) <= 1.0e-9_wp)))
     end associate
     call tests%check('and is there', index(bounds_note(model), "'well'") == 0)
+    call tests%check('without a curve none is sharp', index(model%notes, 'holds water over') == 0)
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=short, TIME=1e-4|'//flows//levels//' well, 1|*END PHASE|', 2, model, &
+      step, ', ALPHA=50, N=2')
+    call tests%check('what a well drains in a short time is told', index(model%notes, 'to a set within the ground') > 0)
+    call tests%check('and a sharp curve', index(model%notes, "'short': soil of ALPHA=50") > 0)
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=short, TIME=1e-4|'//flows//levels//'*END PHASE|', 2, model, step)
+    call tests%check('without a well nothing', index(model%notes, 'to a set within the ground') == 0)
     call look_at('| shore, 2|')
     call tests%close('up to the top it stays at the shore', sum(bounds%load(1, :)), -20.0_wp, 1.0e-9_wp)
     call tests%check('no face is beside that', .not. any(bounds%beside))

@@ -55,6 +55,7 @@ contains
     call check_infiltration(tests)
     call check_capillary(tests)
     call check_fringe(tests)
+    call check_curve_notes(tests)
     call check_scene(tests)
     call check_bank(tests)
     call check_dry_ground(tests)
@@ -677,6 +678,28 @@ contains
       read (model%notes(from:from + index(model%notes(from:), ',') - 2), *) told
     end function told
   end subroutine check_notes
+
+  !> Curves that are sharper than cells are told, steady and in time, and curves that nothing flows by.
+  subroutine check_curve_notes(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    character(len=*), parameter :: sand = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|'// &
+      '*PERMEABILITY, DRAINABLE POROSITY=0.1, N=2, ALPHA=', box = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 6, 0, 2|', &
+      flows = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| right, 1|*END PHASE|', time = '*PHASE, NAME=falls, TIME=1|'// &
+      '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| left, 1| right, 1|*END PHASE|', &
+      said = 'soil of ALPHA=50 (*PERMEABILITY) holds water over less than a cell'
+
+    call build(sides//sand//'50| 2|'//box//phase//flows//time, model)
+    call tests%check('a sharp curve', index(model%notes, "'flow': "//said) > 0 .and. index(model%notes, &
+      'is taken with ALPHA=2 there') > 0)
+    call tests%check('in time too', index(model%notes, "'falls': "//said) > 0)
+    call build(sides//sand//'1.2| 2|'//box//phase//flows//time, model)
+    call tests%check('a flat one is not', index(model%notes, 'holds water over') == 0)
+    call tests%check('and has an effect', index(model%notes, 'ALPHA of *PERMEABILITY has no effect') == 0)
+    call build(sides//sand//'1.2| 2|'//box//phase//'*END PHASE|', model)
+    call tests%check('without a flow none', index(model%notes, &
+      "material 'soil': ALPHA of *PERMEABILITY has no effect without *WATER LEVEL, TYPE=SEEPAGE") > 0)
+  end subroutine check_curve_notes
 
   !> Ground that has moved by more than a cell before its water flows is warned of.
   subroutine check_moved(tests)
