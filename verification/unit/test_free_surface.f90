@@ -6,6 +6,7 @@ module test_free_surface
   use qsmpm_consolidation, only: excess_field, excess_pressure, filled_pores
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
+  use qsmpm_flow_points, only: flow_point_type, see_point, see_pores
   use qsmpm_free_surface, only: filling_pressure, find_bounds, bounds_note, kept_water, &
     rows_in_force, water_bounds_type
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
@@ -103,6 +104,7 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp), allocatable :: pressure(:), suction(:), filled(:), acting(:)
+    type(flow_point_type) :: point
 
     allocate (model, step)
     call make_step('PLANE STRAIN', rest(:index(rest, '1.4') - 1)//'0.2'//rest(index(rest, '1.4') + 3:)// &
@@ -114,6 +116,11 @@ contains
         mask=suction > 1.0e-3_wp .and. y < 2.01_wp), 0.0_wp, 1.0e-9_wp)
       call tests%check('what comes has a suction of its own', all(pressure < -2.0_wp*10.0_wp/1.25_wp + 1.0e-9_wp .or. &
         y < 2.2_wp .or. suction < 1.0e-3_wp))
+      call see_point(model, 1, pressure, point)
+      call see_pores(model, 1, 10.0_wp, suction, point)
+      call tests%close('the flow takes the same', maxval(abs(point%filled(:3) - (1.0_wp + (1.25_wp*max(0.0_wp, &
+        y(point%place%node(:3)) - 0.2_wp))**2)**(-0.5_wp))), 0.0_wp, 1.0e-12_wp)
+      call tests%check('in suction', any(y(point%place%node(:3)) > 0.3_wp))
       filled = filled_pores(model)
       acting = excess_pressure(model)
       call tests%close('a share of the pores is full', maxval(abs(filled - (1.0_wp + (1.25_wp*max(0.0_wp, x(2, :) &
@@ -328,12 +335,20 @@ contains
         bounds%held .and. abs(bounds%pressure - 10.0_wp*(1.5_wp - y)) <= 1.0e-9_wp)))
     end associate
     call tests%check('and is there', index(bounds_note(model), "'well'") == 0)
+    call make_step('PLANE STRAIN', '*NSET, NSET=part, BOX| 0.7, 2.1, -0.1, 1.9|'//rest//'*PHASE, NAME=two, TIME=3|'//flows// &
+      '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| part, 1.5|*END PHASE|', 2, model, step)
+    call find_bounds(model, spread(.false., 1, model%mesh%node_count), 1.0_wp, bounds)
+    associate (x => model%mesh%coordinates(1, :size(bounds%row)), y => model%mesh%coordinates(2, :size(bounds%row)))
+      call tests%check('a set with faces is no well', any(bounds%row == 1) .and. all(bounds%row /= 1 .or. x > 1.99_wp .or. &
+        y < 0.01_wp))
+    end associate
     call tests%check('without a curve none is sharp', index(model%notes, 'holds water over') == 0)
     call make_step('PLANE STRAIN', rest//'*PHASE, NAME=short, TIME=1e-4|'//flows//levels//' well, 1|*END PHASE|', 2, model, &
       step, ', ALPHA=50, N=2')
     call tests%check('what a well drains in a short time is told', index(model%notes, 'to a set within the ground') > 0)
     call tests%check('and a sharp curve', index(model%notes, "'short': soil of ALPHA=50") > 0)
-    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=short, TIME=1e-4|'//flows//levels//'*END PHASE|', 2, model, step)
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=short, TIME=1e-4|'//flows//levels//' left, 1|*END PHASE|', 2, model, &
+      step)
     call tests%check('without a well nothing', index(model%notes, 'to a set within the ground') == 0)
     call look_at('| shore, 2|')
     call tests%close('up to the top it stays at the shore', sum(bounds%load(1, :)), -20.0_wp, 1.0e-9_wp)

@@ -320,7 +320,15 @@ contains
           1.0e-6_wp*max(1.0_wp, maxval(by)))
       end associate
     end do
-    call tests%check('all of it lies between', factor(4) < 1.0_wp .and. factor(1) < factor(2) .and. factor(1) >= 1.0e-6_wp)
+    do k = 1, size(kinds)
+      call let_through_in_time(curve_type(alpha, kinds(k)), [-0.002_wp], reach(:1), factor(1), by(:1))
+      call let_through_in_time(curve_type(alpha, kinds(k)), [-0.004_wp], reach(:1), factor(2), by(:1))
+      call tests%close('linear up to u = 0.01', factor(1), 0.5_wp*(1.0_wp + factor(2)), rounding)
+      m = 1.0_wp - 1.0_wp/kinds(k)
+      call take_up(curve_type(alpha, kinds(k)), -0.004_wp, reach(1), u, by(1))
+      call tests%close('from there the curve', factor(2), sqrt(u)*(1.0_wp - (1.0_wp - u**(1.0_wp/m))**m)**2, 1.0e-8_wp)
+    end do
+    call tests%check('all of it lies between', factor(2) < factor(1) .and. factor(1) < 1.0_wp)
     call let_through_in_time(curve_type(alpha, 5.0_wp), [-1.0e3_wp, 1.0_wp, 1.0_wp], reach(:3), u, by(:3))
     call tests%close('a cell has the mean of its corners', u, (2.0_wp + 1.0e-6_wp)/3.0_wp, rounding)
     call take_up(curve_type(100.0_wp, 2.0_wp), -0.5_wp, 0.5_wp, u, m)
@@ -687,15 +695,28 @@ contains
       '*PERMEABILITY, DRAINABLE POROSITY=0.1, N=2, ALPHA=', box = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 6, 0, 2|', &
       flows = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| right, 1|*END PHASE|', time = '*PHASE, NAME=falls, TIME=1|'// &
       '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| left, 1| right, 1|*END PHASE|', &
-      said = 'soil of ALPHA=50 (*PERMEABILITY) holds water over less than a cell'
+      said = 'soil of ALPHA=50 (*PERMEABILITY) holds water over less than a cell', island = &
+      '*MATERIAL, NAME=isle|*ELASTIC| 1000, 0.3|*PERMEABILITY, ALPHA=1, N=3| 2|*BODY, NAME=isle, MATERIAL=isle, SHAPE=BOX|'// &
+      ' 0, 1, 0, 2|', land = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 2, 6, 0, 2|', two = '*NSET, NSET=two, PLANE=X| 2|', &
+      through = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| two, 1.5| right, 0.5|*END PHASE|'
+    real(wp) :: discharge(2)
+    integer :: i
 
     call build(sides//sand//'50| 2|'//box//phase//flows//time, model)
     call tests%check('a sharp curve', index(model%notes, "'flow': "//said) > 0 .and. index(model%notes, &
       'is taken with ALPHA=2 there') > 0)
     call tests%check('in time too', index(model%notes, "'falls': "//said) > 0)
+    discharge = [(discharge_in(model%analysis, i, 'left'), i=1, 2)]
+    call build(sides//sand//'2| 2|'//box//phase//flows//time, model)
+    call tests%close('which it is', discharge(1), discharge_in(model%analysis, 1, 'left'), rounding)
     call build(sides//sand//'1.2| 2|'//box//phase//flows//time, model)
     call tests%check('a flat one is not', index(model%notes, 'holds water over') == 0)
     call tests%check('and has an effect', index(model%notes, 'ALPHA of *PERMEABILITY has no effect') == 0)
+    call build(sides//two//soil//land//phase//through, model)
+    discharge(1) = discharge_in(model%analysis, 1, 'two')
+    call build(sides//two//soil//island//land//phase//through, model)
+    call tests%close('the curve of a dry island is not that of what is wet', discharge_in(model%analysis, 1, 'two'), &
+      discharge(1), rounding)
     call build(sides//sand//'1.2| 2|'//box//phase//'*END PHASE|', model)
     call tests%check('without a flow none', index(model%notes, &
       "material 'soil': ALPHA of *PERMEABILITY has no effect without *WATER LEVEL, TYPE=SEEPAGE") > 0)
