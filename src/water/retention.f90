@@ -17,8 +17,8 @@ module qsmpm_retention
 
   !> Permeability of soil without water, as a share: linear, and by a curve.
   real(wp), parameter :: least = 1.0e-3_wp, least_of_curve = 1.0e-6_wp
-  !> u up to which the permeability is linear.
-  real(wp), parameter :: straight = 1.0e-2_wp
+  !> u up to which the permeability is linear; one whose powers are still numbers.
+  real(wp), parameter :: straight = 1.0e-2_wp, far = 1.0e12_wp
 
   type :: curve_type
     !> 1 over a pressure or a height, as pressures are; 0: linear. n.
@@ -50,7 +50,7 @@ contains
       return
     end if
     alpha = min(curve%alpha, 1.0_wp/reach)
-    u = max(0.0_wp, -alpha*pressure)
+    u = min(far, max(0.0_wp, -alpha*pressure))
     share = (1.0_wp + u**curve%n)**(1.0_wp/curve%n - 1.0_wp)
     by_pressure = (curve%n - 1.0_wp)*alpha*u**(curve%n - 1.0_wp)/(1.0_wp + u**curve%n)*share
   end subroutine take_up
@@ -64,7 +64,7 @@ contains
     real(wp) :: alpha, u, at, share, slope, kept
 
     alpha = min(curve%alpha, 1.0_wp/reach)
-    u = max(0.0_wp, -alpha*pressure)
+    u = min(far, max(0.0_wp, -alpha*pressure))
     at = max(u, straight)
     call take_up(curve_type(1.0_wp, curve%n), -at, 1.0_wp, share, slope)
     kept = 1.0_wp - at**(curve%n - 1.0_wp)*share

@@ -331,6 +331,8 @@ contains
     call tests%check('all of it lies between', factor(2) < factor(1) .and. factor(1) < 1.0_wp)
     call let_through_in_time(curve_type(alpha, 5.0_wp), [-1.0e3_wp, 1.0_wp, 1.0_wp], reach(:3), u, by(:3))
     call tests%close('a cell has the mean of its corners', u, (2.0_wp + 1.0e-6_wp)/3.0_wp, rounding)
+    call take_up(curve_type(1.0_wp, 20.0_wp), -1.0e30_wp, 1.0_wp, u, m)
+    call tests%check('suction without end is a number', u < 1.0e-200_wp .and. m >= 0.0_wp .and. m < 1.0e-200_wp)
     call take_up(curve_type(100.0_wp, 2.0_wp), -0.5_wp, 0.5_wp, u, m)
     call tests%close('no curve is sharper than a cell', u, sqrt(0.5_wp), rounding)
   end subroutine check_curve
