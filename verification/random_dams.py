@@ -113,6 +113,14 @@ def dam(number: int, seed: int) -> str:
     return DECK.format(**{name: value if isinstance(value, (int, str)) else f"{value:.6g}" for name, value in values.items()})
 
 
+def with_curves(deck: str, number: int, seed: int) -> str:
+    """The same of soils that hold water by curves of their own."""
+    chance = random.Random(f"curves {seed} {number}")
+    return re.sub(
+        r"(DRAINABLE POROSITY=[\d.]+)", lambda found: f"{found[1]}, ALPHA={10.0 ** chance.uniform(-0.7, 0.9):.4g}, N={chance.uniform(1.1, 4.0):.4g}", deck,
+    )  # fmt: skip
+
+
 def quay(number: int, seed: int) -> tuple[str, float, float]:
     """A quay by its number, and how far its head may move along x at the least and the most."""
     chance = random.Random(f"{seed} {number}")
@@ -150,6 +158,7 @@ def run_quays(given: argparse.Namespace) -> int:
             folder.mkdir()
             deck = folder / f"quay_{number}.inp"
             text, least, most = quay(number, given.seed)
+            text = with_curves(text, number, given.seed) if given.curves else text
             deck.write_text(text)
             ended = run_limited([given.program.resolve(), "run", deck, "--out", folder / "out", "--quiet"], SECONDS, folder)
             seconds += ended.cpu
@@ -169,6 +178,7 @@ def main() -> int:
     words.add_argument("--scene", choices=["dam", "quay"], default="dam")
     words.add_argument("--count", type=int, default=100)
     words.add_argument("--seed", type=int, default=5)
+    words.add_argument("--curves", action="store_true", help="soils with ALPHA and N")
     words.add_argument("--program", type=pathlib.Path, default=TOP / "build/qsmpm")
     words.add_argument("--keep", type=pathlib.Path, help="folder for the decks whose flow is not found")
     given = words.parse_args()
@@ -180,7 +190,8 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         for number in range(given.count):
             deck = pathlib.Path(folder) / f"dam_{number}.inp"
-            deck.write_text(dam(number, given.seed))
+            text = dam(number, given.seed)
+            deck.write_text(with_curves(text, number, given.seed) if given.curves else text)
             ended = run_limited([given.program.resolve(), "check", deck], SECONDS, pathlib.Path(folder))
             said = ended.output + ended.errors
             flows = re.findall(r"triangles,(?: at the end of the phase, after (\d+) steps in time,)? (\d+) iterations", said)

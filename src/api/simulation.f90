@@ -9,8 +9,8 @@ module qsmpm_simulation
   use qsmpm_limit_load, only: is_found, limit_load_type
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_phases, only: end_phase
-  use qsmpm_stages, only: append_stage, change_gravity, change_traction, change_pressure, change_displacement, &
-    change_fixity, cut_stage
+  use qsmpm_stages, only: append_stage, change_gravity, change_traction, change_pressure, change_water_level, &
+    change_displacement, change_fixity, cut_stage
   use qsmpm_step_length, only: phase_is_complete
   use qsmpm_stepped_analysis, only: stepped_analysis_type, need_model
   use qsmpm_text, only: integer_text
@@ -32,6 +32,7 @@ module qsmpm_simulation
     procedure :: set_gravity
     procedure :: set_traction
     procedure :: set_pressure
+    procedure :: set_water_level
     procedure :: set_displacement
     procedure :: set_fixity
     procedure :: set_point_force
@@ -241,6 +242,23 @@ contains
     if (.not. allocated(error)) call change_pressure(self%scene, number, surface, pressure, error)
     if (.not. allocated(error)) call self%take_over(error)
   end subroutine set_pressure
+
+  !> Level of water at the end of the coming stage.
+  subroutine set_water_level(self, name, level, error)
+    !> The analysis.
+    class(simulation_type), intent(inout) :: self
+    !> Node set or surface of a row of a free surface in ground that consolidates; for water at rest a body, or empty.
+    character(len=*), intent(in) :: name
+    !> Height as a coordinate.
+    real(wp), intent(in) :: level
+    !> Set when no such level is in force, or no stage is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    call find_coming(self, number, error, [level])
+    if (.not. allocated(error)) call change_water_level(self%scene, number, name, level, error)
+    if (.not. allocated(error)) call self%take_over(error)
+  end subroutine set_water_level
 
   !> Displacement of a node set over the coming stage.
   subroutine set_displacement(self, set, component, value, error)

@@ -20,8 +20,8 @@ module qsmpm_stages
   implicit none
   private
 
-  public :: append_stage, change_gravity, change_traction, change_pressure, change_displacement, change_fixity, &
-    cut_stage, take_over_stages, take_phases, same_steps
+  public :: append_stage, change_gravity, change_traction, change_pressure, change_water_level, &
+    change_displacement, change_fixity, cut_stage, take_over_stages, take_phases, same_steps
 
 contains
 
@@ -115,6 +115,48 @@ contains
     traction%pressure = pressure
     call put_traction(scene%phases(number), traction)
   end subroutine change_pressure
+
+  !> Level of water at the end of a stage: of a row of a free surface in ground that consolidates, or of water at rest.
+  !> A stage without levels of its own gets those in force.
+  subroutine change_water_level(scene, number, name, level, error)
+    type(analysis_type), intent(inout) :: scene
+    !> Number of the stage.
+    integer, intent(in) :: number
+    !> Node set or surface of a row; for water at rest a body, or empty for all that have no level of their own.
+    character(len=*), intent(in) :: name
+    !> Height as a coordinate.
+    real(wp), intent(in) :: level
+    !> Set when no such level is in force, or water flows below it through ground as it is drawn.
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: line(:)
+    integer :: i, k, r
+
+    allocate (line, source=lineage(scene%phases, number))
+    do i = size(line), 1, -1
+      do k = 1, size(scene%phases(line(i))%water_levels)
+        associate (card => scene%phases(line(i))%water_levels(k))
+          r = 0
+          if (card%flows .or. card%none) then
+            if (card%flows) r = findloc([(card%heads(r)%set == name, r=1, size(card%heads))], .true., dim=1)
+            if (r == 0) cycle
+          else if (card%body /= name) then
+            cycle
+          end if
+        end associate
+        if (scene%phases(line(i))%water_levels(k)%flows .and. .not. scene%phases(line(i))%water_levels(k)%coupled) exit
+        if (i < size(line)) scene%phases(number)%water_levels = [scene%phases(number)%water_levels, &
+          scene%phases(line(i))%water_levels(k)]
+        associate (card => scene%phases(number)%water_levels(merge(k, size(scene%phases(number)%water_levels), &
+            i == size(line))))
+          if (r > 0) card%heads(r)%level = level
+          if (r == 0) card%line(2, :) = level
+        end associate
+        return
+      end do
+    end do
+    call fail(error, error_other, "no level of '"//name//"' is in force that a stage can move: one of a flow "// &
+      'through ground as it is drawn is found when its stage is added (*WATER LEVEL by cards)')
+  end subroutine change_water_level
 
   !> Put a load on a surface in the place of a former one of its kind, or behind the others.
   subroutine put_traction(phase, traction)

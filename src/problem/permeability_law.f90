@@ -19,6 +19,8 @@ module qsmpm_permeability_law
     integer :: kind = permeability_constant
     !> e_0 and C_k; 0 where they are not given.
     real(wp) :: void_ratio = 0.0_wp, index = 0.0_wp
+    !> Of the curve of suction (qsmpm_retention): 1 over a height, 0 for none, and n.
+    real(wp) :: alpha = 0.0_wp, n = 0.0_wp
   end type permeability_law_type
 
 contains

@@ -8,7 +8,7 @@ module qsmpm_flow_points
   use qsmpm_material_description, only: permeability_at
   use qsmpm_model, only: model_type
   use qsmpm_permeability_law, only: permeability_ratio
-  use qsmpm_seepage, only: filled_share, let_through_in_time
+  use qsmpm_retention, only: curve_of, curve_type, let_through_in_time, take_up
   use qsmpm_space, only: functions_at, shape_values_type
   implicit none
   private
@@ -31,6 +31,7 @@ module qsmpm_flow_points
     !> once.
     real(wp) :: pores = 0.0_wp, mass = 0.0_wp, gained = 0.0_wp, yields = 0.0_wp
     real(wp) :: suction(8) = 1.0_wp, filled(8) = 1.0_wp, conducts(8) = 0.0_wp
+    type(curve_type) :: curve
   end type flow_point_type
 
   !> What the unknowns make of it.
@@ -86,7 +87,8 @@ contains
       if (soil%saturated_weight >= 0.0_wp) point%mass = (soil%saturated_weight - soil%unit_weight)*volume
       point%gained = (point%volume - volume)*unit_weight
       point%suction(:n) = suction(point%place%node(:n))
-      point%filled(:n) = kept_water(point%kept(:n), point%suction(:n))
+      point%curve = curve_of(soil%permeability_law, unit_weight)
+      point%filled(:n) = kept_water(point%curve, point%kept(:n), point%suction(:n))
       if (soil%young > 0.0_wp) point%yields = 1.0_wp/soil%young
       point%conducts(:n) = maxval(point%permeability)*unit_weight/point%suction(:n)**2
     end associate
@@ -100,11 +102,11 @@ contains
     type(flow_state_type), intent(inout) :: here
 
     here%slope = here%slope + heavy
-    here%filled = filled_share(here%nodal, point%suction)
-    where (here%nodal < 0.0_wp .and. here%nodal > -point%suction) here%by_filled = 1.0_wp/point%suction
+    call take_up(point%curve, here%nodal, point%suction, here%filled, here%by_filled)
     here%by_pressure = here%filled + here%by_filled*here%nodal
-    here%water = kept_water(here%nodal, point%suction)
-    here%by_water = merge(dry/point%suction, here%by_filled, here%nodal <= -point%suction)
-    call let_through_in_time(here%nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
+    here%water = kept_water(point%curve, here%nodal, point%suction)
+    here%by_water = here%by_filled
+    if (.not. point%curve%alpha > 0.0_wp) where (here%nodal <= -point%suction) here%by_water = dry/point%suction
+    call let_through_in_time(point%curve, here%nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
   end subroutine fill_pores
 end module qsmpm_flow_points

@@ -11,18 +11,18 @@ module qsmpm_consolidation
   use qsmpm_element, only: corner_count, element_order, face_corners, face_count, linear_kind, &
     shape_functions
   use qsmpm_face_leak, only: constrained_modulus, front_within
-  use qsmpm_free_surface, only: acting_pressure, filling_pressure, is_in_air
+  use qsmpm_free_surface, only: filling_pressure, is_in_air, nodes_within, rows_in_force
   use qsmpm_free_surface_check, only: check_free_surface
   use qsmpm_kept_arrays, only: is_kept, kept_values
-  use qsmpm_load_description, only: consolidation_type
+  use qsmpm_load_description, only: consolidation_type, head_type
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_permeability_law, only: permeability_constant, permeability_words
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, has_consolidation
+  use qsmpm_retention, only: curve_of, take_up
   use qsmpm_rounded_text, only: rounded_text
-  use qsmpm_seepage, only: filled_share
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
@@ -31,6 +31,10 @@ module qsmpm_consolidation
 
   !> Nodal field with the excess pore pressure.
   character(len=*), parameter, public :: excess_field = 'excess_pore_pressure'
+  !> What points get of the pressure of the nodes.
+  integer, parameter :: itself = 0, filling = 1, acting = 2
+  !> Stands for the permeability beside soil at nodes whose pressure is held at a face; in a well it is larger.
+  real(wp), parameter :: at_face = 0.5_wp*huge(1.0_wp)
 
 contains
 
@@ -51,9 +55,8 @@ contains
     pressure = 0.0_wp
     if (.not. is_kept(model%state%kept, excess_field)) return
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
-    if (free_surface_of(model%analysis%phases, model%state%progress%phase) > 0) &
-      nodal = acting_pressure(nodal, filling_pressure(model))
-    pressure = at_points(model, nodal)
+    pressure = at_points(model, nodal, merge(acting, itself, free_surface_of(model%analysis%phases, &
+      model%state%progress%phase) > 0))
   end function excess_pressure
 
   !> Filled share of the pores under a free surface, 1 in what is tight (points).
@@ -63,25 +66,33 @@ contains
     real(wp) :: nodal(model%space%node_count)
 
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
-    share = at_points(model, filled_share(nodal(:model%mesh%node_count), filling_pressure(model)))
+    share = at_points(model, nodal, filling)
     where (.not. permeable_points(model)) share = 1.0_wp
   end function filled_pores
 
   !> What corners of cells have, at the points; 0 where no water flows (points).
-  pure function at_points(model, nodal) result(values)
+  pure function at_points(model, nodal, kind) result(values)
     type(model_type), intent(in) :: model
-    !> (mesh nodes or more)
+    !> Pressure (mesh nodes or more).
     real(wp), intent(in) :: nodal(:)
+    !> The pressure itself, the filled share under a free surface, or what it puts on the skeleton.
+    integer, intent(in) :: kind
     real(wp) :: values(model%state%points%count)
-    real(wp) :: shape(8)
-    integer :: p, n
+    real(wp) :: shape(8), share(8), slope(8), suction(model%mesh%node_count)
+    integer :: p, n, from
 
+    from = consolidation_of(model%analysis%phases, model%state%progress%phase)
+    if (kind /= itself) suction = filling_pressure(model)
     associate (mesh => model%mesh, points => model%state%points)
       do p = 1, points%count
-        associate (c => points%cell(p))
-          n = corner_count(mesh%cell_kind(c))
-          call shape_functions(linear_kind(mesh%cell_kind(c)), points%local(:, p), shape(:n))
-          values(p) = dot_product(shape(:n), nodal(mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + n - 1)))
+        n = corner_count(mesh%cell_kind(points%cell(p)))
+        associate (node => mesh%cell_nodes(mesh%cell_first(points%cell(p)):mesh%cell_first(points%cell(p)) + n - 1))
+          call shape_functions(linear_kind(mesh%cell_kind(points%cell(p))), points%local(:, p), shape(:n))
+          share = 1.0_wp
+          if (kind /= itself) call take_up(curve_of(model%analysis%materials(points%material(p))%permeability_law, &
+            model%analysis%phases(from)%consolidation%unit_weight), nodal(node), suction(node), share(:n), slope(:n))
+          if (kind /= filling) share(:n) = share(:n)*nodal(node)
+          values(p) = dot_product(shape(:n), share(:n))
         end associate
       end do
     end associate
@@ -102,7 +113,7 @@ contains
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
     if (free_surface_of(model%analysis%phases, model%state%progress%phase) == 0) return
     nodal = reshape(kept_values(model%state%kept, excess_field), [model%space%node_count])
-    filled = at_points(model, filled_share(nodal(:model%mesh%node_count), filling_pressure(model)))
+    filled = at_points(model, nodal, filling)
     axis = vertical_of(model%analysis)
     associate (points => model%state%points)
       do p = 1, points%count
@@ -153,7 +164,7 @@ contains
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: p
 
-    if (.not. has_consolidation(model%analysis%phases)) call note_idle_laws(model)
+    call note_idle_laws(model)
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         if (phase%consolidation%given .and. (model%analysis%method%basis /= basis_fem .or. &
@@ -173,14 +184,17 @@ contains
     end do
   end subroutine check_consolidation
 
-  !> Permeabilities that are to follow the void ratio, and do not.
+  !> Permeabilities that are to follow the void ratio or the suction, and do not.
   subroutine note_idle_laws(model)
     type(model_type), intent(inout) :: model
-    integer :: m
+    integer :: m, p
 
     do m = 1, size(model%analysis%materials)
       associate (soil => model%analysis%materials(m))
-        if (soil%permeability_law%kind == permeability_constant) cycle
+        if (soil%permeability_law%alpha > 0.0_wp .and. .not. any([(any(model%analysis%phases(p)%water_levels%flows), &
+          p=1, size(model%analysis%phases))])) model%notes = model%notes//"material '"//soil%name//"': ALPHA of "// &
+          '*PERMEABILITY has no effect without *WATER LEVEL, TYPE=SEEPAGE'//new_line('a')
+        if (soil%permeability_law%kind == permeability_constant .or. has_consolidation(model%analysis%phases)) cycle
         model%notes = model%notes//"material '"//soil%name//"': LAW="// &
           trim(permeability_words(soil%permeability_law%kind))//' of *PERMEABILITY has no effect without '// &
           '*CONSOLIDATION: a steady flow has that of the soil as drawn'//new_line('a')
@@ -225,9 +239,9 @@ contains
         if (.not. (width(m) > 0.0_wp .and. soil%young > 0.0_wp .and. soil%permeability(up) > 0.0_wp)) cycle
         k = soil%permeability(up)/model%analysis%phases(consolidation_of(model%analysis%phases, number)) &
           %consolidation%unit_weight
-        if (free_surface_of(model%analysis%phases, number) > 0 .and. &
+        if (free_surface_of(model%analysis%phases, number) > 0 .and. fast(m) < huge(k) .and. &
           front_within(soil, k, width(m), phase%duration)) cycle
-        if (fast(m) < huge(k)) then
+        if (fast(m) < at_face) then
           if (front_within(soil, k*fast(m)/soil%permeability(up), width(m), phase%duration)) cycle
         end if
         time = width(m)**2/(k*constrained_modulus(soil))
@@ -254,7 +268,9 @@ contains
     !> Permeability over that of a soil from which on it holds no pressure.
     real(wp), parameter :: much = 30.0_wp
     real(wp) :: fastest(model%mesh%node_count)
-    logical :: drained(model%mesh%node_count), inside(model%mesh%node_count), filled(0:model%mesh%cell_count), held
+    logical, dimension(model%mesh%node_count) :: drained, inside, well
+    logical :: filled(0:model%mesh%cell_count), held
+    type(head_type), allocatable :: rows(:)
     integer :: c, f, m, p, up
 
     up = vertical_of(model%analysis)
@@ -262,6 +278,12 @@ contains
       drained = drained_nodes(model, card)
       held = card%held .or. free_surface_of(model%analysis%phases, number) > 0
     end associate
+    well = .false.
+    allocate (rows(0))
+    if (free_surface_of(model%analysis%phases, number) > 0) rows = rows_in_force(model%analysis%phases, number, 1.0_wp)
+    do m = 1, size(rows)
+      well(nodes_within(model, rows(m)%set)) = .true.
+    end do
     inside = .true.
     filled = .false.
     fastest = 0.0_wp
@@ -283,7 +305,8 @@ contains
     end associate
     do m = 1, size(model%analysis%materials)
       beside(:, m) = merge(fastest, 0.0_wp, fastest > much*model%analysis%materials(m)%permeability(up))
-      where (drained .and. (inside .or. held)) beside(:, m) = huge(1.0_wp)
+      where (drained .and. (inside .or. held)) beside(:, m) = at_face
+      where (well .and. inside) beside(:, m) = huge(1.0_wp)
     end do
   end function permeability_beside
 

@@ -2,6 +2,7 @@
 !> pressure, how it presses on the skeleton, and what the bounds of the ground are to the water.
 !>
 !>   S = 1 for p >= 0,  1 + p/(gamma_w c) for -gamma_w c < p < 0,  0 below          c: height of the cells at a node
+!>   or a curve of the soil (qsmpm_retention)
 !>   pi = S p                                                       presses on the skeleton (Bishop 1959, chi = S)
 !>
 !> Below its level a part of the bounds has the pressure of the free water, which presses on the faces there too, and on
@@ -20,13 +21,13 @@ module qsmpm_free_surface
   use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_seepage, only: filled_share
+  use qsmpm_retention, only: curve_type, take_up
   use qsmpm_vertical, only: upwards, vertical_of
   implicit none
   private
 
-  public :: water_bounds_type, filling_pressure, acting_pressure, kept_water, find_bounds, is_in_air, is_on, looks_up, &
-    rows_in_force, former_levels, idle_rows, bounds_note
+  public :: water_bounds_type, filling_pressure, kept_water, find_bounds, is_in_air, is_on, looks_up, &
+    rows_in_force, former_levels, idle_rows, bounds_note, nodes_within
 
   !> Share of the pores that give off their water as suction grows by that under which they are empty, beyond it.
   real(wp), parameter, public :: dry = 1.0e-3_wp
@@ -77,21 +78,16 @@ contains
       consolidation_of(model%analysis%phases, model%state%progress%phase)))%consolidation%unit_weight
   end function filling_pressure
 
-  !> What a pore pressure puts on the skeleton.
-  elemental real(wp) function acting_pressure(pressure, suction)
-    !> Suction under which the pores are empty.
+  !> Water in drainable pores as a share of them: S, and where that is linear a little that dry ground gives off as its
+  !> suction grows, without which rain would change the pressure there by a jump.
+  elemental real(wp) function kept_water(curve, pressure, suction)
+    type(curve_type), intent(in) :: curve
+    !> Suction under which the pores are empty, or the least that a curve is over.
     real(wp), intent(in) :: pressure, suction
+    real(wp) :: slope
 
-    acting_pressure = filled_share(pressure, suction)*pressure
-  end function acting_pressure
-
-  !> Water in drainable pores as a share of them: S, and a little that dry ground gives off as its suction grows,
-  !> without which rain would change the pressure there by a jump.
-  elemental real(wp) function kept_water(pressure, suction)
-    !> Suction under which the pores are empty.
-    real(wp), intent(in) :: pressure, suction
-
-    kept_water = filled_share(pressure, suction) + dry*min(0.0_wp, 1.0_wp + pressure/suction)
+    call take_up(curve, pressure, suction, kept_water, slope)
+    if (.not. curve%alpha > 0.0_wp) kept_water = kept_water + dry*min(0.0_wp, 1.0_wp + pressure/suction)
   end function kept_water
 
   !> The levels of a phase at a fraction of it: those of the card in force, evenly from what they were.
@@ -172,9 +168,35 @@ contains
           end do
         end do
       end do
+      do i = 1, size(rows)
+        if (any(bounds%row == i)) cycle
+        call take_ends(model, rows(i), i, nodes_within(model, rows(i)%set), bounds)
+      end do
       call flood(model, rows, filled, given, wet, bounds)
     end associate
   end subroutine find_bounds
+
+  !> Corners of cells with ground in a node set: a well or a drain where it has no face.
+  pure function nodes_within(model, name) result(nodes)
+    type(model_type), intent(in) :: model
+    character(len=*), intent(in) :: name
+    integer, allocatable :: nodes(:)
+    logical :: corner(model%mesh%node_count)
+    integer :: p, s
+
+    corner = .false.
+    associate (mesh => model%mesh)
+      do p = 1, model%state%points%count
+        associate (c => model%state%points%cell(p))
+          corner(mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) - 1 + corner_count(mesh%cell_kind(c)))) = .true.
+        end associate
+      end do
+      allocate (nodes(0))
+      do s = 1, size(mesh%node_sets)
+        if (mesh%node_sets(s)%name == name) nodes = pack(mesh%node_sets(s)%items, corner(mesh%node_sets(s)%items))
+      end do
+    end associate
+  end function nodes_within
 
   !> Free water beside the parts of the bounds that have it.
   pure subroutine flood(model, rows, filled, given, wet, bounds)

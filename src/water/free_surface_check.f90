@@ -11,7 +11,9 @@ module qsmpm_free_surface_check
   use qsmpm_model, only: model_type
   use qsmpm_phase_loads, only: consolidation_of, free_surface_of, load_in_force
   use qsmpm_phase_tree, only: lineage
+  use qsmpm_retention, only: sharp_note
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_vertical, only: vertical_of
   implicit none
   private
 
@@ -86,8 +88,23 @@ contains
       ', and *CONSOLIDATION has UNIT WEIGHT='//rounded_text(weight)//': water that flows has one weight')
     model%notes = model%notes//"phase '"//model%analysis%phases(number)%name// &
       "': the surface of the water moves in ground that consolidates; suction acts over the height of a cell above "// &
-      'it, where pores fill and empty, and counts as none beyond'//new_line('a')
+      'it, where pores fill and empty, and counts as none beyond, or by ALPHA and N of *PERMEABILITY'//new_line('a')// &
+      sharp_note(model%analysis%phases(number)%name, model%analysis%materials(model%state%points%material) &
+      %permeability_law%alpha, [(height_of(model, i), i=1, model%state%points%count)])
   end subroutine check_levels
+
+  !> Height of the cell of a point.
+  pure real(wp) function height_of(model, p) result(height)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: p
+
+    associate (mesh => model%mesh, c => model%state%points%cell(p))
+      associate (y => mesh%coordinates(vertical_of(model%analysis), mesh%cell_nodes(mesh%cell_first(c): &
+          mesh%cell_first(c) - 1 + corner_count(mesh%cell_kind(c)))))
+        height = maxval(y) - minval(y)
+      end associate
+    end associate
+  end function height_of
 
   !> Levels are at faces of the ground, as far as bodies do not come and go (qsmpm_phase_start warns then).
   subroutine check_parts(model, number, level, diagnostics)
@@ -110,8 +127,8 @@ contains
       load = load_in_force(model%analysis%phases, lineage(model%analysis%phases, number), level%heads(r)%set, .true.)
       if (load%of_water) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', "the water at '"// &
         level%heads(r)%set//"' presses by its level, and by a *PRESSURE as well: leave that out")
-      if (idle(r)) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', "no face of the ground "// &
-        "lies in '"//level%heads(r)%set//"' (a well within ground is for phases without *CONSOLIDATION)")
+      if (idle(r)) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', 'neither a face nor a '// &
+        "node of the ground lies in '"//level%heads(r)%set//"'")
     end do
   end subroutine check_parts
 

@@ -246,10 +246,12 @@ contains
   end function steady_pressure
 
   !> Ground that begins to consolidate under a free surface has the pressure of the water before with the excess on it;
-  !> suction hangs from its surface, or from the base of the mesh. Bodies that come are dry.
+  !> suction hangs from its surface, or from the base of the mesh, linear to twice what empties the pores. Bodies that
+  !> come are dry: by a curve they have a suction of 2/alpha.
   pure subroutine begin_free_surface(model)
     type(model_type), intent(inout) :: model
-    real(wp) :: nodal(model%space%node_count), pressure(model%mesh%node_count), suction(model%mesh%node_count), level
+    real(wp) :: nodal(model%space%node_count), pressure(model%mesh%node_count), suction(model%mesh%node_count), level, &
+      weight
     logical :: stays(size(model%analysis%bodies)), given(model%mesh%node_count)
     type(water_table_type), allocatable :: tables(:)
     integer :: i, p, axis, before
@@ -258,6 +260,7 @@ contains
       if (free_surface_of(phases, number) == 0) return
       axis = vertical_of(model%analysis)
       before = parent_of(phases, number)
+      weight = phases(consolidation_of(phases, number))%consolidation%unit_weight
       suction = filling_pressure(model)
       pressure = -2.0_wp*suction
       given = .false.
@@ -265,19 +268,22 @@ contains
       stays = bodies_active(model%analysis, before)
       nodal = reshape(kept_values(model%state%kept, excess_field), shape(nodal))
       do p = 1, model%state%points%count
-        associate (c => model%state%points%cell(p), table => tables(model%state%points%body(p)))
-          if (.not. stays(model%state%points%body(p))) cycle
+        associate (c => model%state%points%cell(p), table => tables(model%state%points%body(p)), &
+            alpha => model%analysis%materials(model%state%points%material(p))%permeability_law%alpha)
           do i = mesh%cell_first(c), mesh%cell_first(c) + corner_count(mesh%cell_kind(c)) - 1
             associate (a => mesh%cell_nodes(i))
               if (given(a)) cycle
+              if (.not. stays(model%state%points%body(p))) then
+                if (alpha > 0.0_wp) pressure(a) = min(pressure(a), -2.0_wp*weight/alpha)
+                cycle
+              end if
               given(a) = .true.
               pressure(a) = nodal(a)
               if (free_surface_of(phases, before) > 0) cycle
               level = table%up*minval(table%up*mesh%coordinates(axis, :))
               if (table%present) level = level_at(table, mesh%coordinates(:, a))
-              pressure(a) = nodal(a) + table%up*phases(consolidation_of(phases, number))%consolidation%unit_weight &
-                *(level - mesh%coordinates(axis, a))
-              pressure(a) = max(pressure(a), -2.0_wp*suction(a))
+              pressure(a) = nodal(a) + table%up*weight*(level - mesh%coordinates(axis, a))
+              if (.not. alpha > 0.0_wp) pressure(a) = max(pressure(a), -2.0_wp*suction(a))
             end associate
           end do
         end associate

@@ -4,6 +4,7 @@
 !>   div( k_r(p) K grad h ) = n dS/dt,   p = h - y                                                   Darcy
 !>   S = 1 for p >= 0,  1 + p/c for -c < p < 0,  0 below; n: drainable porosity                      0 = steady
 !>   k_r = 1 for p >= 0,  1 + (1 - k_min) p/w for -w < p < 0,  k_min below                           suction
+!>   or S, k_r by a curve of the soil (qsmpm_retention), no sharper than over 2 w, in time c
 !>   h = H                          below a level of free water
 !>   p <= 0,  q >= 0,  q p = 0      on faces in air: water leaves where it stands at the face        seepage face
 !>   q = 0                          on all others;  -rain in place of 0 on faces that it falls on
@@ -19,6 +20,7 @@ module qsmpm_seepage
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_node_graph, only: connectivity_type, node_graph
   use qsmpm_node_ordering, only: order_bandwidth, order_metis
+  use qsmpm_retention, only: curve_type, let_through_in_time, relative, take_up
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_seepage_field, only: fall_in, find_slopes
   use qsmpm_solver_list, only: solver_number, solver_row, solver_row_type
@@ -27,11 +29,9 @@ module qsmpm_seepage
   implicit none
   private
 
-  public :: seepage_type, seepage_newton_type, solve_seepage, start_seepage, find_heads, end_seepage, filled_share, &
-    height_of, let_through_in_time
+  public :: seepage_type, seepage_newton_type, solve_seepage, start_seepage, find_heads, end_seepage, height_of, &
+    water_in
 
-  !> Permeability of soil without water, as a share.
-  real(wp), parameter :: least = 1.0e-3_wp
   !> Residual in heads over the height of the ground: of the last width, and of those on the way.
   real(wp), parameter :: last_tolerance = 1.0e-10_wp, way_tolerance = 1.0e-4_wp
   integer, parameter :: most_iterations = 150
@@ -56,6 +56,8 @@ module qsmpm_seepage
     integer, allocatable :: corner(:, :)
     !> Permeability along the axes (dimension, cells).
     real(wp), allocatable :: permeability(:, :)
+    !> What the soil holds in suction (cells).
+    type(curve_type), allocatable :: curve(:)
     !> Width of suction, then the one that was found; the one that was asked for.
     real(wp) :: suction = 0.0_wp, wanted = 0.0_wp
     !> One of `node_*`; height y against gravity; head where it is given, then everywhere (nodes).
@@ -64,10 +66,10 @@ module qsmpm_seepage
     !> Rain on each node, water that comes in (nodes), and flow of the cells (dimension, cells).
     real(wp), allocatable :: rain(:), inflow(:), velocity(:, :)
     integer :: iterations = 0
-    !> Of a step in time: its length, 0 for a steady flow; water that a node takes up when its ground fills, the height
-    !> over which it does, and the share that is filled at the start of the step (nodes).
+    !> Of a step in time: its length, 0 for a steady flow; water that a corner of a cell takes up when its ground fills
+    !> (cells), the height over which it does, and the water at the start of the step (nodes).
     real(wp) :: interval = 0.0_wp
-    real(wp), allocatable :: storage(:), reach(:), filled(:)
+    real(wp), allocatable :: pores(:), reach(:), water(:)
     !> Steps so far.
     integer :: steps = 0
   end type seepage_type
@@ -258,16 +260,22 @@ contains
     real(wp), intent(in) :: correction(:), width
     real(wp), intent(out) :: norm
     real(wp) :: before, after
-    integer :: i
+    logical :: linear(size(flow%head))
+    integer :: i, c
 
     flow%iterations = flow%iterations + 1
+    linear = .false.
+    do c = 1, size(flow%curve)
+      if (.not. flow%curve(c)%alpha > 0.0_wp) linear(flow%corner(:, c)) = .true.
+    end do
     do i = 1, size(newton%row)
       if (newton%row(i) == 0) cycle
       before = (flow%head(i) - flow%height(i))/flow%reach(i)
       after = before + correction(newton%row(i))/flow%reach(i)
-      if (before < -1.0_wp) after = min(after, past - 1.0_wp)
-      if (before > -1.0_wp) after = max(after, merge(-past, -1.0_wp - past, before > 0.0_wp))
-      if (before > -1.0_wp .and. before < 0.0_wp) after = min(after, past)
+      if (before < -1.0_wp .and. linear(i)) after = min(after, past - 1.0_wp)
+      if (before > -1.0_wp .and. linear(i)) after = max(after, -1.0_wp - past)
+      if (before > 0.0_wp) after = max(after, -past)
+      if (before < 0.0_wp) after = min(after, past)
       flow%head(i) = flow%height(i) + after*flow%reach(i)
     end do
     call assemble(flow, newton, width)
@@ -364,28 +372,38 @@ contains
   pure subroutine store(flow, newton)
     type(seepage_type), intent(in) :: flow
     type(seepage_newton_type), intent(inout) :: newton
-    real(wp) :: rate, slope
+    real(wp) :: water(size(flow%head)), slope(size(flow%head))
     integer :: i
 
+    call water_in(flow, water, slope)
+    newton%inflow = newton%inflow + (water - flow%water)/flow%interval
+    slope = slope/flow%interval
     do i = 1, size(newton%row)
       if (newton%row(i) == 0) cycle
-      rate = flow%storage(i)/flow%interval
-      associate (pressure => flow%head(i) - flow%height(i), reach => flow%reach(i))
-        newton%inflow(i) = newton%inflow(i) + rate*(filled_share(pressure, reach) - flow%filled(i))
-        slope = merge(rate/reach, 0.0_wp, pressure < 0.0_wp .and. pressure > -reach)
-        call add_entry(newton%matrix, newton%row(i), newton%row(i), slope + yielding*newton%scale(i))
-        newton%scale(i) = newton%scale(i) + slope
-      end associate
+      call add_entry(newton%matrix, newton%row(i), newton%row(i), slope(i) + yielding*newton%scale(i))
     end do
+    newton%scale = newton%scale + slope
   end subroutine store
 
-  !> S of a pressure: how much of its drainable pores is filled.
-  elemental real(wp) function filled_share(pressure, reach)
-    !> As a height of water; height over which the ground fills.
-    real(wp), intent(in) :: pressure, reach
+  !> Water in the drainable pores, lumped at the nodes, and its derivative by the head (nodes).
+  pure subroutine water_in(flow, water, by_head)
+    type(seepage_type), intent(in) :: flow
+    real(wp), intent(out) :: water(:), by_head(:)
+    real(wp) :: share, slope
+    integer :: c, k
 
-    filled_share = max(0.0_wp, min(1.0_wp, 1.0_wp + pressure/reach))
-  end function filled_share
+    water = 0.0_wp
+    by_head = 0.0_wp
+    do c = 1, size(flow%corner, 2)
+      do k = 1, size(flow%corner, 1)
+        associate (i => flow%corner(k, c))
+          call take_up(flow%curve(c), flow%head(i) - flow%height(i), flow%reach(i), share, slope)
+          water(i) = water(i) + flow%pores(c)*share
+          by_head(i) = by_head(i) + flow%pores(c)*slope
+        end associate
+      end do
+    end do
+  end subroutine water_in
 
   !> Flow between the corners of a cell for unit heads, saturated.
   pure subroutine find_conductance(flow, c, conductance)
@@ -403,8 +421,7 @@ contains
   end subroutine find_conductance
 
   !> Relative permeability of a cell and its derivative by the heads of its corners. In a step of time suction acts over
-  !> the height that the cell fills over, or water would stay in it, and a dry corner keeps out no more than one that
-  !> begins to fill.
+  !> the height that the cell fills over, or water would stay in it.
   pure subroutine let_through(flow, c, width, factor, by_head)
     type(seepage_type), intent(in) :: flow
     integer, intent(in) :: c
@@ -415,49 +432,15 @@ contains
     associate (node => flow%corner(:, c))
       associate (pressure => flow%head(node) - flow%height(node))
         if (flow%interval > 0.0_wp) then
-          call let_through_in_time(pressure, flow%reach(node), factor, by_head)
+          call let_through_in_time(flow%curve(c), pressure, flow%reach(node), factor, by_head)
+        else if (flow%curve(c)%alpha > 0.0_wp) then
+          call let_through_in_time(flow%curve(c), pressure, spread(2.0_wp*width, 1, size(node)), factor, by_head)
         else
           call relative(pressure, width, factor, by_head)
         end if
       end associate
     end associate
   end subroutine let_through
-
-  !> Relative permeability of a cell, and its derivative, by what its corners fill over.
-  pure subroutine let_through_in_time(pressure, reach, factor, by_pressure)
-    !> Of the corners, and what they are empty at, of one unit.
-    real(wp), intent(in) :: pressure(:), reach(:)
-    real(wp), intent(out) :: factor, by_pressure(:)
-    real(wp) :: filling(size(pressure))
-
-    filling = max(pressure, -reach)
-    call relative(filling, sum(reach)/size(reach), factor, by_pressure)
-    where (pressure < -reach) by_pressure = 0.0_wp
-  end subroutine let_through_in_time
-
-  !> k_r of a cell, and its derivative, by the pressures of its corners.
-  pure subroutine relative(pressure, width, factor, by_head)
-    !> Of the corners, as heights of water.
-    real(wp), intent(in) :: pressure(:)
-    real(wp), intent(in) :: width
-    real(wp), intent(out) :: factor, by_head(:)
-    real(wp) :: middle, edges
-    integer :: a, b, e, n
-
-    factor = 0.0_wp
-    by_head = 0.0_wp
-    n = size(pressure)
-    edges = 0.5_wp*n*(n - 1)
-    do e = 1, n*(n - 1)/2
-      ! The fifth and sixth of a tetrahedron join corners that are not beside one another.
-      a = modulo(e - 1, n) + 1
-      b = modulo(a + (e - 1)/n, n) + 1
-      middle = 0.5_wp*(pressure(a) + pressure(b))
-      factor = factor + max(least, min(1.0_wp, 1.0_wp + (1.0_wp - least)*middle/width))/edges
-      if (middle >= 0.0_wp .or. middle <= -width) cycle
-      by_head([a, b]) = by_head([a, b]) + (1.0_wp - least)/(2.0_wp*edges*width)
-    end do
-  end subroutine relative
 
   !> Add to an entry of the matrix.
   pure subroutine add_entry(matrix, row, column, value)

@@ -8,6 +8,7 @@ module qsmpm_seepage_notes
   use qsmpm_free_water, only: beside_text, shore_text
   use qsmpm_load_description, only: water_level_type
   use qsmpm_model, only: model_type
+  use qsmpm_retention, only: sharp_note
   use qsmpm_rounded_text, only: rounded_place, rounded_text
   use qsmpm_seepage, only: node_face, node_free, seepage_type
   use qsmpm_seepage_bounds, only: seepage_scene_type
@@ -56,6 +57,13 @@ contains
       if (scene%shore(i) > 0) text = text//shore_text(analysis%phases(number)%name, level%heads(i)%set, &
         scene%mesh%position(:, scene%shore(i)))
     end do
+    if (level%transient) then
+      text = text//sharp_note(analysis%phases(number)%name, flow%curve%alpha, [(maxval(flow%reach(flow%corner(:, i))), &
+        i=1, size(flow%curve))])
+    else
+      text = text//sharp_note(analysis%phases(number)%name, flow%curve%alpha, spread(2.0_wp*flow%suction, 1, &
+        size(flow%curve)))
+    end if
     text = text//lift_note(analysis, number, level, scene, flow)
     if (level%transient) text = text//undrained_note(analysis, number)
   end function flow_notes

@@ -19,6 +19,7 @@ module qsmpm_seepage_scene
   use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_tree, only: lineage
   use qsmpm_vertical, only: upwards, vertical_of
+  use qsmpm_retention, only: curve_of
   use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage
   use qsmpm_seepage_bounds, only: place_bounds, seepage_scene_type
   use qsmpm_seepage_cells, only: cut_cells, fill_cells
@@ -274,6 +275,7 @@ contains
     kept = pack([(c, c=1, size(scene%flows))], scene%flows)
     flow%corner = scene%mesh%corner(:, kept)
     allocate (flow%permeability(size(flow%corner, 1) - 1, size(kept)), flow%depth(size(kept)))
+    flow%curve = curve_of(analysis%materials(material(scene%mesh%region(kept)))%permeability_law, 1.0_wp)
     do c = 1, size(kept)
       along = permeability_at(analysis%materials(material(scene%mesh%region(kept(c)))), &
         sum(scene%mesh%position(:, flow%corner(:, c)), dim=2)/size(flow%corner, 1))
@@ -307,6 +309,7 @@ contains
     flow%corner = flow%corner(:, pack([(c, c=1, size(kept))], kept))
     flow%permeability = flow%permeability(:, pack([(c, c=1, size(kept))], kept))
     flow%depth = pack(flow%depth, kept)
+    flow%curve = pack(flow%curve, kept)
     scene%flows = unpack(kept, scene%flows, .false.)
     where (.not. wet) flow%kind = node_free
   end subroutine leave_dry

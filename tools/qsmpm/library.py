@@ -52,7 +52,8 @@ SIGNATURES: dict[str, list[object]] = {
     "add_cards": [_H, _T], "end_stage": [_H],
     "set_load_factor": [_H, _D], "set_steps": [_H, _I], "set_time": [_H, _D], "set_start_time": [_H, _D],
     "set_gravity": [_H, _V], "set_traction": [_H, _T, _V],
-    "set_pressure": [_H, _T, _D], "set_displacement": [_H, _T, _I, _D], "set_fixity": [_H, _T, _PI],
+    "set_pressure": [_H, _T, _D], "set_water_level": [_H, _T, _D], "set_displacement": [_H, _T, _I, _D],
+    "set_fixity": [_H, _T, _PI],
     "shape": [_H, _T, _PI, _PI], "count": [_H, _T, _PI], "get": [_H, _T, _V, _I], "set": [_H, _T, _V, _I],
     "view": [_H, _T, POINTER(_V), _PI, _PI], "name": [_H, _T, _I, _T, _I],
 }

@@ -217,6 +217,10 @@ class Simulation:
         """Pressure on a surface at the end of the coming stage."""
         self._call("set_pressure", surface.encode(), pressure)
 
+    def set_water_level(self, name: str, level: float) -> None:
+        """Level of water at the end of the coming stage, by the set of its row; for water at rest by its body, or ""."""
+        self._call("set_water_level", name.encode(), level)
+
     def set_displacement(self, node_set: str, component: int, value: float) -> None:
         """Displacement of a node set over the coming stage; component 0, 1 or 2."""
         self._call("set_displacement", node_set.encode(), component + 1, value)

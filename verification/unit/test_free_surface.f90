@@ -3,10 +3,11 @@
 !> cases (consolidation.toml).
 module test_free_surface
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_consolidation, only: excess_field, excess_pressure
+  use qsmpm_consolidation, only: excess_field, excess_pressure, filled_pores
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
-  use qsmpm_free_surface, only: acting_pressure, filling_pressure, find_bounds, bounds_note, kept_water, &
+  use qsmpm_flow_points, only: flow_point_type, see_point, see_pores
+  use qsmpm_free_surface, only: filling_pressure, find_bounds, bounds_note, kept_water, &
     rows_in_force, water_bounds_type
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
   use qsmpm_kept_arrays, only: kept_values
@@ -17,6 +18,7 @@ module test_free_surface
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_pore_water, only: discharge_in
+  use qsmpm_retention, only: curve_type
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: increment_type, term_type
   use qsmpm_term_sums, only: begin_terms, set_loads
@@ -33,7 +35,8 @@ module test_free_surface
   character(len=*), parameter :: term_name = 'flow of the pore water'
   !> Sand of 2 x 2 m with the water at 1.4 m, beside air where a lake stands at its right side.
   character(len=*), parameter :: scene = '*GRID| X, 0, 3, 6| Y, 0, 3, 6|*NSET, NSET=base, PLANE=Y| 0|'// &
-    '*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=well, BOX| 0.4, 1.1, 0.4, 1.1|*SURFACE, NAME=shore, TYPE=SEGMENT| 2, 0, 2, 2|'// &
+    '*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=well, BOX| 0.4, 1.1, 0.4, 1.1|*NSET, NSET=air, BOX| 2.9, 3, 2.9, 3|'// &
+    '*SURFACE, NAME=shore, TYPE=SEGMENT| 2, 0, 2, 2|'// &
     '*SURFACE, NAME=around, TYPE=OUTLINE, BODY=sand, BOX| 1.95, 2.1, 0, 2|'// &
     '*SURFACE, NAME=top, TYPE=OUTLINE, BODY=sand, BOX| 0, 2, 2, 2|'// &
     '*MATERIAL, NAME=sand|*ELASTIC| 100, 0.2|*UNIT WEIGHT| 18, 20|*PERMEABILITY, DRAINABLE POROSITY=0.2| 0.3, 0.2|'// &
@@ -53,6 +56,9 @@ contains
     call tests%start('free_surface')
     call check_tangent(tests, 'PLANE STRAIN')
     call check_tangent(tests, 'AXISYMMETRIC')
+    call check_tangent(tests, 'PLANE STRAIN', ', ALPHA=1.4, N=1.7')
+    call check_tangent(tests, 'AXISYMMETRIC', ', ALPHA=1.4, N=3')
+    call check_curve(tests)
     call check_start(tests)
     call check_bounds(tests)
     call check_corner(tests, 'PLANE STRAIN')
@@ -73,15 +79,17 @@ contains
   end subroutine collect_free_surface
 
   !> The matrix times a direction is the change of the residual along it, in ground that is full, empty and between.
-  subroutine check_tangent(tests, kind)
+  subroutine check_tangent(tests, kind, curve)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind
+    !> Of suction.
+    character(len=*), intent(in), optional :: curve
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp), allocatable :: product(:), change(:), pressure(:)
 
     allocate (model, step)
-    call make_step(kind, rest//lowers, 2, model, step)
+    call make_step(kind, rest//lowers, 2, model, step, curve)
     pressure = pack(kept_values(model%state%kept, excess_field), .true.)
     call tests%check('there are nodes with suction', any(pressure < 0.0_wp) .and. any(pressure > 0.0_wp))
     call matrix_and_difference(model, step, waves(step, 0.3_wp), waves(step, 1.1_wp), 1.0e-6_wp, product, change)
@@ -89,6 +97,39 @@ contains
       1.0e-6_wp*maxval(abs(product)))
     call end_system(step%system)
   end subroutine check_tangent
+
+  !> By a curve suction hangs from the water as high as the ground is, points have S p of it, and what comes has 2/alpha.
+  subroutine check_curve(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    real(wp), allocatable :: pressure(:), suction(:), filled(:), acting(:)
+    type(flow_point_type) :: point
+
+    allocate (model, step)
+    call make_step('PLANE STRAIN', rest(:index(rest, '1.4') - 1)//'0.2'//rest(index(rest, '1.4') + 3:)// &
+      '*PHASE, NAME=lowers, TIME=3|*ACTIVATE| fill|'//flows//levels//'*END PHASE|', 2, model, step, ', ALPHA=1.25, N=2')
+    pressure = pack(kept_values(model%state%kept, excess_field), .true.)
+    suction = filling_pressure(model)
+    associate (y => model%mesh%coordinates(2, :), x => model%state%points%position)
+      call tests%close('suction to the top of the ground', maxval(abs(pressure - 10.0_wp*(0.2_wp - y)), &
+        mask=suction > 1.0e-3_wp .and. y < 2.01_wp), 0.0_wp, 1.0e-9_wp)
+      call tests%check('what comes has a suction of its own', all(pressure < -2.0_wp*10.0_wp/1.25_wp + 1.0e-9_wp .or. &
+        y < 2.2_wp .or. suction < 1.0e-3_wp))
+      call see_point(model, 1, pressure, point)
+      call see_pores(model, 1, 10.0_wp, suction, point)
+      call tests%close('the flow takes the same', maxval(abs(point%filled(:3) - (1.0_wp + (1.25_wp*max(0.0_wp, &
+        y(point%place%node(:3)) - 0.2_wp))**2)**(-0.5_wp))), 0.0_wp, 1.0e-12_wp)
+      call tests%check('in suction', any(y(point%place%node(:3)) > 0.3_wp))
+      filled = filled_pores(model)
+      acting = excess_pressure(model)
+      call tests%close('a share of the pores is full', maxval(abs(filled - (1.0_wp + (1.25_wp*max(0.0_wp, x(2, :) &
+        - 0.2_wp))**2)**(-0.5_wp)), mask=x(2, :) < 1.9_wp), 0.0_wp, 6.0e-2_wp)
+      call tests%close('and presses', maxval(abs(acting - filled*10.0_wp*(0.2_wp - x(2, :))), mask=x(2, :) < 1.9_wp), &
+        0.0_wp, 0.5_wp)
+    end associate
+    call end_system(step%system)
+  end subroutine check_curve
 
   !> A phase begins with the pressure of the water before; what acts is S p.
   subroutine check_start(tests)
@@ -108,12 +149,11 @@ contains
       call tests%check('what has come is dry', all(pressure < -suction .or. y < 2.01_wp .or. suction < 1.0e-3_wp))
       call tests%check('and there is such', any(y > 2.2_wp .and. suction > 1.0e-3_wp))
     end associate
-    call tests%close('half full', acting_pressure(-2.0_wp, 4.0_wp), -1.0_wp, 1.0e-15_wp)
-    call tests%close('empty', acting_pressure(-5.0_wp, 4.0_wp), 0.0_wp, 1.0e-15_wp)
-    call tests%close('full', acting_pressure(3.0_wp, 4.0_wp), 3.0_wp, 1.0e-15_wp)
-    call tests%close('full pores', kept_water(1.0_wp, 4.0_wp), 1.0_wp, 1.0e-15_wp)
-    call tests%close('half full ones', kept_water(-2.0_wp, 4.0_wp), 0.5_wp, 1.0e-15_wp)
-    call tests%close('dry ones give off a little', kept_water(-12.0_wp, 4.0_wp), -2.0e-3_wp, 1.0e-15_wp)
+    call tests%close('full pores', kept_water(curve_type(), 1.0_wp, 4.0_wp), 1.0_wp, 1.0e-15_wp)
+    call tests%close('half full ones', kept_water(curve_type(), -2.0_wp, 4.0_wp), 0.5_wp, 1.0e-15_wp)
+    call tests%close('dry ones give off a little', kept_water(curve_type(), -12.0_wp, 4.0_wp), -2.0e-3_wp, 1.0e-15_wp)
+    call tests%close('by a curve none', kept_water(curve_type(0.25_wp, 2.0_wp), -12.0_wp, 4.0_wp), 10.0_wp**(-0.5_wp), &
+      1.0e-15_wp)
     acting = excess_pressure(model)
     call tests%check('points have what acts', all(acting > -0.26_wp*maxval(suction)) .and. any(acting < 0.0_wp))
     call tests%close('which is that of the water where they are full', maxval(abs(acting - 10.0_wp*(1.4_wp &
@@ -282,6 +322,34 @@ contains
     call tests%check('where it ends is warned of', index(bounds_note(model), &
       "the free water of 'top' ends at (2, 2), below its level") > 0)
     call tests%check('no face is beside it', .not. any(bounds%beside) .and. index(bounds_note(model), 'beside and above') == 0)
+    call look_at('| shore, 1| well, 0.6|')
+    associate (x => model%mesh%coordinates(1, :size(bounds%row)), y => model%mesh%coordinates(2, :size(bounds%row)))
+      call tests%check('a well is where its set is', any(bounds%row == 2) .and. all(bounds%row /= 2 .or. (x > 0.39_wp .and. &
+        x < 1.11_wp .and. y > 0.6_wp .and. y < 1.11_wp)))
+      call tests%check('above its level it takes water and gives none', all(bounds%row /= 2 .or. (bounds%open .and. .not. &
+        bounds%held .and. abs(bounds%pressure) <= 0.0_wp)))
+    end associate
+    call look_at('| shore, 1| well, 1.5|')
+    associate (y => model%mesh%coordinates(2, :size(bounds%row)))
+      call tests%check('below it has its level', any(bounds%row == 2) .and. all(bounds%row /= 2 .or. (bounds%open .and. &
+        bounds%held .and. abs(bounds%pressure - 10.0_wp*(1.5_wp - y)) <= 1.0e-9_wp)))
+    end associate
+    call tests%check('and is there', index(bounds_note(model), "'well'") == 0)
+    call make_step('PLANE STRAIN', '*NSET, NSET=part, BOX| 0.7, 2.1, -0.1, 1.9|'//rest//'*PHASE, NAME=two, TIME=3|'//flows// &
+      '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| part, 1.5|*END PHASE|', 2, model, step)
+    call find_bounds(model, spread(.false., 1, model%mesh%node_count), 1.0_wp, bounds)
+    associate (x => model%mesh%coordinates(1, :size(bounds%row)), y => model%mesh%coordinates(2, :size(bounds%row)))
+      call tests%check('a set with faces is no well', any(bounds%row == 1) .and. all(bounds%row /= 1 .or. x > 1.99_wp .or. &
+        y < 0.01_wp))
+    end associate
+    call tests%check('without a curve none is sharp', index(model%notes, 'holds water over') == 0)
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=short, TIME=1e-4|'//flows//levels//' well, 1|*END PHASE|', 2, model, &
+      step, ', ALPHA=50, N=2')
+    call tests%check('what a well drains in a short time is told', index(model%notes, 'to a set within the ground') > 0)
+    call tests%check('and a sharp curve', index(model%notes, "'short': soil of ALPHA=50") > 0)
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=short, TIME=1e-4|'//flows//levels//' left, 1|*END PHASE|', 2, model, &
+      step)
+    call tests%check('without a well nothing', index(model%notes, 'to a set within the ground') == 0)
     call look_at('| shore, 2|')
     call tests%close('up to the top it stays at the shore', sum(bounds%load(1, :)), -20.0_wp, 1.0e-9_wp)
     call tests%check('no face is beside that', .not. any(bounds%beside))
@@ -468,9 +536,9 @@ contains
     call tests%close('one that stays', level_of(4, 1), 0.2_wp, 1.0e-14_wp)
     call tests%check('all are at faces', len(bounds_note(model)) == 0)
     call end_system(step%system)
-    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' well, 1|*END PHASE|', 2, model, &
+    call make_step('PLANE STRAIN', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' air, 1|*END PHASE|', 2, model, &
       step)
-    call tests%check('one that is not is told', index(bounds_note(model), "'lowers': no face of the ground lies in 'well'") > 0)
+    call tests%check('one that is not is told', index(bounds_note(model), "'lowers': no face of the ground lies in 'air'") > 0)
     call end_system(step%system)
   contains
     !> Level of a row in a phase.
@@ -498,8 +566,8 @@ contains
     call refuse('no open set', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//' base, OPEN|'//levels//'*END PHASE|', &
       "'base' is OPEN, and in phase 'lowers' the surface of the water is free")
     call refuse('one pressure', '*HISTORY, NAME=e, QUANTITY=EXCESS PRESSURE|'//rest//lowers, 'there is one pressure')
-    call refuse('parts', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' well, 1|*END PHASE|', &
-      "no face of the ground lies in 'well'", without='*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
+    call refuse('parts', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' air, 1|*END PHASE|', &
+      "neither a face nor a node of the ground lies in 'air'", without='*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
       '0, 1, 2, 2.5|')
     call refuse('what is not there needs no pores', '*MATERIAL, NAME=rock|*ELASTIC| 100, 0.2|*UNIT WEIGHT| 18, 20|'// &
       '*PERMEABILITY| 0.3|*BODY, NAME=later, MATERIAL=rock, SHAPE=BOX, ACTIVE=NO| 2, 3, 0, 1|'//rest//lowers, '', &
@@ -532,19 +600,24 @@ contains
   end subroutine check_refusals
 
   !> A step of a quarter of a phase of 3 that ends half way into it, prepared.
-  subroutine make_step(kind, phases, number, model, step)
+  subroutine make_step(kind, phases, number, model, step, curve)
     character(len=*), intent(in) :: kind, phases
     !> Of the phase.
     integer, intent(in) :: number
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
+    !> Of suction.
+    character(len=*), intent(in), optional :: curve
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
     integer :: p
 
     allocate (analysis)
-    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//scene//phases), analysis, messages, error)
+    text = scene
+    if (present(curve)) text = scene(:index(scene, '=0.2|') + 3)//curve//scene(index(scene, '=0.2|') + 4:)
+    call parse_deck('soil.inp', joined('*MODEL, TYPE='//kind//'|'//text//phases), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the free_surface suite is broken'
     call begin_analysis(model, step%terms)

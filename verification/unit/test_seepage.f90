@@ -8,7 +8,8 @@ module test_seepage
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_pore_water, only: discharge_in
-  use qsmpm_seepage, only: filled_share, node_face, node_free, node_head, seepage_type, solve_seepage
+  use qsmpm_retention, only: curve_type, let_through_in_time, take_up
+  use qsmpm_seepage, only: node_face, node_free, node_head, seepage_type, solve_seepage, water_in
   use qsmpm_seepage_notes, only: moved_note
   use qsmpm_transient_seepage, only: follow_seepage, give_pores
   use qsmpm_text, only: integer_text
@@ -50,6 +51,11 @@ contains
     call check_column(tests)
     call check_rain(tests)
     call check_times(tests)
+    call check_curve(tests)
+    call check_infiltration(tests)
+    call check_capillary(tests)
+    call check_fringe(tests)
+    call check_curve_notes(tests)
     call check_scene(tests)
     call check_bank(tests)
     call check_dry_ground(tests)
@@ -283,11 +289,184 @@ contains
     end subroutine begin
   end subroutine check_times
 
+  !> van Genuchten's and Mualem's curves at a suction of 0.8 m, and their derivatives against differences.
+  subroutine check_curve(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: alpha = 2.5_wp, step = 1.0e-6_wp, pressure(5) = [-4.0_wp, -0.8_wp, -0.1_wp, -2.0e-3_wp, 0.3_wp], &
+      kinds(3) = [1.2_wp, 2.0_wp, 5.0_wp]
+    real(wp), dimension(5) :: share, slope, up, down, factor, by, reach, unused
+    real(wp) :: u, m
+    integer :: k, i
+
+    reach = 1.0e-3_wp
+    do k = 1, size(kinds)
+      associate (curve => curve_type(alpha, kinds(k)))
+        call take_up(curve, pressure, reach, share, slope)
+        call take_up(curve, pressure + step, reach, up, unused)
+        call take_up(curve, pressure - step, reach, down, unused)
+        u = 0.8_wp*alpha
+        m = 1.0_wp - 1.0_wp/kinds(k)
+        call tests%close('S', share(2), (1.0_wp + u**kinds(k))**(-m), rounding)
+        call tests%close('of full ground', share(5), 1.0_wp, rounding)
+        call tests%close('its derivative', maxval(abs(slope - (up - down)/(2.0_wp*step))), 0.0_wp, 1.0e-6_wp)
+        do i = 1, 5
+          call let_through_in_time(curve, pressure(i:i), reach(i:i), factor(i), by(i:i))
+          call let_through_in_time(curve, pressure(i:i) + step, reach(i:i), up(i), unused(i:i))
+          call let_through_in_time(curve, pressure(i:i) - step, reach(i:i), down(i), unused(i:i))
+        end do
+        call tests%close('k_r', factor(2), sqrt(share(2))*(1.0_wp - (1.0_wp - share(2)**(1.0_wp/m))**m)**2, 1.0e-10_wp)
+        call tests%close('of full ground 1', factor(5), 1.0_wp, rounding)
+        call tests%close('the derivative of k_r', maxval(abs(by - (up - down)/(2.0_wp*step))), 0.0_wp, &
+          1.0e-6_wp*max(1.0_wp, maxval(by)))
+      end associate
+    end do
+    do k = 1, size(kinds)
+      call let_through_in_time(curve_type(alpha, kinds(k)), [-0.002_wp], reach(:1), factor(1), by(:1))
+      call let_through_in_time(curve_type(alpha, kinds(k)), [-0.004_wp], reach(:1), factor(2), by(:1))
+      call tests%close('linear up to u = 0.01', factor(1), 0.5_wp*(1.0_wp + factor(2)), rounding)
+      m = 1.0_wp - 1.0_wp/kinds(k)
+      call take_up(curve_type(alpha, kinds(k)), -0.004_wp, reach(1), u, by(1))
+      call tests%close('from there the curve', factor(2), sqrt(u)*(1.0_wp - (1.0_wp - u**(1.0_wp/m))**m)**2, 1.0e-8_wp)
+    end do
+    call tests%check('all of it lies between', factor(2) < factor(1) .and. factor(1) < 1.0_wp)
+    call let_through_in_time(curve_type(alpha, 5.0_wp), [-1.0e3_wp, 1.0_wp, 1.0_wp], reach(:3), u, by(:3))
+    call tests%close('a cell has the mean of its corners', u, (2.0_wp + 1.0e-6_wp)/3.0_wp, rounding)
+    call take_up(curve_type(1.0_wp, 20.0_wp), -1.0e30_wp, 1.0_wp, u, m)
+    call tests%check('suction without end is a number', u < 1.0e-200_wp .and. m >= 0.0_wp .and. m < 1.0e-200_wp)
+    call take_up(curve_type(100.0_wp, 2.0_wp), -0.5_wp, 0.5_wp, u, m)
+    call tests%close('no curve is sharper than a cell', u, sqrt(0.5_wp), rounding)
+  end subroutine check_curve
+
+  !> Rain of a tenth of k on a column above water: s' = 1 - q/(k k_r(s)) upwards from s = 0, by the rule of the middle on a
+  !> fine grid (after Gardner 1958).
+  subroutine check_infiltration(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    type(error_type), allocatable :: error
+    type(curve_type) :: curve
+    real(wp), parameter :: rain = 0.1_wp, height = 3.0_wp
+    integer, parameter :: fine = 3000
+    real(wp) :: suction(0:fine), half, off(2)
+    integer :: i, turn
+
+    curve = curve_type(1.5_wp, 2.2_wp)
+    suction(0) = 0.0_wp
+    do i = 1, fine
+      half = suction(i - 1) + 0.5_wp*height/fine*(1.0_wp - rain/let(suction(i - 1)))
+      suction(i) = suction(i - 1) + height/fine*(1.0_wp - rain/let(half))
+    end do
+    do turn = 1, 2
+      flow = block_of(1, 15*turn, 0.2_wp, height)
+      flow%curve = curve
+      flow%suction = 0.5_wp*flow%suction
+      call hold(flow, flow%position(2, :) < rounding, 0.0_wp)
+      where (flow%position(2, :) > height - rounding)
+        flow%kind = node_face
+        flow%rain = 0.5_wp*0.2_wp*rain
+      end where
+      call solve_seepage(flow, error)
+      call tests%check('light rain has a steady flow', .not. allocated(error) .and. flow%suction <= flow%wanted)
+      off(turn) = maxval(abs(flow%head - flow%height + suction(nint(flow%height/height*fine))))
+    end do
+    call tests%check('suction is that of the rain to 1 % of the height', off(1) < 0.01_wp*height)
+    call tests%close('and better by the square on cells half as large', off(2)/off(1), 0.25_wp, 0.1_wp)
+    call tests%close('all of it goes down', sum(flow%inflow, mask=flow%kind == node_head), -0.2_wp*rain, solved)
+  contains
+    !> k_r of a suction.
+    real(wp) function let(s) result(factor)
+      real(wp), intent(in) :: s
+      real(wp) :: by(1)
+
+      call let_through_in_time(curve, [-s], [1.0e-3_wp], factor, by)
+    end function let
+  end subroutine check_infiltration
+
+  !> A dam whose soil holds water above its surface lets more through: by its own pressures on both sides, as Charny's proof
+  !> goes on for any k_r, Q L = int (F(p_left) - F(p_right)) dy, F = int k_r dp.
+  subroutine check_fringe(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    type(error_type), allocatable :: error
+    real(wp) :: discharge(2), sides
+    integer :: turn, i
+
+    do turn = 1, 2
+      flow = dam(8*2**turn, 1.0_wp)
+      flow%curve = curve_type(2.0_wp, 2.5_wp)
+      call solve_seepage(flow, error)
+      call tests%check('a dam with a fringe is solved', .not. allocated(error) .and. flow%suction <= flow%wanted)
+      discharge(turn) = sum(flow%inflow, mask=flow%kind == node_head .and. flow%position(1, :) < rounding)
+      sides = 0.0_wp
+      do i = 1, size(flow%head)
+        associate (x => flow%position(1, i), y => flow%position(2, i), step => merge(0.5_wp, 1.0_wp, flow%position(2, i) &
+            < rounding .or. flow%position(2, i) > 1.25_wp - rounding)/(8*2**turn))
+          if (x < rounding) sides = sides + step*passed(flow%head(i) - y)
+          if (x > 0.5_wp - rounding) sides = sides - step*passed(flow%head(i) - y)
+        end associate
+      end do
+      call tests%close('and lets through what its sides say', discharge(turn), sides/0.5_wp, 6.0e-3_wp/turn)
+    end do
+    call tests%close('on any grid', discharge(1), discharge(2), 5.0e-3_wp)
+    call tests%check('more than one whose ground above is dry', discharge(2) > 1.04_wp)
+  contains
+    !> int k_r dp from 0 on.
+    real(wp) function passed(p)
+      real(wp), intent(in) :: p
+      real(wp) :: factor, by(1)
+      integer :: k
+      integer, parameter :: parts = 400
+
+      passed = max(p, 0.0_wp)
+      do k = 1, parts
+        call let_through_in_time(flow%curve(1), [min(p, 0.0_wp)*(k - 0.5_wp)/parts], [1.0e-3_wp], factor, by)
+        passed = passed + min(p, 0.0_wp)/parts*factor
+      end do
+    end function passed
+  end subroutine check_fringe
+
+  !> A full column over water drains to what its curve holds at rest, and dry ground takes up all of the rain.
+  subroutine check_capillary(tests)
+    type(tests_type), intent(inout) :: tests
+    type(seepage_type) :: flow
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: share(:), slope(:)
+    integer, allocatable :: row(:)
+    real(wp) :: before
+
+    flow = block_of(1, 40, 1.0_wp, 2.0_wp)
+    flow%curve = curve_type(2.0_wp, 3.0_wp)
+    flow%head = 2.0_wp
+    call give_pores(spread(0.2_wp, 1, size(flow%depth)), flow)
+    row = merge(1, 0, flow%position(2, :) < rounding)
+    allocate (share(size(row)), slope(size(row)))
+    call follow_seepage(flow, row, [0.0_wp], [0.0_wp], 1.0e4_wp, error)
+    call tests%check('a column drains', .not. allocated(error) .and. flow%steps < 500)
+    call tests%close('to rest', maxval(abs(flow%head)), 0.0_wp, 2.0e-2_wp)
+    call take_up(flow%curve(1), -flow%height, flow%reach, share, slope)
+    call tests%close('with what its curve holds', stored(flow), 0.2_wp*0.05_wp*(0.5_wp*sum(share) - 0.5_wp*(share(1) &
+      + share(size(share)))), 1.0e-3_wp)
+    deallocate (flow%velocity, flow%water)
+    flow%head = -20.0_wp
+    flow%steps = 0
+    where (flow%position(2, :) > 2.0_wp - rounding)
+      flow%kind = node_face
+      flow%rain = 0.5_wp*0.05_wp
+    elsewhere
+      flow%kind = node_free
+    end where
+    before = stored(flow)
+    call follow_seepage(flow, 0*row, [real(wp) ::], [real(wp) ::], 4.0_wp, error)
+    call tests%check('rain soaks into dry ground', .not. allocated(error))
+    call tests%close('all of it stays', stored(flow) - before, 0.05_wp*4.0_wp, 1.0e-5_wp)
+  end subroutine check_capillary
+
   !> Water in the pores that drain.
   pure real(wp) function stored(flow)
     type(seepage_type), intent(in) :: flow
+    real(wp), dimension(size(flow%head)) :: water, slope
 
-    stored = sum(flow%storage*filled_share(flow%head - flow%height, flow%reach))
+    call water_in(flow, water, slope)
+    stored = sum(water)
   end function stored
 
   !> Flow in time through a drawn scene: from that of the phase before, in the time of its phase.
@@ -510,6 +689,41 @@ contains
     end function told
   end subroutine check_notes
 
+  !> Curves that are sharper than cells are told, steady and in time, and curves that nothing flows by.
+  subroutine check_curve_notes(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    character(len=*), parameter :: sand = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|'// &
+      '*PERMEABILITY, DRAINABLE POROSITY=0.1, N=2, ALPHA=', box = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 6, 0, 2|', &
+      flows = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| right, 1|*END PHASE|', time = '*PHASE, NAME=falls, TIME=1|'// &
+      '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| left, 1| right, 1|*END PHASE|', &
+      said = 'soil of ALPHA=50 (*PERMEABILITY) holds water over less than a cell', island = &
+      '*MATERIAL, NAME=isle|*ELASTIC| 1000, 0.3|*PERMEABILITY, ALPHA=1, N=3| 2|*BODY, NAME=isle, MATERIAL=isle, SHAPE=BOX|'// &
+      ' 0, 1, 0, 2|', land = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 2, 6, 0, 2|', two = '*NSET, NSET=two, PLANE=X| 2|', &
+      through = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| two, 1.5| right, 0.5|*END PHASE|'
+    real(wp) :: discharge(2)
+    integer :: i
+
+    call build(sides//sand//'50| 2|'//box//phase//flows//time, model)
+    call tests%check('a sharp curve', index(model%notes, "'flow': "//said) > 0 .and. index(model%notes, &
+      'is taken with ALPHA=2 there') > 0)
+    call tests%check('in time too', index(model%notes, "'falls': "//said) > 0)
+    discharge = [(discharge_in(model%analysis, i, 'left'), i=1, 2)]
+    call build(sides//sand//'2| 2|'//box//phase//flows//time, model)
+    call tests%close('which it is', discharge(1), discharge_in(model%analysis, 1, 'left'), rounding)
+    call build(sides//sand//'1.2| 2|'//box//phase//flows//time, model)
+    call tests%check('a flat one is not', index(model%notes, 'holds water over') == 0)
+    call tests%check('and has an effect', index(model%notes, 'ALPHA of *PERMEABILITY has no effect') == 0)
+    call build(sides//two//soil//land//phase//through, model)
+    discharge(1) = discharge_in(model%analysis, 1, 'two')
+    call build(sides//two//soil//island//land//phase//through, model)
+    call tests%close('the curve of a dry island is not that of what is wet', discharge_in(model%analysis, 1, 'two'), &
+      discharge(1), rounding)
+    call build(sides//sand//'1.2| 2|'//box//phase//'*END PHASE|', model)
+    call tests%check('without a flow none', index(model%notes, &
+      "material 'soil': ALPHA of *PERMEABILITY has no effect without *WATER LEVEL, TYPE=SEEPAGE") > 0)
+  end subroutine check_curve_notes
+
   !> Ground that has moved by more than a cell before its water flows is warned of.
   subroutine check_moved(tests)
     type(tests_type), intent(inout) :: tests
@@ -597,7 +811,7 @@ contains
     integer :: i, j, c, corner
 
     allocate (flow%position(2, (n + 1)*(m + 1)), flow%corner(3, 2*n*m), flow%depth(2*n*m), &
-      flow%permeability(2, 2*n*m), flow%kind((n + 1)*(m + 1)))
+      flow%permeability(2, 2*n*m), flow%kind((n + 1)*(m + 1)), flow%curve(2*n*m))
     do j = 0, m
       do i = 0, n
         flow%position(:, 1 + i + j*(n + 1)) = [width*i/n, height*j/m]

@@ -8,7 +8,8 @@ module test_seepage_space
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_pore_water, only: discharge_in
-  use qsmpm_seepage, only: let_through_in_time, seepage_type
+  use qsmpm_retention, only: curve_type, let_through_in_time
+  use qsmpm_seepage, only: seepage_type
   use qsmpm_transient_seepage, only: give_pores
   use qsmpm_seepage_field, only: gradient_of_flow, head_of_flow, seepage_field_type
   use qsmpm_water_lines, only: water_line_type, water_lines
@@ -101,7 +102,7 @@ contains
 
     middle = [(0.5_wp*sum(pressure(pair(:, i))), i=1, 6)]
     by = [(count(any(pair == i, dim=1) .and. middle < 0.0_wp), i=1, 4)]*(1.0_wp - dry)/12.0_wp
-    call let_through_in_time(pressure, reach, factor, by_pressure)
+    call let_through_in_time(curve_type(), pressure, reach, factor, by_pressure)
     call tests%close('k_r is the mean of those at the middles of six edges', factor, sum(1.0_wp + (1.0_wp - dry)*min(0.0_wp, &
       middle))/6.0_wp, 1.0e-14_wp)
     call tests%close('and its derivative', maxval(abs(by_pressure - by)), 0.0_wp, 1.0e-14_wp)
@@ -112,7 +113,7 @@ contains
     flow%head = flow%height
     flow%depth = [1.0_wp]
     call give_pores([0.2_wp], flow)
-    call tests%close('pores of a cell of 1 m3, a quarter a node', maxval(abs(flow%storage - 0.05_wp)), 0.0_wp, 1.0e-14_wp)
+    call tests%close('pores of a cell of 1 m3, a quarter a node', maxval(abs(flow%pores - 0.05_wp)), 0.0_wp, 1.0e-14_wp)
     call tests%close('over its height', maxval(abs(flow%reach - 3.0_wp)), 0.0_wp, 1.0e-14_wp)
   end subroutine check_cell
 

@@ -2,6 +2,7 @@
 module test_simulation
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads
+  use deck_samples, only: joined
   use testing, only: tests_type
   use qsmpm, only: wp, error_type, problem_type, simulation_type, snapshot_type, get_values, set_values, view_values, &
     value_shape, list_value_names, soil_model_type, soil_increment_type, soil_response_type, error_other, error_deck, &
@@ -54,6 +55,7 @@ contains
     call check_share(tests)
     call check_stages(tests)
     call check_cut_stage(tests)
+    call check_water_level(tests)
     call check_limit_load(tests)
     call check_snapshot(tests)
     call check_saved(tests)
@@ -261,6 +263,93 @@ contains
     call tests%close('gravity and pressure end half way', carried(run), 0.7_wp*weight + 2.5_wp, 1.0e-3_wp*weight)
     call run%destroy()
   end subroutine check_cut_stage
+
+  !> Levels of water by call are those of a deck: of a free surface in ground that consolidates, of water at rest.
+  subroutine check_water_level(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: scene = '*MODEL, TYPE=PLANE STRAIN|*GRID|X, 0, 1, 2|Y, 0, 2, 4|*NSET, NSET=base, PLANE=Y|0|'// &
+      '*NSET, NSET=right, PLANE=X|1|*NSET, NSET=left, PLANE=X|0|*MATERIAL, NAME=sand|*ELASTIC|1000, 0.2|*UNIT WEIGHT|18, 20|'// &
+      '*PERMEABILITY, DRAINABLE POROSITY=0.2|0.3|*BODY, NAME=sand, MATERIAL=sand, SHAPE=BOX|0, 1, 0, 2|'// &
+      '*PHASE, NAME=rest|*FIX|base, Y|left, X|right, X|*GRAVITY|0, -1|*WATER LEVEL, UNIT WEIGHT=10|0, 1.4|'// &
+      '*CONTROLS, STEPS=1|*END PHASE|', flows = '*CONSOLIDATION, UNIT WEIGHT=10|*WATER LEVEL, TYPE=SEEPAGE, '// &
+      'FLOW=TRANSIENT, UNIT WEIGHT=10|right, '
+    class(simulation_type), allocatable :: by_call, by_deck
+    type(error_type), allocatable :: error
+
+    allocate (by_call, by_deck)
+    call make(by_deck, scene//'*PHASE, NAME=same, TIME=1|'//flows//'1.4|*CONTROLS, STEPS=1|*END PHASE|'// &
+      '*PHASE, NAME=falls, TIME=2|'//flows//'0.6|*CONTROLS, STEPS=2|*END PHASE|')
+    call make(by_call, scene//'*PHASE, NAME=same, TIME=1|'//flows//'1.4|*CONTROLS, STEPS=1|*END PHASE|')
+    call by_call%add_stage('falls', 2, error)
+    call by_call%set_time(2.0_wp, error)
+    call by_call%set_water_level('left', 0.6_wp, error)
+    call tests%check('no level of another set', allocated(error))
+    if (allocated(error)) call tests%check('which is told', index(error%message, "no level of 'left' is in force") > 0)
+    call by_call%set_water_level('right', 0.6_wp, error)
+    call tests%check('a level may be moved', .not. allocated(error))
+    call by_call%run(error)
+    call tests%check('the same as by the deck', all(abs(pressures(by_call) - pressures(by_deck)) <= 0.0_wp) .and. &
+      maxval(pressures(by_deck)) < 10.0_wp)
+    call by_call%set_water_level('right', 0.6_wp, error)
+    call tests%check('with no stage to come there is nothing to move', allocated(error))
+    call make(by_deck, scene//'*PHASE, NAME=higher|*WATER LEVEL, UNIT WEIGHT=10|0, 1.9|*CONTROLS, STEPS=1|*END PHASE|')
+    call make(by_call, scene)
+    call by_call%add_stage('higher', 1, error)
+    call by_call%set_water_level('', 1.9_wp, error)
+    call by_call%run(error)
+    call tests%check('of water at rest too', .not. allocated(error) .and. all(abs(at_points(by_call) &
+      - at_points(by_deck)) <= 0.0_wp) .and. maxval(at_points(by_deck)) > 15.0_wp)
+    call by_call%add_stage('back', 1, error)
+    call by_call%add_stage('later', 1, error)
+    call by_call%set_water_level('', 1.0_wp, error)
+    call by_call%set_water_level('', 1.2_wp, error)
+    call by_call%run(error)
+    call tests%close('the last word counts', maxval(at_points(by_call)), maxval(at_points(by_deck)) - 7.0_wp, 1.0e-2_wp)
+    call make(by_call, scene//'*PHASE, NAME=drawn|*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10|right, 1.2|*END PHASE|')
+    call by_call%add_stage('more', 1, error)
+    call by_call%set_water_level('right', 1.0_wp, error)
+    call tests%check('a flow through the ground as drawn stays', allocated(error))
+    call by_call%destroy()
+    call by_deck%destroy()
+
+  contains
+
+    !> An analysis of a deck that has run.
+    subroutine make(run, deck)
+      type(simulation_type), intent(inout) :: run
+      character(len=*), intent(in) :: deck
+      class(problem_type), allocatable :: problem
+
+      allocate (problem)
+      call run%destroy()
+      call problem%parse(joined(deck), 'water', error)
+      if (.not. allocated(error)) call run%create(problem, error)
+      if (.not. allocated(error)) call run%run(error)
+      if (allocated(error)) error stop 'a deck with water is broken'
+    end subroutine make
+
+    !> Pressures of the nodes.
+    function pressures(run) result(values)
+      type(simulation_type), intent(in) :: run
+      real(wp), allocatable :: values(:)
+      integer :: rows, columns
+
+      call value_shape(run, 'node_pressure', rows, columns, error)
+      allocate (values(columns))
+      call get_values(run, 'node_pressure', values, error)
+    end function pressures
+
+    !> Pressures of the points.
+    function at_points(run) result(values)
+      type(simulation_type), intent(in) :: run
+      real(wp), allocatable :: values(:)
+      integer :: rows, columns
+
+      call value_shape(run, 'point_pore_pressure', rows, columns, error)
+      allocate (values(columns))
+      call get_values(run, 'point_pore_pressure', values, error)
+    end function at_points
+  end subroutine check_water_level
 
   !> A stage that has ended at its limit load, here one that is put into the state.
   subroutine check_limit_load(tests)

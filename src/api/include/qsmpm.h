@@ -133,6 +133,8 @@ int qsmpm_set_start_time(qsmpm_handle handle, double time);
 int qsmpm_set_gravity(qsmpm_handle handle, const double *vector);
 int qsmpm_set_traction(qsmpm_handle handle, const char *surface, const double *vector);
 int qsmpm_set_pressure(qsmpm_handle handle, const char *surface, double pressure);
+/* name: node set or surface of a row of *WATER LEVEL in ground that consolidates; for water at rest a body, or "" */
+int qsmpm_set_water_level(qsmpm_handle handle, const char *name, double level);
 /* component from 1 */
 int qsmpm_set_displacement(qsmpm_handle handle, const char *set, int component, double value);
 int qsmpm_set_fixity(qsmpm_handle handle, const char *set, const int *fixed);

@@ -13,7 +13,8 @@ module qsmpm_c
     qsmpm_restore_checkpoint, &
     qsmpm_add_stage, qsmpm_add_cards, qsmpm_end_stage, qsmpm_set_load_factor, qsmpm_set_steps, qsmpm_set_time, &
     qsmpm_set_start_time, qsmpm_set_gravity, &
-    qsmpm_set_traction, qsmpm_set_pressure, qsmpm_set_displacement, qsmpm_set_fixity, qsmpm_shape, qsmpm_count, &
+    qsmpm_set_traction, qsmpm_set_pressure, qsmpm_set_water_level, qsmpm_set_displacement, qsmpm_set_fixity, qsmpm_shape, &
+    qsmpm_count, &
     qsmpm_get, qsmpm_set, qsmpm_view, qsmpm_name
   public :: qsmpm_model_options, qsmpm_increment, qsmpm_response
 
@@ -289,6 +290,14 @@ module qsmpm_c
       character(kind=c_char), intent(in) :: surface(*)
       real(c_double), value :: pressure
     end function qsmpm_set_pressure
+
+    !> Level of water at the end of the coming stage, by the set of its row or its body.
+    integer(c_int) function qsmpm_set_water_level(handle, name, level) bind(c) result(status)
+      import :: c_char, c_double, c_int, c_ptr
+      type(c_ptr), value :: handle
+      character(kind=c_char), intent(in) :: name(*)
+      real(c_double), value :: level
+    end function qsmpm_set_water_level
 
     !> Displacement of a node set over the coming stage.
     integer(c_int) function qsmpm_set_displacement(handle, set, component, value) bind(c) result(status)

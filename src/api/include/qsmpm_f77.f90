@@ -531,6 +531,19 @@ subroutine qsmprs(handle, surfac, press, ierr)
   ierr = int(qsmpm_set_pressure(pointer_of(handle), as_c(surfac), real(press, c_double)))
 end subroutine qsmprs
 
+!> Level of water at the end of the coming stage, by the set of its row or its body.
+subroutine qsmwtr(handle, name, level, ierr)
+  use qsmpm_c, only: qsmpm_set_water_level
+  use qsmpm_f77_handles, only: as_c, pointer_of, c_double, c_intptr_t
+  implicit none
+  integer(c_intptr_t), intent(in) :: handle
+  character(len=*), intent(in) :: name
+  double precision, intent(in) :: level
+  integer, intent(out) :: ierr
+
+  ierr = int(qsmpm_set_water_level(pointer_of(handle), as_c(name), real(level, c_double)))
+end subroutine qsmwtr
+
 !> Displacement of a node set over the coming stage; component from 1.
 subroutine qsmdsp(handle, set, icomp, value, ierr)
   use qsmpm_c, only: qsmpm_set_displacement

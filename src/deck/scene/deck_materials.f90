@@ -46,7 +46,8 @@ contains
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')
     call table%add('PERMEABILITY', in_material, once, 'How much water soil lets through: its volume a unit of '// &
       'area, time and gradient of the head. For *WATER LEVEL, TYPE=SEEPAGE, and *CONSOLIDATION, whose time it gives.', &
-      permeability_fields, '*PERMEABILITY| 1e-5|*PERMEABILITY, LAW=LOGARITHM, VOID RATIO=1.8, CK=0.9| 1e-4', &
+      permeability_fields, '*PERMEABILITY| 1e-5|*PERMEABILITY, LAW=LOGARITHM, VOID RATIO=1.8, CK=0.9| 1e-4|'// &
+      '*PERMEABILITY, DRAINABLE POROSITY=0.25, ALPHA=1.5, N=1.6| 1e-6', &
       check_permeability)
     call add_k0_keyword(table)
     call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points '// &
@@ -149,6 +150,11 @@ contains
       call fields%number('DRAINABLE POROSITY', deck%analysis%materials(deck%material)%drainable_porosity, &
         'water that a unit volume gives off as the surface of the water falls past it; for FLOW=TRANSIENT of '// &
         '*WATER LEVEL', range='(0, 1)')
+      call fields%number('ALPHA', law%alpha, '1 over a height of suction: how much water soil holds and lets '// &
+        'through there, by van Genuchten and Mualem. DRAINABLE POROSITY is porosity less what never leaves. '// &
+        'Linear over a cell when not given', range='(0, inf)')
+      call fields%number('N', law%n, 'slope of that curve; 1.1 to 1.5 in clay and silt, 2 to 4 in sand', &
+        range='[1.01, 20]', needs='ALPHA')
       call fields%data('permeability')
       call fields%number('k', k(1), 'along x; 0 for what is tight', range='[0, inf)')
       if (fields%reading) k(2:) = k(1)
@@ -167,6 +173,8 @@ contains
         'LAW wants the parameter VOID RATIO')
       if (law%kind == permeability_logarithm .and. .not. card%has('CK')) call state%report_error(card, &
         'LAW=LOGARITHM wants the parameter CK: half of VOID RATIO for many clays')
+      if (card%has('ALPHA') .and. .not. card%has('N')) call state%report_error(card, &
+        'ALPHA wants the parameter N: 1.1 to 1.5 for clay and silt, 2 to 4 for sand')
     end associate
   end subroutine check_permeability
 

@@ -109,6 +109,12 @@ class Refused(unittest.TestCase):
                 run.set_fixity("base", (2,))
             run.set_fixity("base", (0, 1))
 
+    def test_a_level_that_is_not_there_is_not_moved(self) -> None:
+        with qsmpm.Simulation(BLOCK) as run:
+            run.add_stage("more")
+            with self.assertRaisesRegex(qsmpm.Error, "no level of 'lake' is in force"):
+                run.set_water_level("lake", 1.0)
+
     def test_vectors_stay_in_the_plane(self) -> None:
         with qsmpm.Simulation(BLOCK) as run:
             run.add_stage("more")

@@ -14,7 +14,7 @@ from types import ModuleType
 
 from qsmpm_verify.reference import (
     bar, beam, bearing, cam_clay, cavity, column, consolidation, earth_pressure, element_tests, indentation, iteration, oedometer, penetration, points, rotation,
-    shear, slope, undrained, upsetting,
+    shear, slope, suction, undrained, upsetting,
 )  # fmt: skip
 from qsmpm_verify.reference.beam import cantilever_tip
 from qsmpm_verify.reference.column import column_position_hencky, lambert_w
@@ -23,7 +23,7 @@ from qsmpm_verify.reference.oedometer import van_langen
 Reference = Callable[..., float]
 FAMILIES: tuple[ModuleType, ...] = (
     oedometer, column, beam, bar, shear, element_tests, cam_clay, cavity, bearing, earth_pressure, slope, rotation, indentation, penetration, upsetting,
-    undrained, consolidation, points, iteration,
+    undrained, consolidation, suction, points, iteration,
 )  # fmt: skip
 """The modules, in the order of the page."""
 

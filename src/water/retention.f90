@@ -1,0 +1,142 @@
+!> How much water soil holds in suction, and how much of it that lets through. Linear over a height c, or by curves of
+!> the soil, s = -p the suction, u = alpha s (van Genuchten 1980, equations 3 and 9, m = 1 - 1/n, after Mualem 1976):
+!>
+!>   S = 1 + p/c                           k_r = 1 + (1 - k_min) p/c
+!>   S = (1 + u^n)^(-m)                    k_r = S^(1/2) (1 - u^(n-1) S)^2,  no less than 1e-6
+!>
+!> S is the filled share of the drainable pores. The slope of k_r has no bound at u = 0 for n < 2: below u = 0.01 it is
+!> linear (Vogel and others 2001). Curves are no sharper than over c, 1/alpha >= c.
+module qsmpm_retention
+  use qsmpm_kinds, only: wp
+  use qsmpm_permeability_law, only: permeability_law_type
+  use qsmpm_rounded_text, only: rounded_text
+  implicit none
+  private
+
+  public :: curve_type, curve_of, take_up, let_through_in_time, relative, sharp_note
+
+  !> Permeability of soil without water, as a share: linear, and by a curve.
+  real(wp), parameter :: least = 1.0e-3_wp, least_of_curve = 1.0e-6_wp
+  !> u up to which the permeability is linear; one whose powers are still numbers.
+  real(wp), parameter :: straight = 1.0e-2_wp, far = 1.0e12_wp
+
+  type :: curve_type
+    !> 1 over a pressure or a height, as pressures are; 0: linear. n.
+    real(wp) :: alpha = 0.0_wp, n = 2.0_wp
+  end type curve_type
+
+contains
+
+  !> The curve of a soil.
+  elemental type(curve_type) function curve_of(law, unit_weight) result(curve)
+    type(permeability_law_type), intent(in) :: law
+    !> Of the water; 1 where pressures are heights.
+    real(wp), intent(in) :: unit_weight
+
+    curve = curve_type(law%alpha/unit_weight, law%n)
+  end function curve_of
+
+  !> S of a pressure, and its derivative.
+  elemental subroutine take_up(curve, pressure, reach, share, by_pressure)
+    type(curve_type), intent(in) :: curve
+    !> Of one unit; c.
+    real(wp), intent(in) :: pressure, reach
+    real(wp), intent(out) :: share, by_pressure
+    real(wp) :: alpha, u
+
+    if (.not. curve%alpha > 0.0_wp) then
+      share = max(0.0_wp, min(1.0_wp, 1.0_wp + pressure/reach))
+      by_pressure = merge(1.0_wp/reach, 0.0_wp, pressure < 0.0_wp .and. pressure > -reach)
+      return
+    end if
+    alpha = min(curve%alpha, 1.0_wp/reach)
+    u = min(far, max(0.0_wp, -alpha*pressure))
+    share = (1.0_wp + u**curve%n)**(1.0_wp/curve%n - 1.0_wp)
+    by_pressure = (curve%n - 1.0_wp)*alpha*u**(curve%n - 1.0_wp)/(1.0_wp + u**curve%n)*share
+  end subroutine take_up
+
+  !> k_r of a pressure by a curve, and its derivative.
+  elemental subroutine permit(curve, pressure, reach, factor, by_pressure)
+    type(curve_type), intent(in) :: curve
+    !> Of one unit; c.
+    real(wp), intent(in) :: pressure, reach
+    real(wp), intent(out) :: factor, by_pressure
+    real(wp) :: alpha, u, at, share, slope, kept
+
+    alpha = min(curve%alpha, 1.0_wp/reach)
+    u = min(far, max(0.0_wp, -alpha*pressure))
+    at = max(u, straight)
+    call take_up(curve_type(1.0_wp, curve%n), -at, 1.0_wp, share, slope)
+    kept = 1.0_wp - at**(curve%n - 1.0_wp)*share
+    factor = sqrt(share)*kept**2
+    by_pressure = alpha*kept/sqrt(share)*(0.5_wp*slope*kept + 2.0_wp*share*at**(curve%n - 2.0_wp) &
+      *((curve%n - 1.0_wp)*share - at*slope))
+    if (u < straight) then
+      by_pressure = alpha*(1.0_wp - factor)/straight
+      factor = 1.0_wp - u*by_pressure/alpha
+    end if
+    if (factor > least_of_curve .and. pressure < 0.0_wp) return
+    factor = max(factor, least_of_curve)
+    by_pressure = 0.0_wp
+  end subroutine permit
+
+  !> k_r of a cell, and its derivative, by what its corners fill over: the mean of theirs by a curve, so that dry ground
+  !> lets in what wets it; linear a dry corner keeps out no more than one that begins to fill.
+  pure subroutine let_through_in_time(curve, pressure, reach, factor, by_pressure)
+    type(curve_type), intent(in) :: curve
+    !> Of the corners, and what they are empty at, of one unit.
+    real(wp), intent(in) :: pressure(:), reach(:)
+    real(wp), intent(out) :: factor, by_pressure(:)
+    real(wp) :: filling(size(pressure))
+
+    if (curve%alpha > 0.0_wp) then
+      call permit(curve, pressure, reach, filling, by_pressure)
+      factor = sum(filling)/size(filling)
+      by_pressure = by_pressure/size(filling)
+      return
+    end if
+    filling = max(pressure, -reach)
+    call relative(filling, sum(reach)/size(reach), factor, by_pressure)
+    where (pressure < -reach) by_pressure = 0.0_wp
+  end subroutine let_through_in_time
+
+  !> k_r of a cell, linear, at the middles of its edges, and its derivative, by the pressures of its corners.
+  pure subroutine relative(pressure, width, factor, by_head)
+    !> Of the corners, as heights of water.
+    real(wp), intent(in) :: pressure(:)
+    real(wp), intent(in) :: width
+    real(wp), intent(out) :: factor, by_head(:)
+    real(wp) :: middle, edges
+    integer :: a, b, e, n
+
+    factor = 0.0_wp
+    by_head = 0.0_wp
+    n = size(pressure)
+    edges = 0.5_wp*n*(n - 1)
+    do e = 1, n*(n - 1)/2
+      ! The fifth and sixth of a tetrahedron join corners that are not beside one another.
+      a = modulo(e - 1, n) + 1
+      b = modulo(a + (e - 1)/n, n) + 1
+      middle = 0.5_wp*(pressure(a) + pressure(b))
+      factor = factor + max(least, min(1.0_wp, 1.0_wp + (1.0_wp - least)*middle/width))/edges
+      if (middle >= 0.0_wp .or. middle <= -width) cycle
+      by_head([a, b]) = by_head([a, b]) + (1.0_wp - least)/(2.0_wp*edges*width)
+    end do
+  end subroutine relative
+
+  !> The warning of curves that are sharper than cells show; empty where none is.
+  pure function sharp_note(phase, alpha, reach) result(text)
+    character(len=*), intent(in) :: phase
+    !> Of the cells, and the height that each is taken over at the least.
+    real(wp), intent(in) :: alpha(:), reach(:)
+    character(len=:), allocatable :: text
+    integer :: worst
+
+    text = ''
+    if (.not. any(alpha*reach > 1.0_wp)) return
+    worst = maxloc(alpha*reach, dim=1)
+    text = "warning: phase '"//phase//"': soil of ALPHA="//rounded_text(alpha(worst))//' (*PERMEABILITY) holds '// &
+      'water over less than a cell in part of the ground, and is taken with ALPHA='// &
+      rounded_text(1.0_wp/reach(worst), 2)//' there: finer lines of *GRID show its own curve'//new_line('a')
+  end function sharp_note
+end module qsmpm_retention
