@@ -178,10 +178,10 @@ contains
     text = ''
     if (relative_compliance(limit) > flat*allowed) return
     text = "warning: phase '"//phase//"': the last step that was carried is "// &
-      rounded_text(relative_compliance(limit), 2)//' times as compliant as the first one, the one refused more than '// &
-      rounded_text(allowed, 3)//' times: a jump between two steps may be '// &
-      'one of the iterations, and the ground may carry more than this limit load: the phase without LIMIT COMPLIANCE, '// &
-      'other steps, or `qsmpm-verify bounds DECK --phase NAME` tell'//new_line('a')
+      rounded_text(relative_compliance(limit), 2)//' times as compliant as the first one, the one refused more '// &
+      'than '//rounded_text(allowed, 3)//' times: a jump between two steps may be one of the iterations, and the '// &
+      'ground may carry more than this limit load: the phase without LIMIT COMPLIANCE, other steps, or '// &
+      '`qsmpm-verify bounds DECK --phase NAME` tell'//new_line('a')
   end function jump_note
 
   !> Compliance of the last accepted step relative to that of the first one of its phase, 0 where no load grows.
