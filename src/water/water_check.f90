@@ -423,8 +423,8 @@ contains
           if (any([(body_holds(ground, i, x), i=1, size(tables))])) cycle
           notes = notes//'warning: '//flooded_hollow//', with '//rounded_text(head_at(tables(b), x))// &
             " of water on its floor in body '"//model%analysis%bodies(b)%name//"' in phase '"// &
-            model%analysis%phases(number)%name//"', counts as full of water, which presses on its faces: one that is "// &
-            'dry wants *WATER LEVEL, BODY=, TYPE=NONE of the lining and *PRESSURE, LEVEL= on the outside of it'// &
+            model%analysis%phases(number)%name//"', counts as full of water, which presses on its faces: one that "// &
+            'is dry wants *WATER LEVEL, BODY=, TYPE=NONE of the lining and *PRESSURE, LEVEL= on the outside of it'// &
             new_line('a')
           return
         end associate
