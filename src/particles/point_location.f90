@@ -191,8 +191,8 @@ contains
     associate (x => carried%position(:, lost), d => mesh%dimension)
       side = maxloc(max(low(:d) - x, x - high(:d)), dim=1)
       if (x(side) < low(side) .or. x(side) > high(side)) text = trim(text)//', beyond its end '//axes(side:side)// &
-        ' = '//rounded_text(merge(low(side), high(side), x(side) < low(side)))//': a mesh that goes on there lets it '// &
-        'move'
+        ' = '//rounded_text(merge(low(side), high(side), x(side) < low(side)))//': a mesh that goes on there lets '// &
+        'it move'
     end associate
     call fail(error, error_left_mesh, trim(text))
   end subroutine relocate
