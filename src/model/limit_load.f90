@@ -17,7 +17,7 @@ module qsmpm_limit_load
   private
 
   public :: compliance_type, limit_load_type, add_compliance, compliance_of, note_accepted, note_refused
-  public :: is_found, interpolate_knee, limit_loads, limit_text, limit_report, relative_compliance
+  public :: is_found, interpolate_knee, limit_loads, limit_text, limit_report, relative_compliance, jump_note
 
   !> What the load increment of a step does.
   type :: compliance_type
@@ -164,6 +164,25 @@ contains
       ', refused '//rounded_text(loads(2), 6)//', and the compliance grows without end towards '// &
       rounded_text(endless, 3)//'; `qsmpm-verify study DECK --history load_factor` tells the error of the grid'
   end function limit_report
+
+  !> The warning of a limit load that no step led up to: the one refused is more than twice as compliant as the last one
+  !> carried, as a short step is where iterations lose soil that stands. Empty where the last step was on the plateau.
+  pure function jump_note(phase, limit, allowed) result(text)
+    character(len=*), intent(in) :: phase
+    !> Of a phase that has ended at its limit load.
+    type(limit_load_type), intent(in) :: limit
+    !> LIMIT COMPLIANCE.
+    real(wp), intent(in) :: allowed
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (relative_compliance(limit) > flat*allowed) return
+    text = "warning: phase '"//phase//"': the last step that was carried is "// &
+      rounded_text(relative_compliance(limit), 2)//' times as compliant as the first one, the one refused more '// &
+      'than '//rounded_text(allowed, 3)//' times: a jump between two steps may be one of the iterations, and the '// &
+      'ground may carry more than this limit load: the phase without LIMIT COMPLIANCE, other steps, or '// &
+      '`qsmpm-verify bounds DECK --phase NAME` tell'//new_line('a')
+  end function jump_note
 
   !> Compliance of the last accepted step relative to that of the first one of its phase, 0 where no load grows.
   pure real(wp) function relative_compliance(limit)

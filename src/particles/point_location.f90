@@ -13,6 +13,7 @@ module qsmpm_point_location
   use qsmpm_mesh_search, only: locate, inverse_map
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_error, only: error_type, fail, error_left_mesh
+  use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
 
@@ -168,9 +169,10 @@ contains
     !> Which of them; all when absent.
     logical, intent(in), optional :: chosen(:)
     real(wp) :: low(3), high(3)
-    character(len=200) :: text
+    character(len=*), parameter :: axes = 'xyz'
+    character(len=300) :: text
     logical :: sought(carried%count)
-    integer :: p, lost
+    integer :: p, lost, side
 
     low(:mesh%dimension) = minval(mesh%coordinates, dim=2)
     high(:mesh%dimension) = maxval(mesh%coordinates, dim=2)
@@ -186,6 +188,12 @@ contains
     !$omp end parallel do
     if (lost > carried%count) return
     write (text, '(a,1x,i0,a,3(1x,es13.6))') name, carried%number(lost), ' left the mesh at', carried%position(:, lost)
+    associate (x => carried%position(:, lost), d => mesh%dimension)
+      side = maxloc(max(low(:d) - x, x - high(:d)), dim=1)
+      if (x(side) < low(side) .or. x(side) > high(side)) text = trim(text)//', beyond its end '//axes(side:side)// &
+        ' = '//rounded_text(merge(low(side), high(side), x(side) < low(side)))//': a mesh that goes on there lets '// &
+        'it move'
+    end associate
     call fail(error, error_left_mesh, trim(text))
   end subroutine relocate
 

@@ -13,7 +13,7 @@ module qsmpm_phases
   use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_initialisation, only: step_type, begin_analysis
-  use qsmpm_limit_load, only: is_found, limit_loads, limit_report, relative_compliance
+  use qsmpm_limit_load, only: is_found, limit_loads, limit_report, relative_compliance, jump_note
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type, progress_type
@@ -375,6 +375,8 @@ contains
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
       if (is_found(progress%limit)) call observer%tell_result("phase '"//phase%name//"': "// &
         limit_report(limit_loads(progress%limit, progress%fraction, phase%load_factor)))
+      if (is_found(progress%limit)) call observer%note_lines(jump_note(phase%name, progress%limit, &
+        phase%controls%limit_compliance))
       if (progress%stopped) call observer%tell_result(text_of_stop(model, phase))
     end associate
     call switch_timer(loop%step%profile%watch, part_output)

@@ -117,9 +117,8 @@ contains
     logical :: cracks(size(model%analysis%materials))
 
     text = ''
-    ! Soil that shears at constant volume and has a tensile strength can do nothing but crack.
-    cracks = model%analysis%materials%mohr_coulomb .and. .not. model%analysis%materials%dilatancy_angle > 0.0_wp .and. &
-      model%analysis%materials%tensile_strength < huge(1.0_wp)
+    ! Soil that shears at constant volume can do nothing but crack: at its tensile strength or the tip of its strength.
+    cracks = model%analysis%materials%mohr_coulomb .and. .not. model%analysis%materials%dilatancy_angle > 0.0_wp
     associate (points => model%state%points)
       ratio = merge(points%volume/points%initial_volume, 1.0_wp, points%plastic > 0)
       most = largest(model%part%team, maxval([1.0_wp, pack(ratio, .not. cracks(points%material))]))
@@ -128,7 +127,7 @@ contains
         'take a smaller dilatancy angle, 0 for large displacements'//new_line('a')
       most = largest(model%part%team, maxval([1.0_wp, pack(ratio, cracks(points%material))]))
       if (most > swollen) text = text//begin()//'soil has cracked open to '//rounded_text(most, 3)//' times its '// &
-        'volume: with its tensile strength the ground is in pieces there'//new_line('a')
+        'volume: with no more tensile strength than it has the ground is in pieces there'//new_line('a')
     end associate
   contains
     !> Of the warning.

@@ -27,6 +27,7 @@ module qsmpm_water_check
 
   !> Heights are the same up to this share of the mesh, and places a hair apart are as far from each other.
   real(wp), parameter :: same_height = 1.0e-3_wp, hair = 1.0e-6_wp
+  character(len=*), parameter :: flooded_hollow = 'a hollow below the water level'
 
 contains
 
@@ -65,6 +66,8 @@ contains
         call check_pressures(model, ground, p, tables, diagnostics)
       end associate
       call warn_of_flooded_pits(model, ground, p, tables, [same_height, hair]*mesh_height(model, ground%axis), notes)
+      if (index(notes, flooded_hollow) == 0) call warn_of_flooded_hollow(model, ground, p, tables, &
+        [same_height, hair]*mesh_height(model, ground%axis), notes)
     end do
     model%notes = model%notes//notes//effective_note(model%analysis)
   end subroutine check_water_levels
@@ -385,6 +388,49 @@ contains
       end do
     end associate
   end subroutine warn_of_flooded_pits
+
+  !> Warn of a hollow that is drawn below the level, as a culvert or a tunnel is: its floor has a body below it, ground
+  !> or a roof above it and nothing in between. The force of the water presses on its faces from within too.
+  !> Scenes with rigid bodies, which may fill it, are left out.
+  subroutine warn_of_flooded_hollow(model, ground, number, tables, tolerance, notes)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: ground
+    !> Number of the phase.
+    integer, intent(in) :: number
+    !> Levels at its end (bodies).
+    type(water_table_type), intent(in) :: tables(:)
+    !> Depth of water that counts, and distance from a face to what lies before it [length].
+    real(wp), intent(in) :: tolerance(2)
+    !> Sentences for the log.
+    character(len=:), allocatable, intent(inout) :: notes
+    real(wp), allocatable :: places(:, :)
+    real(wp) :: below(3)
+    logical :: active(size(tables))
+    integer :: b, k, i
+
+    if (size(model%analysis%rigid_bodies) > 0) return
+    active = bodies_active(model%analysis, number)
+    do b = 1, size(tables)
+      if (.not. active(b) .or. .not. tables(b)%present) cycle
+      call facet_places(ground, b, tolerance(2), places)
+      do k = 1, size(places, 2)
+        associate (x => places(:model%mesh%dimension, k), axis => ground%axis)
+          below = places(:, k)
+          below(axis) = below(axis) - 3.0_wp*ground%up*tolerance(2)
+          if (.not. head_at(tables(b), x) > tolerance(1)) cycle
+          if (.not. ground%up*(ground_over(ground, x) - x(axis)) > tolerance(1)) cycle
+          if (.not. body_holds(ground, b, below(:size(x)))) cycle
+          if (any([(body_holds(ground, i, x), i=1, size(tables))])) cycle
+          notes = notes//'warning: '//flooded_hollow//', with '//rounded_text(head_at(tables(b), x))// &
+            " of water on its floor in body '"//model%analysis%bodies(b)%name//"' in phase '"// &
+            model%analysis%phases(number)%name//"', counts as full of water, which presses on its faces: one that "// &
+            'is dry wants *WATER LEVEL, BODY=, TYPE=NONE of the lining and *PRESSURE, LEVEL= on the outside of it'// &
+            new_line('a')
+          return
+        end associate
+      end do
+    end do
+  end subroutine warn_of_flooded_hollow
 
   !> Largest depth below the level of the faces that a body leaves in what is still there.
   real(wp) function depth_of_water(model, ground, number, body, tables, hair) result(depth)

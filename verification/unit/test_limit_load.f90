@@ -2,7 +2,8 @@
 module test_limit_load
   use qsmpm_kinds, only: wp
   use qsmpm_limit_load, only: compliance_type, limit_load_type, add_compliance, compliance_of, note_accepted, &
-    note_refused, is_found, interpolate_knee, limit_loads, limit_text, limit_report, relative_compliance
+    note_refused, is_found, interpolate_knee, limit_loads, limit_text, limit_report, relative_compliance, &
+    jump_note
   use testing, only: tests_type
   implicit none
   private
@@ -52,6 +53,11 @@ contains
     ! Compliance 4 at 0.3 and 25 at 0.6: ten, their geometric mean, is in the middle.
     call tests%close('the knee is where the logarithm of the compliance says', limit%knee, 0.45_wp, rounding)
     call tests%check('and the limit load is found', is_found(limit))
+    call tests%check('a jump over more than half of what is allowed is told: '//jump_note('push', limit, 10.0_wp), &
+      index(jump_note('push', limit, 10.0_wp), 'carried is 4 times as compliant as the first one, the one refused more than 10 '// &
+      'times: a jump') > 0)
+    call tests%check('one from beyond half of it is none', len(jump_note('push', limit, 7.9_wp)) == 0 .and. &
+      len(jump_note('push', limit, 8.1_wp)) > 0)
     call tests%close('without soft steps the plateau begins on the way to the refused one', limit%plateau, &
       0.3_wp + 0.3_wp*log(1.25_wp)/log(6.25_wp), rounding)
     limit%plateau = 0.2_wp

@@ -236,6 +236,7 @@ contains
     call go(model, step, 1.0_wp, 10.0_wp, solution, error)
     call tests%check('a step out of the mesh is not taken', .not. solution%converged .and. .not. allocated(error))
     call tests%check('its reason is the point', index(solution%reason, 'left the mesh') > 0)
+    call tests%check('and the end of the mesh that it passed', index(solution%reason, ', beyond its end x = 0: a mesh') > 0)
     call tests%check('its cause is that a point left the mesh', solution%cause == error_left_mesh)
     call tests%check('it leaves no trace', len(state_differences(before, model%state)) == 0)
     call tests%check('the watch is back at control', step%profile%watch%calls(part_convection) == 1)

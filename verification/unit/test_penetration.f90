@@ -500,9 +500,11 @@ contains
       call tests%check('what has no dilatancy and no tensile strength has cracked; found: '//swollen_note(model), &
         index(swollen_note(model), "phase 'press': soil has cracked open to 3.34 times its volume") > 0 .and. &
         index(swollen_note(model), 'dilatancy') == 0)
+      soil%tensile_strength = huge(1.0_wp)
+      call tests%check('so has what has no dilatancy and no cut-off; found: '//swollen_note(model), &
+        index(swollen_note(model), 'has cracked open') > 0 .and. index(swollen_note(model), 'dilatancy') == 0)
       soil%dilatancy_angle = 1.0_wp
       call tests%check('with a dilatancy it swells', index(swollen_note(model), 'has swelled to 3.34') > 0)
-      soil%tensile_strength = huge(1.0_wp)
     end associate
     call check_both(tests, model)
     model%state%points%plastic(3) = 0

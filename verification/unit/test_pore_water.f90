@@ -57,6 +57,7 @@ contains
     call check_reductions(tests)
     call check_cut(tests)
     call check_pits(tests)
+    call check_hollows(tests)
     call check_reached(tests)
     call check_turned(tests)
   end subroutine collect_pore_water
@@ -398,6 +399,38 @@ contains
     call tests%check('one that is lowered in the same phase', len(pit_notes('0, 3.5', &
       '*WATER LEVEL, UNIT WEIGHT=10| 0, 1.5|')) == 0)
   end subroutine check_pits
+
+  !> A hollow drawn below the level is warned of with its water, one above it, one that is filled, an overhang and the
+  !> ground below a support are not.
+  subroutine check_hollows(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: culvert = '0, 0| 8, 0| 8, 4| 0, 4| 0, 3| 3, 3| 3, 1| 0, 1|', &
+      rock = '0, 1| 8, 1| 8, 4| 3, 4| 3, 2| 2, 2| 2, 4| 0, 4|', &
+      filling = '*BODY, NAME=filling, MATERIAL=soil, SHAPE=BOX| 0, 3, 1, 3|'
+
+    call tests%check('a flooded hollow', index(hollow_notes(culvert, '3.5', ''), 'with 2.5 of water on its floor in '// &
+      "body 'ground' in phase 'start'") > 0)
+    call tests%check('a hollow above the level', index(hollow_notes(culvert, '0.9', ''), 'hollow') == 0)
+    call tests%check('a hollow that is filled', index(hollow_notes(culvert, '3.5', filling), 'hollow') == 0)
+    call tests%check('one that holds a rigid body', index(hollow_notes(culvert, '3.5', '*RIGID BODY, NAME=box, '// &
+      'SHAPE=BOX| 0, 3, 1, 3|'), 'hollow') == 0)
+    call tests%check('ground on a support, with a trench', index(hollow_notes(rock, '3.5', ''), 'hollow') == 0)
+  end subroutine check_hollows
+
+  !> Warnings of ground under water.
+  function hollow_notes(outline, level, others) result(text)
+    !> Corners of the ground, height of the level, and cards of other bodies.
+    character(len=*), intent(in) :: outline, level, others
+    character(len=:), allocatable :: text
+    class(model_type), allocatable :: model
+
+    allocate (model)
+    call make(joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4| X, 0, 8, 8| Y, 0, 5, 5|'// &
+      '*NSET, NSET=base, PLANE=Y| 0|*MATERIAL, NAME=soil|*ELASTIC| 1e4, 0.3|*UNIT WEIGHT| 18, 20|'// &
+      '*BODY, NAME=ground, MATERIAL=soil, SHAPE=POLYGON|'//outline//others//'*PHASE, NAME=start|*FIX| base, ALL|'// &
+      '*GRAVITY| 0, -1|*WATER LEVEL, UNIT WEIGHT=10| 0, '//level//'|*END PHASE|'), model)
+    text = model%notes
+  end function hollow_notes
 
   !> Warnings of a pit of 2 m in 4 m of ground.
   function pit_notes(level, water) result(text)
