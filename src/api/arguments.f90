@@ -116,8 +116,7 @@ contains
       command%command = command_version
       if (size(words) > 1) call fail(error, error_other, '--version stands alone')
     case default
-      call fail(error, error_other, "unknown command '"//words(1)%text//"'"// &
-        suggestion(words(1)%text, commands))
+      call fail(error, error_other, "unknown command '"//words(1)%text//"'"//suggestion(words(1)%text, commands))
     end select
   end subroutine parse_arguments
 
@@ -182,10 +181,8 @@ contains
   !> Exactly one word.
   pure subroutine parse_subject(words, name, wanted, command, error)
     type(string_type), intent(in) :: words(:)
-    !> Command they stand behind.
-    character(len=*), intent(in) :: name
-    !> What the word is.
-    character(len=*), intent(in) :: wanted
+    !> Command they stand behind; what the word is.
+    character(len=*), intent(in) :: name, wanted
     !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when there is none or more than one.
@@ -229,8 +226,7 @@ contains
         call parse_option(words(i:min(i + 1, size(words))), name, command, error)
         i = i + 1
       else if (len(command%subject) > 0 .and. name == 'run') then
-        call fail(error, error_other, name//": unexpected '"//words(i)%text//"': the deck is '"// &
-          command%subject//"'")
+        call fail(error, error_other, name//": unexpected '"//words(i)%text//"': the deck is '"//command%subject//"'")
       else
         command%subject = words(i)%text
         call add_word(command%decks, words(i)%text)
@@ -307,10 +303,8 @@ contains
 
   !> The nearest known word as a question, nothing when none is near.
   pure function suggestion(word, known) result(text)
-    !> The unknown word.
-    character(len=*), intent(in) :: word
-    !> Known words.
-    character(len=*), intent(in) :: known(:)
+    !> The unknown word; known words.
+    character(len=*), intent(in) :: word, known(:)
     character(len=:), allocatable :: text
     type(string_type) :: words(size(known))
     integer :: i

@@ -148,10 +148,8 @@ contains
   subroutine plan_deck(path, plugins, json, ranks, text, report, exit_code)
     !> Path of the deck.
     character(len=*), intent(in) :: path
-    !> Load the libraries of user materials.
-    logical, intent(in) :: plugins
-    !> Write JSON.
-    logical, intent(in) :: json
+    !> Load the libraries of user materials; write JSON.
+    logical, intent(in) :: plugins, json
     !> Processes that are to share the deck.
     integer, intent(in) :: ranks
     !> The plan, empty when the deck is not good.

@@ -10,8 +10,7 @@ contains
   !> Sort a list in rising order (insertion for short lists, else merge).
   pure recursive subroutine sort(list)
     integer, intent(inout) :: list(:)
-    integer :: half(size(list)/2)
-    integer :: i, j, k, value, middle
+    integer :: half(size(list)/2), i, j, k, value, middle
 
     if (size(list) <= 24) then
       do i = 2, size(list)
@@ -100,8 +99,7 @@ contains
     j = middle + 1
     do k = low, high
       take_first = j > high
-      if (i <= middle .and. j <= high) take_first = &
-        .not. rises(columns(:, order(j)), columns(:, order(i)))
+      if (i <= middle .and. j <= high) take_first = .not. rises(columns(:, order(j)), columns(:, order(i)))
       if (take_first) then
         work(k) = order(i)
         i = i + 1

@@ -92,10 +92,8 @@ contains
 
   !> Direction of a principal value that lies apart from the others.
   pure subroutine separate_direction(d, x, direction)
-    !> Deviator (3,3).
-    real(wp), intent(in) :: d(3, 3)
-    !> The principal value.
-    real(wp), intent(in) :: x
+    !> Deviator (3,3); the principal value.
+    real(wp), intent(in) :: d(3, 3), x
     !> Unit vector (3).
     real(wp), intent(out) :: direction(3)
     real(wp) :: row(3), product(3, 3), length(3)
@@ -123,14 +121,10 @@ contains
 
   !> Principal values and directions in the plane across a principal direction.
   pure subroutine across(d, n, values, vectors)
-    !> Deviator (3,3).
-    real(wp), intent(in) :: d(3, 3)
-    !> The known direction (3).
-    real(wp), intent(in) :: n(3)
-    !> The two other values (2).
-    real(wp), intent(out) :: values(2)
-    !> Their directions (3,2).
-    real(wp), intent(out) :: vectors(3, 2)
+    !> Deviator (3,3); the known direction (3).
+    real(wp), intent(in) :: d(3, 3), n(3)
+    !> The two other values (2); their directions (3,2).
+    real(wp), intent(out) :: values(2), vectors(3, 2)
     real(wp) :: u(3), v(3), du(3), dv(3), up, a, b, mean, half, radius, c, s
 
     ! Two vectors across n without a square root (Duff et al. 2017).
@@ -223,12 +217,8 @@ contains
     real(wp), intent(inout) :: b(3, 3)
     !> Product of the rotations so far (3,3).
     real(wp), intent(inout) :: vectors(3, 3)
-    !> First axis of the plane.
-    integer, intent(in) :: p
-    !> Second axis of the plane.
-    integer, intent(in) :: q
-    !> The remaining axis.
-    integer, intent(in) :: other
+    !> First axis of the plane; second axis of the plane; the remaining axis.
+    integer, intent(in) :: p, q, other
     real(wp) :: half, t, c, s, x, column(3)
 
     if (abs(b(p, q)) <= tiny(1.0_wp)) return

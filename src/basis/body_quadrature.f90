@@ -138,8 +138,7 @@ contains
     type(body_quadrature_type), intent(in) :: quadrature
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell, i
-    real(wp) :: x(mesh%dimension)
-    real(wp) :: functions(max_nodes)
+    real(wp) :: x(mesh%dimension), functions(max_nodes)
     integer :: n
 
     n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)

@@ -220,10 +220,8 @@ contains
     type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
-    !> Material points of the cell.
-    integer, intent(in) :: chosen(:)
-    !> Number of the group that is filled.
-    integer, intent(in) :: group
+    !> Material points of the cell; number of the group that is filled.
+    integer, intent(in) :: chosen(:), group
     !> Gauss points so far, added to.
     integer, intent(inout) :: own
     type(integration_type), intent(inout) :: integration

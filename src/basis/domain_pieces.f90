@@ -84,8 +84,7 @@ contains
             n = number(c)
             number(c) = n + 1
             pieces%point(n) = p
-            call cut(space, domains, p, [i, j, k], pieces%low(:, n), pieces%high(:, n), &
-              pieces%share(n))
+            call cut(space, domains, p, [i, j, k], pieces%low(:, n), pieces%high(:, n), pieces%share(n))
             if (axisymmetric) pieces%share(n) = pieces%share(n)*(pieces%low(1, n) + pieces%high(1, n)) &
               /(domains%low(1, p) + domains%high(1, p))
           end do
@@ -123,10 +122,8 @@ contains
 
   !> Lists with room for the pieces of every cell.
   pure subroutine open_lists(number, dimension, pieces)
-    !> Pieces in each cell (cell_count).
-    integer, intent(in) :: number(:)
-    !> 2 or 3.
-    integer, intent(in) :: dimension
+    !> Pieces in each cell (cell_count); 2 or 3.
+    integer, intent(in) :: number(:), dimension
     type(pieces_type), intent(inout) :: pieces
     integer :: c, g
 
@@ -150,10 +147,8 @@ contains
     type(space_type), intent(in) :: space
     !> The boxes.
     type(domains_type), intent(in) :: domains
-    !> The material point.
-    integer, intent(in) :: p
-    !> Place of the cell along the axes.
-    integer, intent(in) :: at(3)
+    !> The material point; place of the cell along the axes.
+    integer, intent(in) :: p, at(3)
     !> Ends of the piece (dimension).
     real(wp), intent(out) :: low(:), high(:)
     !> Share of the volume.

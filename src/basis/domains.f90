@@ -70,8 +70,7 @@ contains
     real(wp), intent(in) :: gradient(:)
     !> 2 or 3.
     integer, intent(in) :: dimension
-    real(wp) :: diagonal(dimension)
-    real(wp) :: f(3, 3), values(3), vectors(3, 3), u(3, 3)
+    real(wp) :: diagonal(dimension), f(3, 3), values(3), vectors(3, 3), u(3, 3)
     integer :: a
 
     f = unpack_gradient(gradient)

@@ -68,10 +68,8 @@ contains
   !> Allocate the arrays of the points; the groups' nodes and points must be set.
   pure subroutine allocate_integration(dimension, stress_components, state_count, own, with_shape, integration, &
       with_place)
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-    !> 4 or 6, and the most state variables of a law.
-    integer, intent(in) :: stress_components
+    !> 2 or 3; 4 or 6, and the most state variables of a law.
+    integer, intent(in) :: dimension, stress_components
     integer, intent(in) :: state_count
     !> Points that are not material points.
     integer, intent(in) :: own

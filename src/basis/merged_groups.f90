@@ -73,10 +73,8 @@ contains
 
   !> Groups of each patch, in compressed rows.
   pure subroutine list_members(patch, count, first, member)
-    !> Patch of each group (groups).
-    integer, intent(in) :: patch(:)
-    !> Number of patches.
-    integer, intent(in) :: count
+    !> Patch of each group (groups); number of patches.
+    integer, intent(in) :: patch(:), count
     !> First places of the rows (count+1), and groups (groups).
     integer, allocatable, intent(out) :: first(:)
     integer, allocatable, intent(out) :: member(:)
@@ -129,8 +127,7 @@ contains
     type(integration_type), intent(in) :: integration
     !> Patch of each group (groups), place of listed nodes, point that goes to each place (points).
     integer, intent(in) :: patch(:)
-    integer, intent(in) :: place(:)
-    integer, intent(in) :: taken(:)
+    integer, intent(in) :: place(:), taken(:)
     !> Integration points by patches, allocated with zeros.
     type(integration_type), intent(inout) :: merged
     integer :: group(size(taken)), g, h, a, b, q, k, n, m, from, to, j

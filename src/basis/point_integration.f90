@@ -221,10 +221,8 @@ contains
 
   !> Sort items by a key of small range, items of equal keys staying in order.
   pure subroutine sort_stably(key, largest, order)
-    !> Key of every item, 1 to largest.
-    integer, intent(in) :: key(:)
-    !> Largest key.
-    integer, intent(in) :: largest
+    !> Key of every item, 1 to largest; largest key.
+    integer, intent(in) :: key(:), largest
     !> Items.
     integer, intent(inout) :: order(:)
     integer, allocatable :: next(:), sorted(:)
@@ -305,10 +303,8 @@ contains
   pure subroutine keep_rows(kept, columns, from, to, values)
     !> Rows that are kept (n).
     logical, intent(in) :: kept(:)
-    !> Number of columns.
-    integer, intent(in) :: columns
-    !> Places before the columns, present and new.
-    integer, intent(in) :: from
+    !> Number of columns; places before the columns, present and new.
+    integer, intent(in) :: columns, from
     integer, intent(in) :: to
     !> Values, changed up to the last one moved.
     real(wp), intent(inout) :: values(:)

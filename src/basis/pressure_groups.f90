@@ -51,8 +51,7 @@ contains
     !> Patch of each group (groups).
     integer, allocatable, intent(out) :: patch(:)
     integer, allocatable :: faces(:, :)
-    integer :: parent(size(cells)), members(size(cells))
-    integer :: g, round, count
+    integer :: parent(size(cells)), members(size(cells)), g, round, count
 
     call joinable_faces(mesh, cells, wanted, faces)
     do g = 1, size(cells)
@@ -166,8 +165,7 @@ contains
     !> As for join_equals.
     integer, intent(inout) :: parent(:)
     integer, intent(inout) :: members(:)
-    integer :: smallest(size(parent))
-    integer :: f, g, p, q, side
+    integer :: smallest(size(parent)), f, g, p, q, side
 
     smallest = 0
     do f = 1, size(faces, 2)
@@ -202,10 +200,8 @@ contains
 
   !> The group that stands for a patch: its first one.
   pure integer function root(parent, group)
-    !> As for join_equals.
-    integer, intent(in) :: parent(:)
-    !> A group of the patch.
-    integer, intent(in) :: group
+    !> As for join_equals; a group of the patch.
+    integer, intent(in) :: parent(:), group
 
     root = group
     do while (parent(root) /= root)

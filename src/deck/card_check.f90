@@ -175,8 +175,7 @@ contains
       call order_named_items(lines, card, state)
       do i = 1, size(card%rows)
         if (i > lines%maximum) then
-          call bad_row(card, i, state, 'more data lines than the '//integer_text(lines%maximum)// &
-            ' that belong here')
+          call bad_row(card, i, state, 'more data lines than the '//integer_text(lines%maximum)//' that belong here')
         else if (.not. (lines%free .or. card%rows(i)%by_name)) then
           call check_row(lines, card, i, state)
         end if
@@ -198,8 +197,7 @@ contains
     call allowed_count(lines, state%dimension, least, most)
     items = size(card%rows(i)%items)
     if (items < least .or. items > most) then
-      problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)// &
-        ' are wanted'
+      problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)//' are wanted'
       call allowed_count(lines, 3, least, most_in_3d)
       if (items > most .and. items == most_in_3d) problem = problem//' (the model is plane)'
       call bad_row(card, i, state, problem)
@@ -223,8 +221,7 @@ contains
     type(data_type), intent(in) :: lines
     !> 2, 3 or 0 when unknown.
     integer, intent(in) :: dimension
-    integer, intent(out) :: least
-    integer, intent(out) :: most
+    integer, intent(out) :: least, most
     integer :: c, perhaps
 
     least = 0

@@ -209,8 +209,7 @@ contains
 
     if (card%keyword == 'PHASE' .or. card%keyword == 'MATERIAL') then
       do i = 1, table%count
-        if (table%keywords(i)%section == merge(in_phase, in_material, card%keyword == 'PHASE')) &
-          seen(i) = 0
+        if (table%keywords(i)%section == merge(in_phase, in_material, card%keyword == 'PHASE')) seen(i) = 0
       end do
     end if
     call check_card(table%keywords(k), card, state)

@@ -105,10 +105,8 @@ contains
   !> One keyword: what it is for, where it stands, parameters, data lines, example.
   pure function explanation(entry, bullet, quote) result(text)
     type(keyword_type), intent(in) :: entry
-    !> Before each parameter.
-    character(len=*), intent(in) :: bullet
-    !> Around words of the deck; empty on a terminal.
-    character(len=*), intent(in) :: quote
+    !> Before each parameter; around words of the deck; empty on a terminal.
+    character(len=*), intent(in) :: bullet, quote
     character(len=:), allocatable :: text
     integer :: i
 
@@ -171,8 +169,7 @@ contains
     if (len(item%range) > 0) text = text//'; in '//quote//item%range//quote
     if (len(item%needs) > 0) text = text//'; only with '//quote//item%needs//quote
     if (len(item%excludes) > 0) text = text//'; not with '//quote//item%excludes//quote
-    if (len(item%default) > 0 .and. .not. item%required) text = text//'; default '//quote// &
-      item%default//quote
+    if (len(item%default) > 0 .and. .not. item%required) text = text//'; default '//quote//item%default//quote
   end function item_text
 
   !> Data lines of a keyword.

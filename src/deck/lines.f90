@@ -174,8 +174,7 @@ contains
     if (size(pieces) == 2) then
       i = index(pieces(2)%text, '=')
       if (i > 0) then
-        if (upper(stripped(pieces(2)%text(:i - 1))) == 'INPUT') &
-          value = unquoted(pieces(2)%text(i + 1:))
+        if (upper(stripped(pieces(2)%text(:i - 1))) == 'INPUT') value = unquoted(pieces(2)%text(i + 1:))
       end if
     end if
     if (len(value) == 0) then
@@ -185,8 +184,7 @@ contains
     path = joined(directory_of(place%file), value)
     do i = 1, lines%depth
       if (lines%open(i)%file /= path) cycle
-      call messages%add(severity_error, place, 'INCLUDE', "'"//path//"' includes itself: "// &
-        ring(lines, i))
+      call messages%add(severity_error, place, 'INCLUDE', "'"//path//"' includes itself: "//ring(lines, i))
       return
     end do
     if (lines%depth >= deepest) then
@@ -261,8 +259,7 @@ contains
     integer :: unit, status, bytes
 
     text = ''
-    open (newunit=unit, file=path, access='stream', form='unformatted', status='old', &
-      action='read', iostat=status)
+    open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', iostat=status)
     found = status == 0
     if (.not. found) return
     inquire (unit=unit, size=bytes)

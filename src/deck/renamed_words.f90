@@ -15,8 +15,7 @@ module qsmpm_renamed_words
   type :: renamed_type
     !> `keyword`, the keyword that a parameter belongs to (its present name), or the file of a result.
     character(len=n) :: where
-    character(len=n) :: old
-    character(len=n) :: new
+    character(len=n) :: old, new
   end type renamed_type
 
   type(renamed_type), parameter :: words(*) = [ &

@@ -19,12 +19,8 @@ contains
 
   !> Gauss rule of a face in the local coordinates of the element.
   pure subroutine face_rule(kind, face, degree, points, weights)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local face number.
-    integer, intent(in) :: face
-    !> Degree it is exact for, any from 0.
-    integer, intent(in) :: degree
+    !> Element kind; local face number; degree it is exact for, any from 0.
+    integer, intent(in) :: kind, face, degree
     !> Local coordinates (local dimension, points).
     real(wp), allocatable, intent(out) :: points(:, :)
     !> Weights; their sum is 2 (edge), 1/2 (triangle) or 4 (quad).
@@ -55,10 +51,8 @@ contains
 
   !> Area vector at a point of a face: outward normal times area (2D: length) a unit of weight.
   pure subroutine face_area_vector(kind, face, local, nodes, vector)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local face number.
-    integer, intent(in) :: face
+    !> Element kind; local face number.
+    integer, intent(in) :: kind, face
     !> Local coordinates of the point on the face (dim).
     real(wp), intent(in) :: local(:)
     !> Node coordinates of the element (dim, nodes), length.

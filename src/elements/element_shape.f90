@@ -169,8 +169,7 @@ contains
   !> Inverse by cross products, 0 when the matrix is singular.
   pure subroutine invert_3(matrix, inverse, determinant)
     real(wp), intent(in) :: matrix(3, 3)
-    real(wp), intent(out) :: inverse(3, 3)
-    real(wp), intent(out) :: determinant
+    real(wp), intent(out) :: inverse(3, 3), determinant
 
     integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
     integer :: i, j

@@ -44,10 +44,8 @@ contains
     integer, intent(in) :: n
     !> Place.
     real(wp), intent(in) :: x
-    !> P_n(x).
-    real(wp), intent(out) :: value
-    !> P_n'(x).
-    real(wp), intent(out) :: slope
+    !> P_n(x); P_n'(x).
+    real(wp), intent(out) :: value, slope
 
     real(wp) :: before, next
     integer :: k

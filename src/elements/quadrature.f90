@@ -18,10 +18,8 @@ contains
   !> Rule exact for polynomials of a degree: total degree on triangles and tets, degree in each
   !> coordinate on quads and hexes, total degree in the triangle times degree in zeta on wedges.
   pure subroutine gauss_rule(kind, degree, points, weights)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Degree, any from 0.
-    integer, intent(in) :: degree
+    !> Element kind; degree, any from 0.
+    integer, intent(in) :: kind, degree
     !> Local coordinates (local dimension, points).
     real(wp), allocatable, intent(out) :: points(:, :)
     real(wp), allocatable, intent(out) :: weights(:)
@@ -72,10 +70,8 @@ contains
     !> Points and weights of the line rule.
     real(wp), intent(in) :: x(:)
     real(wp), intent(in) :: w(:)
-    !> Local coordinates (2, n**2).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (n**2).
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (2, n**2); weights (n**2).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
 
     integer :: i, j, q
 
@@ -94,10 +90,8 @@ contains
     !> Points and weights of the line rule.
     real(wp), intent(in) :: x(:)
     real(wp), intent(in) :: w(:)
-    !> Local coordinates (3, n**3).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (n**3).
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (3, n**3); weights (n**3).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
 
     real(wp), allocatable :: square(:, :), square_weights(:)
 
@@ -113,10 +107,8 @@ contains
     !> Points and weights of the line rule.
     real(wp), intent(in) :: x(:)
     real(wp), intent(in) :: w(:)
-    !> Local coordinates (3, m*n).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (m*n).
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (3, m*n); weights (m*n).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
 
     integer :: k, m, first
 

@@ -49,10 +49,8 @@ contains
 
   !> Start places and weights of the points of an element; weights sum to the reference volume.
   pure subroutine seed_rule(kind, count, gauss, points, weights, error)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Number of points, 0 for the default.
-    integer, intent(in) :: count
+    !> Element kind; number of points, 0 for the default.
+    integer, intent(in) :: kind, count
     !> A Gauss rule also where equal pieces are the custom.
     logical, intent(in) :: gauss
     !> Local coordinates (local dimension, points).
@@ -152,10 +150,8 @@ contains
 
   !> Message that lists the allowed numbers.
   pure function wrong_count(kind, count) result(message)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> The number asked for.
-    integer, intent(in) :: count
+    !> Element kind; the number asked for.
+    integer, intent(in) :: kind, count
     character(len=:), allocatable :: message
 
     integer :: i, last

@@ -18,10 +18,8 @@ contains
   pure subroutine tet_gauss(count, points, weights)
     !> Number of points.
     integer, intent(in) :: count
-    !> Local coordinates (3, count).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (count).
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (3, count); weights (count).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
 
     real(wp), parameter :: root5 = sqrt(5.0_wp)
     integer :: n
@@ -47,10 +45,8 @@ contains
   !> Centroids of eight equal pieces: the four corner tetrahedra, and the octahedron between them
   !> cut into four along its diagonal from the middle of edge 12 to the middle of edge 34.
   pure subroutine tet_even(points, weights)
-    !> Local coordinates (3, 8).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (8).
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (3, 8); weights (8).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
 
     ! Barycentric coordinates of the centroids times 8, without L1.
     integer, parameter :: eighths(3, 8) = reshape([1, 1, 1, 5, 1, 1, 1, 5, 1, 1, 1, 5, &
@@ -107,10 +103,8 @@ contains
 
   !> Add the four points with barycentric coordinates (1-3a, a, a, a) in any order.
   pure subroutine add_four(a, weight, points, weights, n)
-    !> The coordinate that occurs three times.
-    real(wp), intent(in) :: a
-    !> Weight of each as a share of the whole.
-    real(wp), intent(in) :: weight
+    !> The coordinate that occurs three times; weight of each as a share of the whole.
+    real(wp), intent(in) :: a, weight
     !> The rule that grows.
     real(wp), intent(inout) :: points(:, :)
     real(wp), intent(inout) :: weights(:)
@@ -129,10 +123,8 @@ contains
 
   !> Add the six points with barycentric coordinates (a, a, b, b), b = 1/2 - a, in any order.
   pure subroutine add_edges(a, weight, points, weights, n)
-    !> The first coordinate of the pair.
-    real(wp), intent(in) :: a
-    !> Weight of each as a share of the whole.
-    real(wp), intent(in) :: weight
+    !> The first coordinate of the pair; weight of each as a share of the whole.
+    real(wp), intent(in) :: a, weight
     !> The rule that grows.
     real(wp), intent(inout) :: points(:, :)
     real(wp), intent(inout) :: weights(:)

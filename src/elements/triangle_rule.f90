@@ -23,10 +23,8 @@ contains
   pure subroutine triangle_gauss(count, points, weights)
     !> Number of points.
     integer, intent(in) :: count
-    !> Local coordinates (2, count).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (count).
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (2, count); weights (count).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
 
     real(wp), parameter :: root6 = sqrt(38.0_wp - 44.0_wp*sqrt(0.4_wp))
     real(wp), parameter :: weight6 = sqrt(213125.0_wp - 53320.0_wp*root10)
@@ -45,21 +43,16 @@ contains
     case (3)
       call add_three(1.0_wp/6.0_wp, third, points, weights, n)
     case (6)
-      call add_three((8.0_wp - root10 + root6)/18.0_wp, (620.0_wp + weight6)/3720.0_wp, &
-        points, weights, n)
-      call add_three((8.0_wp - root10 - root6)/18.0_wp, (620.0_wp - weight6)/3720.0_wp, &
-        points, weights, n)
+      call add_three((8.0_wp - root10 + root6)/18.0_wp, (620.0_wp + weight6)/3720.0_wp, points, weights, n)
+      call add_three((8.0_wp - root10 - root6)/18.0_wp, (620.0_wp - weight6)/3720.0_wp, points, weights, n)
     case (7)
       call add_centre(9.0_wp/40.0_wp, points, weights, n)
-      call add_three((6.0_wp - root15)/21.0_wp, (155.0_wp - root15)/1200.0_wp, &
-        points, weights, n)
-      call add_three((6.0_wp + root15)/21.0_wp, (155.0_wp + root15)/1200.0_wp, &
-        points, weights, n)
+      call add_three((6.0_wp - root15)/21.0_wp, (155.0_wp - root15)/1200.0_wp, points, weights, n)
+      call add_three((6.0_wp + root15)/21.0_wp, (155.0_wp + root15)/1200.0_wp, points, weights, n)
     case (12)
       call add_three(0.2492867451709104213_wp, 0.1167862757263793660_wp, points, weights, n)
       call add_three(0.06308901449150222834_wp, 0.05084490637020681692_wp, points, weights, n)
-      call add_six(0.05314504984481694735_wp, 0.3103524510337844054_wp, &
-        0.08285107561837357519_wp, points, weights, n)
+      call add_six(0.05314504984481694735_wp, 0.3103524510337844054_wp, 0.08285107561837357519_wp, points, weights, n)
     end select
   end subroutine triangle_gauss
 
@@ -67,10 +60,8 @@ contains
   pure subroutine triangle_even(n, points, weights)
     !> Number of pieces of a side.
     integer, intent(in) :: n
-    !> Local coordinates (2, n*n).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (n*n).
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (2, n*n); weights (n*n).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
 
     integer :: i, j, k
 
@@ -145,10 +136,8 @@ contains
 
   !> Add the three points with barycentric coordinates (1-2a, a, a) in any order.
   pure subroutine add_three(a, weight, points, weights, n)
-    !> The coordinate that occurs twice.
-    real(wp), intent(in) :: a
-    !> Weight of each as a share of the whole.
-    real(wp), intent(in) :: weight
+    !> The coordinate that occurs twice; weight of each as a share of the whole.
+    real(wp), intent(in) :: a, weight
     !> The rule that grows.
     real(wp), intent(inout) :: points(:, :)
     real(wp), intent(inout) :: weights(:)

@@ -133,8 +133,7 @@ contains
       end do
       call close_polygon(list)
     else
-      call join_chains(polygon, side, start(:chains), enter(:, :chains), leave(:, :chains), &
-        to - from, list)
+      call join_chains(polygon, side, start(:chains), enter(:, :chains), leave(:, :chains), to - from, list)
     end if
 
   contains
@@ -145,8 +144,7 @@ contains
       integer, intent(in) :: outer, inner
       real(wp) :: x(2)
 
-      x = polygon(:, inner) + side(inner)/(side(inner) - side(outer)) &
-        *(polygon(:, outer) - polygon(:, inner))
+      x = polygon(:, inner) + side(inner)/(side(inner) - side(outer)) *(polygon(:, outer) - polygon(:, inner))
     end function crossing
   end subroutine cut_by_line
 
@@ -191,10 +189,8 @@ contains
 
   !> Order of places along a direction.
   pure subroutine sort_along(places, along, order)
-    !> Places (2,n).
-    real(wp), intent(in) :: places(:, :)
-    !> Direction (2).
-    real(wp), intent(in) :: along(2)
+    !> Places (2,n); direction (2).
+    real(wp), intent(in) :: places(:, :), along(2)
     !> Numbers of the places in rising order (n).
     integer, intent(out) :: order(:)
     real(wp) :: distance(size(order))

@@ -23,8 +23,7 @@ module qsmpm_rigid_shape
   public :: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, box_polygon, &
     turned_polygon, rounded_block, completed_by_image, largest_round, edge_normal, projection
 
-  integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4, &
-    kind_block = 5
+  integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4, kind_block = 5
 
   type :: rigid_shape_type
     integer :: kind = kind_ball
@@ -157,10 +156,8 @@ contains
   !> A cone with its tip downwards and a shaft above it.
   pure function cone_polygon(tip, radius, half_angle, shaft) result(vertices)
     real(wp), intent(in) :: tip(2), radius
-    !> Between the axis and the flank, radians.
-    real(wp), intent(in) :: half_angle
-    !> Length above the shoulder.
-    real(wp), intent(in) :: shaft
+    !> Between the axis and the flank, radians; length above the shoulder.
+    real(wp), intent(in) :: half_angle, shaft
     real(wp) :: vertices(2, 5), shoulder
 
     shoulder = tip(2) + radius/tan(half_angle)

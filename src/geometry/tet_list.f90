@@ -67,10 +67,8 @@ contains
   pure subroutine cut_tets(list, origin, normal, kept)
     !> Tetrahedra.
     type(tet_list_type), intent(in) :: list
-    !> Point of the plane (3).
-    real(wp), intent(in) :: origin(3)
-    !> Normal of any length (3).
-    real(wp), intent(in) :: normal(3)
+    !> Point of the plane (3); normal of any length (3).
+    real(wp), intent(in) :: origin(3), normal(3)
     !> What is kept.
     type(tet_list_type), intent(inout) :: kept
     real(wp) :: height(4), x(3, 4)
@@ -143,10 +141,8 @@ contains
     type(tet_list_type), intent(in) :: list
     !> Factor.
     real(wp), intent(in) :: sign
-    !> Gains the volume.
-    real(wp), intent(inout) :: volume
-    !> Gains the integral of the place (3).
-    real(wp), intent(inout) :: moment(3)
+    !> Gains the volume; gains the integral of the place (3).
+    real(wp), intent(inout) :: volume, moment(3)
     !> Where the second moments are taken about (3).
     real(wp), intent(in), optional :: about(3)
     !> Gains the integral of (x - about)(x - about)' (3,3).

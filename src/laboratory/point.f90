@@ -188,8 +188,7 @@ contains
     call run_stages(analysis, bench, error)
     if (bench%tangent) bench%log = bench%log//tangent_text(bench%statistics)//newline
     bench%log = bench%log//integer_text(bench%statistics%steps)//' steps, '// &
-      integer_text(bench%statistics%iterations)// &
-      ' iterations, '//seconds_text(cpu_seconds(clock))//' s'//newline
+      integer_text(bench%statistics%iterations)//' iterations, '//seconds_text(cpu_seconds(clock))//' s'//newline
     if (allocated(error)) then
       bench%log = bench%log//error%message//newline
     else

@@ -106,8 +106,7 @@ contains
     else if (statistics%compared(3) > 0) then
       text = 'it is not consistent in every step (the model does not tell which yield)'
       if (statistics%from_elastic < same_tangent) text = &
-        'it is that of the first step in others too (the model does '// &
-        'not tell which yield)'
+        'it is that of the first step in others too (the model does not tell which yield)'
     else if (statistics%from_elastic < same_tangent) then
       text = 'it is the elastic one where the law yields'
     else

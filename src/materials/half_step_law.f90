@@ -94,10 +94,8 @@ contains
 
   !> The second half begins where the first one ended.
   pure subroutine start_second_half(gradient, volume_ratio, half, p)
-    !> F of the whole step, packed (5 or 9).
-    real(wp), intent(in) :: gradient(:)
-    !> Volume ratio at the start of the step.
-    real(wp), intent(in) :: volume_ratio
+    !> F of the whole step, packed (5 or 9); volume ratio at the start of the step.
+    real(wp), intent(in) :: gradient(:), volume_ratio
     !> The points after their first half.
     type(batch_type), intent(inout) :: half
     !> Number of the point.
@@ -154,10 +152,8 @@ contains
   !> As the law itself.
   pure subroutine to_fields(self, stress, state, fields)
     class(half_step_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
-    !> State (state_count).
-    real(wp), intent(in) :: state(:)
+    !> Cauchy stress (4 or 6); state (state_count).
+    real(wp), intent(in) :: stress(:), state(:)
     !> Fields (fit_count).
     real(wp), intent(out) :: fields(:)
 
@@ -167,14 +163,10 @@ contains
   !> As the law itself.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(half_step_law_type), intent(in) :: self
-    !> Fields (fit_count).
-    real(wp), intent(in) :: fields(:)
-    !> V/V0.
-    real(wp), intent(in) :: volume_ratio
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(out) :: stress(:)
-    !> State (state_count).
-    real(wp), intent(out) :: state(:)
+    !> Fields (fit_count); V/V0.
+    real(wp), intent(in) :: fields(:), volume_ratio
+    !> Cauchy stress (4 or 6); state (state_count).
+    real(wp), intent(out) :: stress(:), state(:)
 
     call self%law%from_fields(fields, volume_ratio, stress, state)
   end subroutine from_fields

@@ -202,8 +202,7 @@ module qsmpm_law
     pure subroutine to_fields_interface(self, stress, state, fields)
       import :: law_type, wp
       class(law_type), intent(in) :: self
-      real(wp), intent(in) :: stress(:)
-      real(wp), intent(in) :: state(:)
+      real(wp), intent(in) :: stress(:), state(:)
       !> (fit_count)
       real(wp), intent(out) :: fields(:)
     end subroutine to_fields_interface
@@ -211,10 +210,8 @@ module qsmpm_law
     pure subroutine from_fields_interface(self, fields, volume_ratio, stress, state)
       import :: law_type, wp
       class(law_type), intent(in) :: self
-      real(wp), intent(in) :: fields(:)
-      real(wp), intent(in) :: volume_ratio
-      real(wp), intent(out) :: stress(:)
-      real(wp), intent(out) :: state(:)
+      real(wp), intent(in) :: fields(:), volume_ratio
+      real(wp), intent(out) :: stress(:), state(:)
     end subroutine from_fields_interface
   end interface
 contains

@@ -225,8 +225,7 @@ contains
   !> And back; Young's modulus is the last field but for the friction angle.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(profile_law_type), intent(in) :: self
-    real(wp), intent(in) :: fields(:)
-    real(wp), intent(in) :: volume_ratio
+    real(wp), intent(in) :: fields(:), volume_ratio
     real(wp), intent(out) :: stress(:), state(:)
     real(wp) :: own(size(fields)), ratio
     integer :: n, last

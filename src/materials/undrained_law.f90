@@ -243,8 +243,7 @@ contains
   !> And back.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(undrained_law_type), intent(in) :: self
-    real(wp), intent(in) :: fields(:)
-    real(wp), intent(in) :: volume_ratio
+    real(wp), intent(in) :: fields(:), volume_ratio
     real(wp), intent(out) :: stress(:), state(:)
     integer :: n
 

@@ -29,8 +29,7 @@ contains
   pure function of_cells(self, cell) result(rank)
     class(part_owners_type), intent(in) :: self
     integer, intent(in) :: cell(:)
-    integer :: rank(size(cell))
-    integer :: i
+    integer :: rank(size(cell)), i
 
     rank = -1
     do i = 1, size(cell)
@@ -61,8 +60,7 @@ contains
     class(part_owners_type), intent(in) :: self
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: places(:, :)
-    integer :: cell(size(places, 2))
-    integer :: c
+    integer :: cell(size(places, 2)), c
 
     cell = 0
     do c = min(size(self%owner), mesh%cell_count), 1, -1

@@ -24,8 +24,7 @@ module qsmpm_grid
   public :: grid_type, grid_axis_type, make_grid, whole_window, pieces_of
 
   !> How diagonals run.
-  integer, parameter, public :: diagonal_right = 1, diagonal_left = 2, diagonal_random = 3, &
-    diagonal_alternate = 4
+  integer, parameter, public :: diagonal_right = 1, diagonal_left = 2, diagonal_random = 3, diagonal_alternate = 4
 
   !> Lines along one axis.
   type :: grid_axis_type

@@ -7,8 +7,7 @@ module qsmpm_mesh_measure
   implicit none
   private
 
-  public :: cell_centre, cell_volume, cell_size, cell_width, cell_metric, mesh_volume, interpolate, &
-    find_bounds
+  public :: cell_centre, cell_volume, cell_size, cell_width, cell_metric, mesh_volume, interpolate, find_bounds
 
 contains
 

@@ -38,8 +38,7 @@ contains
     integer :: rate
 
     if (material%user%given) then
-      call new_user_law(material%user, material%name, material%young, material%poisson, stress, &
-        dimension, law, error)
+      call new_user_law(material%user, material%name, material%young, material%poisson, stress, dimension, law, error)
     else if (allocated(material%soil_law)) then
       call new_law(material%soil_law, dimension, method%kinematics, method%rate, law, error)
     else

@@ -113,10 +113,8 @@ contains
 
   !> Numbers of cells along the axes, as in `4 x 2`.
   pure function cells_text(cells, dimension) result(text)
-    !> Along each axis (3).
-    integer, intent(in) :: cells(3)
-    !> 2 or 3.
-    integer, intent(in) :: dimension
+    !> Along each axis (3); 2 or 3.
+    integer, intent(in) :: cells(3), dimension
     character(len=:), allocatable :: text
     integer :: a
 

@@ -116,8 +116,7 @@ contains
     type(law_description_type) :: traits
 
     traits = traits_of(material)
-    stands = .not. traits%friction_angle > 0.0_wp .or. &
-      traits%cohesion >= weights_of_cell*material%unit_weight*spacing
+    stands = .not. traits%friction_angle > 0.0_wp .or. traits%cohesion >= weights_of_cell*material%unit_weight*spacing
   end function stands
 
   !> What a layer of a soil that can yield settles under its own weight, g D^2/(2 E), or four times q D/E under a load;

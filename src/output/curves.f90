@@ -105,8 +105,7 @@ contains
 
     associate (progress => model%state%progress)
       row = integer_text(progress%phase)//','//integer_text(progress%step)//','// &
-        real_text(progress%load_factor)//','//integer_text(record%iterations)//','// &
-        real_text(record%out_of_balance)
+        real_text(progress%load_factor)//','//integer_text(record%iterations)//','//real_text(record%out_of_balance)
       if (allocated(record%shares)) then
         do i = 1, size(record%shares)
           row = row//','//real_text(record%shares(i)%share)
@@ -143,8 +142,7 @@ contains
       column('soil_away_from_bodies', length_unit(analysis))
     if (allocated(analysis%histories)) then
       do i = 1, size(analysis%histories)
-        header = header//','//column(analysis%histories(i)%name, &
-          unit_of_history(analysis, analysis%histories(i)))
+        header = header//','//column(analysis%histories(i)%name, unit_of_history(analysis, analysis%histories(i)))
       end do
     end if
     header = header//','//column('external_work', work_unit(analysis))//','// &

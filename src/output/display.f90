@@ -128,10 +128,8 @@ contains
   !> Whether a step is to be shown.
   pure logical function is_due(display, seconds, share)
     type(display_type), intent(in) :: display
-    !> Time gone [s].
-    real(wp), intent(in) :: seconds
-    !> Share of the run done.
-    real(wp), intent(in) :: share
+    !> Time gone [s]; share of the run done.
+    real(wp), intent(in) :: seconds, share
     real(wp) :: pause
 
     if (display%last_share < 0.0_wp .or. share >= 1.0_wp) then
@@ -152,17 +150,14 @@ contains
 
     phases = 1
     if (allocated(model%analysis%phases)) phases = max(1, size(model%analysis%phases))
-    share_done = (real(model%state%progress%phase - 1, wp) + model%state%progress%fraction) &
-      /real(phases, wp)
+    share_done = (real(model%state%progress%phase - 1, wp) + model%state%progress%fraction) /real(phases, wp)
   end function share_done
 
   !> Time left, from the share done since the start.
   pure function remaining_text(display, seconds, share) result(text)
     type(display_type), intent(in) :: display
-    !> Time gone [s].
-    real(wp), intent(in) :: seconds
-    !> Share of the run done.
-    real(wp), intent(in) :: share
+    !> Time gone [s]; share of the run done.
+    real(wp), intent(in) :: seconds, share
     character(len=:), allocatable :: text
 
     if (share - display%start_share <= 0.0_wp) then

@@ -38,8 +38,7 @@ contains
   !> Row of a field.
   pure function row_of(field) result(row)
     type(field_type), intent(in) :: field
-    character(len=:), allocatable :: row
-    character(len=:), allocatable :: components, places
+    character(len=:), allocatable :: row, components, places
 
     components = integer_text(row_components(field%kind))
     if (field%kind == kind_internal) components = 'of the law'

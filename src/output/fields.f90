@@ -114,8 +114,7 @@ contains
         if (allocated(number)) p = place_in_order(number, p)
         if (p == 0) cycle
         s = model%carrying_surface(i)
-        traction = loading%traction_start(:, s) &
-          + share*(loading%traction_final(:, s) - loading%traction_start(:, s))
+        traction = loading%traction_start(:, s) + share*(loading%traction_final(:, s) - loading%traction_start(:, s))
         load(:, p) = load(:, p) + model%carrying_area(i)*traction
       end do
     end associate

@@ -227,12 +227,8 @@ contains
   subroutine put_link(image, path, file, object)
     !> The file.
     type(image_type), intent(inout) :: image
-    !> Name of the link.
-    character(len=*), intent(in) :: path
-    !> The other file, relative to this one.
-    character(len=*), intent(in) :: file
-    !> Object in the other file.
-    character(len=*), intent(in) :: object
+    !> Name of the link; the other file, relative to this one; object in the other file.
+    character(len=*), intent(in) :: path, file, object
     integer :: status
 
     call h5lcreate_external_f(file, object, image%file, path, status)

@@ -52,10 +52,8 @@ contains
   !> Write the collection of one kind of picture.
   subroutine write_collection(list, directory, kind, error)
     type(picture_list_type), intent(in) :: list
-    !> Where the pictures are.
-    character(len=*), intent(in) :: directory
-    !> `points` or `mesh`.
-    character(len=*), intent(in) :: kind
+    !> Where the pictures are; `points` or `mesh`.
+    character(len=*), intent(in) :: directory, kind
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(file_type) :: file

@@ -76,8 +76,7 @@ contains
     end do
     text = text//newline//integer_text(profile%steps)//' steps, '// &
       integer_text(profile%iterations)//' iterations, '// &
-      integer_text(profile%evaluations)//' evaluations, '// &
-      integer_text(profile%factorisations)//' factorisations'
+      integer_text(profile%evaluations)//' evaluations, '//integer_text(profile%factorisations)//' factorisations'
   end function profile_table
 
   !> Everything, as a JSON object.

@@ -251,8 +251,7 @@ contains
         model%state%progress%step, error)
       if (allocated(error)) return
       if (file_exists(recorder%directory//'/points.pvd')) then
-        call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, &
-          error)
+        call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, error)
       end if
     else
       call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
@@ -362,8 +361,7 @@ contains
     if (.not. leads(self)) return
     if (.not. allocated(error) .and. is_found(model%state%progress%limit)) &
       call write_text(self%directory//'/'//limit_file, limit_json(model), error)
-    if (.not. allocated(error) .and. has_factor(model%state%progress)) &
-      call write_safety(self%directory, model, error)
+    if (.not. allocated(error) .and. has_factor(model%state%progress)) call write_safety(self%directory, model, error)
     if (.not. allocated(error)) call write_summary(self%directory, scene_of(self%options%whole, model), model, error)
     if (allocated(error)) return
     if (allocated(self%log_error)) allocate (error, source=self%log_error)

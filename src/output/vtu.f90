@@ -18,10 +18,8 @@ module qsmpm_vtu
   public :: vtu_type, start_vtu, add_array, write_vtu
 
   !> Sections of the file, in its order.
-  integer, parameter, public :: section_point_data = 1, section_cell_data = 2, &
-    section_points = 3, section_cells = 4
-  character(len=*), parameter :: section_name(4) = [character(len=9) :: &
-    'PointData', 'CellData', 'Points', 'Cells']
+  integer, parameter, public :: section_point_data = 1, section_cell_data = 2, section_points = 3, section_cells = 4
+  character(len=*), parameter :: section_name(4) = [character(len=9) :: 'PointData', 'CellData', 'Points', 'Cells']
   !> Most arrays of a picture.
   integer, parameter :: most_arrays = 256
   character(len=1), parameter :: newline = new_line('a')
@@ -52,10 +50,8 @@ contains
   subroutine start_vtu(vtu, point_count, cell_count)
     !> The picture.
     type(vtu_type), intent(out) :: vtu
-    !> Number of VTK points.
-    integer, intent(in) :: point_count
-    !> Number of VTK cells.
-    integer, intent(in) :: cell_count
+    !> Number of VTK points; number of VTK cells.
+    integer, intent(in) :: point_count, cell_count
 
     vtu%point_count = point_count
     vtu%cell_count = cell_count

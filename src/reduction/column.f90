@@ -153,10 +153,8 @@ contains
 
   !> The place in the first cell that is like a place in any cell.
   pure real(wp) function in_first(lines, x)
-    !> Lines along x.
-    real(wp), intent(in) :: lines(:)
-    !> The place.
-    real(wp), intent(in) :: x
+    !> Lines along x; the place.
+    real(wp), intent(in) :: lines(:), x
     integer :: i
 
     i = max(1, min(size(lines) - 1, count(lines <= x)))

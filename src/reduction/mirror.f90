@@ -20,8 +20,7 @@ module qsmpm_mirror
   use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_tree, only: lineage
   use qsmpm_reduction, only: refuse, refuse_mesh, place_text, require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, contains_node, representatives, node_state, &
-    scene_tolerance
+  use qsmpm_set_members, only: members_type, find_members, contains_node, representatives, node_state, scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_is_used
   use qsmpm_mirror_stages, only: prove_stages
   use qsmpm_mirror_images, only: mirror_plane, body_partner, surface_partner
@@ -104,8 +103,7 @@ contains
     do m = 1, size(analysis%materials)
       associate (material => analysis%materials(m))
         traits = traits_of(material)
-        if (traits%may_soften) reason = &
-          "material '"//material%name//"' may soften: its failure need not be symmetric"
+        if (traits%may_soften) reason = "material '"//material%name//"' may soften: its failure need not be symmetric"
         if (.not. traits%associated_flow) &
           reason = "the failure of material '"//material%name//"' is not associated: it need not be symmetric"
       end associate

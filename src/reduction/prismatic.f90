@@ -15,8 +15,7 @@ module qsmpm_prismatic
   use qsmpm_error, only: error_type
   use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, at_rigid_body, component_vector
   use qsmpm_reduction, only: reduction_type, reduce_prismatic, refuse, place_text, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, drop_unused_sets, &
-    scene_tolerance
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
   use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
   use qsmpm_uniform_axis, only: require_uniform

@@ -122,8 +122,7 @@ contains
             if (analysis%histories(h)%name /= place%history) cycle
             if (step%history_factor(h) < 0.0_wp) place%side = merge(stop_below, stop_above, place%side == stop_above)
             if (abs(step%history_factor(h)) > 0.0_wp) then
-              place%value = (place%value - analysis%histories(h)%scale*step%history_offset(h)) &
-                /step%history_factor(h)
+              place%value = (place%value - analysis%histories(h)%scale*step%history_offset(h)) /step%history_factor(h)
             else
               place%value = merge(huge(1.0_wp), -huge(1.0_wp), place%side == stop_above)
             end if

@@ -19,8 +19,7 @@ module qsmpm_revolved
   use qsmpm_error, only: error_type
   use qsmpm_stl_reader, only: read_stl
   use qsmpm_reduction, only: refuse, refuse_mesh, place_text, require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, representatives, node_state, &
-    scene_tolerance
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, representatives, node_state, scene_tolerance
   use qsmpm_revolved_profile, only: find_axis, find_profile
   use qsmpm_rigid_symmetry, only: require_rigid_round
   use qsmpm_water_symmetry, only: require_level_water

@@ -117,8 +117,7 @@ contains
           call round_stress(history%component, abs(from(2)) <= scene_tolerance(analysis), along, step%history_factor(i))
         else if (history%component /= 2) then
           step%history_factor(i) = along((history%component + 1)/2)
-          if (history%quantity == quantity_position) &
-            step%history_offset(i) = solid%centre((history%component + 1)/2)
+          if (history%quantity == quantity_position) step%history_offset(i) = solid%centre((history%component + 1)/2)
           history%component = 1
         end if
       end associate

@@ -115,8 +115,7 @@ contains
     !> Corners of a ring.
     integer, intent(out) :: corners
     character(len=:), allocatable, intent(inout) :: problem
-    integer :: angle(3*size(facets, 3))
-    integer :: r, n, f, k, found
+    integer :: angle(3*size(facets, 3)), r, n, f, k, found
     logical :: regular
 
     corners = 0

@@ -99,8 +99,7 @@ contains
         margin = body%round
         if (margin < 0.0_wp) margin = maxval(lines(2:) - lines(:size(lines) - 1))
         yes = axis == 3 .and. .not. any(abs(body%rotation) > 0.0_wp) .and. &
-          body%box(axis, 1) <= lines(1) - margin .and. &
-          body%box(axis, 2) >= lines(size(lines)) + margin
+          body%box(axis, 1) <= lines(1) - margin .and. body%box(axis, 2) >= lines(size(lines)) + margin
       case default
         yes = .false.
       end select

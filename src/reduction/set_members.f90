@@ -123,10 +123,8 @@ contains
   pure logical function contains_node(members, set, node)
     !> The tables.
     type(members_type), intent(in) :: members
-    !> Number of the set.
-    integer, intent(in) :: set
-    !> Place of the node along each axis (3).
-    integer, intent(in) :: node(3)
+    !> Number of the set; place of the node along each axis (3).
+    integer, intent(in) :: set, node(3)
 
     contains_node = members%axis(1)%holds(node(1), set) .and. members%axis(2)%holds(node(2), set) &
       .and. members%axis(3)%holds(node(3), set)
@@ -152,8 +150,7 @@ contains
     logical, intent(in) :: mirrored
     !> Places found.
     integer, allocatable, intent(out) :: list(:)
-    integer :: i, k, n, found
-    integer :: some(members%count(axis))
+    integer :: i, k, n, found, some(members%count(axis))
     logical :: known
 
     n = members%count(axis)
@@ -181,10 +178,8 @@ contains
     type(analysis_type), intent(in) :: analysis
     !> The tables.
     type(members_type), intent(in) :: members
-    !> Place of the node along each axis (3).
-    integer, intent(in) :: node(3)
-    !> Number of the phase.
-    integer, intent(in) :: phase
+    !> Place of the node along each axis (3); number of the phase.
+    integer, intent(in) :: node(3), phase
     !> Held components (3).
     logical, intent(out) :: fixed(3)
     !> Prescribed displacement (3).

@@ -133,8 +133,7 @@ contains
     type(model_type), intent(inout) :: model
     logical, intent(in) :: chosen(:)
     type(surface_points_type) :: finer
-    real(wp) :: place(2, 2, size(chosen)), local(2, 2, size(chosen)), lengths(2), step(2), drawn_step(2), &
-      parts(2)
+    real(wp) :: place(2, 2, size(chosen)), local(2, 2, size(chosen)), lengths(2), step(2), drawn_step(2), parts(2)
     integer :: cell(2, size(chosen)), i, n, k
     integer(int_long) :: highest
     logical :: long(size(chosen)), found(2)

@@ -13,8 +13,7 @@ module qsmpm_deck_point_check
   use qsmpm_point_test, only: test_oedometer, test_drained, test_undrained, test_biaxial, test_shear, &
     test_isotropic, test_path, strain_engineering, driven_axial_strain, driven_axial_stress, driven_deviator, &
     driven_cell_pressure, driven_shear_strain, driven_shear_stress, driven_normal_stress, driven_pressure, &
-    driven_volumetric_strain, driven_gradient, driven_strain, driven_stress, driven_words, driven_row, &
-    driven_column
+    driven_volumetric_strain, driven_gradient, driven_strain, driven_stress, driven_words, driven_row, driven_column
   implicit none
   private
 
@@ -124,8 +123,7 @@ contains
         return
       end if
       call parse_targets(stage%table, text, analysis%force_unit//'/'//analysis%length_unit//'^2', &
-        stage%driven_components, &
-        stage%targets, stage%times, error)
+        stage%driven_components, stage%targets, stage%times, error)
       if (.not. allocated(error) .and. allocated(stage%times)) then
         if (stage%duration_given) call fail(error, error_deck, &
           "TIME is given, and '"//stage%table//"' has a column `time`")
@@ -203,8 +201,7 @@ contains
 
   !> Whether targets of a strain leave a length.
   pure logical function in_reach(driven, strain, targets)
-    integer, intent(in) :: driven
-    integer, intent(in) :: strain
+    integer, intent(in) :: driven, strain
     real(wp), intent(in) :: targets(:)
 
     in_reach = .true.

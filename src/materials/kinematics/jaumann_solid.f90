@@ -77,10 +77,8 @@ contains
     class(principal_model_type), intent(in) :: model
     !> One of rate_* of qsmpm_jaumann_increment.
     integer, intent(in) :: rate
-    !> Incremental deformation gradient.
-    real(wp), intent(in) :: f(3, 3)
-    !> Cauchy stress at the start.
-    real(wp), intent(in) :: stress(6)
+    !> Incremental deformation gradient; Cauchy stress at the start.
+    real(wp), intent(in) :: f(3, 3), stress(6)
     !> Shear modulus of the step; stays as it is for a Hookean model.
     real(wp), intent(inout) :: modulus
     !> The step up to the trial.
@@ -115,10 +113,8 @@ contains
 
   !> Inverse of a tensor of known determinant.
   pure subroutine invert(f, det, inverse)
-    !> The tensor.
-    real(wp), intent(in) :: f(3, 3)
-    !> Its determinant.
-    real(wp), intent(in) :: det
+    !> The tensor; its determinant.
+    real(wp), intent(in) :: f(3, 3), det
     real(wp), intent(out) :: inverse(3, 3)
     integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
     real(wp) :: scale
@@ -156,10 +152,8 @@ contains
 
   !> a b.
   pure function product_of(a, b) result(c)
-    !> First tensor.
-    real(wp), intent(in) :: a(3, 3)
-    !> Second tensor.
-    real(wp), intent(in) :: b(3, 3)
+    !> First tensor; second tensor.
+    real(wp), intent(in) :: a(3, 3), b(3, 3)
     real(wp) :: c(3, 3)
     integer :: j
 
@@ -170,10 +164,8 @@ contains
 
   !> a s a^T of a symmetric s.
   pure function turned(a, s) result(c)
-    !> Rotation.
-    real(wp), intent(in) :: a(3, 3)
-    !> Symmetric tensor.
-    real(wp), intent(in) :: s(3, 3)
+    !> Rotation; symmetric tensor.
+    real(wp), intent(in) :: a(3, 3), s(3, 3)
     real(wp) :: c(3, 3)
 
     c = product_of(product_of(a, s), transpose(a))
@@ -204,12 +196,8 @@ contains
 
   !> det(F) s F^-T.
   pure subroutine first_piola(s, inverse, det, piola)
-    !> Symmetric tensor.
-    real(wp), intent(in) :: s(3, 3)
-    !> F^-1.
-    real(wp), intent(in) :: inverse(3, 3)
-    !> det(F).
-    real(wp), intent(in) :: det
+    !> Symmetric tensor; F^-1; det(F).
+    real(wp), intent(in) :: s(3, 3), inverse(3, 3), det
     !> The product, packed.
     real(wp), intent(out) :: piola(3, 3)
     integer :: j
@@ -227,12 +215,8 @@ contains
     logical, intent(in) :: principal
     type(stress_update_type), intent(in) :: result
     real(wp), intent(in) :: n(3, 3)
-    !> Cauchy stress that enters the tangent.
-    real(wp), intent(in) :: stress(3, 3)
-    !> F^-1.
-    real(wp), intent(in) :: inverse(3, 3)
-    !> det(F).
-    real(wp), intent(in) :: det
+    !> Cauchy stress that enters the tangent; F^-1; det(F).
+    real(wp), intent(in) :: stress(3, 3), inverse(3, 3), det
     !> dQ_iJ/dF_kL.
     real(wp), intent(out) :: a(3, 3, 3, 3)
     real(wp) :: change(6, 3, 3)
@@ -245,12 +229,8 @@ contains
 
   !> A from the change of the stress with dF.
   pure subroutine piola_tangent(stress, inverse, det, change, a)
-    !> Cauchy stress that enters the tangent.
-    real(wp), intent(in) :: stress(3, 3)
-    !> F^-1.
-    real(wp), intent(in) :: inverse(3, 3)
-    !> det(F).
-    real(wp), intent(in) :: det
+    !> Cauchy stress that enters the tangent; F^-1; det(F).
+    real(wp), intent(in) :: stress(3, 3), inverse(3, 3), det
     !> Change of the stress with dF, by row and column.
     real(wp), intent(in) :: change(6, 3, 3)
     !> dQ_iJ/dF_kL.
@@ -339,12 +319,9 @@ contains
 
   !> Change W s - s W of a stress, W the skew tensor of `turn` times a unit vector, for the three of them.
   pure function spin_columns(s, turn) result(columns)
-    !> Symmetric tensor.
-    real(wp), intent(in) :: s(3, 3)
-    !> Axial vectors, one a column.
-    real(wp), intent(in) :: turn(3, 3)
-    real(wp) :: columns(6, 3)
-    real(wp) :: unit(6, 3)
+    !> Symmetric tensor; axial vectors, one a column.
+    real(wp), intent(in) :: s(3, 3), turn(3, 3)
+    real(wp) :: columns(6, 3), unit(6, 3)
     integer :: i
 
     unit(:, 1) = [0.0_wp, -2.0_wp*s(2, 3), 2.0_wp*s(2, 3), -s(1, 3), s(1, 2), s(2, 2) - s(3, 3)]

@@ -319,8 +319,7 @@ contains
   pure function principal_values(mean, half, shear, normal) result(value)
     !> Mean, half difference, shear, 33.
     real(wp), intent(in) :: mean, half, shear, normal
-    real(wp) :: value(3)
-    real(wp) :: radius
+    real(wp) :: value(3), radius
 
     radius = sqrt(half**2 + shear**2)
     value = [mean + radius, mean - radius, normal]

@@ -157,12 +157,9 @@ contains
 
   !> F b_e F^T in stress order.
   pure function push_forward(f, start) result(b)
-    !> Incremental deformation gradient.
-    real(wp), intent(in) :: f(3, 3)
-    !> b_e in stress order.
-    real(wp), intent(in) :: start(6)
-    real(wp) :: b(6)
-    real(wp) :: fb(3, 3)
+    !> Incremental deformation gradient; b_e in stress order.
+    real(wp), intent(in) :: f(3, 3), start(6)
+    real(wp) :: b(6), fb(3, 3)
 
     fb(:, 1) = f(:, 1)*start(1) + f(:, 2)*start(4) + f(:, 3)*start(5)
     fb(:, 2) = f(:, 1)*start(4) + f(:, 2)*start(2) + f(:, 3)*start(6)
@@ -202,8 +199,7 @@ contains
     real(wp), intent(in) :: value(3)
     !> Principal directions, one a column (3,3).
     real(wp), intent(in) :: n(3, 3)
-    real(wp) :: a(6)
-    real(wp) :: v(3, 3)
+    real(wp) :: a(6), v(3, 3)
 
     v(:, 1) = value(1)*n(:, 1)
     v(:, 2) = value(2)*n(:, 2)
@@ -219,10 +215,8 @@ contains
     type(solid_trial_type), intent(in) :: trial
     !> Principal stresses (3).
     real(wp), intent(in) :: tau(3)
-    !> Cauchy stress.
-    real(wp), intent(out) :: stress(6)
-    !> Q.
-    real(wp), intent(out) :: piola(3, 3)
+    !> Cauchy stress; Q.
+    real(wp), intent(out) :: stress(6), piola(3, 3)
     integer :: j
 
     stress = compose_packed(trial%scale*tau, trial%direction)
@@ -282,10 +276,8 @@ contains
 
   !> n w^T, packed.
   pure function product_of(n, w) result(u)
-    !> First vector (3).
-    real(wp), intent(in) :: n(3)
-    !> Second vector (3).
-    real(wp), intent(in) :: w(3)
+    !> First vector (3); second vector (3).
+    real(wp), intent(in) :: n(3), w(3)
     real(wp) :: u(9)
 
     u(1:3) = n*w(1)

@@ -63,8 +63,7 @@ contains
         call fail(error, error_deck, 'cohesion must not be negative')
       else if (.not. (p%friction_angle >= 0.0_wp .and. p%friction_angle < 90.0_wp)) then
         call fail(error, error_deck, 'friction angle must lie from 0 to below 90 degrees')
-      else if (.not. (p%dilatancy_angle >= 0.0_wp &
-                      .and. p%dilatancy_angle <= p%friction_angle)) then
+      else if (.not. (p%dilatancy_angle >= 0.0_wp .and. p%dilatancy_angle <= p%friction_angle)) then
         call fail(error, error_deck, 'dilatancy angle must lie from 0 to the friction angle')
       else if (.not. p%tensile_strength >= 0.0_wp) then
         call fail(error, error_deck, 'tensile strength must not be negative')

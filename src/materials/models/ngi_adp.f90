@@ -230,8 +230,7 @@ contains
   subroutine update(self, increment, stress, state, response)
     class(ngi_adp_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    real(wp), intent(inout) :: stress(6)
-    real(wp), intent(inout) :: state(:)
+    real(wp), intent(inout) :: stress(6), state(:)
     type(soil_response_type), intent(inout) :: response
     type(clay_strength_type) :: clay
     real(wp) :: axes(3, 3), map(6, 6), strain(6), trial(6), derivative(6, 6), mean, bulk, share

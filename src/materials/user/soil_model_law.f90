@@ -142,10 +142,8 @@ contains
     class(soil_model_law_type), intent(in) :: self
     !> The points.
     type(batch_type), intent(inout) :: batch
-    !> Number of the point.
-    integer, intent(in) :: p
-    !> Which tangent is wanted.
-    integer, intent(in) :: tangent
+    !> Number of the point; which tangent is wanted.
+    integer, intent(in) :: p, tangent
     type(step_turn_type) :: turn
     type(soil_increment_type) :: increment
     type(soil_response_type) :: response
@@ -252,10 +250,8 @@ contains
     class(soil_model_law_type), intent(in) :: self
     !> A step without strain.
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress, turned (6).
-    real(wp), intent(in) :: stress(6)
-    !> State at the start and at the end (state_count or more).
-    real(wp), intent(in) :: state_start(:)
+    !> Cauchy stress, turned (6); state at the start and at the end (state_count or more).
+    real(wp), intent(in) :: stress(6), state_start(:)
     real(wp), intent(inout) :: state(:)
     !> What the model says; unchanged when it has no answer.
     type(soil_response_type), intent(inout) :: response
@@ -378,10 +374,8 @@ contains
     !> Incremental deformation gradient and its determinant.
     real(wp), intent(in) :: f(3, 3)
     real(wp), intent(in) :: det
-    !> Cauchy stress at the end (6).
-    real(wp), intent(in) :: stress(6)
-    !> d stress / d strain (6,6).
-    real(wp), intent(in) :: modulus(6, 6)
+    !> Cauchy stress at the end (6); d stress / d strain (6,6).
+    real(wp), intent(in) :: stress(6), modulus(6, 6)
     real(wp) :: back(3, 3), a(9, 9)
     logical :: symmetric
 
@@ -408,10 +402,8 @@ contains
   !> Fields that may be averaged: the Cauchy stress and the state.
   pure subroutine to_fields(self, stress, state, fields)
     class(soil_model_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
-    !> State (state_count or more).
-    real(wp), intent(in) :: state(:)
+    !> Cauchy stress (4 or 6); state (state_count or more).
+    real(wp), intent(in) :: stress(:), state(:)
     !> Fields (fit_count).
     real(wp), intent(out) :: fields(:)
 
@@ -421,14 +413,10 @@ contains
   !> Stress and state of averaged fields.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(soil_model_law_type), intent(in) :: self
-    !> Fields (fit_count).
-    real(wp), intent(in) :: fields(:)
-    !> V/V0, of which the law is independent.
-    real(wp), intent(in) :: volume_ratio
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(out) :: stress(:)
-    !> State (state_count or more).
-    real(wp), intent(out) :: state(:)
+    !> Fields (fit_count); V/V0, of which the law is independent.
+    real(wp), intent(in) :: fields(:), volume_ratio
+    !> Cauchy stress (4 or 6); state (state_count or more).
+    real(wp), intent(out) :: stress(:), state(:)
 
     stress = fields(1:size(stress))
     state(1:self%state_count) = fields(size(stress) + 1:self%fit_count())

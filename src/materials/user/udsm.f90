@@ -12,8 +12,7 @@
 module qsmpm_udsm
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call, check_arguments, &
-    take_user
+  use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call, check_arguments, take_user
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut, start_time, time_increment

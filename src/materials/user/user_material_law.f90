@@ -112,10 +112,8 @@ contains
   subroutine check_fit(user, states, dimension, error)
     !> What the user says.
     type(user_material_type), intent(in) :: user
-    !> State variables of the model.
-    integer, intent(in) :: states
-    !> 2 or 3.
-    integer, intent(in) :: dimension
+    !> State variables of the model; 2 or 3.
+    integer, intent(in) :: states, dimension
     !> error_deck: why not.
     type(error_type), allocatable, intent(out) :: error
 
@@ -166,8 +164,7 @@ contains
   subroutine update(self, increment, stress, state, response)
     class(placeholder_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    real(wp), intent(inout) :: stress(6)
-    real(wp), intent(inout) :: state(:)
+    real(wp), intent(inout) :: stress(6), state(:)
     type(soil_response_type), intent(inout) :: response
 
     stress = stress + matmul(self%stiffness, increment%strain)

@@ -33,13 +33,10 @@ contains
 
     select case (card%keyword)
     case ('*NODE', '*NSET')
-      if (len(card%nset) > 0) call open_set(raw%node_sets, &
-        spelling(raw%node_sets, card%nset), card%set)
-      if (card%keyword == '*NSET' .and. len(card%elset) > 0) &
-        call take_nodes_of(file, card, raw, error)
+      if (len(card%nset) > 0) call open_set(raw%node_sets, spelling(raw%node_sets, card%nset), card%set)
+      if (card%keyword == '*NSET' .and. len(card%elset) > 0) call take_nodes_of(file, card, raw, error)
     case ('*ELEMENT', '*ELSET')
-      if (len(card%elset) > 0) call open_set(raw%cell_sets, &
-        spelling(raw%cell_sets, card%elset), card%set)
+      if (len(card%elset) > 0) call open_set(raw%cell_sets, spelling(raw%cell_sets, card%elset), card%set)
     case ('*SURFACE')
       call open_set(raw%face_sets, spelling(raw%face_sets, card%name), card%set)
     end select
@@ -161,8 +158,7 @@ contains
     count = (limits(2) - limits(1))/limits(3) + 1
     if (limits(2) < limits(1) .or. count > longest_range) then
       call file_error(file, 'the range '//integer_text(limits(1))//' to '// &
-        integer_text(limits(2))//' is empty or longer than '//integer_text(longest_range)// &
-        ' labels', error)
+        integer_text(limits(2))//' is empty or longer than '//integer_text(longest_range)//' labels', error)
       return
     end if
     call append_labels(set, [(limits(1) + i*limits(3), i=0, count - 1)], 0, spread(0, 1, count))
@@ -211,22 +207,19 @@ contains
     face = 0
     if (size(words) >= 2) face = face_number(upper(words(2)%text))
     if (face == 0) then
-      call file_error(file, 'a surface line holds an element or element set and a face S1 to S6', &
-        error)
+      call file_error(file, 'a surface line holds an element or element set and a face S1 to S6', error)
       return
     end if
     word = without_instance(words(1)%text, raw%cell_sets)
     s = set_place(raw%cell_sets, word)
     if (is_label(word)) then
       call word_label(file, word, label, error)
-      if (.not. allocated(error)) &
-        call append_labels(raw%face_sets(card%set), [label], face, [file%line])
+      if (.not. allocated(error)) call append_labels(raw%face_sets(card%set), [label], face, [file%line])
     else if (s == 0) then
       call file_error(file, "there is no element set '"//words(1)%text//"' above this line", error)
     else
       associate (labels => raw%cell_sets(s)%labels(:raw%cell_sets(s)%count))
-        call append_labels(raw%face_sets(card%set), labels, face, &
-          spread(file%line, 1, size(labels)))
+        call append_labels(raw%face_sets(card%set), labels, face, spread(file%line, 1, size(labels)))
       end associate
     end if
   end subroutine take_surface

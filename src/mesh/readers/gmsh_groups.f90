@@ -85,10 +85,8 @@ contains
   subroutine take_cells(content, highest, first, raw)
     !> What was read.
     type(content_type), intent(in) :: content
-    !> Dimension of cells.
-    integer, intent(in) :: highest
-    !> First cell with the same corners.
-    integer, intent(in) :: first(:)
+    !> Dimension of cells; first cell with the same corners.
+    integer, intent(in) :: highest, first(:)
     !> Gets the cells.
     type(raw_mesh_type), intent(inout) :: raw
     integer :: e
@@ -105,10 +103,8 @@ contains
     !> What was read.
     type(content_type), intent(in) :: content
     type(group_type), intent(in) :: group
-    !> Dimension of cells.
-    integer, intent(in) :: highest
-    !> First cell with the same corners.
-    integer, intent(in) :: first(:)
+    !> Dimension of cells; first cell with the same corners.
+    integer, intent(in) :: highest, first(:)
     !> Gets the sets.
     type(raw_mesh_type), intent(inout) :: raw
     integer :: e, n, node_set, cell_set
@@ -119,10 +115,8 @@ contains
     do e = 1, content%element_count
       if (.not. is_member(content, e, group)) cycle
       n = count(content%nodes(:, e) > 0)
-      call append_labels(raw%node_sets(node_set), content%nodes(:n, e), 0, &
-        spread(content%line(e), 1, n))
-      if (cell_set > 0) call append_labels(raw%cell_sets(cell_set), [content%label(first(e))], 0, &
-        [content%line(e)])
+      call append_labels(raw%node_sets(node_set), content%nodes(:n, e), 0, spread(content%line(e), 1, n))
+      if (cell_set > 0) call append_labels(raw%cell_sets(cell_set), [content%label(first(e))], 0, [content%line(e)])
     end do
   end subroutine take_group
 
@@ -179,8 +173,7 @@ contains
       end if
       if (set == 0) call open_set(raw%face_sets, group%name, set)
       do
-        call append_labels(raw%face_sets(set), table%owner(1:1, i), table%owner(2, i), &
-          [content%line(e)])
+        call append_labels(raw%face_sets(set), table%owner(1:1, i), table%owner(2, i), [content%line(e)])
         i = i + 1
         if (i > size(table%owner, 2)) exit
         if (any(table%corners(:, i) /= key)) exit

@@ -45,8 +45,7 @@ contains
     integer, intent(in) :: cells
 
     allocate (raw%node_label(nodes), raw%node_line(nodes), raw%nodes(3, nodes))
-    allocate (raw%cell_label(cells), raw%cell_kind(cells), raw%cell_line(cells), &
-      raw%connectivity(max_nodes, cells))
+    allocate (raw%cell_label(cells), raw%cell_kind(cells), raw%cell_line(cells), raw%connectivity(max_nodes, cells))
     allocate (raw%node_sets(0), raw%cell_sets(0), raw%face_sets(0))
   end subroutine start_raw
 
@@ -79,12 +78,8 @@ contains
   !> Append a cell.
   pure subroutine add_cell(raw, label, kind, nodes, line)
     type(raw_mesh_type), intent(inout) :: raw
-    !> Label of the cell.
-    integer, intent(in) :: label
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Labels of its nodes in the order of this program.
-    integer, intent(in) :: nodes(:)
+    !> Label of the cell; element kind; labels of its nodes in the order of this program.
+    integer, intent(in) :: label, kind, nodes(:)
     !> Line of the file.
     integer, intent(in) :: line
     integer, allocatable :: longer(:, :)
@@ -131,10 +126,8 @@ contains
 
   !> Move the content of a set without copying it.
   pure subroutine move_set(from, to)
-    !> The set that is emptied.
-    type(label_set_type), intent(inout) :: from
-    !> The set that is filled.
-    type(label_set_type), intent(inout) :: to
+    !> The set that is emptied; the set that is filled.
+    type(label_set_type), intent(inout) :: from, to
 
     to%count = from%count
     call move_alloc(from%name, to%name)
@@ -179,10 +172,8 @@ contains
 
   !> Place of a label among rising ones, 0 when it is not there.
   pure integer function find_label(sorted, label) result(place)
-    !> Labels in rising order.
-    integer, intent(in) :: sorted(:)
-    !> The label looked for.
-    integer, intent(in) :: label
+    !> Labels in rising order; the label looked for.
+    integer, intent(in) :: sorted(:), label
     integer :: low, high
 
     low = 1

@@ -79,8 +79,7 @@ contains
         end do
       end do
       if (all(abs(facets(:, :, f)) <= huge(1.0_real32))) cycle
-      call fail(error, error_deck, file%path//': a coordinate of facet '//integer_text(f)// &
-        ' is not a finite number')
+      call fail(error, error_deck, file%path//': a coordinate of facet '//integer_text(f)//' is not a finite number')
       return
     end do
   end subroutine read_binary

@@ -37,8 +37,7 @@ contains
     integer :: unit, status
 
     file%path = path
-    open (newunit=unit, file=path, access='stream', form='unformatted', status='old', &
-      action='read', iostat=status)
+    open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', iostat=status)
     if (status == 0) then
       inquire (unit=unit, size=length)
       allocate (character(len=max(0_long, length)) :: file%bytes)
@@ -177,8 +176,7 @@ contains
     type(error_type), allocatable, intent(inout) :: error
 
     call word_integer(file, word, value, error)
-    if (value < 1 .and. .not. allocated(error)) &
-      call file_error(file, "'"//word//"' is not a positive label", error)
+    if (value < 1 .and. .not. allocated(error)) call file_error(file, "'"//word//"' is not a positive label", error)
   end subroutine word_label
 
   !> A number out of a word.
