@@ -176,7 +176,6 @@ contains
   subroutine shorten(number, analysis)
     integer, intent(in) :: number
     type(analysis_type), intent(inout) :: analysis
-
     type(material_type), allocatable :: materials(:)
     integer :: m
 

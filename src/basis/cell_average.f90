@@ -260,9 +260,8 @@ contains
     type(space_type), intent(in) :: space
     !> Element kind.
     integer, intent(in) :: kind
-    !> Local coordinates (dimension, n).
-    real(wp), allocatable, intent(out) :: places(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (dimension, n), and weights.
+    real(wp), allocatable, intent(out) :: places(:, :), weights(:)
     logical :: one
 
     if (space%tensor .and. space%degree > 1) then

@@ -76,8 +76,7 @@ contains
     !> Patch of each group (groups); number of patches.
     integer, intent(in) :: patch(:), count
     !> First places of the rows (count+1), and groups (groups).
-    integer, allocatable, intent(out) :: first(:)
-    integer, allocatable, intent(out) :: member(:)
+    integer, allocatable, intent(out) :: first(:), member(:)
     integer :: filled(count), g
 
     allocate (first(count + 1), member(size(patch)))
@@ -126,8 +125,7 @@ contains
   pure subroutine take_points(integration, patch, place, taken, merged)
     type(integration_type), intent(in) :: integration
     !> Patch of each group (groups), place of listed nodes, point that goes to each place (points).
-    integer, intent(in) :: patch(:)
-    integer, intent(in) :: place(:), taken(:)
+    integer, intent(in) :: patch(:), place(:), taken(:)
     !> Integration points by patches, allocated with zeros.
     type(integration_type), intent(inout) :: merged
     integer :: group(size(taken)), g, h, a, b, q, k, n, m, from, to, j

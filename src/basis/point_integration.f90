@@ -76,8 +76,7 @@ contains
     !> Domains of the points; used when the space is averaged.
     type(domains_type), intent(in) :: domains
     !> Block of functions of each group (3, groups); unallocated when the space is not averaged.
-    integer, allocatable, intent(in) :: first(:, :)
-    integer, allocatable, intent(in) :: count(:, :)
+    integer, allocatable, intent(in) :: first(:, :), count(:, :)
     !> Material point of each integration point (n).
     integer, intent(in) :: order(:)
     !> Integration points in groups, allocated.
@@ -108,8 +107,7 @@ contains
     !> Domains of the points.
     type(domains_type), intent(in) :: domains
     !> First function and how many (3, groups).
-    integer, allocatable, intent(out) :: first(:, :)
-    integer, allocatable, intent(out) :: count(:, :)
+    integer, allocatable, intent(out) :: first(:, :), count(:, :)
     integer :: g, k, a, from(3), seen(3)
 
     allocate (first(3, activation%active_count), source=huge(1))
@@ -134,8 +132,7 @@ contains
     !> Material point.
     integer, intent(in) :: point
     !> First function and how many.
-    integer, intent(out) :: first(3)
-    integer, intent(out) :: count(3)
+    integer, intent(out) :: first(3), count(3)
     integer :: a, from, to
 
     first = 1
@@ -179,11 +176,9 @@ contains
     !> Domains of the points.
     type(domains_type), intent(in) :: domains
     !> First function and how many (3, groups).
-    integer, allocatable, intent(out) :: first(:, :)
-    integer, allocatable, intent(out) :: count(:, :)
+    integer, allocatable, intent(out) :: first(:, :), count(:, :)
     !> Material point of each place (points), and first place of each group (groups+1).
-    integer, allocatable, intent(out) :: order(:)
-    integer, allocatable, intent(out) :: group_first(:)
+    integer, allocatable, intent(out) :: order(:), group_first(:)
     integer :: corner(size(activation%point)), extent(size(activation%point)), corners, q, g, from(3), seen(3)
 
     call number_blocks(space, domains, corner, extent, corners)
@@ -249,8 +244,7 @@ contains
   pure subroutine set_block_nodes(space, first, count, integration)
     type(space_type), intent(in) :: space
     !> First function and how many along each axis (3, groups).
-    integer, intent(in) :: first(:, :)
-    integer, intent(in) :: count(:, :)
+    integer, intent(in) :: first(:, :), count(:, :)
     type(integration_type), intent(inout) :: integration
     integer :: g
 
@@ -304,8 +298,7 @@ contains
     !> Rows that are kept (n).
     logical, intent(in) :: kept(:)
     !> Number of columns; places before the columns, present and new.
-    integer, intent(in) :: columns, from
-    integer, intent(in) :: to
+    integer, intent(in) :: columns, from, to
     !> Values, changed up to the last one moved.
     real(wp), intent(inout) :: values(:)
     integer :: c, a, next

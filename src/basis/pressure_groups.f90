@@ -110,8 +110,7 @@ contains
   pure real(wp) function face_size(mesh, cell, face)
     type(mesh_type), intent(in) :: mesh
     !> Cell and its local face.
-    integer, intent(in) :: cell
-    integer, intent(in) :: face
+    integer, intent(in) :: cell, face
     real(wp) :: a(3), b(3)
     integer :: corner(4), n, d
 
@@ -140,8 +139,7 @@ contains
     !> Number of the round.
     integer, intent(in) :: round
     !> Group that stands for this one's patch, in steps; members of the patch, at that group.
-    integer, intent(inout) :: parent(:)
-    integer, intent(inout) :: members(:)
+    integer, intent(inout) :: parent(:), members(:)
     logical :: joined(size(parent))
     integer :: f, p, q
 
@@ -163,8 +161,7 @@ contains
     !> Groups on both sides of each face, the largest first (2, faces).
     integer, intent(in) :: faces(:, :)
     !> As for join_equals.
-    integer, intent(inout) :: parent(:)
-    integer, intent(inout) :: members(:)
+    integer, intent(inout) :: parent(:), members(:)
     integer :: smallest(size(parent)), f, g, p, q, side
 
     smallest = 0
@@ -188,11 +185,9 @@ contains
   !> Make one patch of two.
   pure subroutine join(p, q, parent, members)
     !> Groups that stand for the two patches.
-    integer, intent(in) :: p
-    integer, intent(in) :: q
+    integer, intent(in) :: p, q
     !> As for join_equals.
-    integer, intent(inout) :: parent(:)
-    integer, intent(inout) :: members(:)
+    integer, intent(inout) :: parent(:), members(:)
 
     parent(max(p, q)) = min(p, q)
     members(min(p, q)) = members(p) + members(q)

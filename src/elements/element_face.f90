@@ -25,7 +25,6 @@ contains
     real(wp), allocatable, intent(out) :: points(:, :)
     !> Weights; their sum is 2 (edge), 1/2 (triangle) or 4 (quad).
     real(wp), allocatable, intent(out) :: weights(:)
-
     real(wp), allocatable :: x(:), places(:, :)
     real(wp) :: origin(3), directions(3, 2), local(3)
     integer :: q
@@ -59,7 +58,6 @@ contains
     real(wp), intent(in) :: nodes(:, :)
     !> Area vector (dim), length or length squared.
     real(wp), intent(out) :: vector(:)
-
     real(wp) :: gradients(3, max_nodes), jacobian(3, 3), origin(3), directions(3, 2), s(3), t(3)
     integer :: n, d
 

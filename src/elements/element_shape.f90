@@ -88,7 +88,6 @@ contains
     real(wp), intent(in) :: nodes(:, :)
     !> dx_i/dlocal_j (dim, dim).
     real(wp), intent(out) :: jacobian(:, :)
-
     integer :: a, j
 
     jacobian = 0.0_wp
@@ -113,7 +112,6 @@ contains
     real(wp), intent(out) :: gradients(:, :)
     !> Determinant of dx/dlocal; not positive where the element is tangled.
     real(wp), intent(out) :: determinant
-
     real(wp) :: local_gradients(3, max_nodes), jacobian(3, 3), inverse(3, 3)
     integer :: n, d, a
 
@@ -170,7 +168,6 @@ contains
   pure subroutine invert_3(matrix, inverse, determinant)
     real(wp), intent(in) :: matrix(3, 3)
     real(wp), intent(out) :: inverse(3, 3), determinant
-
     integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
     integer :: i, j
 

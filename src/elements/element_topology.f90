@@ -172,7 +172,6 @@ contains
     real(wp), intent(out) :: origin(3)
     !> Derivatives of the local coordinates by s (3, 2); the second column is 0 in 2D.
     real(wp), intent(out) :: directions(3, 2)
-
     integer :: corners(face_corner_count(kind, face))
 
     corners = face_corners(kind, face)

@@ -53,12 +53,10 @@ contains
     integer, intent(in) :: kind, count
     !> A Gauss rule also where equal pieces are the custom.
     logical, intent(in) :: gauss
-    !> Local coordinates (local dimension, points).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (local dimension, points), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     !> Set when there is no rule of this number.
     type(error_type), allocatable, intent(out) :: error
-
     real(wp), allocatable :: x(:), w(:)
     integer :: n
 
@@ -94,9 +92,8 @@ contains
     integer, intent(in) :: count
     !> A Gauss rule.
     logical, intent(in) :: gauss
-    !> Coordinates (count).
-    real(wp), allocatable, intent(out) :: points(:)
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Coordinates (count), and weights.
+    real(wp), allocatable, intent(out) :: points(:), weights(:)
 
     if (gauss) then
       call line_gauss(count, points, weights)
@@ -111,9 +108,8 @@ contains
     integer, intent(in) :: count
     !> A Gauss rule in any case.
     logical, intent(in) :: gauss
-    !> Local coordinates (2, count).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (2, count), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
 
     if (any(count == [4, 9, 16]) .and. .not. gauss) then
       call triangle_even(nint(sqrt(real(count, wp))), points, weights)
@@ -128,10 +124,8 @@ contains
     integer, intent(in) :: count
     !> A Gauss rule in any case.
     logical, intent(in) :: gauss
-    !> Local coordinates (3, count).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (3, count), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), allocatable :: triangle(:, :), triangle_weights(:), x(:), w(:)
     integer :: layers
 

@@ -25,7 +25,6 @@ contains
     integer, intent(in) :: count
     !> Local coordinates (2, count); weights (count).
     real(wp), allocatable, intent(out) :: points(:, :), weights(:)
-
     real(wp), parameter :: root6 = sqrt(38.0_wp - 44.0_wp*sqrt(0.4_wp))
     real(wp), parameter :: weight6 = sqrt(213125.0_wp - 53320.0_wp*root10)
     integer :: n
@@ -62,7 +61,6 @@ contains
     integer, intent(in) :: n
     !> Local coordinates (2, n*n); weights (n*n).
     real(wp), allocatable, intent(out) :: points(:, :), weights(:)
-
     integer :: i, j, k
 
     allocate (points(2, n*n), weights(n*n))
@@ -82,10 +80,8 @@ contains
   !> Rule exact for polynomials of a degree.
   pure subroutine triangle_degree(degree, points, weights)
     integer, intent(in) :: degree
-    !> Local coordinates (2, points).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (2, points), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     integer, parameter :: counts(0:6) = [1, 1, 3, 6, 6, 7, 12]
 
     if (degree <= ubound(counts, 1)) then
@@ -98,10 +94,8 @@ contains
   !> Gauss rule of the square under xi = u, eta = v (1 - u), u and v in [0, 1].
   pure subroutine collapsed(degree, points, weights)
     integer, intent(in) :: degree
-    !> Local coordinates (2, points).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (2, points), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), allocatable :: x(:), w(:)
     integer :: n, i, j, k
 
@@ -124,8 +118,7 @@ contains
     !> Weight as a share of the whole.
     real(wp), intent(in) :: weight
     !> The rule that grows.
-    real(wp), intent(inout) :: points(:, :)
-    real(wp), intent(inout) :: weights(:)
+    real(wp), intent(inout) :: points(:, :), weights(:)
     !> Points so far.
     integer, intent(inout) :: n
 
@@ -139,8 +132,7 @@ contains
     !> The coordinate that occurs twice; weight of each as a share of the whole.
     real(wp), intent(in) :: a, weight
     !> The rule that grows.
-    real(wp), intent(inout) :: points(:, :)
-    real(wp), intent(inout) :: weights(:)
+    real(wp), intent(inout) :: points(:, :), weights(:)
     !> Points so far.
     integer, intent(inout) :: n
 
@@ -154,16 +146,13 @@ contains
   !> Add the six points with barycentric coordinates (a, b, 1-a-b) in any order.
   pure subroutine add_six(a, b, weight, points, weights, n)
     !> Two of the three coordinates.
-    real(wp), intent(in) :: a
-    real(wp), intent(in) :: b
+    real(wp), intent(in) :: a, b
     !> Weight of each as a share of the whole.
     real(wp), intent(in) :: weight
     !> The rule that grows.
-    real(wp), intent(inout) :: points(:, :)
-    real(wp), intent(inout) :: weights(:)
+    real(wp), intent(inout) :: points(:, :), weights(:)
     !> Points so far.
     integer, intent(inout) :: n
-
     real(wp) :: c
 
     c = 1.0_wp - a - b

@@ -49,7 +49,6 @@ contains
   !> (qsmpm_pressure_balance) needs a slope, not an exact one.
   subroutine update(self, batch, tangent)
     class(half_step_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> tangent_none, tangent_consistent or tangent_elastic.
     integer, intent(in) :: tangent

@@ -331,7 +331,6 @@ contains
 
   !> Note when the file is not one of this program or of this deck.
   subroutine check_origin(reader, fingerprint)
-    !> The file.
     type(reader_type), intent(inout) :: reader
     !> Fingerprint of the resolved deck (2).
     integer, intent(in) :: fingerprint(:)

@@ -44,7 +44,6 @@ contains
   subroutine write_summary(directory, analysis, model, error, outcome)
     !> Of the run, with its curves.
     character(len=*), intent(in) :: directory
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
@@ -180,7 +179,6 @@ contains
   subroutine summary_table(directory, analysis, model, text, error, outcome)
     !> Of the run, with its curves.
     character(len=*), intent(in) :: directory
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(in) :: model
     character(len=:), allocatable, intent(out) :: text

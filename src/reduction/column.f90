@@ -29,7 +29,6 @@ contains
 
   !> Prove that a scene is a row of equal columns.
   pure subroutine require_column(analysis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Why not; unallocated when proved.
     character(len=:), allocatable, intent(out) :: reason
@@ -55,7 +54,6 @@ contains
 
   !> Histories are inside the grid; reactions are those of a level set, or push a side along x.
   pure subroutine require_histories(analysis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: members
@@ -83,7 +81,6 @@ contains
 
   !> Side a set lies on: 1 the first line, 2 the last line, 0 neither.
   pure integer function side_of(members, set) result(side)
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> Number of the set.
     integer, intent(in) :: set
@@ -125,9 +122,7 @@ contains
 
   !> Histories of the column: nothing moves along x.
   pure subroutine column_histories(analysis, members, step)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> Gets the way back.
     type(reduction_type), intent(inout) :: step
@@ -164,9 +159,7 @@ contains
 
   !> Sets on a side that a history reads go with the side.
   pure subroutine move_sides(analysis, members)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer :: s
 

@@ -19,7 +19,6 @@ contains
 
   !> Whether a phase loads or supports a surface, or a rigid body may touch it.
   pure logical function surface_is_used(analysis, name) result(used)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the surface.
     character(len=*), intent(in) :: name
@@ -39,7 +38,6 @@ contains
 
   !> Leave out the surfaces no phase uses.
   pure subroutine keep_used_surfaces(analysis)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     integer :: s
 
@@ -50,7 +48,6 @@ contains
   !> Prove that gravity, tractions, pressures and supports do not depend on an axis and have no part
   !> along it.
   pure subroutine require_loads_uniform(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
     !> Why not; unallocated when proved.
@@ -81,7 +78,6 @@ contains
 
   !> Prove that a surface goes through the whole grid along an axis and has no face across it.
   pure subroutine require_surface(analysis, name, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the surface.
     character(len=*), intent(in) :: name
@@ -133,7 +129,6 @@ contains
 
   !> Whether the body of an outline is a polygon: the prism over it has walls only.
   pure logical function is_prism(analysis, surface) result(yes)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     type(surface_type), intent(in) :: surface
     integer :: b

@@ -39,7 +39,6 @@ contains
 
   !> Prove it.
   pure subroutine require_mirror(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> 1 or 3.
     integer, intent(in) :: axis
@@ -66,7 +65,6 @@ contains
 
   !> Lines and elements are symmetric, and the plane is a line.
   pure subroutine require_grid(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -93,7 +91,6 @@ contains
   !> Why the half is not taken unasked although the scene is symmetric; empty when nothing speaks
   !> against it.
   pure function reason_against_mirror(analysis) result(reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: reason
     type(law_description_type) :: traits
@@ -178,7 +175,6 @@ contains
   !> Whether cutting at the plane may give a surface new faces: its box reaches the plane and is not
   !> flat along another axis, or it lies in the plane.
   pure logical function has_faces_in_plane(analysis, surface, axis) result(yes)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     type(surface_type), intent(in) :: surface
     integer, intent(in) :: axis
@@ -204,7 +200,6 @@ contains
 
   !> Whether the mirror image of a load is among the loads of its phase.
   pure logical function load_has_image(analysis, loads, load, axis) result(found)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Loads of the phase, and the one.
     type(traction_type), intent(in) :: loads(:), load
@@ -228,7 +223,6 @@ contains
   !> Sets are no lists of labels; a plate is symmetric; reactions are those of symmetric sets or of one
   !> half.
   pure subroutine require_sets(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -265,7 +259,6 @@ contains
 
   !> A list of labels has no place.
   pure subroutine refuse_labels(analysis, name, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the set.
     character(len=*), intent(in) :: name
@@ -279,7 +272,6 @@ contains
 
   !> Where a set lies: on both sides alike, or wholly on one. The plane belongs to neither half.
   pure integer function set_side(members, set, axis) result(side)
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> Number of the set, and the axis.
     integer, intent(in) :: set, axis
@@ -301,7 +293,6 @@ contains
 
   !> Every node is held and moved like its image, in every phase.
   pure subroutine require_nodes(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -339,9 +330,7 @@ contains
 
   !> The last card that treats a node and its image differently.
   pure function blame(analysis, members, node, image, phase, component) result(text)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> The two nodes (3).
     integer, intent(in) :: node(3), image(3)

@@ -56,9 +56,7 @@ contains
 
   !> Histories beyond the plane are read from the mirror image.
   pure subroutine half_histories(analysis, members, axis, step)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     !> Gets the way back.
@@ -106,7 +104,6 @@ contains
 
   !> Loads and supports of surfaces that lie beyond the plane are left out.
   pure subroutine half_surfaces(analysis, axis, plane)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     integer, intent(in) :: axis
     !> Coordinate of the plane.
@@ -125,7 +122,6 @@ contains
 
   !> Whether a surface lies beyond the plane.
   pure logical function surface_beyond(analysis, name, axis, plane) result(beyond)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the surface.
     character(len=*), intent(in) :: name
@@ -163,7 +159,6 @@ contains
 
   !> Bodies beyond the plane are left out; the others know their images.
   pure subroutine half_bodies(analysis, axis, step)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     integer, intent(in) :: axis
     !> Gets the bodies of the half and their images.
@@ -190,9 +185,7 @@ contains
 
   !> Sets that a reaction is read of beyond the plane go to the other side.
   pure subroutine half_sets(analysis, members, axis, plane)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     !> Coordinate of the plane.

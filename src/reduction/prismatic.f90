@@ -28,7 +28,6 @@ contains
 
   !> Prove that a scene is prismatic along z.
   pure subroutine require_prismatic(analysis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Why not; unallocated when proved.
     character(len=:), allocatable, intent(out) :: reason
@@ -77,7 +76,6 @@ contains
 
   !> Histories are inside the thickness, and reactions can be taken from the plane.
   pure subroutine require_histories(analysis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: members
@@ -217,7 +215,6 @@ contains
 
   !> Histories in the plane. What has a z component stands still.
   pure subroutine plane_histories(analysis, step)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     !> Gets the way back.
     type(reduction_type), intent(inout) :: step
@@ -248,7 +245,6 @@ contains
 
   !> Fixities and prescriptions of the plane: what only holds along z is left out.
   pure subroutine plane_supports(analysis)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     type(fixity_type), allocatable :: fixities(:)
     integer :: p, i

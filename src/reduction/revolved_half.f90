@@ -68,7 +68,6 @@ contains
   pure subroutine radial_lines(analysis, solid)
     !> The scene; its grid in radius and height.
     type(analysis_type), intent(inout) :: analysis
-    !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     real(wp) :: lines(size(analysis%mesh%axes(1)%lines)), tolerance
     integer :: i, n
@@ -88,9 +87,7 @@ contains
 
   !> Histories by radius and height.
   pure subroutine round_histories(analysis, solid, step)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     !> Gets the way back.
     type(reduction_type), intent(inout) :: step

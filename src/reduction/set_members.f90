@@ -55,7 +55,6 @@ contains
   pure subroutine find_members(analysis, members)
     !> The scene; its mesh is a grid.
     type(analysis_type), intent(in) :: analysis
-    !> The tables.
     type(members_type), intent(out) :: members
     integer :: a, s, n, i
 
@@ -121,7 +120,6 @@ contains
 
   !> Whether a set holds a node.
   pure logical function contains_node(members, set, node)
-    !> The tables.
     type(members_type), intent(in) :: members
     !> Number of the set; place of the node along each axis (3).
     integer, intent(in) :: set, node(3)
@@ -132,7 +130,6 @@ contains
 
   !> Whether a set does not depend on an axis.
   pure logical function covers_axis(members, set, axis)
-    !> The tables.
     type(members_type), intent(in) :: members
     !> Number of the set, and the axis.
     integer, intent(in) :: set, axis
@@ -143,7 +140,6 @@ contains
   !> Places along an axis, one of each kind; the first and the last are kinds of their own. With
   !> `mirrored` the entries of the place on the other side make the kind too.
   pure subroutine representatives(members, axis, mirrored, list)
-    !> The tables.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     !> Look at both sides.
@@ -174,9 +170,7 @@ contains
 
   !> What holds a node in a phase: components, and the displacement prescribed over the phase.
   pure subroutine node_state(analysis, members, node, phase, fixed, value)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The tables.
     type(members_type), intent(in) :: members
     !> Place of the node along each axis (3); number of the phase.
     integer, intent(in) :: node(3), phase
@@ -209,7 +203,6 @@ contains
 
   !> Whether anything refers to a node set.
   pure logical function set_is_used(analysis, name) result(used)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the set.
     character(len=*), intent(in) :: name
@@ -270,7 +263,6 @@ contains
 
   !> Leave out the node sets nothing refers to, and all element sets.
   pure subroutine drop_unused_sets(analysis)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     integer :: s
 

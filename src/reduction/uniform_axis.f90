@@ -26,7 +26,6 @@ contains
 
   !> Prove it.
   pure subroutine require_uniform(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> 1 or 3.
     integer, intent(in) :: axis
@@ -49,7 +48,6 @@ contains
 
   !> Bodies go through the whole grid along the axis.
   pure subroutine require_bodies(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -101,9 +99,7 @@ contains
 
   !> Sets that depend on the axis may only be held along it; nothing is moved along it.
   pure subroutine require_sets(analysis, members, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -136,9 +132,7 @@ contains
 
   !> A plate of a moving mesh goes along another axis and does not depend on this one.
   pure subroutine require_plate(analysis, members, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -156,9 +150,7 @@ contains
   !> Both end planes are held along the axis in every phase. In a grid with shifted nodes only sets of
   !> whole planes count, and nothing may be freed.
   pure subroutine require_held(analysis, members, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -197,7 +189,6 @@ contains
 
   !> No set is freed.
   pure subroutine require_nothing_freed(analysis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable, intent(inout) :: reason
     integer :: p, i

@@ -301,7 +301,6 @@ contains
   subroutine check_solver(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-
     type(solver_row_type) :: row
 
     associate (solver => state%analysis%solver)

@@ -89,7 +89,6 @@ contains
     !> Cauchy stress at the start (3,3).
     real(wp), intent(in) :: stress(3, 3)
     type(rotated_increment_type), intent(out) :: increment
-
     real(wp) :: spin(3, 3), turn(3, 3)
 
     increment%spin = identity

@@ -27,7 +27,6 @@ contains
     integer, intent(in) :: rate
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
@@ -84,8 +83,7 @@ contains
     !> The step up to the trial.
     type(rotated_increment_type), intent(out) :: increment
     !> F^-1 and det(F).
-    real(wp), intent(out) :: inverse(3, 3)
-    real(wp), intent(out) :: det
+    real(wp), intent(out) :: inverse(3, 3), det
     !> status_ok, or why there is none.
     integer, intent(out) :: status
     real(wp) :: start(3, 3), value(3), n(3, 3)
@@ -177,8 +175,7 @@ contains
     !> Whether the stress is another than the trial.
     logical, intent(in) :: principal
     !> Its principal values then (3), and principal directions of the trial, turned (3,3).
-    real(wp), intent(in) :: value(3)
-    real(wp), intent(in) :: n(3, 3)
+    real(wp), intent(in) :: value(3), n(3, 3)
     !> Cauchy stress.
     real(wp), intent(out) :: stress(3, 3)
     integer :: i
@@ -254,8 +251,7 @@ contains
   !> From the change with dG to that with dF, dG_ab = left_ak dF_kL right_Lb.
   pure subroutine contract(left, right, change)
     !> The factors, R mid and mid R^T.
-    real(wp), intent(in) :: left(3, 3)
-    real(wp), intent(in) :: right(3, 3)
+    real(wp), intent(in) :: left(3, 3), right(3, 3)
     !> In: by dG. Out: by dF.
     real(wp), intent(inout) :: change(6, 3, 3)
     real(wp) :: half(6, 3, 3)

@@ -43,7 +43,6 @@ contains
     class(principal_model_type), intent(in) :: model
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
@@ -90,8 +89,7 @@ contains
     !> Incremental deformation gradient.
     real(wp), intent(in) :: f(3, 3)
     !> State of the point, which begins with b_e for a Hookean model, and its Cauchy stress, at the start of the step.
-    real(wp), intent(in) :: state(*)
-    real(wp), intent(in) :: stress(6)
+    real(wp), intent(in) :: state(*), stress(6)
     !> V/V0 at the start of the step.
     real(wp), intent(in) :: volume_ratio
     !> Shear modulus of the step; stays as it is for a Hookean model.

@@ -145,7 +145,6 @@ contains
   !> Update a batch.
   subroutine update(self, batch, tangent)
     class(principal_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> One of tangent_none, tangent_consistent, tangent_elastic.
     integer, intent(in) :: tangent

@@ -28,8 +28,7 @@ contains
     !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and state at the start.
-    real(wp), intent(in) :: stress(6)
-    real(wp), intent(in) :: state(:)
+    real(wp), intent(in) :: stress(6), state(:)
     !> What the model says; its tangent is set.
     type(soil_response_type), intent(inout) :: response
     type(soil_response_type) :: said
@@ -73,8 +72,7 @@ contains
     !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and state at the start.
-    real(wp), intent(in) :: stress(6)
-    real(wp), intent(in) :: state(:)
+    real(wp), intent(in) :: stress(6), state(:)
     !> Component of the strain, and by how much.
     integer, intent(in) :: component
     real(wp), intent(in) :: change

@@ -125,7 +125,6 @@ contains
   !> Update a batch.
   subroutine update(self, batch, tangent)
     class(soil_model_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> One of tangent_none, tangent_consistent, tangent_elastic.
     integer, intent(in) :: tangent
@@ -140,7 +139,6 @@ contains
   !> Update a point; it is left half done with a status other than ok.
   subroutine update_point(self, batch, p, tangent)
     class(soil_model_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Number of the point; which tangent is wanted.
     integer, intent(in) :: p, tangent
@@ -187,7 +185,6 @@ contains
   !> What the model is given beside stress and state.
   subroutine describe_step(self, batch, p, turn, f, increment)
     class(soil_model_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(in) :: batch
     !> Number of the point in the batch.
     integer, intent(in) :: p
@@ -276,7 +273,6 @@ contains
   !> A model whose stress changes at no strain is broken, unless it returns to where stresses may be or flows with time.
   subroutine check_rest(self, batch, p, increment, stress, response)
     class(soil_model_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(in) :: batch
     !> Number of the point.
     integer, intent(in) :: p
@@ -313,8 +309,7 @@ contains
     !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Stress and state at the end.
-    real(wp), intent(in) :: stress(:)
-    real(wp), intent(in) :: state(:)
+    real(wp), intent(in) :: stress(:), state(:)
     !> What the model says.
     type(soil_response_type), intent(inout) :: response
     character(len=:), allocatable :: what
@@ -342,7 +337,6 @@ contains
     type(soil_increment_type), intent(in) :: increment
     !> What the model says.
     type(soil_response_type), intent(in) :: response
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Number of the point in the batch.
     integer, intent(in) :: p
@@ -365,15 +359,12 @@ contains
   !> Q and A of a point.
   subroutine finish_point(self, batch, p, tangent, turn, f, det, stress, modulus)
     class(soil_model_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Number of the point, and which tangent is wanted.
-    integer, intent(in) :: p
-    integer, intent(in) :: tangent
+    integer, intent(in) :: p, tangent
     type(step_turn_type), intent(in) :: turn
     !> Incremental deformation gradient and its determinant.
-    real(wp), intent(in) :: f(3, 3)
-    real(wp), intent(in) :: det
+    real(wp), intent(in) :: f(3, 3), det
     !> Cauchy stress at the end (6); d stress / d strain (6,6).
     real(wp), intent(in) :: stress(6), modulus(6, 6)
     real(wp) :: back(3, 3), a(9, 9)

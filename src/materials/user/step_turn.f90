@@ -92,8 +92,7 @@ contains
     !> then, [K^E + K^G]^0 of the paper's eqs. 15-17.
     logical, intent(in) :: symmetric
     !> F^-1 and det(F).
-    real(wp), intent(in) :: inverse(3, 3)
-    real(wp), intent(in) :: det
+    real(wp), intent(in) :: inverse(3, 3), det
     !> A (3,3,3,3).
     real(wp), intent(out) :: a(3, 3, 3, 3)
     real(wp) :: change(6, 3, 3), c(6, 6), spin(6, 3)

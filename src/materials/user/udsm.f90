@@ -276,8 +276,7 @@ contains
     class(udsm_type), intent(in) :: self
     type(udsm_call_type), intent(in) :: arguments
     !> Cauchy stress (6) and state (state_count).
-    real(wp), intent(inout) :: stress(6)
-    real(wp), intent(inout) :: state(:)
+    real(wp), intent(inout) :: stress(6), state(:)
     !> What the model says.
     type(soil_response_type), intent(inout) :: response
     integer :: i
@@ -298,8 +297,7 @@ contains
     !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and excess pore pressure.
-    real(wp), intent(in) :: stress(6)
-    real(wp), intent(in) :: water
+    real(wp), intent(in) :: stress(6), water
     !> Room for the arrays; those of the state stay.
     real(c_double), intent(inout), target, contiguous :: room(:)
     type(udsm_call_type), intent(inout) :: arguments

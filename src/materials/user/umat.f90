@@ -269,8 +269,7 @@ contains
     !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and state at the start.
-    real(wp), intent(in) :: stress(6)
-    real(wp), intent(in) :: state(:)
+    real(wp), intent(in) :: stress(6), state(:)
     !> Sizes of the arrays, where they begin, and their room.
     integer, intent(in) :: sizes(arrays), first(arrays + 1)
     real(c_double), intent(inout) :: room(:)

@@ -138,8 +138,7 @@ contains
   subroutine ask_stiffness(adapter, young, poisson, stress, error)
     class(adapter_type), intent(inout) :: adapter
     !> Young's modulus and Poisson's ratio of the deck, 0 where it has none.
-    real(wp), intent(in) :: young
-    real(wp), intent(in) :: poisson
+    real(wp), intent(in) :: young, poisson
     !> Cauchy stress at the start (6).
     real(wp), intent(in) :: stress(6)
     !> error_user_material: the model has no positive tangent there.
@@ -214,8 +213,7 @@ contains
     !> d stress / d strain (6,6).
     real(wp), intent(in) :: tangent(6, 6)
     !> Young's modulus and shear modulus.
-    real(wp), intent(out) :: young
-    real(wp), intent(out) :: shear
+    real(wp), intent(out) :: young, shear
     real(wp) :: along, twist
     integer :: i
 

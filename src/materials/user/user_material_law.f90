@@ -39,8 +39,7 @@ contains
     !> Name of the material.
     character(len=*), intent(in) :: name
     !> Young's modulus and Poisson's ratio that scale stabilisation, 0 for none.
-    real(wp), intent(in) :: young
-    real(wp), intent(in) :: poisson
+    real(wp), intent(in) :: young, poisson
     !> Cauchy stress that the material starts with, or one like it (6).
     real(wp), intent(in) :: stress(6)
     !> 2 or 3.

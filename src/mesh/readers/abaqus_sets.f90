@@ -125,8 +125,7 @@ contains
   pure subroutine copy_labels(sets, from, to)
     type(label_set_type), intent(inout) :: sets(:)
     !> Places of the two.
-    integer, intent(in) :: from
-    integer, intent(in) :: to
+    integer, intent(in) :: from, to
     integer, allocatable :: labels(:), lines(:)
 
     allocate (labels(sets(from)%count), source=sets(from)%labels(:sets(from)%count))

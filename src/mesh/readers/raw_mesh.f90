@@ -41,8 +41,7 @@ contains
   pure subroutine start_raw(raw, nodes, cells)
     type(raw_mesh_type), intent(inout) :: raw
     !> Numbers of nodes and cells that are expected; more may come.
-    integer, intent(in) :: nodes
-    integer, intent(in) :: cells
+    integer, intent(in) :: nodes, cells
 
     allocate (raw%node_label(nodes), raw%node_line(nodes), raw%nodes(3, nodes))
     allocate (raw%cell_label(cells), raw%cell_kind(cells), raw%cell_line(cells), raw%connectivity(max_nodes, cells))
