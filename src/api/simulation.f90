@@ -6,11 +6,11 @@ module qsmpm_simulation
   use qsmpm_analysis, only: three_dimensional
   use qsmpm_observer_list, only: observer_list_type
   use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_load_description, only: gravity_type
   use qsmpm_limit_load, only: is_found, limit_load_type
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_phases, only: end_phase
-  use qsmpm_stages, only: append_stage, change_gravity, change_traction, change_pressure, change_displacement, &
-    change_fixity, cut_stage
+  use qsmpm_stages, only: append_stage, change_traction, change_pressure, change_displacement, change_fixity, cut_stage
   use qsmpm_step_length, only: phase_is_complete
   use qsmpm_stepped_analysis, only: stepped_analysis_type, need_model
   use qsmpm_text, only: integer_text
@@ -203,7 +203,7 @@ contains
     call find_coming(self, number, error)
     if (.not. allocated(error)) call need_vector(self, vector, error)
     if (allocated(error)) return
-    call change_gravity(self%scene%phases(number), vector)
+    self%scene%phases(number)%gravity = gravity_type(.true., vector)
     call self%take_over(error)
   end subroutine set_gravity
 

@@ -20,8 +20,8 @@ module qsmpm_stages
   implicit none
   private
 
-  public :: append_stage, change_gravity, change_traction, change_pressure, change_displacement, change_fixity, &
-    cut_stage, take_over_stages, take_phases, same_steps
+  public :: append_stage, change_traction, change_pressure, change_displacement, change_fixity, cut_stage, &
+    take_over_stages, take_phases, same_steps
 
 contains
 
@@ -54,17 +54,6 @@ contains
     phase%controls%steps = steps
     scene%phases = [scene%phases, phase]
   end subroutine append_stage
-
-  !> Gravity at the end of a stage, per unit of its load factor.
-  subroutine change_gravity(phase, vector)
-    !> The stage.
-    type(phase_type), intent(inout) :: phase
-    !> Gravity (3).
-    real(wp), intent(in) :: vector(3)
-
-    phase%gravity%given = .true.
-    phase%gravity%vector = vector
-  end subroutine change_gravity
 
   !> Dead traction on a surface at the end of a stage, per unit of its load factor.
   subroutine change_traction(scene, number, surface, vector, error)

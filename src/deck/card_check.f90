@@ -5,7 +5,7 @@ module qsmpm_card_check
   use qsmpm_text, only: did_you_mean, string_type, add_word, split, integer_text, squeezed, upper
   use qsmpm_cards, only: card_type, parameter_type
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_renamed_words, only: renamed_parameter, by_converter
+  use qsmpm_renamed_words, only: renamed, by_converter
   use qsmpm_card_items, only: item_type, data_type, holds, value_text, value_problem, kind_flag
   use qsmpm_keyword_table, only: keyword_type
   implicit none
@@ -65,7 +65,7 @@ contains
     type(string_type), intent(in) :: known(:)
     character(len=:), allocatable :: sentence
 
-    sentence = renamed_parameter(keyword, name)
+    sentence = renamed(keyword, name)
     if (len(sentence) > 0) then
       sentence = 'parameter '//name//' is now '//sentence//by_converter
     else
@@ -107,8 +107,7 @@ contains
         end if
         if (len(problem) == 0) cycle
         associate (written => item%name//'='//upper(squeezed(parameter%value)))
-          if (len(renamed_parameter(card%keyword, written)) > 0) problem = written//' is now '// &
-            renamed_parameter(card%keyword, written)
+          if (len(renamed(card%keyword, written)) > 0) problem = written//' is now '//renamed(card%keyword, written)
         end associate
         call bad(card, state, problem)
         parameter%value = item%default

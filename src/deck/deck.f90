@@ -21,7 +21,7 @@ module qsmpm_deck
   use qsmpm_keywords, only: make_table
   use qsmpm_card_check, only: check_card
   use qsmpm_help_topics, only: is_topic, topic_text
-  use qsmpm_renamed_words, only: renamed_keyword, by_converter
+  use qsmpm_renamed_words, only: renamed, by_converter
   use qsmpm_deck_bodies, only: give_points
   use qsmpm_deck_histories, only: give_units
   use qsmpm_deck_references, only: check_references
@@ -177,7 +177,7 @@ contains
     type(string_type), intent(in) :: names(:)
     character(len=:), allocatable :: sentence
 
-    sentence = renamed_keyword(keyword)
+    sentence = renamed('keyword', keyword)
     if (len(sentence) > 0) then
       sentence = 'this keyword is now *'//sentence//by_converter
       return

@@ -150,10 +150,7 @@ contains
     logical :: gravity
     integer :: i
 
-    gravity = .false.
-    do i = 1, size(state%analysis%phases)
-      if (norm2(state%analysis%phases(i)%gravity%vector) > 0.0_wp) gravity = .true.
-    end do
+    gravity = has_gravity(state)
     do i = 1, size(state%analysis%materials)
       associate (material => state%analysis%materials(i))
         call check_law(state, material)
