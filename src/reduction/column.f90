@@ -11,10 +11,10 @@ module qsmpm_column
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_reaction
   use qsmpm_reduction, only: reduction_type, reduce_column, refuse, place_text, begin_reduction, &
     require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, keep_supports, drop_unused_sets, &
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, keep_supports, &
     scene_tolerance
-  use qsmpm_loaded_surfaces, only: keep_used_surfaces
-  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
+  use qsmpm_loaded_surfaces, only: drop_unused
+  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, reduce_rigid_history
   use qsmpm_uniform_axis, only: require_uniform
   use qsmpm_water_symmetry, only: require_level_water
   implicit none
@@ -108,14 +108,12 @@ contains
       step%factor = (lines(size(lines)) - lines(1))/(lines(2) - lines(1))
     end associate
     call column_histories(analysis, members, step)
-    call flatten_rigid_bodies(analysis, [1])
-    call share_loads(analysis, step%factor)
+    call flatten_rigid_bodies(analysis, [1], step%factor)
     ! What is freed of a side has been proved to be held again.
     call keep_supports(analysis, [(covers_axis(members, s, 1), s=1, size(analysis%node_sets))], 1, &
       analysis%mesh%axes(1)%lines(:2), side_names)
     call move_sides(analysis, members)
-    call drop_unused_sets(analysis)
-    call keep_used_surfaces(analysis)
+    call drop_unused(analysis)
     analysis%bodies%copies = step%factor*analysis%bodies%copies
     analysis%mesh%axes(1)%lines = analysis%mesh%axes(1)%lines(:2)
   end subroutine make_column

@@ -8,12 +8,12 @@ module qsmpm_loaded_surfaces
   use qsmpm_load_description, only: carrier_points
   use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_outline
   use qsmpm_structures, only: contact_on_soil
-  use qsmpm_reduction, only: refuse, place_text
-  use qsmpm_set_members, only: scene_tolerance
+  use qsmpm_reduction, only: letters, refuse, place_text
+  use qsmpm_set_members, only: drop_unused_sets, scene_tolerance
   implicit none
   private
 
-  public :: surface_is_used, keep_used_surfaces, require_loads_uniform, require_surface
+  public :: surface_is_used, drop_unused, require_loads_uniform, require_surface
 
 contains
 
@@ -36,14 +36,15 @@ contains
     end do
   end function surface_is_used
 
-  !> Leave out the surfaces no phase uses.
-  pure subroutine keep_used_surfaces(analysis)
+  !> Leave out the sets and surfaces that nothing refers to.
+  pure subroutine drop_unused(analysis)
     type(analysis_type), intent(inout) :: analysis
     integer :: s
 
+    call drop_unused_sets(analysis)
     analysis%surfaces = analysis%surfaces(pack([(s, s=1, size(analysis%surfaces))], &
       [(surface_is_used(analysis, analysis%surfaces(s)%name), s=1, size(analysis%surfaces))]))
-  end subroutine keep_used_surfaces
+  end subroutine drop_unused
 
   !> Prove that gravity, tractions, pressures and supports do not depend on an axis and have no part
   !> along it.
@@ -52,7 +53,6 @@ contains
     integer, intent(in) :: axis
     !> Why not; unallocated when proved.
     character(len=:), allocatable, intent(inout) :: reason
-    character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
     integer :: p, i
 
     do p = 1, size(analysis%phases)
@@ -83,7 +83,6 @@ contains
     character(len=*), intent(in) :: name
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
-    character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
     real(wp) :: first, last, tolerance
     logical :: whole
 

@@ -19,7 +19,7 @@ module qsmpm_mirror
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_reduction, only: refuse, refuse_mesh, place_text, require_local_histories
+  use qsmpm_reduction, only: letters, refuse, refuse_mesh, place_text, require_local_histories
   use qsmpm_set_members, only: members_type, find_members, contains_node, representatives, node_state, scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_is_used
   use qsmpm_mirror_stages, only: prove_stages
@@ -33,7 +33,6 @@ module qsmpm_mirror
 
   !> Sides of a set: none, or half with its image on the other side, in the kept half, in the other half.
   integer, parameter, public :: side_mixed = 0, side_both = 1, side_kept = 2, side_other = 3
-  character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
 
 contains
 
@@ -227,6 +226,7 @@ contains
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: members
+    logical :: one_sided
     integer :: p, i
 
     call find_members(analysis, members)
@@ -238,14 +238,12 @@ contains
         call refuse_labels(analysis, analysis%phases(p)%prescriptions(i)%set, reason)
       end do
     end do
-    if (analysis%moving_mesh%by_body) then
-      if (analysis%moving_mesh%axis == axis) call refuse(reason, '*MOVING MESH'// &
-        place_text(analysis%moving_mesh%where)//' is not symmetric')
-    else if (analysis%moving_mesh%active) then
-      if (analysis%moving_mesh%axis == axis .or. set_side(members, place_named(analysis%node_sets, &
-        analysis%moving_mesh%set), axis) /= side_both) call refuse(reason, '*MOVING MESH'// &
-        place_text(analysis%moving_mesh%where)//' is not symmetric')
-    end if
+    associate (moving => analysis%moving_mesh)
+      one_sided = moving%active .and. moving%axis == axis
+      if (moving%active .and. .not. (one_sided .or. moving%by_body)) one_sided = &
+        set_side(members, place_named(analysis%node_sets, moving%set), axis) /= side_both
+      if (one_sided) call refuse(reason, '*MOVING MESH'//place_text(moving%where)//' is not symmetric')
+    end associate
     call require_local_histories(analysis, reason)
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i))

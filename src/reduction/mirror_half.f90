@@ -11,8 +11,8 @@ module qsmpm_mirror_half
   use qsmpm_mesh_description, only: select_plane, select_box, select_segment, select_outline
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, keep_supports, drop_unused_sets, scene_tolerance
-  use qsmpm_loaded_surfaces, only: keep_used_surfaces
+  use qsmpm_set_members, only: members_type, find_members, keep_supports, scene_tolerance
+  use qsmpm_loaded_surfaces, only: drop_unused
   use qsmpm_mirror, only: set_side, side_both, side_other
   use qsmpm_mirror_stages, only: drop_absent
   use qsmpm_rigid_reduction, only: half_rigid_bodies, mirror_rigid_history
@@ -48,8 +48,7 @@ contains
     call half_surfaces(analysis, axis, step%plane)
     call half_rigid_bodies(analysis, axis)
     call half_bodies(analysis, axis, step)
-    call drop_unused_sets(analysis)
-    call keep_used_surfaces(analysis)
+    call drop_unused(analysis)
     n = size(analysis%mesh%axes(axis)%lines)/2 + 1
     analysis%mesh%axes(axis)%lines = analysis%mesh%axes(axis)%lines(:n)
   end subroutine make_half

@@ -21,6 +21,8 @@ module qsmpm_reduction
   integer, parameter, public :: reduce_prismatic = 1, reduce_revolved = 2, reduce_column = 3, reduce_mirror = 4
   !> Lengths closer than this share of the size of the grid are the same, as for the sets of the mesh.
   real(wp), parameter, public :: closeness = 1.0e-8_wp
+  !> Names of the axes.
+  character(len=1), parameter, public :: letters(3) = ['x', 'y', 'z']
 
   !> Layers of the points of a body between two grid lines.
   type :: layers_type
@@ -148,7 +150,6 @@ contains
     integer, intent(in) :: kind
     integer, intent(in) :: axis
     character(len=:), allocatable :: name
-    character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
 
     select case (kind)
     case (reduce_prismatic)

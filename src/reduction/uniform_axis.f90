@@ -11,7 +11,7 @@ module qsmpm_uniform_axis
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_all, body_box, body_polygon
   use qsmpm_mesh_description, only: mesh_grid, select_list
-  use qsmpm_reduction, only: refuse, refuse_mesh, place_text
+  use qsmpm_reduction, only: letters, refuse, refuse_mesh, place_text
   use qsmpm_set_members, only: members_type, find_members, covers_axis, representatives, node_state, scene_tolerance
   use qsmpm_loaded_surfaces, only: require_loads_uniform
   use qsmpm_rigid_symmetry, only: require_rigid_uniform
@@ -19,8 +19,6 @@ module qsmpm_uniform_axis
   private
 
   public :: require_uniform
-
-  character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
 
 contains
 
