@@ -6,7 +6,7 @@ module qsmpm_deck_point_check
   use qsmpm_source_line, only: source_line_type
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_messages, only: severity_error
-  use qsmpm_deck_lines, only: read_whole_file
+  use qsmpm_file, only: read_text
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: test_words
   use qsmpm_point_table, only: parse_targets
@@ -113,12 +113,11 @@ contains
     integer, intent(in) :: number
     character(len=:), allocatable :: text
     type(error_type), allocatable :: error
-    logical :: found
 
     associate (stage => state%analysis%point_test%stages(number), analysis => state%analysis)
       if (len(stage%table) == 0) return
-      call read_whole_file(stage%table, text, found)
-      if (.not. found) then
+      call read_text(stage%table, text, error)
+      if (allocated(error)) then
         call state%error_from(stage_place(state, number), 'POINT STAGE', "there is no file '"//stage%table//"'")
         return
       end if

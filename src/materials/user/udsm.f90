@@ -73,7 +73,6 @@ module qsmpm_udsm
     logical :: non_symmetric = .false.
     logical :: has_tangent = .false.
   contains
-    procedure :: start
     procedure :: start_at
     procedure :: update
   end type udsm_type
@@ -180,17 +179,6 @@ contains
     if (response%status /= status_ok) call fail(error, error_user_material, response%message)
     model%props = arguments%props
   end subroutine inquire
-
-  !> State of a point at the origin.
-  subroutine start(self, stress, state)
-    class(udsm_type), intent(in) :: self
-    !> Effective stress (6).
-    real(wp), intent(in) :: stress(6)
-    !> State (state_count).
-    real(wp), intent(out) :: state(:)
-
-    call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
-  end subroutine start
 
   !> State of a point with a given stress: task 1 answers in StVar0, which holds the deck's values before.
   subroutine start_at(self, stress, place, state)

@@ -28,9 +28,20 @@ module qsmpm_user_adapter
     character(len=:), allocatable :: name
     !> The procedure in the library.
     type(c_funptr) :: address = c_null_funptr
+  contains
+    procedure :: start
   end type adapter_type
 
 contains
+
+  !> State of a point at the origin.
+  subroutine start(self, stress, state)
+    class(adapter_type), intent(in) :: self
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(out) :: state(:)
+
+    call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
+  end subroutine start
 
   !> What the deck says; lists it does not give are empty.
   subroutine take_user(adapter, user, name)
