@@ -31,10 +31,8 @@ contains
   pure subroutine spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3).
-    real(wp), intent(out) :: values(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(out) :: vectors(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(out) :: values(3), vectors(3, 3)
 
     if (abs(a(1, 3)) + abs(a(2, 3)) <= tiny(1.0_wp)) then
       call plane_spectral(a, values, vectors)
@@ -47,10 +45,8 @@ contains
   pure subroutine solid_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3).
-    real(wp), intent(out) :: values(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(out) :: vectors(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: d(3, 3), mean, p, x
 
     mean = (a(1, 1) + a(2, 2) + a(3, 3))/3.0_wp
@@ -173,10 +169,8 @@ contains
   pure subroutine plane_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3).
-    real(wp), intent(out) :: values(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(out) :: vectors(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: mean, radius, c, s
 
     mean = 0.5_wp*(a(1, 1) + a(2, 2))
@@ -192,10 +186,8 @@ contains
   pure subroutine jacobi_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3).
-    real(wp), intent(out) :: values(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(out) :: vectors(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: b(3, 3), small
     integer :: sweep
 
@@ -213,10 +205,8 @@ contains
 
   !> One Jacobi rotation that makes b(p,q) zero, p < q.
   pure subroutine rotate(b, vectors, p, q, other)
-    !> Tensor that is being made diagonal (3,3).
-    real(wp), intent(inout) :: b(3, 3)
-    !> Product of the rotations so far (3,3).
-    real(wp), intent(inout) :: vectors(3, 3)
+    !> Tensor that is being made diagonal (3,3); product of the rotations so far (3,3).
+    real(wp), intent(inout) :: b(3, 3), vectors(3, 3)
     !> First axis of the plane; second axis of the plane; the remaining axis.
     integer, intent(in) :: p, q, other
     real(wp) :: half, t, c, s, x, column(3)

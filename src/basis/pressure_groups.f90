@@ -132,10 +132,8 @@ contains
 
   !> One round: patches of the last round are joined in twos.
   pure subroutine join_equals(kinds, faces, round, parent, members)
-    !> Element kinds of the groups (groups).
-    integer, intent(in) :: kinds(:)
-    !> Groups on both sides of each face, the largest first (2, faces).
-    integer, intent(in) :: faces(:, :)
+    !> Element kinds of the groups (groups); groups on both sides of each face, the largest first (2, faces).
+    integer, intent(in) :: kinds(:), faces(:, :)
     !> Number of the round.
     integer, intent(in) :: round
     !> Group that stands for this one's patch, in steps; members of the patch, at that group.
@@ -156,10 +154,8 @@ contains
 
   !> Patches of at most half the size wanted join their smallest neighbour.
   pure subroutine join_leftovers(kinds, faces, parent, members)
-    !> Element kinds of the groups (groups).
-    integer, intent(in) :: kinds(:)
-    !> Groups on both sides of each face, the largest first (2, faces).
-    integer, intent(in) :: faces(:, :)
+    !> Element kinds of the groups (groups); groups on both sides of each face, the largest first (2, faces).
+    integer, intent(in) :: kinds(:), faces(:, :)
     !> As for join_equals.
     integer, intent(inout) :: parent(:), members(:)
     integer :: smallest(size(parent)), f, g, p, q, side

@@ -52,10 +52,8 @@ contains
   pure subroutine face_area_vector(kind, face, local, nodes, vector)
     !> Element kind; local face number.
     integer, intent(in) :: kind, face
-    !> Local coordinates of the point on the face (dim).
-    real(wp), intent(in) :: local(:)
-    !> Node coordinates of the element (dim, nodes), length.
-    real(wp), intent(in) :: nodes(:, :)
+    !> Local coordinates of the point on the face (dim); node coordinates of the element (dim, nodes), length.
+    real(wp), intent(in) :: local(:), nodes(:, :)
     !> Area vector (dim), length or length squared.
     real(wp), intent(out) :: vector(:)
     real(wp) :: gradients(3, max_nodes), jacobian(3, 3), origin(3), directions(3, 2), s(3), t(3)

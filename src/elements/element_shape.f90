@@ -82,10 +82,8 @@ contains
 
   !> Jacobian matrix of the isoparametric map.
   pure subroutine element_jacobian(gradients, nodes, jacobian)
-    !> dN/dlocal (dim, nodes).
-    real(wp), intent(in) :: gradients(:, :)
-    !> Node coordinates (dim, nodes).
-    real(wp), intent(in) :: nodes(:, :)
+    !> dN/dlocal (dim, nodes); node coordinates (dim, nodes).
+    real(wp), intent(in) :: gradients(:, :), nodes(:, :)
     !> dx_i/dlocal_j (dim, dim).
     real(wp), intent(out) :: jacobian(:, :)
     integer :: a, j
@@ -102,10 +100,8 @@ contains
   pure subroutine element_geometry(kind, local, nodes, shape, gradients, determinant)
     !> Element kind.
     integer, intent(in) :: kind
-    !> Local coordinates (dim).
-    real(wp), intent(in) :: local(:)
-    !> Node coordinates (dim, nodes), length.
-    real(wp), intent(in) :: nodes(:, :)
+    !> Local coordinates (dim); node coordinates (dim, nodes), length.
+    real(wp), intent(in) :: local(:), nodes(:, :)
     !> One value a node.
     real(wp), intent(out) :: shape(:)
     !> dN/dx (dim, nodes), 1/length; 0 where the map is singular.

@@ -99,10 +99,8 @@ contains
 
   !> The part of a polygon inside a convex counter-clockwise cell; no vertices when they are apart.
   pure subroutine clip_by_convex(subject, cell, clipped)
-    !> Vertices of the polygon (2,n).
-    real(wp), intent(in) :: subject(:, :)
-    !> Vertices of the convex cell (2,m).
-    real(wp), intent(in) :: cell(:, :)
+    !> Vertices of the polygon (2,n); vertices of the convex cell (2,m).
+    real(wp), intent(in) :: subject(:, :), cell(:, :)
     !> Vertices of the intersection; pieces of a non-convex body are joined by edges of no area.
     real(wp), allocatable, intent(out) :: clipped(:, :)
     real(wp), allocatable :: next(:, :)

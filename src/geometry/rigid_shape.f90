@@ -67,10 +67,8 @@ contains
 
   !> A polygon with round corners.
   pure type(rigid_shape_type) function rounded_polygon(vertices, round) result(shape)
-    !> Counter-clockwise (2,n).
-    real(wp), intent(in) :: vertices(:, :)
-    !> Radius of the corners, below `largest_round`.
-    real(wp), intent(in) :: round
+    !> Counter-clockwise (2,n); radius of the corners, below `largest_round`.
+    real(wp), intent(in) :: vertices(:, :), round
 
     shape%kind = kind_polygon
     shape%radius = round
@@ -167,10 +165,8 @@ contains
 
   !> A polygon beside the axis x = 0 and its image as one, where it has an edge on the axis; as it is where it has none.
   pure function completed_by_image(vertices, tolerance) result(whole)
-    !> Counter-clockwise, x not negative (2,n).
-    real(wp), intent(in) :: vertices(:, :)
-    !> Distance within which a vertex is on the axis.
-    real(wp), intent(in) :: tolerance
+    !> Counter-clockwise, x not negative (2,n); distance within which a vertex is on the axis.
+    real(wp), intent(in) :: vertices(:, :), tolerance
     real(wp), allocatable :: whole(:, :)
     real(wp) :: turned(2, size(vertices, 2))
     integer :: i, n

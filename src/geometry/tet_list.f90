@@ -97,10 +97,8 @@ contains
 
   !> The kept part of a tetrahedron whose first corners are inside.
   pure subroutine cut_one(x, height, inside, kept)
-    !> Corners, those inside first (3,4).
-    real(wp), intent(in) :: x(3, 4)
-    !> Heights above the plane (4).
-    real(wp), intent(in) :: height(4)
+    !> Corners, those inside first (3,4); heights above the plane (4).
+    real(wp), intent(in) :: x(3, 4), height(4)
     !> Number of corners inside, 1 to 3.
     integer, intent(in) :: inside
     !> Gains the part.

@@ -47,10 +47,8 @@ contains
 
   !> The half section.
   pure subroutine find_profile(facets, centre, profile, problem)
-    !> Corners (3, 3, n), seen from outside counter-clockwise.
-    real(wp), intent(in) :: facets(:, :, :)
-    !> x and z of the axis.
-    real(wp), intent(in) :: centre(2)
+    !> Corners (3, 3, n), seen from outside counter-clockwise; x and z of the axis.
+    real(wp), intent(in) :: facets(:, :, :), centre(2)
     !> Radius and height of its corners, counter-clockwise (2, m); not allocated when there is a problem.
     real(wp), allocatable, intent(out) :: profile(:, :)
     !> Why it is no figure of revolution, empty when it is.

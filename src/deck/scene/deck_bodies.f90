@@ -236,10 +236,8 @@ contains
 
   !> Whether two segments have a point in common.
   pure logical function touch(a, b)
-    !> Ends of one (2,2).
-    real(wp), intent(in) :: a(2, 2)
-    !> Ends of the other (2,2).
-    real(wp), intent(in) :: b(2, 2)
+    !> Ends of one (2,2); ends of the other (2,2).
+    real(wp), intent(in) :: a(2, 2), b(2, 2)
 
     touch = sides_differ(a, b) .and. sides_differ(b, a) .and. &
       all(max(a(:, 1), a(:, 2)) >= min(b(:, 1), b(:, 2))) .and. all(max(b(:, 1), b(:, 2)) >= min(a(:, 1), a(:, 2)))

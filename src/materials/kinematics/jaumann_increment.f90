@@ -84,10 +84,8 @@ contains
     real(wp), intent(in) :: lame, shear
     !> The rate of sigma.
     logical, intent(in) :: cauchy
-    !> Displacement gradient on the start configuration (3,3).
-    real(wp), intent(in) :: g(3, 3)
-    !> Cauchy stress at the start (3,3).
-    real(wp), intent(in) :: stress(3, 3)
+    !> Displacement gradient on the start configuration (3,3); Cauchy stress at the start (3,3).
+    real(wp), intent(in) :: g(3, 3), stress(3, 3)
     type(rotated_increment_type), intent(out) :: increment
     real(wp) :: spin(3, 3), turn(3, 3)
 
@@ -105,10 +103,8 @@ contains
     real(wp), intent(in) :: lame, shear
     !> The rate of sigma.
     logical, intent(in) :: cauchy
-    !> Incremental deformation gradient (3,3).
-    real(wp), intent(in) :: f(3, 3)
-    !> Cauchy stress at the start (3,3).
-    real(wp), intent(in) :: stress(3, 3)
+    !> Incremental deformation gradient (3,3); Cauchy stress at the start (3,3).
+    real(wp), intent(in) :: f(3, 3), stress(3, 3)
     type(rotated_increment_type), intent(out) :: increment
     !> False when the mid configuration is turned inside out or compressed to nothing.
     logical, intent(out) :: ok

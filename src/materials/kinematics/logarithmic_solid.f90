@@ -193,10 +193,8 @@ contains
 
   !> Tensor in stress order of principal values and directions.
   pure function compose_packed(value, n) result(a)
-    !> Principal values (3).
-    real(wp), intent(in) :: value(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(in) :: n(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(in) :: value(3), n(3, 3)
     real(wp) :: a(6), v(3, 3)
 
     v(:, 1) = value(1)*n(:, 1)

@@ -123,10 +123,8 @@ contains
   !> the axial vector L R_h^T/2 times that of the turned dG, W that and R_h times it, W' what R_h made of it, negative.
   pure function change_by_spin(turn, stress, c) result(columns)
     type(step_turn_type), intent(in) :: turn
-    !> Cauchy stress at the end (3,3).
-    real(wp), intent(in) :: stress(3, 3)
-    !> d stress / d strain (6,6).
-    real(wp), intent(in) :: c(6, 6)
+    !> Cauchy stress at the end (3,3); d stress / d strain (6,6).
+    real(wp), intent(in) :: stress(3, 3), c(6, 6)
     real(wp) :: columns(6, 3), after(3, 3), strain(6, 3), e(3, 3)
     integer :: i, j
 
