@@ -106,10 +106,7 @@ contains
     character(kind=c_char), allocatable, target :: buffer(:)
     integer :: i
 
-    allocate (buffer(len(text)))
-    do i = 1, len(text)
-      buffer(i) = text(i:i)
-    end do
+    buffer = [(text(i:i), i=1, len(text))]
     if (len(text) > 0) call put_bytes(file, c_loc(buffer), int(len(text), long))
   end subroutine put_text
 

@@ -76,9 +76,7 @@ contains
     f = unpack_gradient(gradient)
     call spectral(matmul(transpose(f), f), values, vectors)
     u = compose(sqrt(values), vectors)
-    do a = 1, dimension
-      diagonal(a) = u(a, a)
-    end do
+    diagonal = [(u(a, a), a=1, dimension)]
   end function stretch
 
   !> Shorten a domain that reaches through kinks into an inactive cell: along the axis on which it
@@ -94,13 +92,9 @@ contains
     real(wp), intent(inout) :: half(:)
     real(wp) :: depth(size(x)), wall(size(x))
     integer :: offset(3), crossings, code, a, cell, least
-    logical :: reduced_knots, reached
+    logical :: reached
 
-    reduced_knots = .false.
-    do a = 1, size(x)
-      reduced_knots = reduced_knots .or. any(space%axis(a)%knot_reduced(at(a):at(a) + 1))
-    end do
-    if (.not. reduced_knots) return
+    if (.not. any([(space%axis(a)%knot_reduced(at(a):at(a) + 1), a=1, size(x))])) return
     do crossings = 1, size(x)
       do code = 0, 3**size(x) - 1
         offset = [mod(code, 3), mod(code/3, 3), code/9] - 1

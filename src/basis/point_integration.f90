@@ -9,6 +9,7 @@
 module qsmpm_point_integration
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_sorting, only: list_by_key
   use qsmpm_points, only: points_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type, tensor_nodes
@@ -180,11 +181,14 @@ contains
     !> Material point of each place (points), and first place of each group (groups+1).
     integer, allocatable, intent(out) :: order(:), group_first(:)
     integer :: corner(size(activation%point)), extent(size(activation%point)), corners, q, g, from(3), seen(3)
+    integer, allocatable :: place(:), item(:)
 
     call number_blocks(space, domains, corner, extent, corners)
     allocate (order, source=activation%point)
-    call sort_stably(extent, most_averaged**3, order)
-    call sort_stably(corner, corners, order)
+    call list_by_key(extent(order), most_averaged**3, place, item)
+    order = order(item)
+    call list_by_key(corner(order), corners, place, item)
+    order = order(item)
     g = 0
     do q = 1, size(order)
       if (is_new(q)) g = g + 1
@@ -213,32 +217,6 @@ contains
         extent(order(place)) /= extent(order(place - 1))
     end function is_new
   end subroutine group_by_blocks
-
-  !> Sort items by a key of small range, items of equal keys staying in order.
-  pure subroutine sort_stably(key, largest, order)
-    !> Key of every item, 1 to largest; largest key.
-    integer, intent(in) :: key(:), largest
-    !> Items.
-    integer, intent(inout) :: order(:)
-    integer, allocatable :: next(:), sorted(:)
-    integer :: i, k
-
-    allocate (next(largest + 1), source=0)
-    allocate (sorted(size(order)))
-    do i = 1, size(order)
-      next(key(order(i)) + 1) = next(key(order(i)) + 1) + 1
-    end do
-    next(1) = 1
-    do k = 2, largest
-      next(k) = next(k) + next(k - 1)
-    end do
-    do i = 1, size(order)
-      k = key(order(i))
-      sorted(next(k)) = order(i)
-      next(k) = next(k) + 1
-    end do
-    order = sorted
-  end subroutine sort_stably
 
   !> Nodes of the groups, a block of control points each.
   pure subroutine set_block_nodes(space, first, count, integration)

@@ -54,9 +54,7 @@ contains
     integer :: parent(size(cells)), members(size(cells)), g, round, count
 
     call joinable_faces(mesh, cells, wanted, faces)
-    do g = 1, size(cells)
-      parent(g) = g
-    end do
+    parent = [(g, g=1, size(cells))]
     members = 1
     do round = 1, 2
       call join_equals(mesh%cell_kind(cells), faces, round, parent, members)

@@ -233,15 +233,12 @@ contains
     type(spline_axis_type) :: axis
     real(wp), allocatable :: lines(:)
     logical, allocatable :: knot_reduced(:)
-    integer :: a, i, stride
+    integer :: a, stride
 
     if (.not. space%tensor) return
     stride = 1
     do a = 1, mesh%dimension
-      allocate (lines(space%axis(a)%cell_count + 1))
-      do i = 1, size(lines)
-        lines(i) = mesh%coordinates(a, 1 + (i - 1)*stride)
-      end do
+      lines = mesh%coordinates(a, 1:1 + space%axis(a)%cell_count*stride:stride)
       stride = stride*size(lines)
       allocate (knot_reduced, source=space%axis(a)%knot_reduced)
       call make_axis(lines, space%degree, knot_reduced, axis)

@@ -200,10 +200,7 @@ contains
     call cut_brick(base, [1, 2, 3, 4, 5, 6, 7, 8], .false., cells)
     mesh%cell_count = size(cells, 2)*product(bricks)
     allocate (mesh%cell_kind(mesh%cell_count), source=base)
-    allocate (mesh%cell_first(mesh%cell_count + 1))
-    do k = 0, mesh%cell_count
-      mesh%cell_first(k + 1) = 1 + k*size(cells, 1)
-    end do
+    mesh%cell_first = [(1 + k*size(cells, 1), k=0, mesh%cell_count)]
     allocate (mesh%cell_nodes(mesh%cell_count*size(cells, 1)))
     n = 0
     do k = 1, bricks(3)

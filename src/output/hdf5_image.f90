@@ -301,10 +301,8 @@ contains
     integer(long) :: rows(image%count)
     integer :: status(5), i
 
-    do i = 1, image%count
-      rows(i) = image%datasets(i)%dimensions(size(image%datasets(i)%dimensions))
-    end do
-    rows = total(image%team, rows)
+    rows = total(image%team, &
+      [(image%datasets(i)%dimensions(size(image%datasets(i)%dimensions)), i=1, image%count)])
     do i = 1, image%count
       associate (path => image%datasets(i)%path, dimensions => image%datasets(i)%dimensions)
         status = 0

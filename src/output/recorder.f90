@@ -11,7 +11,6 @@
 module qsmpm_recorder
   use qsmpm_kinds, only: long
   use qsmpm_agreement, only: agree, any_of
-  use qsmpm_built_model, only: sizes_text
   use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
   use qsmpm_display, only: display_type, display_none, display_plain, start_display, show_step, show_text, &
@@ -23,7 +22,7 @@ module qsmpm_recorder
   use qsmpm_mesh_description, only: mesh_grid
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type
-  use qsmpm_model_mesh, only: grid_text
+  use qsmpm_model_mesh, only: grid_text, sizes_text
   use qsmpm_number_text, only: integer_text, without_last_newline
   use qsmpm_own_part, only: is_divided
   use qsmpm_observer, only: observer_type, step_record_type

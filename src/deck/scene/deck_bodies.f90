@@ -248,12 +248,9 @@ contains
     !> Two points of the line; ends of the segment.
     real(wp), intent(in) :: line(2, 2), ends(2, 2)
     real(wp) :: side(2), along(2)
-    integer :: i
 
     along = line(:, 2) - line(:, 1)
-    do i = 1, 2
-      side(i) = along(1)*(ends(2, i) - line(2, 1)) - along(2)*(ends(1, i) - line(1, 1))
-    end do
+    side = along(1)*(ends(2, :) - line(2, 1)) - along(2)*(ends(1, :) - line(1, 1))
     sides_differ = .not. (all(side > 0.0_wp) .or. all(side < 0.0_wp))
   end function sides_differ
 end module qsmpm_deck_bodies

@@ -267,11 +267,8 @@ contains
     real(wp), intent(inout) :: stress(6), state(:)
     !> What the model says.
     type(soil_response_type), intent(inout) :: response
-    integer :: i
 
-    do i = 1, 6
-      stress(i) = arguments%sig(place(i))
-    end do
+    stress = arguments%sig(place)
     state(self%before + 1:self%state_count) = arguments%stvar
     response%plastic = arguments%plastic /= 0
     if (self%before == 0) return
@@ -365,9 +362,8 @@ contains
     arguments%stress_dependent = 0
     arguments%time_dependent = 0
     arguments%has_tangent = merge(1_c_int, 0_c_int, self%has_tangent)
-    do i = 1, len(self%directory)
-      arguments%directory(i) = int(iachar(self%directory(i:i)), c_int)
-    end do
+    arguments%directory(:len(self%directory)) = &
+      [(int(iachar(self%directory(i:i)), c_int), i=1, len(self%directory))]
     arguments%directory_length = len(self%directory)
     arguments%abort = 0
   end subroutine prepare_answers
