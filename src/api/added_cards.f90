@@ -7,13 +7,12 @@ module qsmpm_added_cards
   use qsmpm_phase_description, only: phase_type
   use qsmpm_deck, only: parse_deck, echo_text, message_list_type, message_text
   use qsmpm_error, only: error_type, error_deck, error_other, fail
-  use qsmpm_text, only: integer_text, upper
+  use qsmpm_text, only: integer_text, newline, upper
   implicit none
   private
 
   public :: read_added_cards, name_added_lines
 
-  character(len=1), parameter :: newline = new_line('a')
   !> What stands for the file in messages.
   character(len=*), parameter :: added_name = 'added cards'
 

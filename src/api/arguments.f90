@@ -3,7 +3,7 @@
 module qsmpm_arguments
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_path, only: base_name
-  use qsmpm_text, only: string_type, add_word, did_you_mean
+  use qsmpm_text, only: string_type, add_word, did_you_mean, newline
   implicit none
   private
 
@@ -42,7 +42,6 @@ module qsmpm_arguments
     '--out', '--threads', '--restart', '--quiet', '--profile']
   character(len=word_length), parameter :: point_options(3) = [character(len=word_length) :: &
     '--out', '--tangent', '--quiet']
-  character(len=1), parameter :: newline = new_line('a')
 
 contains
 

@@ -1,7 +1,7 @@
 !> The lines of a plan: a name and a value each, under headings, written as text for people or as
 !> JSON for programs.
 module qsmpm_plan_items
-  use qsmpm_text, only: json_string
+  use qsmpm_text, only: json_string, newline
   implicit none
   private
 
@@ -11,7 +11,6 @@ module qsmpm_plan_items
   integer, parameter :: heading = 0, words = 1, figure = 2
   !> Columns of the names in text.
   integer, parameter :: name_width = 26
-  character(len=1), parameter :: newline = new_line('a')
 
   !> An entry.
   type :: item_type

@@ -17,7 +17,7 @@ module qsmpm_run
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model, model_summary
-  use qsmpm_number_text, only: without_last_newline
+  use qsmpm_number_text, only: newline, without_last_newline
   use qsmpm_plan, only: make_plan
   use qsmpm_plan_ranks, only: plan_ranks
   use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
@@ -55,7 +55,6 @@ module qsmpm_run
     integer :: display = display_plain
   end type run_request_type
 
-  character(len=1), parameter :: newline = new_line('a')
   !> What a signal's number is added to in an exit code.
   integer, parameter :: signal_base = 128
 

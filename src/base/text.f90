@@ -11,6 +11,8 @@ module qsmpm_text
     replaced, word_place, did_you_mean, integer_list, read_integer, read_real, integer_text, real_text, same_bits, &
     add_word
 
+  !> The end of a line.
+  character(len=1), parameter, public :: newline = new_line('a')
   !> What a word is, read as a number.
   integer, parameter, public :: number_good = 0, number_not = 1, number_not_finite = 2, number_not_whole = 3
 

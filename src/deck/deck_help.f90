@@ -1,6 +1,6 @@
 !> The keyword table as text: help on the terminal, the list of keywords, the deck reference.
 module qsmpm_deck_help
-  use qsmpm_text, only: did_you_mean, replaced, string_type, upper, squeezed
+  use qsmpm_text, only: did_you_mean, replaced, string_type, upper, squeezed, newline
   use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table
@@ -12,8 +12,6 @@ module qsmpm_deck_help
   private
 
   public :: help_text, keyword_list_text, deck_markdown, explanation
-
-  character(len=1), parameter :: newline = new_line('a')
 
 contains
 

@@ -1,7 +1,7 @@
 !> The keyword table for programs: what editors complete and explain, as JSON. A word that is empty in the table is not
 !> there; kinds are word, name, file, integer, number and flag.
 module qsmpm_deck_help_json
-  use qsmpm_text, only: string_type, split, json_string, integer_text
+  use qsmpm_text, only: string_type, split, json_string, integer_text, newline
   use qsmpm_card_items, only: item_type, data_type, kind_word, kind_name, kind_file, kind_integer, kind_real
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table
@@ -9,8 +9,6 @@ module qsmpm_deck_help_json
   private
 
   public :: deck_json
-
-  character(len=1), parameter :: newline = new_line('a')
 
 contains
 

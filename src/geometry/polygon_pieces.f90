@@ -73,15 +73,10 @@ contains
     type(polygon_list_type), intent(inout) :: list
     !> Place (2).
     real(wp), intent(in) :: vertex(2)
-    real(wp), allocatable :: longer(:, :)
     integer :: n
 
     n = list%first(list%count + 2)
-    if (n > size(list%vertices, 2)) then
-      allocate (longer(2, 2*n))
-      longer(:, :n - 1) = list%vertices(:, :n - 1)
-      call move_alloc(longer, list%vertices)
-    end if
+    if (n > size(list%vertices, 2)) list%vertices = reshape(list%vertices, [2, 2*n], pad=[0.0_wp])
     list%vertices(:, n) = vertex
     list%first(list%count + 2) = n + 1
   end subroutine add_vertex
@@ -89,14 +84,9 @@ contains
   !> End the polygon whose vertices were added last.
   pure subroutine close_polygon(list)
     type(polygon_list_type), intent(inout) :: list
-    integer, allocatable :: longer(:)
 
     list%count = list%count + 1
-    if (list%count + 2 > size(list%first)) then
-      allocate (longer(2*(list%count + 2)))
-      longer(:list%count + 1) = list%first(:list%count + 1)
-      call move_alloc(longer, list%first)
-    end if
+    if (list%count + 2 > size(list%first)) list%first = reshape(list%first, [2*(list%count + 2)], pad=[0])
     list%first(list%count + 2) = list%first(list%count + 1)
   end subroutine close_polygon
 

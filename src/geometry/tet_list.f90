@@ -51,14 +51,10 @@ contains
     type(tet_list_type), intent(inout) :: list
     !> Corners in any order (3,4).
     real(wp), intent(in) :: corners(:, :)
-    real(wp), allocatable :: longer(:, :, :)
 
     if (.not. allocated(list%corners)) allocate (list%corners(3, 4, 32))
-    if (list%count == size(list%corners, 3)) then
-      allocate (longer(3, 4, 2*list%count))
-      longer(:, :, :list%count) = list%corners
-      call move_alloc(longer, list%corners)
-    end if
+    if (list%count == size(list%corners, 3)) &
+      list%corners = reshape(list%corners, [3, 4, 2*list%count], pad=[0.0_wp])
     list%count = list%count + 1
     list%corners(:, :, list%count) = corners
   end subroutine add_tet

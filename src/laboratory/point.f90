@@ -14,7 +14,7 @@ module qsmpm_point
   use qsmpm_law, only: law_type, batch_type, step_info_type
   use qsmpm_material_law, only: make_material_law
   use qsmpm_messages, only: message_list_type, message_text
-  use qsmpm_number_text, only: integer_text, seconds_text, without_last_newline
+  use qsmpm_number_text, only: integer_text, newline, seconds_text, without_last_newline
   use qsmpm_point_control, only: control_type
   use qsmpm_point_curves, only: point_row_type, point_header, point_row
   use qsmpm_point_driver, only: point_type, start_point, prepare_point, control_point
@@ -56,7 +56,6 @@ module qsmpm_point
 
   !> Smallest part of a step that is tried, and bounds of the share a law may ask for.
   real(wp), parameter :: smallest_part = 1.0_wp/1024.0_wp, least_share = 0.1_wp, most_share = 0.9_wp
-  character(len=1), parameter :: newline = new_line('a')
   character(len=*), parameter :: finished_line = 'qsmpm: finished'
 
 contains

@@ -12,14 +12,13 @@ module qsmpm_curves
   use qsmpm_history_quantities, only: unit_of_history
   use qsmpm_limit_load, only: relative_compliance
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: integer_text, real_text
+  use qsmpm_number_text, only: integer_text, newline, real_text
   use qsmpm_observer, only: step_record_type
   implicit none
   private
 
   public :: begin_curves, continue_curves, append_row, curves_header
 
-  character(len=1), parameter :: newline = new_line('a')
   character(len=*), parameter :: file_name = '/curves.csv'
 
 contains

@@ -4,7 +4,7 @@ module qsmpm_display
   use qsmpm_kinds, only: wp
   use qsmpm_clock, only: clock_type, start_clock, wall_seconds
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: duration_text, integer_text
+  use qsmpm_number_text, only: duration_text, integer_text, newline
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_observer, only: step_record_type
   use qsmpm_posix, only: terminal_width, write_descriptor
@@ -26,7 +26,6 @@ module qsmpm_display
   real(wp), parameter :: seconds_between_refreshments = 0.1_wp
 
   integer, parameter :: standard_output = 1, error_output = 2
-  character(len=1), parameter :: newline = new_line('a')
   !> Back to the start of the line and clear it.
   character(len=*), parameter :: clear_line = achar(13)//achar(27)//'[K'
 

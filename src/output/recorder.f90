@@ -23,7 +23,7 @@ module qsmpm_recorder
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_text, sizes_text
-  use qsmpm_number_text, only: integer_text, without_last_newline
+  use qsmpm_number_text, only: integer_text, newline, without_last_newline
   use qsmpm_own_part, only: is_divided
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_picture_files, only: write_fields, write_way_of_failure
@@ -104,7 +104,6 @@ module qsmpm_recorder
     procedure :: stop_requested
   end type recorder_type
 
-  character(len=1), parameter :: newline = new_line('a')
   !> Name of the profile that a run writes on request.
   character(len=*), parameter, public :: profile_file = 'profile.json'
   !> Name of the limit load of a phase that has asked for one.

@@ -9,7 +9,7 @@ module qsmpm_vtu
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
   use qsmpm_file, only: move_to, put_bytes
-  use qsmpm_number_text, only: integer_text
+  use qsmpm_number_text, only: integer_text, newline
   use qsmpm_shared_file, only: shared_file_type, begin_shared, claim, put_at, commit_shared, of_ranks
   use qsmpm_team, only: team_type
   implicit none
@@ -22,7 +22,6 @@ module qsmpm_vtu
   character(len=*), parameter :: section_name(4) = [character(len=9) :: 'PointData', 'CellData', 'Points', 'Cells']
   !> Most arrays of a picture.
   integer, parameter :: most_arrays = 256
-  character(len=1), parameter :: newline = new_line('a')
 
   !> One array: its section, what its tag says of it, its bytes.
   type :: array_type

@@ -57,14 +57,11 @@ contains
     real(wp), intent(in) :: place(:)
     !> Line of the file.
     integer, intent(in) :: line
-    real(wp), allocatable :: longer(:, :)
     integer :: n
 
     n = raw%node_count + 1
     if (n > size(raw%node_label)) then
-      allocate (longer(3, 2*n))
-      longer(:, :n - 1) = raw%nodes(:, :n - 1)
-      call move_alloc(longer, raw%nodes)
+      raw%nodes = reshape(raw%nodes, [3, 2*n], pad=[0.0_wp])
       call lengthen(raw%node_label, 2*n)
       call lengthen(raw%node_line, 2*n)
     end if
@@ -81,14 +78,11 @@ contains
     integer, intent(in) :: label, kind, nodes(:)
     !> Line of the file.
     integer, intent(in) :: line
-    integer, allocatable :: longer(:, :)
     integer :: n
 
     n = raw%cell_count + 1
     if (n > size(raw%cell_label)) then
-      allocate (longer(max_nodes, 2*n))
-      longer(:, :n - 1) = raw%connectivity(:, :n - 1)
-      call move_alloc(longer, raw%connectivity)
+      raw%connectivity = reshape(raw%connectivity, [max_nodes, 2*n], pad=[0])
       call lengthen(raw%cell_label, 2*n)
       call lengthen(raw%cell_kind, 2*n)
       call lengthen(raw%cell_line, 2*n)
@@ -108,32 +102,15 @@ contains
     character(len=*), intent(in) :: name
     !> Place of the set.
     integer, intent(out) :: place
-    type(label_set_type), allocatable :: longer(:)
-    integer :: s
+    type(label_set_type) :: set
 
     do place = 1, size(sets)
       if (sets(place)%name == name .and. len(sets(place)%name) == len(name)) return
     end do
-    allocate (longer(size(sets) + 1))
-    do s = 1, size(sets)
-      call move_set(sets(s), longer(s))
-    end do
-    longer(place)%name = name
-    allocate (longer(place)%labels(8), longer(place)%faces(8), longer(place)%lines(8))
-    call move_alloc(longer, sets)
+    set%name = name
+    allocate (set%labels(8), set%faces(8), set%lines(8))
+    sets = [sets, set]
   end subroutine open_set
-
-  !> Move the content of a set without copying it.
-  pure subroutine move_set(from, to)
-    !> The set that is emptied; the set that is filled.
-    type(label_set_type), intent(inout) :: from, to
-
-    to%count = from%count
-    call move_alloc(from%name, to%name)
-    call move_alloc(from%labels, to%labels)
-    call move_alloc(from%faces, to%faces)
-    call move_alloc(from%lines, to%lines)
-  end subroutine move_set
 
   !> Append labels to a set.
   pure subroutine append_labels(set, labels, face, lines)
@@ -162,11 +139,8 @@ contains
     integer, allocatable, intent(inout) :: list(:)
     !> New length.
     integer, intent(in) :: length
-    integer, allocatable :: longer(:)
 
-    allocate (longer(length), source=0)
-    longer(:size(list)) = list
-    call move_alloc(longer, list)
+    list = reshape(list, [length], pad=[0])
   end subroutine lengthen
 
   !> Place of a label among rising ones, 0 when it is not there.
