@@ -106,7 +106,10 @@ contains
     character(kind=c_char), allocatable, target :: buffer(:)
     integer :: i
 
-    buffer = [(text(i:i), i=1, len(text))]
+    allocate (buffer(len(text)))
+    do i = 1, len(text)
+      buffer(i) = text(i:i)
+    end do
     if (len(text) > 0) call put_bytes(file, c_loc(buffer), int(len(text), long))
   end subroutine put_text
 

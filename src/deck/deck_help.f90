@@ -2,7 +2,7 @@
 module qsmpm_deck_help
   use qsmpm_text, only: did_you_mean, replaced, string_type, upper, squeezed, newline
   use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
-  use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
+  use qsmpm_keyword_table, only: table_type, keyword_type, many
   use qsmpm_keywords, only: make_table
   use qsmpm_help_topics, only: is_topic, topic_text
   use qsmpm_named_items, only: may_be_named
@@ -12,6 +12,10 @@ module qsmpm_deck_help
   private
 
   public :: help_text, keyword_list_text, deck_markdown, explanation
+
+  !> Where a card may stand, by in_model ....
+  character(len=*), parameter :: places(4) = &
+    [character(len=22) :: 'Before the first phase', 'Below a *MATERIAL', 'Inside a phase', 'Anywhere']
 
 contains
 
@@ -137,21 +141,7 @@ contains
     type(keyword_type), intent(in) :: entry
     character(len=:), allocatable :: text
 
-    select case (entry%section)
-    case (in_model)
-      text = 'Before the first phase'
-    case (in_material)
-      text = 'Below a *MATERIAL'
-    case (in_phase)
-      text = 'Inside a phase'
-    case default
-      text = 'Anywhere'
-    end select
-    if (entry%times == many) then
-      text = text//', any number of times.'
-    else
-      text = text//', once.'
-    end if
+    text = trim(places(entry%section))//trim(merge(', any number of times.', ', once.             ', entry%times == many))
   end function standing
 
   !> One parameter or column.
