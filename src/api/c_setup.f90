@@ -165,7 +165,8 @@ contains
     if (.not. c_associated(update)) then
       call refuse(handle%error, "the model of material '"//name//"' is null")
     else if (handle%initialised) then
-      call refuse(handle%error, "the model of material '"//name//"' comes too late: materials are given before initialise")
+      call refuse(handle%error, &
+        "the model of material '"//name//"' comes too late: materials are given before initialise")
     else if (.not. allocated(handle%error)) then
       call c_f_pointer(options, likeness)
       call fill(likeness, model)

@@ -236,7 +236,8 @@ contains
 
     if (.not. is_handle(pointer, handle, status)) return
     call need_pointer(vector, 'the vector', handle%error)
-    if (.not. allocated(handle%error)) call handle%simulation%set_traction(text_of(surface), three_reals(vector), handle%error)
+    if (.not. allocated(handle%error)) &
+      call handle%simulation%set_traction(text_of(surface), three_reals(vector), handle%error)
     status = status_of(handle)
   end function c_set_traction
 

@@ -9,7 +9,7 @@ module qsmpm_domain_pieces
   use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type
   use qsmpm_spline_axis, only: interval_cells
-  use qsmpm_domains, only: domains_type
+  use qsmpm_domains, only: domains_type, cells_of, cell_at
   implicit none
   private
 
@@ -92,33 +92,6 @@ contains
       end do
     end do
   end subroutine cut_domains
-
-  !> Cells along the axes that the domain of a point reaches into.
-  pure subroutine cells_of(space, domains, p, from, to)
-    type(space_type), intent(in) :: space
-    !> The boxes.
-    type(domains_type), intent(in) :: domains
-    !> The material point.
-    integer, intent(in) :: p
-    !> First and last cell along each axis.
-    integer, intent(out) :: from(3), to(3)
-    integer :: a
-
-    from = 1
-    to = 1
-    do a = 1, size(domains%low, 1)
-      call interval_cells(space%axis(a), domains%low(a, p), domains%high(a, p), from(a), to(a))
-    end do
-  end subroutine cells_of
-
-  !> Number of the cell at a place of the grid.
-  pure integer function cell_at(space, i, j, k)
-    type(space_type), intent(in) :: space
-    !> Place along the axes.
-    integer, intent(in) :: i, j, k
-
-    cell_at = ((k - 1)*space%axis(2)%cell_count + j - 1)*space%axis(1)%cell_count + i
-  end function cell_at
 
   !> Lists with room for the pieces of every cell.
   pure subroutine open_lists(number, dimension, pieces)

@@ -17,7 +17,7 @@ module qsmpm_domains
   implicit none
   private
 
-  public :: domains_type, place_domains, touch_cells
+  public :: domains_type, place_domains, touch_cells, cells_of, cell_at
 
   !> Boxes of all points.
   type :: domains_type
@@ -110,8 +110,7 @@ contains
           end associate
         end do
         if (.not. reached) cycle
-        cell = ((at(3) + offset(3) - 1)*space%axis(2)%cell_count + at(2) + offset(2) - 1) &
-          *space%axis(1)%cell_count + at(1) + offset(1)
+        cell = cell_at(space, at(1) + offset(1), at(2) + offset(2), at(3) + offset(3))
         if (activation%active_number(cell) > 0) cycle
         least = minloc(depth, dim=1, mask=offset(:size(x)) /= 0)
         associate (lines => space%axis(least)%lines)
@@ -128,21 +127,44 @@ contains
     type(domains_type), intent(in) :: domains
     !> (cell_count); cells are only added.
     logical, intent(inout) :: touched(:)
-    integer :: from(3), to(3), p, a, i, j, k
+    integer :: from(3), to(3), p, i, j, k
 
-    from = 1
-    to = 1
     do p = 1, size(domains%low, 2)
-      do a = 1, size(domains%low, 1)
-        call interval_cells(space%axis(a), domains%low(a, p), domains%high(a, p), from(a), to(a))
-      end do
+      call cells_of(space, domains, p, from, to)
       do k = from(3), to(3)
         do j = from(2), to(2)
           do i = from(1), to(1)
-            touched(((k - 1)*space%axis(2)%cell_count + j - 1)*space%axis(1)%cell_count + i) = .true.
+            touched(cell_at(space, i, j, k)) = .true.
           end do
         end do
       end do
     end do
   end subroutine touch_cells
+
+  !> Cells along the axes that the domain of a point reaches into.
+  pure subroutine cells_of(space, domains, p, from, to)
+    type(space_type), intent(in) :: space
+    !> The boxes.
+    type(domains_type), intent(in) :: domains
+    !> The material point.
+    integer, intent(in) :: p
+    !> First and last cell along each axis.
+    integer, intent(out) :: from(3), to(3)
+    integer :: a
+
+    from = 1
+    to = 1
+    do a = 1, size(domains%low, 1)
+      call interval_cells(space%axis(a), domains%low(a, p), domains%high(a, p), from(a), to(a))
+    end do
+  end subroutine cells_of
+
+  !> Number of the cell at a place of the grid.
+  pure integer function cell_at(space, i, j, k)
+    type(space_type), intent(in) :: space
+    !> Place along the axes.
+    integer, intent(in) :: i, j, k
+
+    cell_at = ((k - 1)*space%axis(2)%cell_count + j - 1)*space%axis(1)%cell_count + i
+  end function cell_at
 end module qsmpm_domains

@@ -141,7 +141,8 @@ contains
     type(keyword_type), intent(in) :: entry
     character(len=:), allocatable :: text
 
-    text = trim(places(entry%section))//trim(merge(', any number of times.', ', once.             ', entry%times == many))
+    text = trim(places(entry%section))//', '//trim(merge('any number of times.', 'once.               ', &
+      entry%times == many))
   end function standing
 
   !> One parameter or column.

@@ -6,6 +6,7 @@
 !> those of the circles with the area of the polygons, so that volume and weight are kept.
 module qsmpm_revolved_profile
   use qsmpm_kinds, only: wp, pi
+  use qsmpm_polygon, only: polygon_area
   use qsmpm_polyhedron, only: polyhedron_volume
   use qsmpm_sorting, only: sort
   implicit none
@@ -246,7 +247,7 @@ contains
     if (next == 0 .and. rings%place(1, r) > noise) call append_corner([0.0_wp, rings%place(2, r)], path, n)
     if (len(problem) > 0) return
     allocate (profile(2, n), source=path(:, :n))
-    if (signed_area(profile) < 0.0_wp) profile = profile(:, n:1:-1)
+    if (polygon_area(profile) < 0.0_wp) profile = profile(:, n:1:-1)
   end subroutine walk_rings
 
   !> Put a corner behind those there are.
@@ -260,14 +261,6 @@ contains
     n = n + 1
     path(:, n) = corner
   end subroutine append_corner
-
-  !> Area of a polygon, positive counter-clockwise.
-  pure real(wp) function signed_area(polygon) result(area)
-    !> Vertices (2,n).
-    real(wp), intent(in) :: polygon(:, :)
-
-    area = 0.5_wp*sum(polygon(1, :)*cshift(polygon(2, :), 1) - polygon(2, :)*cshift(polygon(1, :), 1))
-  end function signed_area
 
   !> Volume of a polygon turned about the axis (Pappus): 2 pi int r dA.
   pure real(wp) function turned_volume(polygon) result(volume)
