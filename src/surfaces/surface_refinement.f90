@@ -198,7 +198,7 @@ contains
     logical, intent(in) :: chosen(:)
     type(surface_points_type) :: coarser
     logical :: gone(size(chosen)), found
-    real(wp) :: lengths(2), before(2), local(2)
+    real(wp) :: lengths(2), local(2)
     integer :: i, k, cell
 
     gone = .false.
@@ -208,7 +208,6 @@ contains
       if (.not. is_short(model, i, lengths)) cycle
       k = neighbour_of(model, i, gone, lengths(1))
       if (k == 0) cycle
-      before = model%state%surface%position(:, k)
       cell = model%state%surface%cell(k)
       call locate(model%mesh, middle_of(model%state%surface, i, k), cell, local, found)
       if (.not. found) cycle
