@@ -169,9 +169,7 @@ contains
 
     way = 0.0_wp
     do p = 1, size(analysis%phases)
-      associate (phase => analysis%phases(p))
-        way = way + maxval([0.0_wp, abs(phase%load_factor*phase%prescriptions%value)])
-      end associate
+      way = way + maxval([0.0_wp, abs(analysis%phases(p)%load_factor*analysis%phases(p)%prescriptions%value)])
     end do
   end function way_of_nodes
 

@@ -163,9 +163,7 @@ contains
 
     do s = 1, size(members%axis(1)%holds, 2)
       if (side_of(members, s) == 0) cycle
-      associate (set => analysis%node_sets(s), x => analysis%mesh%axes(1)%lines(side_of(members, s)))
-        set%box(1, :) = x
-      end associate
+      analysis%node_sets(s)%box(1, :) = analysis%mesh%axes(1)%lines(side_of(members, s))
     end do
   end subroutine move_sides
 end module qsmpm_column

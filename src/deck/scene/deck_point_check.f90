@@ -67,10 +67,8 @@ contains
     type(deck_state_type), intent(in) :: state
     integer, intent(in) :: number
 
-    associate (stage => state%analysis%point_test%stages(number))
-      where%file = stage%file
-      where%line = stage%line
-    end associate
+    where%file = state%analysis%point_test%stages(number)%file
+    where%line = state%analysis%point_test%stages(number)%line
   end function stage_place
 
   !> The material there is, or the one that is named.
