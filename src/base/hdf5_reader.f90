@@ -77,9 +77,7 @@ contains
 
     if (reader%file >= 0) call h5fclose_f(reader%file, status)
     reader%file = -1
-    if (allocated(reader%reason)) then
-      call fail(error, error_other, "cannot read '"//reader%path//"': "//reader%reason)
-    end if
+    if (allocated(reader%reason)) call fail(error, error_other, "cannot read '"//reader%path//"': "//reader%reason)
   end subroutine close_reader
 
   !> Note what is wrong, where something is and nothing was before.

@@ -57,9 +57,7 @@ contains
     allocate (lines%items(64), lines%open(deepest))
     call cut_file(lines, path, '', text, messages)
     if (lines%continued) call end_continuation(lines, 'the deck ends', messages)
-    if (.not. allocated(lines%last%file)) then
-      lines%last = line_origin_type(file=path, line=1, chain='')
-    end if
+    if (.not. allocated(lines%last%file)) lines%last = line_origin_type(file=path, line=1, chain='')
     lines%last%order = huge(1)
   end subroutine cut_lines
 
