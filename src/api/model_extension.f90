@@ -23,7 +23,7 @@ module qsmpm_model_extension
   implicit none
   private
 
-  public :: extend_model, drop_materials
+  public :: extend_model, drop_materials, shorten
 
 contains
 

@@ -9,12 +9,14 @@ module qsmpm_stages
   use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_drainage, only: set_drainage
   use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_load_path, only: between
   use qsmpm_model, only: model_type
   use qsmpm_phase_loads, only: load_in_force
   use qsmpm_phase_tree, only: lineage
   use qsmpm_vertical, only: upwards
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
+  use qsmpm_snapshot, only: copy_phases
   use qsmpm_text, only: string_type, did_you_mean, integer_text
   use qsmpm_undrained_law, only: undrained_law_type
   implicit none
@@ -215,7 +217,7 @@ contains
     associate (phase => scene%phases(number))
       factor = kept*phase%load_factor
       if (phase%gravity%given .and. phase%initial%kind == initial_keep) then
-        phase%gravity%vector = reached(gravity_before(scene, number), &
+        phase%gravity%vector = between(gravity_before(scene, number), &
           phase%load_factor*phase%gravity%vector, share)/factor
       else if (phase%gravity%given) then
         phase%gravity%vector = phase%gravity%vector/kept
@@ -230,7 +232,7 @@ contains
           else if (traction%follows) then
             call reach_pressure(before, share, phase%load_factor, factor, upwards(scene), traction)
           else
-            traction%vector = reached(before%vector, phase%load_factor*traction%vector, share)/factor
+            traction%vector = between(before%vector, phase%load_factor*traction%vector, share)/factor
           end if
         end associate
       end do
@@ -273,16 +275,9 @@ contains
     real(wp) :: start
 
     start = before%pressure + up*before%gradient*(before%height - traction%height)
-    traction%pressure = reached(start, load_factor*traction%pressure, share)/factor
-    traction%gradient = reached(before%gradient, load_factor*traction%gradient, share)/factor
+    traction%pressure = between(start, load_factor*traction%pressure, share)/factor
+    traction%gradient = between(before%gradient, load_factor*traction%gradient, share)/factor
   end subroutine reach_pressure
-
-  !> Linear between two values.
-  elemental real(wp) function reached(start, final, share) result(value)
-    real(wp), intent(in) :: start, final, share
-
-    value = start + share*(final - start)
-  end function reached
 
   !> Gravity at the end of the stages before one.
   pure function gravity_before(scene, number) result(vector)
@@ -349,14 +344,8 @@ contains
     !> Where they come from.
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(inout) :: model
-    type(phase_type), allocatable :: phases(:)
-    integer :: p
 
-    allocate (phases(size(analysis%phases)))
-    do p = 1, size(phases)
-      phases(p) = analysis%phases(p)
-    end do
-    call move_alloc(phases, model%analysis%phases)
+    call copy_phases(analysis%phases, model%analysis%phases)
     call take_drainage(model)
   end subroutine take_phases
 
