@@ -76,7 +76,6 @@ contains
   pure subroutine parse_arguments(words, command, error)
     !> The words behind the program's name.
     type(string_type), intent(in) :: words(:)
-    !> What they ask for.
     type(command_type), intent(out) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
@@ -124,7 +123,6 @@ contains
     type(string_type), intent(in) :: words(:)
     !> The command.
     character(len=*), intent(in) :: name
-    !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
@@ -155,7 +153,6 @@ contains
   !> The words behind `help`.
   pure subroutine parse_help(words, command, error)
     type(string_type), intent(in) :: words(:)
-    !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
@@ -182,7 +179,6 @@ contains
     type(string_type), intent(in) :: words(:)
     !> Command they stand behind; what the word is.
     character(len=*), intent(in) :: name, wanted
-    !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when there is none or more than one.
     type(error_type), allocatable, intent(out) :: error
@@ -203,7 +199,6 @@ contains
     type(string_type), intent(in) :: words(:)
     !> The command, and the options it has.
     character(len=*), intent(in) :: name, options(:)
-    !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
@@ -258,7 +253,6 @@ contains
     type(string_type), intent(in) :: words(:)
     !> The command.
     character(len=*), intent(in) :: name
-    !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error

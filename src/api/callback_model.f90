@@ -119,7 +119,6 @@ contains
 
   !> The step as C sees it.
   pure type(c_increment_type) function as_c(increment) result(passed)
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
 
     passed = c_increment_type(increment%strain, increment%strain_start, increment%rotation, increment%gradient_start, &

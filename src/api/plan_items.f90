@@ -27,7 +27,6 @@ contains
 
   !> Begin a group of entries.
   pure subroutine add_heading(items, name)
-    !> The entries.
     type(plan_items_type), intent(inout) :: items
     !> Name of the group.
     character(len=*), intent(in) :: name
@@ -37,7 +36,6 @@ contains
 
   !> Add an entry.
   pure subroutine add_item(items, name, value, is_figure)
-    !> The entries.
     type(plan_items_type), intent(inout) :: items
     !> Its name and value.
     character(len=*), intent(in) :: name, value
@@ -52,7 +50,6 @@ contains
 
   !> Put an entry at the end.
   pure subroutine add(items, kind, name, value)
-    !> The entries.
     type(plan_items_type), intent(inout) :: items
     !> Kind, name and value.
     integer, intent(in) :: kind
@@ -68,7 +65,6 @@ contains
 
   !> The plan for people.
   pure function plan_text(items) result(text)
-    !> The entries.
     type(plan_items_type), intent(in) :: items
     character(len=:), allocatable :: text
     integer :: i
@@ -87,7 +83,6 @@ contains
 
   !> The plan for programs: an object of objects.
   pure function plan_json(items) result(text)
-    !> The entries.
     type(plan_items_type), intent(in) :: items
     character(len=:), allocatable :: text
     logical :: first

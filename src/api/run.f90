@@ -191,7 +191,6 @@ contains
 
   !> Run a deck.
   subroutine run_deck(request, report, exit_code)
-    !> What is to be run.
     type(run_request_type), intent(in) :: request
     !> Warnings of the deck and errors, one a line.
     character(len=:), allocatable, intent(out) :: report
@@ -233,9 +232,7 @@ contains
 
   !> Run an analysis whose results are written, and tell where the time went.
   subroutine run_recorded(request, simulation, error, report, exit_code)
-    !> What is to be run.
     type(run_request_type), intent(in) :: request
-    !> The analysis.
     type(simulation_type), intent(inout) :: simulation
     !> What is wrong already.
     type(error_type), allocatable, intent(inout) :: error
@@ -261,9 +258,7 @@ contains
 
   !> Where the time went: a line of the log and, on request, a table and a file.
   subroutine report_times(request, profile, recorder, error)
-    !> What is to be run.
     type(run_request_type), intent(in) :: request
-    !> Time and work of the run.
     type(run_profile_type), intent(in) :: profile
     type(recorder_type), intent(inout) :: recorder
     !> Set when the file cannot be written.

@@ -41,7 +41,6 @@ contains
 
   !> Number of the stage that begins next, 0 when none is to come.
   pure integer function coming_stage(self)
-    !> The analysis.
     class(simulation_type), intent(in) :: self
 
     coming_stage = 0
@@ -55,7 +54,6 @@ contains
 
   !> The coming stage, or an error.
   subroutine find_coming(self, number, error, values)
-    !> The analysis.
     class(simulation_type), intent(in) :: self
     integer, intent(out) :: number
     !> Set when there is none.
@@ -73,7 +71,6 @@ contains
 
   !> Add a stage behind the last one. Loads and fixities stay as they are until they are changed.
   subroutine add_stage(self, name, steps, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Name, which no other stage has.
     character(len=*), intent(in) :: name
@@ -89,7 +86,6 @@ contains
 
   !> End the present stage where it stands: its loads are those reached.
   subroutine end_stage(self, error)
-    !> The analysis.
     class(simulation_type), intent(inout), target :: self
     !> Set when no stage is under way.
     type(error_type), allocatable, intent(out) :: error
@@ -121,7 +117,6 @@ contains
 
   !> Load factor at the end of the coming stage, by which all its loads are multiplied.
   subroutine set_load_factor(self, factor, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Above 0, finite.
     real(wp), intent(in) :: factor
@@ -139,7 +134,6 @@ contains
 
   !> Load steps that the coming stage is first cut into.
   subroutine set_steps(self, steps, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> From 1.
     integer, intent(in) :: steps
@@ -192,7 +186,6 @@ contains
 
   !> Gravity at the end of the coming stage.
   subroutine set_gravity(self, vector, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> It multiplies the unit weights (3).
     real(wp), intent(in) :: vector(3)
@@ -209,7 +202,6 @@ contains
 
   !> Dead traction on a surface at the end of the coming stage.
   subroutine set_traction(self, surface, vector, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Name of the surface.
     character(len=*), intent(in) :: surface
@@ -227,7 +219,6 @@ contains
 
   !> Pressure on a surface at the end of the coming stage.
   subroutine set_pressure(self, surface, pressure, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Name of the surface.
     character(len=*), intent(in) :: surface
@@ -244,7 +235,6 @@ contains
 
   !> Displacement of a node set over the coming stage.
   subroutine set_displacement(self, set, component, value, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Name of the set.
     character(len=*), intent(in) :: set
@@ -264,7 +254,6 @@ contains
 
   !> Components of a node set that are held from the coming stage on; none frees it.
   subroutine set_fixity(self, set, fixed, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Name of the set.
     character(len=*), intent(in) :: set
@@ -281,7 +270,6 @@ contains
 
   !> Forces on the material points from the next step on, as they stand: they are not raised over a stage.
   subroutine set_point_force(self, force, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> (dimension, points)
     real(wp), intent(in) :: force(:, :)
@@ -307,7 +295,6 @@ contains
 
   !> Set when a vector is not one of the scene.
   pure subroutine need_vector(self, vector, error)
-    !> The analysis.
     class(simulation_type), intent(in) :: self
     !> (3)
     real(wp), intent(in) :: vector(3)

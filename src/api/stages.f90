@@ -109,9 +109,7 @@ contains
 
   !> Put a load on a surface in the place of a former one of its kind, or behind the others.
   subroutine put_traction(phase, traction)
-    !> The stage.
     type(phase_type), intent(inout) :: phase
-    !> The load.
     type(traction_type), intent(in) :: traction
     integer :: i
 
@@ -128,7 +126,6 @@ contains
   subroutine change_displacement(model, phase, set, component, value, error)
     !> The model, for the names of its sets.
     type(model_type), intent(in) :: model
-    !> The stage.
     type(phase_type), intent(inout) :: phase
     !> Name of the set.
     character(len=*), intent(in) :: set
@@ -165,7 +162,6 @@ contains
   subroutine change_fixity(model, phase, set, fixed, error)
     !> The model, for the names of its sets.
     type(model_type), intent(in) :: model
-    !> The stage.
     type(phase_type), intent(inout) :: phase
     !> Name of the set.
     character(len=*), intent(in) :: set

@@ -53,7 +53,6 @@ contains
     integer, intent(in) :: cell_count
     !> Volumes are per radian.
     logical, intent(in) :: axisymmetric
-    !> The boxes.
     type(domains_type), intent(in) :: domains
     type(pieces_type), intent(out) :: pieces
     integer :: number(cell_count), from(3), to(3), p, i, j, k, c, g, n
@@ -118,7 +117,6 @@ contains
   !> The part of a domain in one cell. Ends beyond the outermost cells stay: their share is theirs.
   pure subroutine cut(space, domains, p, at, low, high, share)
     type(space_type), intent(in) :: space
-    !> The boxes.
     type(domains_type), intent(in) :: domains
     !> The material point; place of the cell along the axes.
     integer, intent(in) :: p, at(3)

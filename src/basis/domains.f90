@@ -32,7 +32,6 @@ contains
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
-    !> The boxes.
     type(domains_type), intent(out) :: domains
     real(wp) :: half(size(points%position, 1)), x(size(points%position, 1))
     integer :: at(3), p, a, dimension
@@ -123,7 +122,6 @@ contains
   !> Mark the cells that domains reach into: their functions take part in the equations.
   subroutine touch_cells(space, domains, touched)
     type(space_type), intent(in) :: space
-    !> The boxes.
     type(domains_type), intent(in) :: domains
     !> (cell_count); cells are only added.
     logical, intent(inout) :: touched(:)
@@ -144,7 +142,6 @@ contains
   !> Cells along the axes that the domain of a point reaches into.
   pure subroutine cells_of(space, domains, p, from, to)
     type(space_type), intent(in) :: space
-    !> The boxes.
     type(domains_type), intent(in) :: domains
     !> The material point.
     integer, intent(in) :: p

@@ -27,7 +27,6 @@ contains
   pure subroutine cell_tets(corners, list)
     !> Corners of a tetrahedron, wedge or brick in the order of the elements (3, 4, 6 or 8).
     real(wp), intent(in) :: corners(:, :)
-    !> The tetrahedra.
     type(tet_list_type), intent(inout) :: list
     integer :: i
 
@@ -61,7 +60,6 @@ contains
 
   !> Keep what lies on the side of a plane where normal . (x - origin) <= 0.
   pure subroutine cut_tets(list, origin, normal, kept)
-    !> Tetrahedra.
     type(tet_list_type), intent(in) :: list
     !> Point of the plane (3); normal of any length (3).
     real(wp), intent(in) :: origin(3), normal(3)
@@ -131,7 +129,6 @@ contains
   !> Add volume and first moment, times a sign; if asked for, the second moments about a place too. A tetrahedron of
   !> volume V with corners v has the integral V/20 (sum v v' + (sum v)(sum v)').
   pure subroutine add_moments(list, sign, volume, moment, about, second)
-    !> Tetrahedra.
     type(tet_list_type), intent(in) :: list
     !> Factor.
     real(wp), intent(in) :: sign

@@ -62,7 +62,6 @@ contains
 
   !> Run the test of a deck.
   subroutine run_point(request, text, report, exit_code)
-    !> What is to be run.
     type(point_request_type), intent(in) :: request
     !> The log, empty when nothing was run.
     character(len=:), allocatable, intent(out) :: text
@@ -110,7 +109,6 @@ contains
 
   !> The law of the material that is tested.
   subroutine point_law(analysis, law, error)
-    !> The analysis, checked.
     type(analysis_type), intent(in) :: analysis
     class(law_type), allocatable, intent(out) :: law
     !> Set when a parameter is out of its range.
@@ -218,7 +216,6 @@ contains
   !> All stages.
   subroutine run_stages(analysis, bench, error)
     type(analysis_type), intent(in) :: analysis
-    !> The test.
     type(bench_type), intent(inout) :: bench
     !> Set when there is no equilibrium.
     type(error_type), allocatable, intent(out) :: error
@@ -265,7 +262,6 @@ contains
     type(analysis_type), intent(in) :: analysis
     !> Number of the targets in their stage.
     integer, intent(in) :: number
-    !> The test.
     type(bench_type), intent(inout) :: bench
     !> The row of the step before.
     type(point_row_type), intent(inout) :: row
@@ -297,7 +293,6 @@ contains
     type(point_test_type), intent(in) :: test
     !> Number of the targets in their stage, and of the step to them.
     integer, intent(in) :: number, step
-    !> The test.
     type(bench_type), intent(inout) :: bench
     !> Gains corrections and parts.
     type(point_row_type), intent(inout) :: row
@@ -366,7 +361,6 @@ contains
 
   !> Put a line into the table.
   pure subroutine put(bench, line)
-    !> The test.
     type(bench_type), intent(inout) :: bench
     !> The line, without its end.
     character(len=*), intent(in) :: line

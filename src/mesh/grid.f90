@@ -52,7 +52,6 @@ contains
 
   !> Generate nodes and cells (no topology).
   subroutine make_grid(grid, mesh, window)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     type(mesh_type), intent(out) :: mesh
     !> Part of the grid to generate; all of it when absent.
@@ -95,7 +94,6 @@ contains
 
   !> Generate a part of a grid.
   subroutine make_part(grid, window, mesh)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     !> The part.
     type(window_type), intent(in) :: window
@@ -112,7 +110,6 @@ contains
 
   !> Corner nodes, x fastest; inner ones shifted, alike in all layers.
   subroutine place_nodes(grid, window, mesh)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     !> The part of it.
     type(window_type), intent(in) :: window
@@ -159,7 +156,6 @@ contains
 
   !> True when a place lies on a kept segment.
   pure logical function on_kept(grid, x) result(yes)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     !> Place (dimension).
     real(wp), intent(in) :: x(2)
@@ -181,7 +177,6 @@ contains
 
   !> Cells of the corners, brick by brick.
   subroutine connect(grid, base, window, mesh)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     !> Linear kind of the cells.
     integer, intent(in) :: base
@@ -218,7 +213,6 @@ contains
 
   !> Which diagonals of a part of a grid fall.
   subroutine run_diagonals(grid, window, falls)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     !> The part of the grid.
     type(window_type), intent(in) :: window
@@ -279,7 +273,6 @@ contains
 
   !> True when the diagonal of a quadrilateral falls from upper left to lower right.
   logical function diagonal_falls(grid, i, j, random) result(falls)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     integer, intent(in) :: i, j
     !> State of the generator.

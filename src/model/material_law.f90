@@ -22,7 +22,6 @@ contains
 
   !> Make the law of a material.
   subroutine make_material_law(material, method, stress, dimension, law, error)
-    !> What the deck says of it.
     type(material_type), intent(in) :: material
     !> Kinematics and rate.
     type(method_type), intent(in) :: method

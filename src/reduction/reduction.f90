@@ -187,7 +187,6 @@ contains
 
   !> Value of a history of the scene by that of the model, both before SCALE.
   pure real(wp) function history_of_scene(expansion, number, value)
-    !> All steps.
     type(expansion_type), intent(in) :: expansion
     !> Number of the history.
     integer, intent(in) :: number

@@ -167,7 +167,6 @@ contains
 
   !> A verdict as a sentence.
   pure function check_text(check) result(text)
-    !> What was found.
     type(reduction_check_type), intent(in) :: check
     character(len=:), allocatable :: text
 

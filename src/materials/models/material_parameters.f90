@@ -37,7 +37,6 @@ contains
 
   !> Refuse parameters that describe no material.
   pure subroutine check_parameters(parameters, error)
-    !> What the user said.
     type(material_parameters_type), intent(in) :: parameters
     !> Set when a parameter is out of its range; the message names it.
     type(error_type), allocatable, intent(out) :: error
@@ -53,7 +52,6 @@ contains
 
   !> Refuse strength parameters out of their range.
   pure subroutine check_strength(parameters, error)
-    !> What the user said.
     type(material_parameters_type), intent(in) :: parameters
     !> Set when a parameter is out of its range; the message names it.
     type(error_type), allocatable, intent(out) :: error

@@ -46,7 +46,6 @@ contains
     class(law_type), intent(in) :: law
     !> A point at the end of a step with its consistent tangent.
     type(batch_type), intent(in) :: batch
-    !> What was found.
     type(tangent_check_type), intent(out) :: check
     type(batch_type) :: trial
     real(wp) :: unit(size(batch%gradient, 1)), error(size(batch%gradient, 1)), scale, h, gap

@@ -215,7 +215,6 @@ contains
   !> Ask the model; one thread at a time where it wants that.
   subroutine ask_model(self, increment, stress, state_start, state, response)
     class(soil_model_law_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress: in at the start, turned, out at the end (6).
     real(wp), intent(inout) :: stress(6)
@@ -223,7 +222,6 @@ contains
     real(wp), intent(in) :: state_start(:)
     !> State at the end (state_count or more).
     real(wp), intent(inout) :: state(:)
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
 
     state = state_start
@@ -280,7 +278,6 @@ contains
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the end (6).
     real(wp), intent(in) :: stress(6)
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     real(wp) :: start(6)
     integer :: what
@@ -306,11 +303,9 @@ contains
 
   !> A model that says all is well must have given numbers.
   subroutine check_answer(increment, stress, state, response)
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Stress and state at the end.
     real(wp), intent(in) :: stress(:), state(:)
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     character(len=:), allocatable :: what
 
@@ -333,9 +328,7 @@ contains
   !> Pass on why a point could not be updated, and where it is.
   subroutine report(self, increment, response, batch, p)
     class(soil_model_law_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
-    !> What the model says.
     type(soil_response_type), intent(in) :: response
     type(batch_type), intent(inout) :: batch
     !> Number of the point in the batch.

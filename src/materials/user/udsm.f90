@@ -93,7 +93,6 @@ contains
 
   !> Load a UDSM and ask what it is.
   subroutine make_udsm(user, name, model, error)
-    !> What the deck says of it.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
@@ -202,7 +201,6 @@ contains
   !> One step of one point.
   subroutine update(self, increment, stress, state, response)
     class(udsm_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress: in at the start, turned, out at the end (6).
     real(wp), intent(inout) :: stress(6)
@@ -248,7 +246,6 @@ contains
   !> D in the order of the soil model.
   pure subroutine take_tangent(arguments, response)
     type(udsm_call_type), intent(in) :: arguments
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     integer :: i, j
 
@@ -265,7 +262,6 @@ contains
     type(udsm_call_type), intent(in) :: arguments
     !> Cauchy stress (6) and state (state_count).
     real(wp), intent(inout) :: stress(6), state(:)
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
 
     stress = arguments%sig(place)
@@ -279,7 +275,6 @@ contains
   !> What the model is given in every task.
   subroutine prepare(self, increment, stress, water, room, arguments)
     class(udsm_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and excess pore pressure.
     real(wp), intent(in) :: stress(6), water
@@ -374,7 +369,6 @@ contains
     !> Its number.
     integer(c_int), intent(in) :: task
     type(udsm_call_type), intent(inout), target :: arguments
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     integer(c_int) :: what, saved, sent(whole_arguments)
 

@@ -103,7 +103,6 @@ contains
 
   !> Load a UMAT.
   subroutine make_umat(user, name, model, error)
-    !> What the deck says of it.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
@@ -153,7 +152,6 @@ contains
   !> One step of one point.
   subroutine update(self, increment, stress, state, response)
     class(umat_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress: in at the start, turned, out at the end (6).
     real(wp), intent(inout) :: stress(6)
@@ -190,7 +188,6 @@ contains
   !> One call.
   subroutine ask(self, increment, stress, state, response)
     class(umat_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress: in at the start, turned, out at the end (6).
     real(wp), intent(inout) :: stress(6)
@@ -256,7 +253,6 @@ contains
   !> What the model is given in arrays.
   subroutine fill_arrays(self, increment, stress, state, sizes, first, room)
     class(umat_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and state at the start.
     real(wp), intent(in) :: stress(6), state(:)
@@ -296,7 +292,6 @@ contains
   !> What the model is given beside arrays.
   subroutine fill_call(self, increment, arguments)
     class(umat_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     type(umat_call_type), intent(inout) :: arguments
 

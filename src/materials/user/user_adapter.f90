@@ -46,7 +46,6 @@ contains
   !> What the deck says; lists it does not give are empty.
   subroutine take_user(adapter, user, name)
     class(adapter_type), intent(inout) :: adapter
-    !> What the deck says.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
@@ -93,7 +92,6 @@ contains
     integer, intent(in) :: sizes(:)
     character(len=*), intent(in) :: names(:)
     real(wp), intent(in) :: room(:)
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     character(len=:), allocatable :: damage
 
@@ -117,7 +115,6 @@ contains
     !> What was passed, what stands there now, and how the arguments are called.
     integer(c_int), intent(in) :: sent(:), found(:)
     character(len=*), intent(in) :: names(:)
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     integer :: i
 

@@ -34,7 +34,6 @@ contains
 
   !> Load the model and make a law of it.
   subroutine new_user_law(user, name, young, poisson, stress, dimension, law, error)
-    !> What the user says.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
@@ -81,13 +80,11 @@ contains
 
   !> Load the library.
   subroutine load_model(user, name, dimension, adapter, error)
-    !> What the user says.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> The model.
     class(adapter_type), allocatable, intent(out) :: adapter
     !> error_user_material: why there is none.
     type(error_type), allocatable, intent(out) :: error
@@ -109,7 +106,6 @@ contains
 
   !> What the deck says fits the model.
   subroutine check_fit(user, states, dimension, error)
-    !> What the user says.
     type(user_material_type), intent(in) :: user
     !> State variables of the model; 2 or 3.
     integer, intent(in) :: states, dimension

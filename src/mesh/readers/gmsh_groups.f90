@@ -27,7 +27,6 @@ contains
 
   !> Hand cells and groups to the raw mesh.
   subroutine sort_out(content, raw, error)
-    !> What was read.
     type(content_type), intent(in) :: content
     !> Has the nodes; gets cells and sets.
     type(raw_mesh_type), intent(inout) :: raw
@@ -55,7 +54,6 @@ contains
 
   !> For each cell the first one with the same corners, for other elements themselves.
   subroutine find_repeats(content, highest, first)
-    !> What was read.
     type(content_type), intent(in) :: content
     !> Dimension of cells.
     integer, intent(in) :: highest
@@ -83,7 +81,6 @@ contains
 
   !> Cells, each once.
   subroutine take_cells(content, highest, first, raw)
-    !> What was read.
     type(content_type), intent(in) :: content
     !> Dimension of cells; first cell with the same corners.
     integer, intent(in) :: highest, first(:)
@@ -100,7 +97,6 @@ contains
 
   !> Node set of a group, and its cell set.
   subroutine take_group(content, group, highest, first, raw)
-    !> What was read.
     type(content_type), intent(in) :: content
     type(group_type), intent(in) :: group
     !> Dimension of cells; first cell with the same corners.
@@ -148,7 +144,6 @@ contains
 
   !> Surface of a group. A group that lies on no cell is geometry alone and no surface.
   subroutine take_surface(content, group, table, raw, error)
-    !> What was read.
     type(content_type), intent(in) :: content
     type(group_type), intent(in) :: group
     !> Faces of the cells.
