@@ -5,7 +5,7 @@ module qsmpm_standard_laws
   use qsmpm_drucker_prager, only: drucker_prager_parameters_type
   use qsmpm_hardening_soil, only: hardening_soil_parameters_type
   use qsmpm_hoek_brown, only: hoek_brown_parameters_type
-  use qsmpm_law_parameters, only: law_parameters_slot_type
+  use qsmpm_law_parameters, only: law_parameters_type, law_parameters_slot_type
   use qsmpm_ngi_adp, only: ngi_adp_parameters_type
   use qsmpm_soft_soil_creep, only: soft_soil_creep_parameters_type
   implicit none
@@ -20,12 +20,27 @@ contains
     type(law_parameters_slot_type), allocatable, intent(inout) :: laws(:)
 
     if (allocated(laws)) deallocate (laws)
-    allocate (laws(6))
-    allocate (laws(1)%parameters, source=cam_clay_parameters_type())
-    allocate (laws(2)%parameters, source=hardening_soil_parameters_type())
-    allocate (laws(3)%parameters, source=drucker_prager_parameters_type())
-    allocate (laws(4)%parameters, source=hoek_brown_parameters_type())
-    allocate (laws(5)%parameters, source=ngi_adp_parameters_type())
-    allocate (laws(6)%parameters, source=soft_soil_creep_parameters_type())
+    allocate (laws(0))
+    call add(laws, cam_clay_parameters_type())
+    call add(laws, hardening_soil_parameters_type())
+    call add(laws, drucker_prager_parameters_type())
+    call add(laws, hoek_brown_parameters_type())
+    call add(laws, ngi_adp_parameters_type())
+    call add(laws, soft_soil_creep_parameters_type())
   end subroutine standard_laws
+
+  !> One more law.
+  subroutine add(laws, parameters)
+    type(law_parameters_slot_type), allocatable, intent(inout) :: laws(:)
+    class(law_parameters_type), intent(in) :: parameters
+    type(law_parameters_slot_type), allocatable :: more(:)
+    integer :: i
+
+    allocate (more(size(laws) + 1))
+    do i = 1, size(laws)
+      call move_alloc(laws(i)%parameters, more(i)%parameters)
+    end do
+    allocate (more(size(more))%parameters, source=parameters)
+    call move_alloc(more, laws)
+  end subroutine add
 end module qsmpm_standard_laws
