@@ -4,16 +4,16 @@
 module qsmpm_added_cards
   use qsmpm_analysis, only: analysis_type
   use qsmpm_material_description, only: material_type
-  use qsmpm_phase_description, only: phase_type
   use qsmpm_deck, only: parse_deck, echo_text, message_list_type, message_text
   use qsmpm_error, only: error_type, error_deck, error_other, fail
-  use qsmpm_text, only: integer_text, upper
+  use qsmpm_model_extension, only: shorten
+  use qsmpm_snapshot, only: copy_phases
+  use qsmpm_text, only: integer_text, newline, upper
   implicit none
   private
 
   public :: read_added_cards, name_added_lines
 
-  character(len=1), parameter :: newline = new_line('a')
   !> What stands for the file in messages.
   character(len=*), parameter :: added_name = 'added cards'
 
@@ -144,21 +144,11 @@ contains
     type(analysis_type), intent(in) :: whole
     type(error_type), allocatable, intent(out) :: error
     type(analysis_type) :: rest
-    type(material_type), allocatable :: materials(:)
-    type(phase_type), allocatable :: phases(:)
     character(len=:), allocatable :: again
-    integer :: i
 
     rest = whole
-    allocate (materials(size(scene%materials)), phases(size(scene%phases)))
-    do i = 1, size(materials)
-      materials(i) = whole%materials(i)
-    end do
-    do i = 1, size(phases)
-      phases(i) = whole%phases(i)
-    end do
-    call move_alloc(materials, rest%materials)
-    call move_alloc(phases, rest%phases)
+    call shorten(size(scene%materials), rest)
+    call copy_phases(whole%phases(:size(scene%phases)), rest%phases)
     call echo_text(rest, again)
     if (again /= echo) call fail(error, error_other, 'only *MATERIAL and *PHASE, with the cards that belong to '// &
       'them, can be added to a scene')

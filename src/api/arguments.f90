@@ -3,7 +3,7 @@
 module qsmpm_arguments
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_path, only: base_name
-  use qsmpm_text, only: string_type, add_word, did_you_mean
+  use qsmpm_text, only: string_type, add_word, did_you_mean, newline
   implicit none
   private
 
@@ -42,7 +42,6 @@ module qsmpm_arguments
     '--out', '--threads', '--restart', '--quiet', '--profile']
   character(len=word_length), parameter :: point_options(3) = [character(len=word_length) :: &
     '--out', '--tangent', '--quiet']
-  character(len=1), parameter :: newline = new_line('a')
 
 contains
 
@@ -77,7 +76,6 @@ contains
   pure subroutine parse_arguments(words, command, error)
     !> The words behind the program's name.
     type(string_type), intent(in) :: words(:)
-    !> What they ask for.
     type(command_type), intent(out) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
@@ -116,8 +114,7 @@ contains
       command%command = command_version
       if (size(words) > 1) call fail(error, error_other, '--version stands alone')
     case default
-      call fail(error, error_other, "unknown command '"//words(1)%text//"'"// &
-        suggestion(words(1)%text, commands))
+      call fail(error, error_other, "unknown command '"//words(1)%text//"'"//suggestion(words(1)%text, commands))
     end select
   end subroutine parse_arguments
 
@@ -126,7 +123,6 @@ contains
     type(string_type), intent(in) :: words(:)
     !> The command.
     character(len=*), intent(in) :: name
-    !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
@@ -157,7 +153,6 @@ contains
   !> The words behind `help`.
   pure subroutine parse_help(words, command, error)
     type(string_type), intent(in) :: words(:)
-    !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
@@ -182,11 +177,8 @@ contains
   !> Exactly one word.
   pure subroutine parse_subject(words, name, wanted, command, error)
     type(string_type), intent(in) :: words(:)
-    !> Command they stand behind.
-    character(len=*), intent(in) :: name
-    !> What the word is.
-    character(len=*), intent(in) :: wanted
-    !> What they ask for.
+    !> Command they stand behind; what the word is.
+    character(len=*), intent(in) :: name, wanted
     type(command_type), intent(inout) :: command
     !> Set when there is none or more than one.
     type(error_type), allocatable, intent(out) :: error
@@ -207,7 +199,6 @@ contains
     type(string_type), intent(in) :: words(:)
     !> The command, and the options it has.
     character(len=*), intent(in) :: name, options(:)
-    !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
@@ -229,8 +220,7 @@ contains
         call parse_option(words(i:min(i + 1, size(words))), name, command, error)
         i = i + 1
       else if (len(command%subject) > 0 .and. name == 'run') then
-        call fail(error, error_other, name//": unexpected '"//words(i)%text//"': the deck is '"// &
-          command%subject//"'")
+        call fail(error, error_other, name//": unexpected '"//words(i)%text//"': the deck is '"//command%subject//"'")
       else
         command%subject = words(i)%text
         call add_word(command%decks, words(i)%text)
@@ -263,7 +253,6 @@ contains
     type(string_type), intent(in) :: words(:)
     !> The command.
     character(len=*), intent(in) :: name
-    !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
@@ -307,10 +296,8 @@ contains
 
   !> The nearest known word as a question, nothing when none is near.
   pure function suggestion(word, known) result(text)
-    !> The unknown word.
-    character(len=*), intent(in) :: word
-    !> Known words.
-    character(len=*), intent(in) :: known(:)
+    !> The unknown word; known words.
+    character(len=*), intent(in) :: word, known(:)
     character(len=:), allocatable :: text
     type(string_type) :: words(size(known))
     integer :: i

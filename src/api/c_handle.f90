@@ -12,7 +12,7 @@ module qsmpm_c_handle
   implicit none
   private
 
-  public :: handle_type, logger_type, find_handle, is_handle, refuse, keep_error, text_of, put_text, need_pointer, &
+  public :: handle_type, logger_type, find_handle, is_handle, refuse, status_of, text_of, put_text, need_pointer, &
     put_integer, three_reals
 
   !> Status of a call with a handle that is null.
@@ -38,9 +38,8 @@ module qsmpm_c_handle
     type(logger_type) :: logger
     !> The deck that was read last has been initialised: materials given now would belong to nothing.
     logical :: initialised = .false.
-    !> How the last call that can fail ended.
-    integer :: code = 0
-    character(len=:), allocatable :: message
+    !> Of the last call that can fail; unallocated where it did not.
+    type(error_type), allocatable :: error
   end type handle_type
 
   abstract interface
@@ -73,7 +72,7 @@ contains
     if (c_associated(pointer)) call c_f_pointer(pointer, handle)
   end subroutine find_handle
 
-  !> Whether there is a handle; the status says so where there is none.
+  !> Whether there is a handle, which has no error yet; the status says so where there is none.
   logical function is_handle(pointer, handle, status)
     type(c_ptr), intent(in) :: pointer
     type(handle_type), pointer, intent(out) :: handle
@@ -82,22 +81,17 @@ contains
     status = status_no_handle
     call find_handle(pointer, handle)
     is_handle = associated(handle)
+    if (.not. is_handle) return
+    if (allocated(handle%error)) deallocate (handle%error)
   end function is_handle
 
-  !> Keep how a call ended; its code is the status.
-  integer(c_int) function keep_error(handle, error) result(status)
-    type(handle_type), intent(inout) :: handle
-    !> The error of the call.
-    type(error_type), allocatable, intent(in) :: error
+  !> How a call ended: the code of its error, 0 for none.
+  pure integer(c_int) function status_of(handle) result(status)
+    type(handle_type), intent(in) :: handle
 
-    handle%code = 0
-    handle%message = ''
-    if (allocated(error)) then
-      handle%code = error%code
-      handle%message = error%message
-    end if
-    status = int(handle%code, c_int)
-  end function keep_error
+    status = 0
+    if (allocated(handle%error)) status = int(handle%error%code, c_int)
+  end function status_of
 
   !> An error of a call. Where a function is bound to the name of the module of errors, gfortran 12 calls that
   !> function in place of the module's procedures: such a module calls this one.

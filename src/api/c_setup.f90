@@ -1,10 +1,10 @@
 !> C interface: handles, decks, materials, errors (qsmpm.h).
 module qsmpm_c_setup
   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_funptr, c_int, c_loc, c_null_ptr, c_ptr
-  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, keep_error, need_pointer, refuse, text_of, put_text, &
+  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, status_of, need_pointer, refuse, text_of, put_text, &
     status_no_handle
   use qsmpm_callback_model, only: callback_model_type, c_model_options_type
-  use qsmpm_error, only: error_type, error_other
+  use qsmpm_error, only: error_other
   use qsmpm_process_settings, only: check_threads
   use qsmpm_program_name, only: api_version, has_feature, program_name
   implicit none
@@ -52,7 +52,6 @@ contains
     allocate (handle, stat=failed)
     if (failed == 0) allocate (handle%problem, handle%simulation, handle%snapshot, stat=failed)
     if (failed /= 0) return
-    handle%message = ''
     pointer = c_loc(handle)
     status = 0
   end function c_create
@@ -82,13 +81,16 @@ contains
     !> Its size.
     integer(c_int), value :: length
     type(handle_type), pointer :: handle
+    character(len=:), allocatable :: text
 
+    text = ''
     call find_handle(pointer, handle)
-    if (associated(handle)) then
-      needed = put_text(handle%message, buffer, length)
-    else
-      needed = put_text('the handle is null', buffer, length)
+    if (.not. associated(handle)) then
+      text = 'the handle is null'
+    else if (allocated(handle%error)) then
+      text = handle%error%message
     end if
+    needed = put_text(text, buffer, length)
   end function c_error
 
   !> What the reader of the deck has to say, one sentence a line; the result is its length.
@@ -115,12 +117,11 @@ contains
     !> Its path.
     type(c_ptr), value :: path
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
     handle%initialised = .false.
-    call handle%problem%read(text_of(path), error)
-    status = keep_error(handle, error)
+    call handle%problem%read(text_of(path), handle%error)
+    status = status_of(handle)
   end function c_read_deck
 
   !> Read a deck that is at hand as text.
@@ -131,12 +132,11 @@ contains
     !> Name of the job.
     type(c_ptr), value :: job
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
     handle%initialised = .false.
-    call handle%problem%parse(text_of(deck), text_of(job), error)
-    status = keep_error(handle, error)
+    call handle%problem%parse(text_of(deck), text_of(job), handle%error)
+    status = status_of(handle)
   end function c_parse_deck
 
   !> Give a material of the deck a model of the program's own, before initialise.
@@ -155,27 +155,27 @@ contains
     type(c_ptr), value :: user
     integer(c_int) :: status
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
     character(len=:), allocatable :: name
     type(callback_model_type) :: model
     type(c_model_options_type), pointer :: likeness
 
     if (.not. is_handle(pointer, handle, status)) return
     name = text_of(material)
-    call need_pointer(options, "what the model of material '"//name//"' is like", error)
+    call need_pointer(options, "what the model of material '"//name//"' is like", handle%error)
     if (.not. c_associated(update)) then
-      call refuse(error, "the model of material '"//name//"' is null")
+      call refuse(handle%error, "the model of material '"//name//"' is null")
     else if (handle%initialised) then
-      call refuse(error, "the model of material '"//name//"' comes too late: materials are given before initialise")
-    else if (.not. allocated(error)) then
+      call refuse(handle%error, &
+        "the model of material '"//name//"' comes too late: materials are given before initialise")
+    else if (.not. allocated(handle%error)) then
       call c_f_pointer(options, likeness)
       call fill(likeness, model)
       model%start_procedure = start
       model%update_procedure = update
       model%user = user
-      call handle%problem%set_material(name, model, error)
+      call handle%problem%set_material(name, model, handle%error)
     end if
-    status = keep_error(handle, error)
+    status = status_of(handle)
   end function c_set_material
 
   !> Copy what the model is like.
@@ -199,12 +199,11 @@ contains
     !> From 1.
     integer(c_int), value :: threads
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call check_threads(int(threads), error)
-    if (.not. allocated(error)) handle%simulation%threads = int(threads)
-    status = keep_error(handle, error)
+    call check_threads(int(threads), handle%error)
+    if (.not. allocated(handle%error)) handle%simulation%threads = int(threads)
+    status = status_of(handle)
   end function c_set_threads
 
   !> A procedure that hears sentences.
@@ -215,12 +214,11 @@ contains
     !> Handed to it.
     type(c_ptr), value :: user
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
     handle%logger%procedure = logger
     handle%logger%user = user
-    status = keep_error(handle, error)
+    status = status_of(handle)
   end function c_set_logger
 
   !> What the logger hears.
@@ -229,10 +227,9 @@ contains
     !> 0 nothing, 1 sentences, 2 sentences and steps.
     integer(c_int), value :: level
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
     handle%logger%level = int(level)
-    status = keep_error(handle, error)
+    status = status_of(handle)
   end function c_set_verbosity
 end module qsmpm_c_setup

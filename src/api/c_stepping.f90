@@ -1,8 +1,7 @@
 !> C interface: stepping, results, states, and the load program (qsmpm.h).
 module qsmpm_c_stepping
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
-  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, keep_error, need_pointer, text_of, three_reals
-  use qsmpm_error, only: error_type
+  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, status_of, need_pointer, text_of, three_reals
   implicit none
   private
 
@@ -12,34 +11,31 @@ contains
   integer(c_int) function c_initialise(pointer) bind(c, name='qsmpm_initialise') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%create(handle%problem, error)
-    handle%initialised = .not. allocated(error)
-    status = keep_error(handle, error)
+    call handle%simulation%create(handle%problem, handle%error)
+    handle%initialised = .not. allocated(handle%error)
+    status = status_of(handle)
   end function c_initialise
 
   !> One accepted load step.
   integer(c_int) function c_advance(pointer) bind(c, name='qsmpm_advance') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%advance(handle%logger, error)
-    status = keep_error(handle, error)
+    call handle%simulation%advance(handle%logger, handle%error)
+    status = status_of(handle)
   end function c_advance
 
   !> Step to the end of the last stage.
   integer(c_int) function c_run(pointer) bind(c, name='qsmpm_run') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%run(handle%logger, error)
-    status = keep_error(handle, error)
+    call handle%simulation%run(handle%logger, handle%error)
+    status = status_of(handle)
   end function c_run
 
   !> Step to a share of the present stage, or of the coming one between stages.
@@ -48,11 +44,10 @@ contains
     !> Above the present share, to 1.
     real(c_double), value :: share
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%advance_to(share, handle%logger, error)
-    status = keep_error(handle, error)
+    call handle%simulation%advance_to(share, handle%logger, handle%error)
+    status = status_of(handle)
   end function c_advance_to
 
   !> 1 when the last stage has ended, else 0.
@@ -72,11 +67,10 @@ contains
     !> Its name.
     type(c_ptr), value :: path
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%record(text_of(path), error)
-    status = keep_error(handle, error)
+    call handle%simulation%record(text_of(path), handle%error)
+    status = status_of(handle)
   end function c_record
 
   !> Write the whole state to a file.
@@ -85,11 +79,10 @@ contains
     !> Its name.
     type(c_ptr), value :: path
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%save(text_of(path), error)
-    status = keep_error(handle, error)
+    call handle%simulation%save(text_of(path), handle%error)
+    status = status_of(handle)
   end function c_save
 
   !> Read a state back that was saved with the same stages.
@@ -98,44 +91,40 @@ contains
     !> Its name.
     type(c_ptr), value :: path
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%load(text_of(path), error)
-    status = keep_error(handle, error)
+    call handle%simulation%load(text_of(path), handle%error)
+    status = status_of(handle)
   end function c_load
 
   !> Close what is written.
   integer(c_int) function c_finish_record(pointer) bind(c, name='qsmpm_finish_record') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%finish_record(error)
-    status = keep_error(handle, error)
+    call handle%simulation%finish_record(handle%error)
+    status = status_of(handle)
   end function c_finish_record
 
   !> Copy state, loads and stages, in memory.
   integer(c_int) function c_checkpoint(pointer) bind(c, name='qsmpm_checkpoint') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%checkpoint(handle%snapshot, error)
-    status = keep_error(handle, error)
+    call handle%simulation%checkpoint(handle%snapshot, handle%error)
+    status = status_of(handle)
   end function c_checkpoint
 
   !> Put the copy back.
   integer(c_int) function c_restore_checkpoint(pointer) bind(c, name='qsmpm_restore_checkpoint') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%restore_checkpoint(handle%snapshot, error)
-    status = keep_error(handle, error)
+    call handle%simulation%restore_checkpoint(handle%snapshot, handle%error)
+    status = status_of(handle)
   end function c_restore_checkpoint
 
   !> Add a stage behind the last one.
@@ -146,11 +135,10 @@ contains
     !> Load steps it is first cut into.
     integer(c_int), value :: steps
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%add_stage(text_of(name), int(steps), error)
-    status = keep_error(handle, error)
+    call handle%simulation%add_stage(text_of(name), int(steps), handle%error)
+    status = status_of(handle)
   end function c_add_stage
 
   !> Add materials and phases to the scene, as cards of its deck.
@@ -159,24 +147,22 @@ contains
     !> *MATERIAL and *PHASE with what belongs to them, lines ended by newline.
     type(c_ptr), value :: cards
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call need_pointer(cards, 'the text of the cards', error)
-    if (.not. allocated(error)) call handle%simulation%add_cards(text_of(cards), error)
-    if (.not. allocated(error)) handle%problem%messages = handle%simulation%messages
-    status = keep_error(handle, error)
+    call need_pointer(cards, 'the text of the cards', handle%error)
+    if (.not. allocated(handle%error)) call handle%simulation%add_cards(text_of(cards), handle%error)
+    if (.not. allocated(handle%error)) handle%problem%messages = handle%simulation%messages
+    status = status_of(handle)
   end function c_add_cards
 
   !> End the present stage where it stands.
   integer(c_int) function c_end_stage(pointer) bind(c, name='qsmpm_end_stage') result(status)
     type(c_ptr), value :: pointer
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%end_stage(error)
-    status = keep_error(handle, error)
+    call handle%simulation%end_stage(handle%error)
+    status = status_of(handle)
   end function c_end_stage
 
   !> Load factor at the end of the coming stage.
@@ -185,11 +171,10 @@ contains
     !> Above 0.
     real(c_double), value :: factor
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%set_load_factor(factor, error)
-    status = keep_error(handle, error)
+    call handle%simulation%set_load_factor(factor, handle%error)
+    status = status_of(handle)
   end function c_set_load_factor
 
   !> Load steps of the coming stage.
@@ -198,11 +183,10 @@ contains
     !> From 1.
     integer(c_int), value :: steps
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%set_steps(int(steps), error)
-    status = keep_error(handle, error)
+    call handle%simulation%set_steps(int(steps), handle%error)
+    status = status_of(handle)
   end function c_set_steps
 
   !> How long the coming stage lasts.
@@ -211,11 +195,10 @@ contains
     !> Above 0.
     real(c_double), value :: duration
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%set_time(duration, error)
-    status = keep_error(handle, error)
+    call handle%simulation%set_time(duration, handle%error)
+    status = status_of(handle)
   end function c_set_time
 
   !> Time at the start of the coming stage.
@@ -223,11 +206,10 @@ contains
     type(c_ptr), value :: pointer
     real(c_double), value :: time
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%set_start_time(time, error)
-    status = keep_error(handle, error)
+    call handle%simulation%set_start_time(time, handle%error)
+    status = status_of(handle)
   end function c_set_start_time
 
   !> Gravity at the end of the coming stage.
@@ -236,12 +218,11 @@ contains
     !> It multiplies the unit weights.
     type(c_ptr), value :: vector
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call need_pointer(vector, 'the vector', error)
-    if (.not. allocated(error)) call handle%simulation%set_gravity(three_reals(vector), error)
-    status = keep_error(handle, error)
+    call need_pointer(vector, 'the vector', handle%error)
+    if (.not. allocated(handle%error)) call handle%simulation%set_gravity(three_reals(vector), handle%error)
+    status = status_of(handle)
   end function c_set_gravity
 
   !> Dead traction on a surface at the end of the coming stage.
@@ -252,12 +233,12 @@ contains
     !> Force per undeformed area.
     type(c_ptr), value :: vector
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call need_pointer(vector, 'the vector', error)
-    if (.not. allocated(error)) call handle%simulation%set_traction(text_of(surface), three_reals(vector), error)
-    status = keep_error(handle, error)
+    call need_pointer(vector, 'the vector', handle%error)
+    if (.not. allocated(handle%error)) &
+      call handle%simulation%set_traction(text_of(surface), three_reals(vector), handle%error)
+    status = status_of(handle)
   end function c_set_traction
 
   !> Pressure on a surface at the end of the coming stage.
@@ -268,11 +249,10 @@ contains
     !> Against the body.
     real(c_double), value :: pressure
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%set_pressure(text_of(surface), pressure, error)
-    status = keep_error(handle, error)
+    call handle%simulation%set_pressure(text_of(surface), pressure, handle%error)
+    status = status_of(handle)
   end function c_set_pressure
 
   !> Level of water at the end of the coming stage.
@@ -302,11 +282,10 @@ contains
     real(c_double), value :: value
     integer(c_int) :: status
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%set_displacement(text_of(set), int(component), value, error)
-    status = keep_error(handle, error)
+    call handle%simulation%set_displacement(text_of(set), int(component), value, handle%error)
+    status = status_of(handle)
   end function c_set_displacement
 
   !> Components of a node set that are held from the coming stage on.
@@ -317,15 +296,14 @@ contains
     !> Not 0 where held.
     type(c_ptr), value :: fixed
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
     integer(c_int), pointer :: held(:)
 
     if (.not. is_handle(pointer, handle, status)) return
-    call need_pointer(fixed, 'the list of components', error)
+    call need_pointer(fixed, 'the list of components', handle%error)
     if (c_associated(fixed)) then
       call c_f_pointer(fixed, held, [3])
-      call handle%simulation%set_fixity(text_of(set), held /= 0, error)
+      call handle%simulation%set_fixity(text_of(set), held /= 0, handle%error)
     end if
-    status = keep_error(handle, error)
+    status = status_of(handle)
   end function c_set_fixity
 end module qsmpm_c_stepping

@@ -1,9 +1,8 @@
 !> C interface: values and names (qsmpm.h).
 module qsmpm_c_values
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
-  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, keep_error, need_pointer, put_integer, &
+  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, status_of, need_pointer, put_integer, &
     put_text, text_of
-  use qsmpm_error, only: error_type
   use qsmpm_field_list, only: field_name_length
   use qsmpm_named_values, only: list_value_names, value_shape, get_values, set_values, view_values
   implicit none
@@ -21,18 +20,17 @@ contains
     !> How many.
     type(c_ptr), value :: columns
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
     integer :: components, number
 
     call put_integer(0, rows)
     call put_integer(0, columns)
     if (.not. is_handle(pointer, handle, status)) return
-    call value_shape(handle%simulation, text_of(name), components, number, error)
+    call value_shape(handle%simulation, text_of(name), components, number, handle%error)
     call put_integer(components, rows)
     call put_integer(number, columns)
-    call need_pointer(rows, 'the place for the number of rows', error)
-    call need_pointer(columns, 'the place for the number of columns', error)
-    status = keep_error(handle, error)
+    call need_pointer(rows, 'the place for the number of rows', handle%error)
+    call need_pointer(columns, 'the place for the number of columns', handle%error)
+    status = status_of(handle)
   end function c_shape
 
   !> How many numbers the values of a name are: components times number.
@@ -43,15 +41,14 @@ contains
     !> How many.
     type(c_ptr), value :: number
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
     integer :: rows, columns
 
     call put_integer(0, number)
     if (.not. is_handle(pointer, handle, status)) return
-    call value_shape(handle%simulation, text_of(name), rows, columns, error)
+    call value_shape(handle%simulation, text_of(name), rows, columns, handle%error)
     call put_integer(rows*columns, number)
-    call need_pointer(number, 'the place for the number', error)
-    status = keep_error(handle, error)
+    call need_pointer(number, 'the place for the number', handle%error)
+    status = status_of(handle)
   end function c_count
 
   !> Copy values.
@@ -64,14 +61,13 @@ contains
     !> How many numbers there is room for, as count says.
     integer(c_int), value :: number
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
     real(c_double), pointer :: buffer(:)
 
     if (.not. is_handle(pointer, handle, status)) return
-    call need_pointer(values, 'the buffer', error)
+    call need_pointer(values, 'the buffer', handle%error)
     call c_f_pointer(values, buffer, [max(0, int(number))])
-    if (.not. allocated(error)) call get_values(handle%simulation, text_of(name), buffer, error)
-    status = keep_error(handle, error)
+    if (.not. allocated(handle%error)) call get_values(handle%simulation, text_of(name), buffer, handle%error)
+    status = status_of(handle)
   end function c_get
 
   !> Set values.
@@ -84,14 +80,13 @@ contains
     !> How many numbers, as count says.
     integer(c_int), value :: number
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
     real(c_double), pointer :: buffer(:)
 
     if (.not. is_handle(pointer, handle, status)) return
-    call need_pointer(values, 'the buffer', error)
+    call need_pointer(values, 'the buffer', handle%error)
     call c_f_pointer(values, buffer, [max(0, int(number))])
-    if (.not. allocated(error)) call set_values(handle%simulation, text_of(name), buffer, error)
-    status = keep_error(handle, error)
+    if (.not. allocated(handle%error)) call set_values(handle%simulation, text_of(name), buffer, handle%error)
+    status = status_of(handle)
   end function c_set
 
   !> Look at values where they lie in memory, until destroy or initialise.
@@ -106,7 +101,6 @@ contains
     !> How many.
     type(c_ptr), value :: columns
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
     real(c_double), pointer :: there(:, :)
     type(c_ptr) :: address
 
@@ -115,17 +109,17 @@ contains
     call put_integer(0, rows)
     call put_integer(0, columns)
     if (.not. is_handle(pointer, handle, status)) return
-    call view_values(handle%simulation, text_of(name), there, error)
-    call need_pointer(values, 'the place for the address', error)
-    call need_pointer(rows, 'the place for the number of rows', error)
-    call need_pointer(columns, 'the place for the number of columns', error)
+    call view_values(handle%simulation, text_of(name), there, handle%error)
+    call need_pointer(values, 'the place for the address', handle%error)
+    call need_pointer(rows, 'the place for the number of rows', handle%error)
+    call need_pointer(columns, 'the place for the number of columns', handle%error)
     if (associated(there)) then
       call put_integer(size(there, 1), rows)
       call put_integer(size(there, 2), columns)
       if (size(there) > 0) address = c_loc(there(1, 1))
       call put_address(address, values)
     end if
-    status = keep_error(handle, error)
+    status = status_of(handle)
   end function c_view
 
   !> Put an address where C wants it; nowhere for null.

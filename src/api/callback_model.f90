@@ -40,8 +40,7 @@ module qsmpm_callback_model
   !> soil_response_type without the status, which is the result of the call.
   type, bind(c) :: c_response_type
     integer(c_int) :: plastic
-    real(c_double) :: share
-    real(c_double) :: tangent(6, 6)
+    real(c_double) :: share, tangent(6, 6)
     character(kind=c_char) :: message(message_length)
   end type c_response_type
 
@@ -62,8 +61,7 @@ module qsmpm_callback_model
       import :: c_ptr, c_double, c_int, c_increment_type, c_response_type
       type(c_ptr), value :: user
       type(c_increment_type), intent(in) :: increment
-      real(c_double), intent(inout) :: stress(6)
-      real(c_double), intent(inout) :: state(*)
+      real(c_double), intent(inout) :: stress(6), state(*)
       type(c_response_type), intent(inout) :: response
     end function c_update
 
@@ -98,8 +96,7 @@ contains
   subroutine update(self, increment, stress, state, response)
     class(callback_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    real(wp), intent(inout) :: stress(6)
-    real(wp), intent(inout) :: state(:)
+    real(wp), intent(inout) :: stress(6), state(:)
     type(soil_response_type), intent(inout) :: response
     procedure(c_update), pointer :: call_back
     type(c_response_type) :: passed
@@ -122,7 +119,6 @@ contains
 
   !> The step as C sees it.
   pure type(c_increment_type) function as_c(increment) result(passed)
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
 
     passed = c_increment_type(increment%strain, increment%strain_start, increment%rotation, increment%gradient_start, &

@@ -23,7 +23,7 @@ module qsmpm_model_extension
   implicit none
   private
 
-  public :: extend_model, drop_materials
+  public :: extend_model, drop_materials, shorten
 
 contains
 
@@ -176,7 +176,6 @@ contains
   subroutine shorten(number, analysis)
     integer, intent(in) :: number
     type(analysis_type), intent(inout) :: analysis
-
     type(material_type), allocatable :: materials(:)
     integer :: m
 

@@ -66,7 +66,6 @@ contains
 
   !> Components and number of the values of a name.
   subroutine value_shape(simulation, name, rows, columns, error)
-    !> The analysis.
     type(simulation_type), intent(in), target :: simulation
     !> One of list_value_names.
     character(len=*), intent(in) :: name
@@ -115,7 +114,6 @@ contains
 
   !> Copy values.
   subroutine get_values(simulation, name, values, error)
-    !> The analysis.
     type(simulation_type), intent(in), target :: simulation
     !> One of list_value_names.
     character(len=*), intent(in) :: name
@@ -191,7 +189,6 @@ contains
 
   !> A value that is one number.
   real(wp) function single_value(simulation, name) result(value)
-    !> The analysis.
     type(simulation_type), intent(in) :: simulation
     character(len=*), intent(in) :: name
 
@@ -239,7 +236,6 @@ contains
   !> Look at values where they lie in memory. The place stays the same from step to step, as long as the analysis
   !> is there and no bodies come or go.
   subroutine view_values(simulation, name, values, error)
-    !> The analysis.
     type(simulation_type), intent(in), target :: simulation
     !> One of list_value_names that is a stored field of reals.
     character(len=*), intent(in) :: name
@@ -263,7 +259,6 @@ contains
 
   !> Set values: point_stress, with the state that belongs to it; point_state; point_force.
   subroutine set_values(simulation, name, values, error)
-    !> The analysis.
     type(simulation_type), intent(inout) :: simulation
     character(len=*), intent(in) :: name
     !> As many as value_shape says.
@@ -312,7 +307,6 @@ contains
 
   !> Set when there is no model or no such name.
   subroutine check_name(simulation, name, error)
-    !> The analysis.
     type(simulation_type), intent(in) :: simulation
     character(len=*), intent(in) :: name
     !> Says what it may have been.

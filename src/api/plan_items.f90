@@ -1,7 +1,7 @@
 !> The lines of a plan: a name and a value each, under headings, written as text for people or as
 !> JSON for programs.
 module qsmpm_plan_items
-  use qsmpm_text, only: json_string
+  use qsmpm_text, only: json_string, newline
   implicit none
   private
 
@@ -11,7 +11,6 @@ module qsmpm_plan_items
   integer, parameter :: heading = 0, words = 1, figure = 2
   !> Columns of the names in text.
   integer, parameter :: name_width = 26
-  character(len=1), parameter :: newline = new_line('a')
 
   !> An entry.
   type :: item_type
@@ -28,7 +27,6 @@ contains
 
   !> Begin a group of entries.
   pure subroutine add_heading(items, name)
-    !> The entries.
     type(plan_items_type), intent(inout) :: items
     !> Name of the group.
     character(len=*), intent(in) :: name
@@ -38,7 +36,6 @@ contains
 
   !> Add an entry.
   pure subroutine add_item(items, name, value, is_figure)
-    !> The entries.
     type(plan_items_type), intent(inout) :: items
     !> Its name and value.
     character(len=*), intent(in) :: name, value
@@ -53,7 +50,6 @@ contains
 
   !> Put an entry at the end.
   pure subroutine add(items, kind, name, value)
-    !> The entries.
     type(plan_items_type), intent(inout) :: items
     !> Kind, name and value.
     integer, intent(in) :: kind
@@ -69,7 +65,6 @@ contains
 
   !> The plan for people.
   pure function plan_text(items) result(text)
-    !> The entries.
     type(plan_items_type), intent(in) :: items
     character(len=:), allocatable :: text
     integer :: i
@@ -88,7 +83,6 @@ contains
 
   !> The plan for programs: an object of objects.
   pure function plan_json(items) result(text)
-    !> The entries.
     type(plan_items_type), intent(in) :: items
     character(len=:), allocatable :: text
     logical :: first

@@ -192,7 +192,6 @@ contains
   subroutine mark_own(materials, analysis)
     !> The program's materials, if there are any.
     type(own_material_type), allocatable, intent(in) :: materials(:)
-    !> What is analysed.
     type(analysis_type), intent(inout) :: analysis
     integer :: i, m
 
@@ -207,7 +206,6 @@ contains
   subroutine own_laws(materials, analysis, laws, error)
     !> The program's materials, if there are any.
     type(own_material_type), allocatable, intent(in) :: materials(:)
-    !> What is modelled.
     type(analysis_type), intent(in) :: analysis
     !> (materials of the analysis)
     type(law_slot_type), allocatable, intent(out) :: laws(:)
@@ -243,7 +241,6 @@ contains
 
   !> The sentence for an unknown material.
   pure function unknown_text(analysis, name) result(text)
-    !> What is modelled.
     type(analysis_type), intent(in) :: analysis
     !> Name that is not there.
     character(len=*), intent(in) :: name

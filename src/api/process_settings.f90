@@ -39,7 +39,6 @@ contains
   subroutine enter_library(threads, settings)
     !> Threads that a model may use.
     integer, intent(in) :: threads
-    !> The settings so far.
     type(settings_type), intent(out) :: settings
 
     settings%threads = omp_get_max_threads()

@@ -17,7 +17,7 @@ module qsmpm_run
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model, model_summary
-  use qsmpm_number_text, only: without_last_newline
+  use qsmpm_number_text, only: newline, without_last_newline
   use qsmpm_plan, only: make_plan
   use qsmpm_plan_ranks, only: plan_ranks
   use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
@@ -55,7 +55,6 @@ module qsmpm_run
     integer :: display = display_plain
   end type run_request_type
 
-  character(len=1), parameter :: newline = new_line('a')
   !> What a signal's number is added to in an exit code.
   integer, parameter :: signal_base = 128
 
@@ -148,10 +147,8 @@ contains
   subroutine plan_deck(path, plugins, json, ranks, text, report, exit_code)
     !> Path of the deck.
     character(len=*), intent(in) :: path
-    !> Load the libraries of user materials.
-    logical, intent(in) :: plugins
-    !> Write JSON.
-    logical, intent(in) :: json
+    !> Load the libraries of user materials; write JSON.
+    logical, intent(in) :: plugins, json
     !> Processes that are to share the deck.
     integer, intent(in) :: ranks
     !> The plan, empty when the deck is not good.
@@ -194,7 +191,6 @@ contains
 
   !> Run a deck.
   subroutine run_deck(request, report, exit_code)
-    !> What is to be run.
     type(run_request_type), intent(in) :: request
     !> Warnings of the deck and errors, one a line.
     character(len=:), allocatable, intent(out) :: report
@@ -236,9 +232,7 @@ contains
 
   !> Run an analysis whose results are written, and tell where the time went.
   subroutine run_recorded(request, simulation, error, report, exit_code)
-    !> What is to be run.
     type(run_request_type), intent(in) :: request
-    !> The analysis.
     type(simulation_type), intent(inout) :: simulation
     !> What is wrong already.
     type(error_type), allocatable, intent(inout) :: error
@@ -264,9 +258,7 @@ contains
 
   !> Where the time went: a line of the log and, on request, a table and a file.
   subroutine report_times(request, profile, recorder, error)
-    !> What is to be run.
     type(run_request_type), intent(in) :: request
-    !> Time and work of the run.
     type(run_profile_type), intent(in) :: profile
     type(recorder_type), intent(inout) :: recorder
     !> Set when the file cannot be written.

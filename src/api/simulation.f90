@@ -6,11 +6,12 @@ module qsmpm_simulation
   use qsmpm_analysis, only: three_dimensional
   use qsmpm_observer_list, only: observer_list_type
   use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_load_description, only: gravity_type
   use qsmpm_limit_load, only: is_found, limit_load_type
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_phases, only: end_phase
-  use qsmpm_stages, only: append_stage, change_gravity, change_traction, change_pressure, change_water_level, &
-    change_displacement, change_fixity, cut_stage
+  use qsmpm_stages, only: append_stage, change_traction, change_pressure, change_water_level, change_displacement, &
+    change_fixity, cut_stage
   use qsmpm_step_length, only: phase_is_complete
   use qsmpm_stepped_analysis, only: stepped_analysis_type, need_model
   use qsmpm_text, only: integer_text
@@ -42,7 +43,6 @@ contains
 
   !> Number of the stage that begins next, 0 when none is to come.
   pure integer function coming_stage(self)
-    !> The analysis.
     class(simulation_type), intent(in) :: self
 
     coming_stage = 0
@@ -56,7 +56,6 @@ contains
 
   !> The coming stage, or an error.
   subroutine find_coming(self, number, error, values)
-    !> The analysis.
     class(simulation_type), intent(in) :: self
     integer, intent(out) :: number
     !> Set when there is none.
@@ -74,7 +73,6 @@ contains
 
   !> Add a stage behind the last one. Loads and fixities stay as they are until they are changed.
   subroutine add_stage(self, name, steps, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Name, which no other stage has.
     character(len=*), intent(in) :: name
@@ -90,7 +88,6 @@ contains
 
   !> End the present stage where it stands: its loads are those reached.
   subroutine end_stage(self, error)
-    !> The analysis.
     class(simulation_type), intent(inout), target :: self
     !> Set when no stage is under way.
     type(error_type), allocatable, intent(out) :: error
@@ -122,7 +119,6 @@ contains
 
   !> Load factor at the end of the coming stage, by which all its loads are multiplied.
   subroutine set_load_factor(self, factor, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Above 0, finite.
     real(wp), intent(in) :: factor
@@ -140,7 +136,6 @@ contains
 
   !> Load steps that the coming stage is first cut into.
   subroutine set_steps(self, steps, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> From 1.
     integer, intent(in) :: steps
@@ -193,7 +188,6 @@ contains
 
   !> Gravity at the end of the coming stage.
   subroutine set_gravity(self, vector, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> It multiplies the unit weights (3).
     real(wp), intent(in) :: vector(3)
@@ -204,13 +198,12 @@ contains
     call find_coming(self, number, error)
     if (.not. allocated(error)) call need_vector(self, vector, error)
     if (allocated(error)) return
-    call change_gravity(self%scene%phases(number), vector)
+    self%scene%phases(number)%gravity = gravity_type(.true., vector)
     call self%take_over(error)
   end subroutine set_gravity
 
   !> Dead traction on a surface at the end of the coming stage.
   subroutine set_traction(self, surface, vector, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Name of the surface.
     character(len=*), intent(in) :: surface
@@ -228,7 +221,6 @@ contains
 
   !> Pressure on a surface at the end of the coming stage.
   subroutine set_pressure(self, surface, pressure, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Name of the surface.
     character(len=*), intent(in) :: surface
@@ -262,7 +254,6 @@ contains
 
   !> Displacement of a node set over the coming stage.
   subroutine set_displacement(self, set, component, value, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Name of the set.
     character(len=*), intent(in) :: set
@@ -282,7 +273,6 @@ contains
 
   !> Components of a node set that are held from the coming stage on; none frees it.
   subroutine set_fixity(self, set, fixed, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> Name of the set.
     character(len=*), intent(in) :: set
@@ -299,7 +289,6 @@ contains
 
   !> Forces on the material points from the next step on, as they stand: they are not raised over a stage.
   subroutine set_point_force(self, force, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
     !> (dimension, points)
     real(wp), intent(in) :: force(:, :)
@@ -325,7 +314,6 @@ contains
 
   !> Set when a vector is not one of the scene.
   pure subroutine need_vector(self, vector, error)
-    !> The analysis.
     class(simulation_type), intent(in) :: self
     !> (3)
     real(wp), intent(in) :: vector(3)

@@ -30,7 +30,6 @@ contains
     !> Stages of the scene.
     type(phase_type), intent(in) :: phases(:)
     type(step_loop_type), intent(in) :: loop
-    !> The copy.
     type(snapshot_type), intent(out) :: snapshot
 
     allocate (snapshot%state, source=model%state)
@@ -46,7 +45,6 @@ contains
 
   !> Put a copy back, of the same model.
   subroutine restore_checkpoint(snapshot, model, phases, loop)
-    !> The copy.
     type(snapshot_type), intent(in) :: snapshot
     type(model_type), intent(inout) :: model
     !> Stages of the scene.

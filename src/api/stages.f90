@@ -9,19 +9,21 @@ module qsmpm_stages
   use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_drainage, only: set_drainage
   use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_load_path, only: between
   use qsmpm_model, only: model_type
   use qsmpm_phase_loads, only: load_in_force
   use qsmpm_phase_tree, only: lineage
   use qsmpm_vertical, only: upwards
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
+  use qsmpm_snapshot, only: copy_phases
   use qsmpm_text, only: string_type, did_you_mean, integer_text
   use qsmpm_undrained_law, only: undrained_law_type
   implicit none
   private
 
-  public :: append_stage, change_gravity, change_traction, change_pressure, change_water_level, &
-    change_displacement, change_fixity, cut_stage, take_over_stages, take_phases, same_steps
+  public :: append_stage, change_traction, change_pressure, change_water_level, change_displacement, change_fixity, &
+    cut_stage, take_over_stages, take_phases, same_steps
 
 contains
 
@@ -54,17 +56,6 @@ contains
     phase%controls%steps = steps
     scene%phases = [scene%phases, phase]
   end subroutine append_stage
-
-  !> Gravity at the end of a stage, per unit of its load factor.
-  subroutine change_gravity(phase, vector)
-    !> The stage.
-    type(phase_type), intent(inout) :: phase
-    !> Gravity (3).
-    real(wp), intent(in) :: vector(3)
-
-    phase%gravity%given = .true.
-    phase%gravity%vector = vector
-  end subroutine change_gravity
 
   !> Dead traction on a surface at the end of a stage, per unit of its load factor.
   subroutine change_traction(scene, number, surface, vector, error)
@@ -160,9 +151,7 @@ contains
 
   !> Put a load on a surface in the place of a former one of its kind, or behind the others.
   subroutine put_traction(phase, traction)
-    !> The stage.
     type(phase_type), intent(inout) :: phase
-    !> The load.
     type(traction_type), intent(in) :: traction
     integer :: i
 
@@ -179,7 +168,6 @@ contains
   subroutine change_displacement(model, phase, set, component, value, error)
     !> The model, for the names of its sets.
     type(model_type), intent(in) :: model
-    !> The stage.
     type(phase_type), intent(inout) :: phase
     !> Name of the set.
     character(len=*), intent(in) :: set
@@ -216,7 +204,6 @@ contains
   subroutine change_fixity(model, phase, set, fixed, error)
     !> The model, for the names of its sets.
     type(model_type), intent(in) :: model
-    !> The stage.
     type(phase_type), intent(inout) :: phase
     !> Name of the set.
     character(len=*), intent(in) :: set
@@ -268,7 +255,7 @@ contains
     associate (phase => scene%phases(number))
       factor = kept*phase%load_factor
       if (phase%gravity%given .and. phase%initial%kind == initial_keep) then
-        phase%gravity%vector = reached(gravity_before(scene, number), &
+        phase%gravity%vector = between(gravity_before(scene, number), &
           phase%load_factor*phase%gravity%vector, share)/factor
       else if (phase%gravity%given) then
         phase%gravity%vector = phase%gravity%vector/kept
@@ -283,7 +270,7 @@ contains
           else if (traction%follows) then
             call reach_pressure(before, share, phase%load_factor, factor, upwards(scene), traction)
           else
-            traction%vector = reached(before%vector, phase%load_factor*traction%vector, share)/factor
+            traction%vector = between(before%vector, phase%load_factor*traction%vector, share)/factor
           end if
         end associate
       end do
@@ -326,16 +313,9 @@ contains
     real(wp) :: start
 
     start = before%pressure + up*before%gradient*(before%height - traction%height)
-    traction%pressure = reached(start, load_factor*traction%pressure, share)/factor
-    traction%gradient = reached(before%gradient, load_factor*traction%gradient, share)/factor
+    traction%pressure = between(start, load_factor*traction%pressure, share)/factor
+    traction%gradient = between(before%gradient, load_factor*traction%gradient, share)/factor
   end subroutine reach_pressure
-
-  !> Linear between two values.
-  elemental real(wp) function reached(start, final, share) result(value)
-    real(wp), intent(in) :: start, final, share
-
-    value = start + share*(final - start)
-  end function reached
 
   !> Gravity at the end of the stages before one.
   pure function gravity_before(scene, number) result(vector)
@@ -402,14 +382,8 @@ contains
     !> Where they come from.
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(inout) :: model
-    type(phase_type), allocatable :: phases(:)
-    integer :: p
 
-    allocate (phases(size(analysis%phases)))
-    do p = 1, size(phases)
-      phases(p) = analysis%phases(p)
-    end do
-    call move_alloc(phases, model%analysis%phases)
+    call copy_phases(analysis%phases, model%analysis%phases)
     call take_drainage(model)
   end subroutine take_phases
 

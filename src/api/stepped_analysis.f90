@@ -106,7 +106,6 @@ contains
   subroutine create(self, problem, error, team)
     !> The analysis; a former one is given up.
     class(stepped_analysis_type), intent(inout) :: self
-    !> What is to be analysed.
     type(problem_type), intent(in) :: problem
     !> Set when the deck or a material of the program is not good.
     type(error_type), allocatable, intent(out) :: error
@@ -428,7 +427,6 @@ contains
   !> Copy state, loads and stages.
   subroutine checkpoint(self, snapshot, error)
     class(stepped_analysis_type), intent(in) :: self
-    !> The copy.
     type(snapshot_type), intent(out) :: snapshot
     !> Set when there is no model.
     type(error_type), allocatable, intent(out) :: error
@@ -440,7 +438,6 @@ contains
   !> Put a copy of this analysis back.
   subroutine restore_kept(self, snapshot, error)
     class(stepped_analysis_type), intent(inout) :: self
-    !> The copy.
     type(snapshot_type), intent(in) :: snapshot
     !> Set when there is no copy or no model.
     type(error_type), allocatable, intent(out) :: error

@@ -12,8 +12,7 @@ module qsmpm_blas
       import :: wp
       character(len=1), intent(in) :: transa, transb
       integer, intent(in) :: m, n, k, lda, ldb, ldc
-      real(wp), intent(in) :: alpha, beta
-      real(wp), intent(in) :: a(*), b(*)
+      real(wp), intent(in) :: alpha, beta, a(*), b(*)
       real(wp), intent(inout) :: c(*)
     end subroutine dgemm
   end interface

@@ -242,7 +242,7 @@ contains
     call commit_file(file, error)
   end subroutine write_text
 
-  !> Read a whole text file.
+  !> Read a whole text file, or what comes through a pipe.
   subroutine read_text(path, text, error)
     character(len=*), intent(in) :: path
     !> Contents.
@@ -250,19 +250,53 @@ contains
     !> Set when it cannot be read.
     type(error_type), allocatable, intent(out) :: error
     character(len=256) :: message
-    integer :: unit, status, length
+    integer(long) :: length
+    integer :: unit, status
 
     message = ''
     open (newunit=unit, file=path, access='stream', form='unformatted', status='old', &
       action='read', iostat=status, iomsg=message)
     if (status == 0) then
       inquire (unit=unit, size=length)
-      allocate (character(len=max(0, length)) :: text)
-      if (length > 0) read (unit, iostat=status, iomsg=message) text
+      if (length > 0) then
+        allocate (character(len=length) :: text, stat=status)
+        if (status == 0) read (unit, iostat=status, iomsg=message) text
+      else
+        call read_pipe(unit, text, status)
+      end if
       close (unit)
     end if
     if (status /= 0) call fail(error, error_other, "cannot read '"//path//"': "//trim(message))
   end subroutine read_text
+
+  !> Read what has no size, to its end.
+  subroutine read_pipe(unit, text, status)
+    integer, intent(in) :: unit
+    character(len=:), allocatable, intent(out) :: text
+    !> 0, or another number where it does not end.
+    integer, intent(out) :: status
+    !> More than any deck has.
+    integer, parameter :: most = 2**26
+    character(len=:), allocatable :: longer
+    character :: byte
+    integer :: n
+
+    n = 0
+    text = ''
+    do
+      read (unit, iostat=status) byte
+      if (status /= 0 .or. n == most) exit
+      if (n == len(text)) then
+        allocate (character(len=max(4096, 2*n)) :: longer)
+        longer(:n) = text
+        call move_alloc(longer, text)
+      end if
+      n = n + 1
+      text(n:n) = byte
+    end do
+    text = text(:n)
+    status = merge(0, 1, status /= 0)
+  end subroutine read_pipe
 
   !> Whether there is a file of that name.
   logical function file_exists(path)

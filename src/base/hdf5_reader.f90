@@ -50,7 +50,6 @@ contains
 
   !> Open a file.
   subroutine open_reader(reader, path)
-    !> The file.
     type(reader_type), intent(out) :: reader
     character(len=*), intent(in) :: path
     logical :: there
@@ -71,7 +70,6 @@ contains
 
   !> Close the file.
   subroutine close_reader(reader, error)
-    !> The file.
     type(reader_type), intent(inout) :: reader
     !> Set when anything could not be read.
     type(error_type), allocatable, intent(out) :: error
@@ -79,14 +77,11 @@ contains
 
     if (reader%file >= 0) call h5fclose_f(reader%file, status)
     reader%file = -1
-    if (allocated(reader%reason)) then
-      call fail(error, error_other, "cannot read '"//reader%path//"': "//reader%reason)
-    end if
+    if (allocated(reader%reason)) call fail(error, error_other, "cannot read '"//reader%path//"': "//reader%reason)
   end subroutine close_reader
 
   !> Note what is wrong, where something is and nothing was before.
   subroutine note_reason(reader, reason)
-    !> The file.
     type(reader_type), intent(inout) :: reader
     !> Empty when nothing is.
     character(len=*), intent(in) :: reason
@@ -195,7 +190,6 @@ contains
 
   !> Open a dataset of a known rank; it is negative when there is none or after a failure.
   subroutine open_dataset(reader, path, dataset, dims)
-    !> The file.
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: path
     integer(hid_t), intent(out) :: dataset
@@ -228,7 +222,6 @@ contains
 
   !> Note when an array of the file has not the shape it must have.
   subroutine compare_shape(reader, path, dims, wanted)
-    !> The file.
     type(reader_type), intent(inout) :: reader
     !> Name of the dataset.
     character(len=*), intent(in) :: path

@@ -27,10 +27,8 @@ contains
 
   !> The tensor with given principal values and directions.
   pure function compose(values, vectors) result(a)
-    !> Principal values (3).
-    real(wp), intent(in) :: values(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(in) :: vectors(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(in) :: values(3), vectors(3, 3)
     real(wp) :: a(3, 3)
     integer :: i, j
 
@@ -45,12 +43,8 @@ contains
 
   !> Quotients (r_a - r_b)/(s_a - s_b) of the pairs 12, 13, 23.
   pure function pair_quotients(argument, value, derivative) result(quotient)
-    !> Principal values s of the argument (3).
-    real(wp), intent(in) :: argument(3)
-    !> Principal values r of the function (3).
-    real(wp), intent(in) :: value(3)
-    !> dr_a/ds_b (3,3).
-    real(wp), intent(in) :: derivative(3, 3)
+    !> Principal values s of the argument (3); principal values r of the function (3); dr_a/ds_b (3,3).
+    real(wp), intent(in) :: argument(3), value(3), derivative(3, 3)
     real(wp) :: quotient(3)
     integer :: pair
 
@@ -61,12 +55,8 @@ contains
 
   !> Quotient (r_a - r_b)/(s_a - s_b) of a pair.
   pure real(wp) function pair_quotient(argument, value, derivative, a, b) result(quotient)
-    !> Principal values s of the argument (3).
-    real(wp), intent(in) :: argument(3)
-    !> Principal values r of the function (3).
-    real(wp), intent(in) :: value(3)
-    !> dr_a/ds_b (3,3).
-    real(wp), intent(in) :: derivative(3, 3)
+    !> Principal values s of the argument (3); principal values r of the function (3); dr_a/ds_b (3,3).
+    real(wp), intent(in) :: argument(3), value(3), derivative(3, 3)
     !> The pair.
     integer, intent(in) :: a, b
     real(wp) :: gap
@@ -81,10 +71,8 @@ contains
 
   !> Changes dR that belong to changes dS, in place.
   pure subroutine isotropic_change(vectors, derivative, quotient, n, change)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(in) :: vectors(3, 3)
-    !> dr_a/ds_b (3,3).
-    real(wp), intent(in) :: derivative(3, 3)
+    !> Principal directions, one a column (3,3); dr_a/ds_b (3,3).
+    real(wp), intent(in) :: vectors(3, 3), derivative(3, 3)
     !> Quotients of the pairs 12, 13, 23 (3).
     real(wp), intent(in) :: quotient(3)
     !> Number of changes.

@@ -22,16 +22,14 @@ module qsmpm_posix
     !> fopen(3).
     type(c_ptr) function c_fopen(path, mode) bind(c, name='fopen') result(stream)
       import :: c_char, c_ptr
-      character(kind=c_char), intent(in) :: path(*)
-      character(kind=c_char), intent(in) :: mode(*)
+      character(kind=c_char), intent(in) :: path(*), mode(*)
     end function c_fopen
 
     !> fwrite(3): number of items written.
     integer(c_size_t) function c_fwrite(data, item_size, count, stream) bind(c, name='fwrite') result(written)
       import :: c_ptr, c_size_t
       type(c_ptr), value :: data
-      integer(c_size_t), value :: item_size
-      integer(c_size_t), value :: count
+      integer(c_size_t), value :: item_size, count
       type(c_ptr), value :: stream
     end function c_fwrite
 
@@ -70,8 +68,7 @@ module qsmpm_posix
     !> rename(2).
     integer(c_int) function c_rename(old, new) bind(c, name='rename')
       import :: c_char, c_int
-      character(kind=c_char), intent(in) :: old(*)
-      character(kind=c_char), intent(in) :: new(*)
+      character(kind=c_char), intent(in) :: old(*), new(*)
     end function c_rename
 
     !> unlink(2).
@@ -108,12 +105,9 @@ module qsmpm_posix
     end function c_make_directory
 
     !> Remove numbered files (posix.c).
-    integer(c_int) function c_remove_numbered(directory, before, after) &
-      bind(c, name='qsmpm_remove_numbered')
+    integer(c_int) function c_remove_numbered(directory, before, after) bind(c, name='qsmpm_remove_numbered')
       import :: c_char, c_int
-      character(kind=c_char), intent(in) :: directory(*)
-      character(kind=c_char), intent(in) :: before(*)
-      character(kind=c_char), intent(in) :: after(*)
+      character(kind=c_char), intent(in) :: directory(*), before(*), after(*)
     end function c_remove_numbered
 
     !> Lock a file (posix.c).
@@ -168,10 +162,8 @@ contains
 
   !> Give a file another name; a file of that name is replaced in one go.
   integer function rename_file(old, new)
-    !> Name now.
-    character(len=*), intent(in) :: old
-    !> Name to be.
-    character(len=*), intent(in) :: new
+    !> Name now; name to be.
+    character(len=*), intent(in) :: old, new
 
     rename_file = int(c_rename(old//c_null_char, new//c_null_char))
   end function rename_file
@@ -201,15 +193,10 @@ contains
 
   !> Remove the files of a directory that are called `before`, six or more digits, `after`.
   integer function remove_numbered(directory, before, after)
-    !> The directory; one that does not exist holds none.
-    character(len=*), intent(in) :: directory
-    !> Text before the digits.
-    character(len=*), intent(in) :: before
-    !> Text after the digits.
-    character(len=*), intent(in) :: after
+    !> The directory; one that does not exist holds none; text before the digits; text after the digits.
+    character(len=*), intent(in) :: directory, before, after
 
-    remove_numbered = int(c_remove_numbered(directory//c_null_char, before//c_null_char, &
-      after//c_null_char))
+    remove_numbered = int(c_remove_numbered(directory//c_null_char, before//c_null_char, after//c_null_char))
   end function remove_numbered
 
   !> Lock a file until it is unlocked or the process ends, however it ends: its descriptor; -1 after a failure, -2 when

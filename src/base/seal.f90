@@ -44,10 +44,8 @@ contains
     character(len=*), intent(in) :: path
     integer, intent(in) :: number, pieces
     integer(int32), intent(out) :: share
-    !> The last line of the file.
-    character(len=:), allocatable, intent(out) :: line
-    !> It cannot be read; not allocated when it can.
-    character(len=:), allocatable, intent(out) :: reason
+    !> The last line of the file; it cannot be read; not allocated when it can.
+    character(len=:), allocatable, intent(out) :: line, reason
     integer(int8), allocatable :: block(:)
     integer(long) :: length, last, at
     integer :: unit, status

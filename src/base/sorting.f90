@@ -3,15 +3,14 @@ module qsmpm_sorting
   implicit none
   private
 
-  public :: sort, order_columns, place_in_order, rises
+  public :: sort, order_columns, list_by_key, place_in_order, rises
 
 contains
 
   !> Sort a list in rising order (insertion for short lists, else merge).
   pure recursive subroutine sort(list)
     integer, intent(inout) :: list(:)
-    integer :: half(size(list)/2)
-    integer :: i, j, k, value, middle
+    integer :: half(size(list)/2), i, j, k, value, middle
 
     if (size(list) <= 24) then
       do i = 2, size(list)
@@ -69,6 +68,32 @@ contains
     end do
   end subroutine order_columns
 
+  !> Items in lists by their key: those of key k are item(first(k):first(k + 1) - 1), in order. One of key 0 is in none.
+  pure subroutine list_by_key(key, largest, first, item)
+    !> Key of every item, 0 to largest; largest key.
+    integer, intent(in) :: key(:), largest
+    !> (largest + 1) and (items in the lists)
+    integer, allocatable, intent(out) :: first(:), item(:)
+    integer :: next(0:largest), i, k
+
+    next = 0
+    do i = 1, size(key)
+      next(key(i)) = next(key(i)) + 1
+    end do
+    allocate (first(largest + 1), source=1)
+    do k = 1, largest
+      first(k + 1) = first(k) + next(k)
+    end do
+    next(1:) = first(:largest)
+    allocate (item(first(largest + 1) - 1))
+    do i = 1, size(key)
+      k = key(i)
+      if (k == 0) cycle
+      item(next(k)) = i
+      next(k) = next(k) + 1
+    end do
+  end subroutine list_by_key
+
   !> Place of a value in a rising list, 0 for none.
   pure integer function place_in_order(list, value) result(place)
     integer, intent(in) :: list(:), value
@@ -100,8 +125,7 @@ contains
     j = middle + 1
     do k = low, high
       take_first = j > high
-      if (i <= middle .and. j <= high) take_first = &
-        .not. rises(columns(:, order(j)), columns(:, order(i)))
+      if (i <= middle .and. j <= high) take_first = .not. rises(columns(:, order(j)), columns(:, order(i)))
       if (take_first) then
         work(k) = order(i)
         i = i + 1

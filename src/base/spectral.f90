@@ -31,10 +31,8 @@ contains
   pure subroutine spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3).
-    real(wp), intent(out) :: values(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(out) :: vectors(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(out) :: values(3), vectors(3, 3)
 
     if (abs(a(1, 3)) + abs(a(2, 3)) <= tiny(1.0_wp)) then
       call plane_spectral(a, values, vectors)
@@ -47,10 +45,8 @@ contains
   pure subroutine solid_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3).
-    real(wp), intent(out) :: values(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(out) :: vectors(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: d(3, 3), mean, p, x
 
     mean = (a(1, 1) + a(2, 2) + a(3, 3))/3.0_wp
@@ -92,10 +88,8 @@ contains
 
   !> Direction of a principal value that lies apart from the others.
   pure subroutine separate_direction(d, x, direction)
-    !> Deviator (3,3).
-    real(wp), intent(in) :: d(3, 3)
-    !> The principal value.
-    real(wp), intent(in) :: x
+    !> Deviator (3,3); the principal value.
+    real(wp), intent(in) :: d(3, 3), x
     !> Unit vector (3).
     real(wp), intent(out) :: direction(3)
     real(wp) :: row(3), product(3, 3), length(3)
@@ -123,14 +117,10 @@ contains
 
   !> Principal values and directions in the plane across a principal direction.
   pure subroutine across(d, n, values, vectors)
-    !> Deviator (3,3).
-    real(wp), intent(in) :: d(3, 3)
-    !> The known direction (3).
-    real(wp), intent(in) :: n(3)
-    !> The two other values (2).
-    real(wp), intent(out) :: values(2)
-    !> Their directions (3,2).
-    real(wp), intent(out) :: vectors(3, 2)
+    !> Deviator (3,3); the known direction (3).
+    real(wp), intent(in) :: d(3, 3), n(3)
+    !> The two other values (2); their directions (3,2).
+    real(wp), intent(out) :: values(2), vectors(3, 2)
     real(wp) :: u(3), v(3), du(3), dv(3), up, a, b, mean, half, radius, c, s
 
     ! Two vectors across n without a square root (Duff et al. 2017).
@@ -179,10 +169,8 @@ contains
   pure subroutine plane_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3).
-    real(wp), intent(out) :: values(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(out) :: vectors(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: mean, radius, c, s
 
     mean = 0.5_wp*(a(1, 1) + a(2, 2))
@@ -198,10 +186,8 @@ contains
   pure subroutine jacobi_spectral(a, values, vectors)
     !> Symmetric tensor (3,3).
     real(wp), intent(in) :: a(3, 3)
-    !> Principal values (3).
-    real(wp), intent(out) :: values(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(out) :: vectors(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(out) :: values(3), vectors(3, 3)
     real(wp) :: b(3, 3), small
     integer :: sweep
 
@@ -219,16 +205,10 @@ contains
 
   !> One Jacobi rotation that makes b(p,q) zero, p < q.
   pure subroutine rotate(b, vectors, p, q, other)
-    !> Tensor that is being made diagonal (3,3).
-    real(wp), intent(inout) :: b(3, 3)
-    !> Product of the rotations so far (3,3).
-    real(wp), intent(inout) :: vectors(3, 3)
-    !> First axis of the plane.
-    integer, intent(in) :: p
-    !> Second axis of the plane.
-    integer, intent(in) :: q
-    !> The remaining axis.
-    integer, intent(in) :: other
+    !> Tensor that is being made diagonal (3,3); product of the rotations so far (3,3).
+    real(wp), intent(inout) :: b(3, 3), vectors(3, 3)
+    !> First axis of the plane; second axis of the plane; the remaining axis.
+    integer, intent(in) :: p, q, other
     real(wp) :: half, t, c, s, x, column(3)
 
     if (abs(b(p, q)) <= tiny(1.0_wp)) return

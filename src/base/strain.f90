@@ -27,8 +27,7 @@ contains
   pure function logarithmic_strain(b) result(strain)
     !> Left Cauchy-Green tensor in stress order (4 or 6).
     real(wp), intent(in) :: b(:)
-    real(wp) :: strain(size(b))
-    real(wp) :: values(3), vectors(3, 3)
+    real(wp) :: strain(size(b)), values(3), vectors(3, 3)
 
     call spectral(unpack_symmetric(b), values, vectors)
     call pack_symmetric(compose(half_logarithm(values), vectors), strain)

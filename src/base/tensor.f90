@@ -36,8 +36,7 @@ contains
     real(wp), intent(in) :: a(3, 3)
 
     determinant = a(1, 1)*(a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)) &
-      + a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) &
-      + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
+      + a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
   end function determinant
 
   !> Cofactor matrix, det(a) a'^-1.
@@ -62,10 +61,8 @@ contains
 
   !> Inverse, given the determinant, which must not be zero.
   pure function inverse(a, det) result(b)
-    !> Tensor (3,3).
-    real(wp), intent(in) :: a(3, 3)
-    !> Its determinant.
-    real(wp), intent(in) :: det
+    !> Tensor (3,3); its determinant.
+    real(wp), intent(in) :: a(3, 3), det
     real(wp) :: b(3, 3)
 
     b(1, 1) = a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)
@@ -84,8 +81,7 @@ contains
   pure function transformed(f, a) result(b)
     !> Tensors (3,3).
     real(wp), intent(in) :: f(3, 3), a(3, 3)
-    real(wp) :: b(3, 3)
-    real(wp) :: product(3, 3)
+    real(wp) :: b(3, 3), product(3, 3)
 
     product = matmul(f, a)
     b = matmul(product, transpose(f))

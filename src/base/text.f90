@@ -11,9 +11,10 @@ module qsmpm_text
     replaced, word_place, did_you_mean, integer_list, read_integer, read_real, integer_text, real_text, same_bits, &
     add_word
 
+  !> The end of a line.
+  character(len=1), parameter, public :: newline = new_line('a')
   !> What a word is, read as a number.
-  integer, parameter, public :: number_good = 0, number_not = 1, number_not_finite = 2, &
-    number_not_whole = 3
+  integer, parameter, public :: number_good = 0, number_not = 1, number_not_finite = 2, number_not_whole = 3
 
   !> A text of any length, for arrays of texts.
   type :: string_type
@@ -76,8 +77,7 @@ contains
   pure function squeezed(text) result(inner)
     !> Any text.
     character(len=*), intent(in) :: text
-    character(len=:), allocatable :: inner
-    character(len=:), allocatable :: buffer
+    character(len=:), allocatable :: inner, buffer
     integer :: i, n
     logical :: gap
 
@@ -154,10 +154,8 @@ contains
   !> Letters to be changed, added, removed or swapped with their neighbour to make one word the
   !> other.
   pure integer function edit_distance(a, b) result(distance)
-    !> One word.
-    character(len=*), intent(in) :: a
-    !> The other.
-    character(len=*), intent(in) :: b
+    !> One word; the other.
+    character(len=*), intent(in) :: a, b
     integer :: table(0:len(a), 0:len(b)), i, j
 
     table(:, 0) = [(i, i=0, len(a))]
@@ -166,8 +164,7 @@ contains
       do i = 1, len(a)
         table(i, j) = min(table(i - 1, j) + 1, table(i, j - 1) + 1, &
           table(i - 1, j - 1) + merge(0, 1, a(i:i) == b(j:j)))
-        if (swapped(a(:i), b(:j))) table(i, j) = min(table(i, j), &
-          table(max(0, i - 2), max(0, j - 2)) + 1)
+        if (swapped(a(:i), b(:j))) table(i, j) = min(table(i, j), table(max(0, i - 2), max(0, j - 2)) + 1)
       end do
     end do
     distance = table(len(a), len(b))
@@ -175,10 +172,8 @@ contains
 
   !> Whether the last two letters of one word are those of the other, swapped.
   pure logical function swapped(a, b)
-    !> One word.
-    character(len=*), intent(in) :: a
-    !> The other.
-    character(len=*), intent(in) :: b
+    !> One word; the other.
+    character(len=*), intent(in) :: a, b
     integer :: i, j
 
     i = len(a)
@@ -268,10 +263,8 @@ contains
   pure subroutine read_integer(word, value, outcome)
     !> The word, stripped.
     character(len=*), intent(in) :: word
-    !> The number, 0 when there is none.
-    integer, intent(out) :: value
-    !> One of the number_* values.
-    integer, intent(out) :: outcome
+    !> The number, 0 when there is none; one of the number_* values.
+    integer, intent(out) :: value, outcome
     real(wp) :: number
     integer :: status
 
@@ -408,8 +401,7 @@ contains
     buffer = adjustl(buffer)
     e = index(buffer, 'E')
     read (buffer(e + 1:), *) exponent
-    text = laid_out(value < 0.0_wp .or. buffer(1:1) == '-', &
-      without_point(buffer(:e - 1)), exponent)
+    text = laid_out(value < 0.0_wp .or. buffer(1:1) == '-', without_point(buffer(:e - 1)), exponent)
   end function real_text
 
   !> The digits of a number without sign, point and trailing zeros.
@@ -456,10 +448,8 @@ contains
 
   !> Whether two reals are the same, bit for bit.
   elemental logical function same_bits(a, b)
-    !> One number.
-    real(wp), intent(in) :: a
-    !> The other.
-    real(wp), intent(in) :: b
+    !> One number; the other.
+    real(wp), intent(in) :: a, b
 
     same_bits = transfer(a, 0_long) == transfer(b, 0_long)
   end function same_bits

@@ -15,6 +15,7 @@ module qsmpm_body_quadrature
   use qsmpm_element, only: shape_functions
   use qsmpm_element_kinds, only: max_nodes
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_sorting, only: list_by_key
   use qsmpm_mesh_measure, only: interpolate
   use qsmpm_points, only: points_type
   use qsmpm_point_location, only: activation_type
@@ -65,20 +66,13 @@ contains
     !> Bodies whose seeds are taken (bodies).
     logical, intent(in) :: carried(:)
     type(body_quadrature_type), intent(out) :: quadrature
-    integer :: next(size(volumes)), i, c, n, rows
+    integer :: i, c, n, rows
+    integer, allocatable :: seed(:)
 
-    next = 0
-    do i = 1, list%count
-      if (carried(list%body(i))) next(list%cell(i)) = next(list%cell(i)) + 1
-    end do
     allocate (quadrature%carried, source=carried)
-    allocate (quadrature%first(size(volumes) + 1), quadrature%fill(size(volumes)))
-    quadrature%first(1) = 1
-    do c = 1, size(volumes)
-      quadrature%first(c + 1) = quadrature%first(c) + next(c)
-      next(c) = quadrature%first(c)
-    end do
-    n = quadrature%first(size(volumes) + 1) - 1
+    call list_by_key([(merge(list%cell(i), 0, carried(list%body(i))), i=1, list%count)], size(volumes), &
+      quadrature%first, seed)
+    n = size(seed)
     allocate (quadrature%volume(n), quadrature%body(n))
     allocate (quadrature%source(n), source=0)
     allocate (quadrature%received%material(0), quadrature%received%volume(0), quadrature%received%volume_ratio(0), &
@@ -87,16 +81,14 @@ contains
     if (n > 0) rows = size(list%local, 1)
     allocate (quadrature%local(rows, n))
     allocate (quadrature%half, quadrature%low, quadrature%high, mold=quadrature%local)
-    quadrature%fill = 0.0_wp
-    do i = 1, list%count
-      if (.not. carried(list%body(i))) cycle
-      c = list%cell(i)
-      quadrature%local(:, next(c)) = list%local(:, i)
-      quadrature%half(:, next(c)) = list%vector(:, i)
-      quadrature%volume(next(c)) = list%volume(i)
-      quadrature%body(next(c)) = list%body(i)
-      quadrature%fill(c) = quadrature%fill(c) + list%volume(i)/volumes(c)
-      next(c) = next(c) + 1
+    allocate (quadrature%fill(size(volumes)), source=0.0_wp)
+    do i = 1, n
+      c = list%cell(seed(i))
+      quadrature%local(:, i) = list%local(:, seed(i))
+      quadrature%half(:, i) = list%vector(:, seed(i))
+      quadrature%volume(i) = list%volume(seed(i))
+      quadrature%body(i) = list%body(seed(i))
+      quadrature%fill(c) = quadrature%fill(c) + list%volume(seed(i))/volumes(c)
     end do
   end subroutine sort_seeds
 
@@ -138,8 +130,7 @@ contains
     type(body_quadrature_type), intent(in) :: quadrature
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell, i
-    real(wp) :: x(mesh%dimension)
-    real(wp) :: functions(max_nodes)
+    real(wp) :: x(mesh%dimension), functions(max_nodes)
     integer :: n
 
     n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
@@ -233,9 +224,7 @@ contains
           quadrature%first(points%cell(p) + 1) > quadrature%first(points%cell(p)))
       end associate
     end do
-    do c = 1, size(number)
-      number(c) = count(quadrature%source(quadrature%first(c):quadrature%first(c + 1) - 1) /= 0)
-    end do
+    number = [(count(quadrature%source(quadrature%first(c):quadrature%first(c + 1) - 1) /= 0), c=1, size(number))]
     do g = 1, size(pieces%cell)
       number(pieces%cell(g)) = number(pieces%cell(g)) + count(kept(pieces%first(g):pieces%first(g + 1) - 1))
     end do

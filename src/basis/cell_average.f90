@@ -220,10 +220,8 @@ contains
     type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
-    !> Material points of the cell.
-    integer, intent(in) :: chosen(:)
-    !> Number of the group that is filled.
-    integer, intent(in) :: group
+    !> Material points of the cell; number of the group that is filled.
+    integer, intent(in) :: chosen(:), group
     !> Gauss points so far, added to.
     integer, intent(inout) :: own
     type(integration_type), intent(inout) :: integration
@@ -262,9 +260,8 @@ contains
     type(space_type), intent(in) :: space
     !> Element kind.
     integer, intent(in) :: kind
-    !> Local coordinates (dimension, n).
-    real(wp), allocatable, intent(out) :: places(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (dimension, n), and weights.
+    real(wp), allocatable, intent(out) :: places(:, :), weights(:)
     logical :: one
 
     if (space%tensor .and. space%degree > 1) then

@@ -9,7 +9,7 @@ module qsmpm_domain_pieces
   use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type
   use qsmpm_spline_axis, only: interval_cells
-  use qsmpm_domains, only: domains_type
+  use qsmpm_domains, only: domains_type, cells_of, cell_at
   implicit none
   private
 
@@ -53,7 +53,6 @@ contains
     integer, intent(in) :: cell_count
     !> Volumes are per radian.
     logical, intent(in) :: axisymmetric
-    !> The boxes.
     type(domains_type), intent(in) :: domains
     type(pieces_type), intent(out) :: pieces
     integer :: number(cell_count), from(3), to(3), p, i, j, k, c, g, n
@@ -84,8 +83,7 @@ contains
             n = number(c)
             number(c) = n + 1
             pieces%point(n) = p
-            call cut(space, domains, p, [i, j, k], pieces%low(:, n), pieces%high(:, n), &
-              pieces%share(n))
+            call cut(space, domains, p, [i, j, k], pieces%low(:, n), pieces%high(:, n), pieces%share(n))
             if (axisymmetric) pieces%share(n) = pieces%share(n)*(pieces%low(1, n) + pieces%high(1, n)) &
               /(domains%low(1, p) + domains%high(1, p))
           end do
@@ -94,39 +92,10 @@ contains
     end do
   end subroutine cut_domains
 
-  !> Cells along the axes that the domain of a point reaches into.
-  pure subroutine cells_of(space, domains, p, from, to)
-    type(space_type), intent(in) :: space
-    !> The boxes.
-    type(domains_type), intent(in) :: domains
-    !> The material point.
-    integer, intent(in) :: p
-    !> First and last cell along each axis.
-    integer, intent(out) :: from(3), to(3)
-    integer :: a
-
-    from = 1
-    to = 1
-    do a = 1, size(domains%low, 1)
-      call interval_cells(space%axis(a), domains%low(a, p), domains%high(a, p), from(a), to(a))
-    end do
-  end subroutine cells_of
-
-  !> Number of the cell at a place of the grid.
-  pure integer function cell_at(space, i, j, k)
-    type(space_type), intent(in) :: space
-    !> Place along the axes.
-    integer, intent(in) :: i, j, k
-
-    cell_at = ((k - 1)*space%axis(2)%cell_count + j - 1)*space%axis(1)%cell_count + i
-  end function cell_at
-
   !> Lists with room for the pieces of every cell.
   pure subroutine open_lists(number, dimension, pieces)
-    !> Pieces in each cell (cell_count).
-    integer, intent(in) :: number(:)
-    !> 2 or 3.
-    integer, intent(in) :: dimension
+    !> Pieces in each cell (cell_count); 2 or 3.
+    integer, intent(in) :: number(:), dimension
     type(pieces_type), intent(inout) :: pieces
     integer :: c, g
 
@@ -148,12 +117,9 @@ contains
   !> The part of a domain in one cell. Ends beyond the outermost cells stay: their share is theirs.
   pure subroutine cut(space, domains, p, at, low, high, share)
     type(space_type), intent(in) :: space
-    !> The boxes.
     type(domains_type), intent(in) :: domains
-    !> The material point.
-    integer, intent(in) :: p
-    !> Place of the cell along the axes.
-    integer, intent(in) :: at(3)
+    !> The material point; place of the cell along the axes.
+    integer, intent(in) :: p, at(3)
     !> Ends of the piece (dimension).
     real(wp), intent(out) :: low(:), high(:)
     !> Share of the volume.

@@ -17,7 +17,7 @@ module qsmpm_domains
   implicit none
   private
 
-  public :: domains_type, place_domains, touch_cells
+  public :: domains_type, place_domains, touch_cells, cells_of, cell_at
 
   !> Boxes of all points.
   type :: domains_type
@@ -32,7 +32,6 @@ contains
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
     type(points_type), intent(in) :: points
-    !> The boxes.
     type(domains_type), intent(out) :: domains
     real(wp) :: half(size(points%position, 1)), x(size(points%position, 1))
     integer :: at(3), p, a, dimension
@@ -70,16 +69,13 @@ contains
     real(wp), intent(in) :: gradient(:)
     !> 2 or 3.
     integer, intent(in) :: dimension
-    real(wp) :: diagonal(dimension)
-    real(wp) :: f(3, 3), values(3), vectors(3, 3), u(3, 3)
+    real(wp) :: diagonal(dimension), f(3, 3), values(3), vectors(3, 3), u(3, 3)
     integer :: a
 
     f = unpack_gradient(gradient)
     call spectral(matmul(transpose(f), f), values, vectors)
     u = compose(sqrt(values), vectors)
-    do a = 1, dimension
-      diagonal(a) = u(a, a)
-    end do
+    diagonal = [(u(a, a), a=1, dimension)]
   end function stretch
 
   !> Shorten a domain that reaches through kinks into an inactive cell: along the axis on which it
@@ -95,13 +91,9 @@ contains
     real(wp), intent(inout) :: half(:)
     real(wp) :: depth(size(x)), wall(size(x))
     integer :: offset(3), crossings, code, a, cell, least
-    logical :: reduced_knots, reached
+    logical :: reached
 
-    reduced_knots = .false.
-    do a = 1, size(x)
-      reduced_knots = reduced_knots .or. any(space%axis(a)%knot_reduced(at(a):at(a) + 1))
-    end do
-    if (.not. reduced_knots) return
+    if (.not. any([(space%axis(a)%knot_reduced(at(a):at(a) + 1), a=1, size(x))])) return
     do crossings = 1, size(x)
       do code = 0, 3**size(x) - 1
         offset = [mod(code, 3), mod(code/3, 3), code/9] - 1
@@ -117,8 +109,7 @@ contains
           end associate
         end do
         if (.not. reached) cycle
-        cell = ((at(3) + offset(3) - 1)*space%axis(2)%cell_count + at(2) + offset(2) - 1) &
-          *space%axis(1)%cell_count + at(1) + offset(1)
+        cell = cell_at(space, at(1) + offset(1), at(2) + offset(2), at(3) + offset(3))
         if (activation%active_number(cell) > 0) cycle
         least = minloc(depth, dim=1, mask=offset(:size(x)) /= 0)
         associate (lines => space%axis(least)%lines)
@@ -131,25 +122,46 @@ contains
   !> Mark the cells that domains reach into: their functions take part in the equations.
   subroutine touch_cells(space, domains, touched)
     type(space_type), intent(in) :: space
-    !> The boxes.
     type(domains_type), intent(in) :: domains
     !> (cell_count); cells are only added.
     logical, intent(inout) :: touched(:)
-    integer :: from(3), to(3), p, a, i, j, k
+    integer :: from(3), to(3), p, i, j, k
 
-    from = 1
-    to = 1
     do p = 1, size(domains%low, 2)
-      do a = 1, size(domains%low, 1)
-        call interval_cells(space%axis(a), domains%low(a, p), domains%high(a, p), from(a), to(a))
-      end do
+      call cells_of(space, domains, p, from, to)
       do k = from(3), to(3)
         do j = from(2), to(2)
           do i = from(1), to(1)
-            touched(((k - 1)*space%axis(2)%cell_count + j - 1)*space%axis(1)%cell_count + i) = .true.
+            touched(cell_at(space, i, j, k)) = .true.
           end do
         end do
       end do
     end do
   end subroutine touch_cells
+
+  !> Cells along the axes that the domain of a point reaches into.
+  pure subroutine cells_of(space, domains, p, from, to)
+    type(space_type), intent(in) :: space
+    type(domains_type), intent(in) :: domains
+    !> The material point.
+    integer, intent(in) :: p
+    !> First and last cell along each axis.
+    integer, intent(out) :: from(3), to(3)
+    integer :: a
+
+    from = 1
+    to = 1
+    do a = 1, size(domains%low, 1)
+      call interval_cells(space%axis(a), domains%low(a, p), domains%high(a, p), from(a), to(a))
+    end do
+  end subroutine cells_of
+
+  !> Number of the cell at a place of the grid.
+  pure integer function cell_at(space, i, j, k)
+    type(space_type), intent(in) :: space
+    !> Place along the axes.
+    integer, intent(in) :: i, j, k
+
+    cell_at = ((k - 1)*space%axis(2)%cell_count + j - 1)*space%axis(1)%cell_count + i
+  end function cell_at
 end module qsmpm_domains

@@ -68,10 +68,8 @@ contains
   !> Allocate the arrays of the points; the groups' nodes and points must be set.
   pure subroutine allocate_integration(dimension, stress_components, state_count, own, with_shape, integration, &
       with_place)
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-    !> 4 or 6, and the most state variables of a law.
-    integer, intent(in) :: stress_components
+    !> 2 or 3; 4 or 6, and the most state variables of a law.
+    integer, intent(in) :: dimension, stress_components
     integer, intent(in) :: state_count
     !> Points that are not material points.
     integer, intent(in) :: own
@@ -104,8 +102,7 @@ contains
   pure integer function place_of(integration, group, point) result(place)
     type(integration_type), intent(in) :: integration
     !> Group and integration point.
-    integer, intent(in) :: group
-    integer, intent(in) :: point
+    integer, intent(in) :: group, point
 
     place = integration%value_first(group) + (point - integration%first(group)) &
       *(integration%node_first(group + 1) - integration%node_first(group))
@@ -194,8 +191,7 @@ contains
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     !> Group and integration point.
-    integer, intent(in) :: group
-    integer, intent(in) :: point
+    integer, intent(in) :: group, point
     !> Local coordinates in the group's cell (dimension).
     real(wp), intent(in) :: local(:)
     type(integration_type), intent(inout) :: integration
@@ -224,14 +220,11 @@ contains
   pure subroutine set_average(space, low, high, first, count, group, point, integration)
     type(space_type), intent(in) :: space
     !> Ends of the box (dimension).
-    real(wp), intent(in) :: low(:)
-    real(wp), intent(in) :: high(:)
+    real(wp), intent(in) :: low(:), high(:)
     !> Block of control points of the group.
-    integer, intent(in) :: first(3)
-    integer, intent(in) :: count(3)
+    integer, intent(in) :: first(3), count(3)
     !> Group and integration point.
-    integer, intent(in) :: group
-    integer, intent(in) :: point
+    integer, intent(in) :: group, point
     type(integration_type), intent(inout) :: integration
     real(wp) :: value(most_averaged, 3), slope(most_averaged, 3), hoop(most_averaged)
     integer :: i, j, k, n, m, a, b, from, seen
@@ -274,8 +267,7 @@ contains
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     !> Group and integration point.
-    integer, intent(in) :: group
-    integer, intent(in) :: point
+    integer, intent(in) :: group, point
     !> Functions of the group's nodes there (n).
     real(wp), intent(in) :: shape(:)
     type(integration_type), intent(inout) :: integration

@@ -3,7 +3,7 @@
 !> Used for patches of cells that share a pressure (qsmpm_pressure_groups); the groups keep their
 !> order, and whoever assembles sees no difference but larger groups.
 module qsmpm_merged_groups
-  use qsmpm_sorting, only: order_columns
+  use qsmpm_sorting, only: list_by_key, order_columns
   use qsmpm_integration, only: integration_type, allocate_integration, place_of
   implicit none
   private
@@ -47,7 +47,7 @@ contains
 
     merged%axisymmetric = integration%axisymmetric
     merged%group_count = maxval([0, patch])
-    call list_members(patch, merged%group_count, first, member)
+    call list_by_key(patch, merged%group_count, first, member)
     allocate (merged%node_first(merged%group_count + 1), merged%cell(merged%group_count), &
       nodes(size(integration%nodes)))
     found = 0
@@ -70,33 +70,6 @@ contains
     merged%node_first(merged%group_count + 1) = n + 1
     allocate (merged%nodes, source=nodes(:n))
   end subroutine merge_nodes
-
-  !> Groups of each patch, in compressed rows.
-  pure subroutine list_members(patch, count, first, member)
-    !> Patch of each group (groups).
-    integer, intent(in) :: patch(:)
-    !> Number of patches.
-    integer, intent(in) :: count
-    !> First places of the rows (count+1), and groups (groups).
-    integer, allocatable, intent(out) :: first(:)
-    integer, allocatable, intent(out) :: member(:)
-    integer :: filled(count), g
-
-    allocate (first(count + 1), member(size(patch)))
-    filled = 0
-    do g = 1, size(patch)
-      filled(patch(g)) = filled(patch(g)) + 1
-    end do
-    first(1) = 1
-    do g = 1, count
-      first(g + 1) = first(g) + filled(g)
-    end do
-    filled = first(:count)
-    do g = 1, size(patch)
-      member(filled(patch(g))) = g
-      filled(patch(g)) = filled(patch(g)) + 1
-    end do
-  end subroutine list_members
 
   !> Order of the points by patch, material, group and their order there.
   pure subroutine sort_points(integration, patch, merged, taken)
@@ -128,9 +101,7 @@ contains
   pure subroutine take_points(integration, patch, place, taken, merged)
     type(integration_type), intent(in) :: integration
     !> Patch of each group (groups), place of listed nodes, point that goes to each place (points).
-    integer, intent(in) :: patch(:)
-    integer, intent(in) :: place(:)
-    integer, intent(in) :: taken(:)
+    integer, intent(in) :: patch(:), place(:), taken(:)
     !> Integration points by patches, allocated with zeros.
     type(integration_type), intent(inout) :: merged
     integer :: group(size(taken)), g, h, a, b, q, k, n, m, from, to, j

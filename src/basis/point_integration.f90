@@ -9,6 +9,7 @@
 module qsmpm_point_integration
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_sorting, only: list_by_key
   use qsmpm_points, only: points_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type, tensor_nodes
@@ -76,8 +77,7 @@ contains
     !> Domains of the points; used when the space is averaged.
     type(domains_type), intent(in) :: domains
     !> Block of functions of each group (3, groups); unallocated when the space is not averaged.
-    integer, allocatable, intent(in) :: first(:, :)
-    integer, allocatable, intent(in) :: count(:, :)
+    integer, allocatable, intent(in) :: first(:, :), count(:, :)
     !> Material point of each integration point (n).
     integer, intent(in) :: order(:)
     !> Integration points in groups, allocated.
@@ -108,8 +108,7 @@ contains
     !> Domains of the points.
     type(domains_type), intent(in) :: domains
     !> First function and how many (3, groups).
-    integer, allocatable, intent(out) :: first(:, :)
-    integer, allocatable, intent(out) :: count(:, :)
+    integer, allocatable, intent(out) :: first(:, :), count(:, :)
     integer :: g, k, a, from(3), seen(3)
 
     allocate (first(3, activation%active_count), source=huge(1))
@@ -134,8 +133,7 @@ contains
     !> Material point.
     integer, intent(in) :: point
     !> First function and how many.
-    integer, intent(out) :: first(3)
-    integer, intent(out) :: count(3)
+    integer, intent(out) :: first(3), count(3)
     integer :: a, from, to
 
     first = 1
@@ -179,17 +177,18 @@ contains
     !> Domains of the points.
     type(domains_type), intent(in) :: domains
     !> First function and how many (3, groups).
-    integer, allocatable, intent(out) :: first(:, :)
-    integer, allocatable, intent(out) :: count(:, :)
+    integer, allocatable, intent(out) :: first(:, :), count(:, :)
     !> Material point of each place (points), and first place of each group (groups+1).
-    integer, allocatable, intent(out) :: order(:)
-    integer, allocatable, intent(out) :: group_first(:)
+    integer, allocatable, intent(out) :: order(:), group_first(:)
     integer :: corner(size(activation%point)), extent(size(activation%point)), corners, q, g, from(3), seen(3)
+    integer, allocatable :: place(:), item(:)
 
     call number_blocks(space, domains, corner, extent, corners)
     allocate (order, source=activation%point)
-    call sort_stably(extent, most_averaged**3, order)
-    call sort_stably(corner, corners, order)
+    call list_by_key(extent(order), most_averaged**3, place, item)
+    order = order(item)
+    call list_by_key(corner(order), corners, place, item)
+    order = order(item)
     g = 0
     do q = 1, size(order)
       if (is_new(q)) g = g + 1
@@ -219,40 +218,11 @@ contains
     end function is_new
   end subroutine group_by_blocks
 
-  !> Sort items by a key of small range, items of equal keys staying in order.
-  pure subroutine sort_stably(key, largest, order)
-    !> Key of every item, 1 to largest.
-    integer, intent(in) :: key(:)
-    !> Largest key.
-    integer, intent(in) :: largest
-    !> Items.
-    integer, intent(inout) :: order(:)
-    integer, allocatable :: next(:), sorted(:)
-    integer :: i, k
-
-    allocate (next(largest + 1), source=0)
-    allocate (sorted(size(order)))
-    do i = 1, size(order)
-      next(key(order(i)) + 1) = next(key(order(i)) + 1) + 1
-    end do
-    next(1) = 1
-    do k = 2, largest
-      next(k) = next(k) + next(k - 1)
-    end do
-    do i = 1, size(order)
-      k = key(order(i))
-      sorted(next(k)) = order(i)
-      next(k) = next(k) + 1
-    end do
-    order = sorted
-  end subroutine sort_stably
-
   !> Nodes of the groups, a block of control points each.
   pure subroutine set_block_nodes(space, first, count, integration)
     type(space_type), intent(in) :: space
     !> First function and how many along each axis (3, groups).
-    integer, intent(in) :: first(:, :)
-    integer, intent(in) :: count(:, :)
+    integer, intent(in) :: first(:, :), count(:, :)
     type(integration_type), intent(inout) :: integration
     integer :: g
 
@@ -305,11 +275,8 @@ contains
   pure subroutine keep_rows(kept, columns, from, to, values)
     !> Rows that are kept (n).
     logical, intent(in) :: kept(:)
-    !> Number of columns.
-    integer, intent(in) :: columns
-    !> Places before the columns, present and new.
-    integer, intent(in) :: from
-    integer, intent(in) :: to
+    !> Number of columns; places before the columns, present and new.
+    integer, intent(in) :: columns, from, to
     !> Values, changed up to the last one moved.
     real(wp), intent(inout) :: values(:)
     integer :: c, a, next

@@ -51,13 +51,10 @@ contains
     !> Patch of each group (groups).
     integer, allocatable, intent(out) :: patch(:)
     integer, allocatable :: faces(:, :)
-    integer :: parent(size(cells)), members(size(cells))
-    integer :: g, round, count
+    integer :: parent(size(cells)), members(size(cells)), g, round, count
 
     call joinable_faces(mesh, cells, wanted, faces)
-    do g = 1, size(cells)
-      parent(g) = g
-    end do
+    parent = [(g, g=1, size(cells))]
     members = 1
     do round = 1, 2
       call join_equals(mesh%cell_kind(cells), faces, round, parent, members)
@@ -111,8 +108,7 @@ contains
   pure real(wp) function face_size(mesh, cell, face)
     type(mesh_type), intent(in) :: mesh
     !> Cell and its local face.
-    integer, intent(in) :: cell
-    integer, intent(in) :: face
+    integer, intent(in) :: cell, face
     real(wp) :: a(3), b(3)
     integer :: corner(4), n, d
 
@@ -134,15 +130,12 @@ contains
 
   !> One round: patches of the last round are joined in twos.
   pure subroutine join_equals(kinds, faces, round, parent, members)
-    !> Element kinds of the groups (groups).
-    integer, intent(in) :: kinds(:)
-    !> Groups on both sides of each face, the largest first (2, faces).
-    integer, intent(in) :: faces(:, :)
+    !> Element kinds of the groups (groups); groups on both sides of each face, the largest first (2, faces).
+    integer, intent(in) :: kinds(:), faces(:, :)
     !> Number of the round.
     integer, intent(in) :: round
     !> Group that stands for this one's patch, in steps; members of the patch, at that group.
-    integer, intent(inout) :: parent(:)
-    integer, intent(inout) :: members(:)
+    integer, intent(inout) :: parent(:), members(:)
     logical :: joined(size(parent))
     integer :: f, p, q
 
@@ -159,15 +152,11 @@ contains
 
   !> Patches of at most half the size wanted join their smallest neighbour.
   pure subroutine join_leftovers(kinds, faces, parent, members)
-    !> Element kinds of the groups (groups).
-    integer, intent(in) :: kinds(:)
-    !> Groups on both sides of each face, the largest first (2, faces).
-    integer, intent(in) :: faces(:, :)
+    !> Element kinds of the groups (groups); groups on both sides of each face, the largest first (2, faces).
+    integer, intent(in) :: kinds(:), faces(:, :)
     !> As for join_equals.
-    integer, intent(inout) :: parent(:)
-    integer, intent(inout) :: members(:)
-    integer :: smallest(size(parent))
-    integer :: f, g, p, q, side
+    integer, intent(inout) :: parent(:), members(:)
+    integer :: smallest(size(parent)), f, g, p, q, side
 
     smallest = 0
     do f = 1, size(faces, 2)
@@ -190,11 +179,9 @@ contains
   !> Make one patch of two.
   pure subroutine join(p, q, parent, members)
     !> Groups that stand for the two patches.
-    integer, intent(in) :: p
-    integer, intent(in) :: q
+    integer, intent(in) :: p, q
     !> As for join_equals.
-    integer, intent(inout) :: parent(:)
-    integer, intent(inout) :: members(:)
+    integer, intent(inout) :: parent(:), members(:)
 
     parent(max(p, q)) = min(p, q)
     members(min(p, q)) = members(p) + members(q)
@@ -202,10 +189,8 @@ contains
 
   !> The group that stands for a patch: its first one.
   pure integer function root(parent, group)
-    !> As for join_equals.
-    integer, intent(in) :: parent(:)
-    !> A group of the patch.
-    integer, intent(in) :: group
+    !> As for join_equals; a group of the patch.
+    integer, intent(in) :: parent(:), group
 
     root = group
     do while (parent(root) /= root)

@@ -79,10 +79,8 @@ contains
   !> The same for tensor products: x runs fastest.
   pure subroutine tensor_functions(space, dimension, cell, local, place)
     type(space_type), intent(in) :: space
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-    !> Number of the cell.
-    integer, intent(in) :: cell
+    !> 2 or 3; number of the cell.
+    integer, intent(in) :: dimension, cell
     !> Local coordinates, each from -1 to 1 (dimension).
     real(wp), intent(in) :: local(:)
     !> The functions.
@@ -183,10 +181,8 @@ contains
   pure subroutine cell_block(space, dimension, cell, first, count)
     !> The space; not used unless it is one of tensor products.
     type(space_type), intent(in) :: space
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-    !> Number of the cell.
-    integer, intent(in) :: cell
+    !> 2 or 3; number of the cell.
+    integer, intent(in) :: dimension, cell
     !> First function and number of functions along each axis.
     integer, intent(out) :: first(3), count(3)
     integer :: a
@@ -204,12 +200,9 @@ contains
   !> Place of a cell along the axes of the grid; 1 along z in the plane.
   pure function cell_position(space, dimension, cell) result(at)
     type(space_type), intent(in) :: space
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    integer :: at(3)
-    integer :: rest
+    !> 2 or 3; number of the cell.
+    integer, intent(in) :: dimension, cell
+    integer :: at(3), rest
 
     at = 1
     at(1) = mod(cell - 1, space%axis(1)%cell_count) + 1
@@ -240,15 +233,12 @@ contains
     type(spline_axis_type) :: axis
     real(wp), allocatable :: lines(:)
     logical, allocatable :: knot_reduced(:)
-    integer :: a, i, stride
+    integer :: a, stride
 
     if (.not. space%tensor) return
     stride = 1
     do a = 1, mesh%dimension
-      allocate (lines(space%axis(a)%cell_count + 1))
-      do i = 1, size(lines)
-        lines(i) = mesh%coordinates(a, 1 + (i - 1)*stride)
-      end do
+      lines = mesh%coordinates(a, 1:1 + space%axis(a)%cell_count*stride:stride)
       stride = stride*size(lines)
       allocate (knot_reduced, source=space%axis(a)%knot_reduced)
       call make_axis(lines, space%degree, knot_reduced, axis)

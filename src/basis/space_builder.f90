@@ -103,10 +103,8 @@ contains
   !> Grid lines between which the nodes of a set lie, and whether it holds all nodes between them.
   pure subroutine box_of_set(mesh, cells, set, low, high, box)
     type(mesh_type), intent(in) :: mesh
-    !> Number of cells along each axis.
-    integer, intent(in) :: cells(3)
-    !> Number of the set.
-    integer, intent(in) :: set
+    !> Number of cells along each axis; number of the set.
+    integer, intent(in) :: cells(3), set
     !> First and last line along each axis.
     integer, intent(out) :: low(3), high(3)
     logical, intent(out) :: box
@@ -130,10 +128,8 @@ contains
   !> Control points whose Greville points lie in the box of a set.
   pure subroutine nodes_of_set(mesh, cells, set, space)
     type(mesh_type), intent(in) :: mesh
-    !> Number of cells along each axis.
-    integer, intent(in) :: cells(3)
-    !> Number of the set.
-    integer, intent(in) :: set
+    !> Number of cells along each axis; number of the set.
+    integer, intent(in) :: cells(3), set
     type(space_type), intent(inout) :: space
     integer :: low(3), high(3), first(3), count(3), a, f
     logical :: box

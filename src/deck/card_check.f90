@@ -5,7 +5,7 @@ module qsmpm_card_check
   use qsmpm_text, only: did_you_mean, string_type, add_word, split, integer_text, squeezed, upper
   use qsmpm_cards, only: card_type, parameter_type
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_renamed_words, only: renamed_parameter, by_converter
+  use qsmpm_renamed_words, only: renamed, by_converter
   use qsmpm_card_items, only: item_type, data_type, holds, value_text, value_problem, kind_flag
   use qsmpm_keyword_table, only: keyword_type
   implicit none
@@ -65,7 +65,7 @@ contains
     type(string_type), intent(in) :: known(:)
     character(len=:), allocatable :: sentence
 
-    sentence = renamed_parameter(keyword, name)
+    sentence = renamed(keyword, name)
     if (len(sentence) > 0) then
       sentence = 'parameter '//name//' is now '//sentence//by_converter
     else
@@ -107,8 +107,7 @@ contains
         end if
         if (len(problem) == 0) cycle
         associate (written => item%name//'='//upper(squeezed(parameter%value)))
-          if (len(renamed_parameter(card%keyword, written)) > 0) problem = written//' is now '// &
-            renamed_parameter(card%keyword, written)
+          if (len(renamed(card%keyword, written)) > 0) problem = written//' is now '//renamed(card%keyword, written)
         end associate
         call bad(card, state, problem)
         parameter%value = item%default
@@ -175,8 +174,7 @@ contains
       call order_named_items(lines, card, state)
       do i = 1, size(card%rows)
         if (i > lines%maximum) then
-          call bad_row(card, i, state, 'more data lines than the '//integer_text(lines%maximum)// &
-            ' that belong here')
+          call bad_row(card, i, state, 'more data lines than the '//integer_text(lines%maximum)//' that belong here')
         else if (.not. (lines%free .or. card%rows(i)%by_name)) then
           call check_row(lines, card, i, state)
         end if
@@ -198,8 +196,7 @@ contains
     call allowed_count(lines, state%dimension, least, most)
     items = size(card%rows(i)%items)
     if (items < least .or. items > most) then
-      problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)// &
-        ' are wanted'
+      problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)//' are wanted'
       call allowed_count(lines, 3, least, most_in_3d)
       if (items > most .and. items == most_in_3d) problem = problem//' (the model is plane)'
       call bad_row(card, i, state, problem)
@@ -223,8 +220,7 @@ contains
     type(data_type), intent(in) :: lines
     !> 2, 3 or 0 when unknown.
     integer, intent(in) :: dimension
-    integer, intent(out) :: least
-    integer, intent(out) :: most
+    integer, intent(out) :: least, most
     integer :: c, perhaps
 
     least = 0

@@ -128,8 +128,7 @@ contains
     problem = ''
     select case (outcome)
     case (number_good)
-      if (.not. in_range(number, item%range)) problem = item%name//' = '//value// &
-        ' is outside '//item%range
+      if (.not. in_range(number, item%range)) problem = item%name//' = '//value//' is outside '//item%range
     case (number_not_finite)
       problem = item%name//" '"//value//"' is not a finite number"
     case (number_not_whole)

@@ -66,8 +66,7 @@ contains
     i = 1
     do while (i <= lines%count)
       if (is_keyword(lines%items(i))) exit
-      call messages%add(severity_error, lines%items(i)%place, '', 'data line before the first '// &
-        'keyword')
+      call messages%add(severity_error, lines%items(i)%place, '', 'data line before the first keyword')
       i = i + 1
     end do
     do c = 1, starts

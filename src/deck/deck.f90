@@ -9,9 +9,10 @@ module qsmpm_deck
   use qsmpm_carried_cards, only: note_card
   use qsmpm_recommended_method, only: decide_mesh, decide_method
   use qsmpm_text, only: did_you_mean, string_type, integer_text
+  use qsmpm_file, only: read_text
   use qsmpm_path, only: base_name
   use qsmpm_messages, only: message_list_type, message_text, severity_error
-  use qsmpm_deck_lines, only: line_list_type, cut_lines, read_whole_file
+  use qsmpm_deck_lines, only: line_list_type, cut_lines
   use qsmpm_cards, only: card_type, make_cards, word_at
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_objects, only: list_mesh, empty_deck, open_item, go_to_item, count_items, check_new_name
@@ -21,7 +22,7 @@ module qsmpm_deck
   use qsmpm_keywords, only: make_table
   use qsmpm_card_check, only: check_card
   use qsmpm_help_topics, only: is_topic, topic_text
-  use qsmpm_renamed_words, only: renamed_keyword, by_converter
+  use qsmpm_renamed_words, only: renamed, by_converter
   use qsmpm_deck_bodies, only: give_points
   use qsmpm_deck_histories, only: give_units
   use qsmpm_deck_references, only: check_references
@@ -44,14 +45,14 @@ contains
     type(message_list_type), intent(out) :: messages
     !> Set with a summary when there is an error among the messages, or no file.
     type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: unread
     character(len=:), allocatable :: text
-    logical :: found
 
-    call read_whole_file(path, text, found)
-    if (found) then
-      call parse_deck(path, text, analysis, messages, error)
-    else
+    call read_text(path, text, unread)
+    if (allocated(unread)) then
       call fail(error, error_deck, "cannot read the deck '"//path//"'")
+    else
+      call parse_deck(path, text, analysis, messages, error)
     end if
   end subroutine read_deck
 
@@ -177,7 +178,7 @@ contains
     type(string_type), intent(in) :: names(:)
     character(len=:), allocatable :: sentence
 
-    sentence = renamed_keyword(keyword)
+    sentence = renamed('keyword', keyword)
     if (len(sentence) > 0) then
       sentence = 'this keyword is now *'//sentence//by_converter
       return
@@ -209,8 +210,7 @@ contains
 
     if (card%keyword == 'PHASE' .or. card%keyword == 'MATERIAL') then
       do i = 1, table%count
-        if (table%keywords(i)%section == merge(in_phase, in_material, card%keyword == 'PHASE')) &
-          seen(i) = 0
+        if (table%keywords(i)%section == merge(in_phase, in_material, card%keyword == 'PHASE')) seen(i) = 0
       end do
     end if
     call check_card(table%keywords(k), card, state)

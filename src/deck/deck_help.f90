@@ -1,8 +1,8 @@
 !> The keyword table as text: help on the terminal, the list of keywords, the deck reference.
 module qsmpm_deck_help
-  use qsmpm_text, only: did_you_mean, replaced, string_type, upper, squeezed
+  use qsmpm_text, only: did_you_mean, replaced, string_type, upper, squeezed, newline
   use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
-  use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
+  use qsmpm_keyword_table, only: table_type, keyword_type, many
   use qsmpm_keywords, only: make_table
   use qsmpm_help_topics, only: is_topic, topic_text
   use qsmpm_named_items, only: may_be_named
@@ -13,7 +13,9 @@ module qsmpm_deck_help
 
   public :: help_text, keyword_list_text, deck_markdown, explanation
 
-  character(len=1), parameter :: newline = new_line('a')
+  !> Where a card may stand, by in_model ....
+  character(len=*), parameter :: places(4) = &
+    [character(len=22) :: 'Before the first phase', 'Below a *MATERIAL', 'Inside a phase', 'Anywhere']
 
 contains
 
@@ -105,10 +107,8 @@ contains
   !> One keyword: what it is for, where it stands, parameters, data lines, example.
   pure function explanation(entry, bullet, quote) result(text)
     type(keyword_type), intent(in) :: entry
-    !> Before each parameter.
-    character(len=*), intent(in) :: bullet
-    !> Around words of the deck; empty on a terminal.
-    character(len=*), intent(in) :: quote
+    !> Before each parameter; around words of the deck; empty on a terminal.
+    character(len=*), intent(in) :: bullet, quote
     character(len=:), allocatable :: text
     integer :: i
 
@@ -141,21 +141,8 @@ contains
     type(keyword_type), intent(in) :: entry
     character(len=:), allocatable :: text
 
-    select case (entry%section)
-    case (in_model)
-      text = 'Before the first phase'
-    case (in_material)
-      text = 'Below a *MATERIAL'
-    case (in_phase)
-      text = 'Inside a phase'
-    case default
-      text = 'Anywhere'
-    end select
-    if (entry%times == many) then
-      text = text//', any number of times.'
-    else
-      text = text//', once.'
-    end if
+    text = trim(places(entry%section))//', '//trim(merge('any number of times.', 'once.               ', &
+      entry%times == many))
   end function standing
 
   !> One parameter or column.
@@ -171,8 +158,7 @@ contains
     if (len(item%range) > 0) text = text//'; in '//quote//item%range//quote
     if (len(item%needs) > 0) text = text//'; only with '//quote//item%needs//quote
     if (len(item%excludes) > 0) text = text//'; not with '//quote//item%excludes//quote
-    if (len(item%default) > 0 .and. .not. item%required) text = text//'; default '//quote// &
-      item%default//quote
+    if (len(item%default) > 0 .and. .not. item%required) text = text//'; default '//quote//item%default//quote
   end function item_text
 
   !> Data lines of a keyword.

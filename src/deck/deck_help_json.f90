@@ -1,16 +1,18 @@
 !> The keyword table for programs: what editors complete and explain, as JSON. A word that is empty in the table is not
 !> there; kinds are word, name, file, integer, number and flag.
 module qsmpm_deck_help_json
-  use qsmpm_text, only: string_type, split, json_string, integer_text
-  use qsmpm_card_items, only: item_type, data_type, kind_word, kind_name, kind_file, kind_integer, kind_real
-  use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
+  use qsmpm_text, only: string_type, split, json_string, integer_text, newline
+  use qsmpm_card_items, only: item_type, data_type
+  use qsmpm_keyword_table, only: table_type, keyword_type, many
   use qsmpm_keywords, only: make_table
   implicit none
   private
 
   public :: deck_json
 
-  character(len=1), parameter :: newline = new_line('a')
+  !> Where a card may stand and what a value is, by in_model ... and kind_word ....
+  character(len=*), parameter :: sections(4) = [character(len=8) :: 'model', 'material', 'phase', 'anywhere']
+  character(len=*), parameter :: kinds(6) = [character(len=7) :: 'word', 'name', 'file', 'integer', 'number', 'flag']
 
 contains
 
@@ -36,7 +38,7 @@ contains
     integer :: i
 
     text = '{"name": '//json_string(entry%name)//said('sentence', entry%sentence)// &
-      said('section', section_of(entry))//', "many": '//logical_json(entry%times == many)
+      said('section', trim(sections(entry%section)))//', "many": '//logical_json(entry%times == many)
     if (allocated(entry%opens)) text = text//said('opens', entry%opens)
     if (allocated(entry%advice)) text = text//said('advice', entry%advice)
     text = text//items_json('parameters', entry%parameters)//', "data": ['
@@ -46,23 +48,6 @@ contains
     end do
     text = text//']'//said('example', entry%example)//'}'
   end function keyword_json
-
-  !> Where a card may stand.
-  pure function section_of(entry) result(text)
-    type(keyword_type), intent(in) :: entry
-    character(len=:), allocatable :: text
-
-    select case (entry%section)
-    case (in_model)
-      text = 'model'
-    case (in_material)
-      text = 'material'
-    case (in_phase)
-      text = 'phase'
-    case default
-      text = 'anywhere'
-    end select
-  end function section_of
 
   !> Data lines.
   pure function data_json(data) result(text)
@@ -93,34 +78,13 @@ contains
     type(item_type), intent(in) :: item
     character(len=:), allocatable :: text
 
-    text = '{"name": '//json_string(item%name)//said('kind', kind_of(item))//words_json(item)// &
+    text = '{"name": '//json_string(item%name)//said('kind', trim(kinds(item%kind)))//words_json(item)// &
       said('sentence', item%sentence)//', "required": '//logical_json(item%required)//said('range', item%range)// &
       said('needs', item%needs)//said('excludes', item%excludes)//said('default', item%default)
     if (item%third) text = text//', "in_space": true'
     if (item%repeated) text = text//', "repeated": true'
     text = text//'}'
   end function item_json
-
-  !> What a value is.
-  pure function kind_of(item) result(text)
-    type(item_type), intent(in) :: item
-    character(len=:), allocatable :: text
-
-    select case (item%kind)
-    case (kind_word)
-      text = 'word'
-    case (kind_name)
-      text = 'name'
-    case (kind_file)
-      text = 'file'
-    case (kind_integer)
-      text = 'integer'
-    case (kind_real)
-      text = 'number'
-    case default
-      text = 'flag'
-    end select
-  end function kind_of
 
   !> The words that a value may be, if there are any.
   pure function words_json(item) result(text)

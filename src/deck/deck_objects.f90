@@ -6,6 +6,7 @@ module qsmpm_deck_objects
   use qsmpm_history_description, only: history_type
   use qsmpm_load_description, only: traction_type, support_type, water_level_type
   use qsmpm_material_description, only: material_type
+  use qsmpm_named, only: named_type
   use qsmpm_mesh_description, only: set_type, surface_type, mesh_none
   use qsmpm_phase_description, only: phase_type
   use qsmpm_structures, only: rigid_body_type, contact_type, rigid_move_type, prop_type
@@ -120,49 +121,32 @@ contains
   end subroutine open_phase_item
 
   !> Number of items of a list; loads and supports are those of the phase that was gone to.
-  pure integer function count_items(state, list) result(count)
-    type(deck_state_type), intent(in) :: state
+  integer function count_items(state, list) result(count)
+    type(deck_state_type), intent(in), target :: state
     integer, intent(in) :: list
 
-    count = 1
-    associate (analysis => state%analysis)
-      select case (list)
-      case (list_mesh)
-        if (analysis%mesh%kind == mesh_none) count = 0
-      case (list_node_sets)
-        count = size(analysis%node_sets)
-      case (list_element_sets)
-        count = size(analysis%element_sets)
-      case (list_surfaces)
-        count = size(analysis%surfaces)
-      case (list_bodies)
-        count = size(analysis%bodies)
-      case (list_points)
-        count = size(state%points)
-      case (list_materials)
-        count = size(analysis%materials)
-      case (list_histories)
-        count = size(analysis%histories)
-      case (list_rigid_bodies)
-        count = size(analysis%rigid_bodies)
-      case (list_contacts)
-        count = size(analysis%contacts)
-      case (list_props)
-        count = size(analysis%props)
-      case (list_stages)
-        count = size(analysis%point_test%stages)
-      case (list_phases)
-        count = size(analysis%phases)
-      case (list_tractions)
-        count = size(analysis%phases(state%phase)%tractions)
-      case (list_supports)
-        count = size(analysis%phases(state%phase)%supports)
-      case (list_water_levels)
-        count = size(analysis%phases(state%phase)%water_levels)
-      case (list_moves)
-        count = size(analysis%phases(state%phase)%moves)
-      end select
-    end associate
+    select case (list)
+    case (list_none)
+      count = 1
+    case (list_mesh)
+      count = merge(0, 1, state%analysis%mesh%kind == mesh_none)
+    case (list_points)
+      count = size(state%points)
+    case (list_contacts)
+      count = size(state%analysis%contacts)
+    case (list_stages)
+      count = size(state%analysis%point_test%stages)
+    case (list_tractions)
+      count = size(state%analysis%phases(state%phase)%tractions)
+    case (list_supports)
+      count = size(state%analysis%phases(state%phase)%supports)
+    case (list_water_levels)
+      count = size(state%analysis%phases(state%phase)%water_levels)
+    case (list_moves)
+      count = size(state%analysis%phases(state%phase)%moves)
+    case default
+      count = size(named_items(state%analysis, list))
+    end select
   end function count_items
 
   !> The item that cards are about from now on.
@@ -183,48 +167,48 @@ contains
   !> The name of the last item of a list is that of no other; an empty one has been reported.
   subroutine check_new_name(card, state, list, what)
     type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
+    type(deck_state_type), intent(inout), target :: state
     integer, intent(in) :: list
     character(len=*), intent(in) :: what
-    character(len=:), allocatable :: name
+    class(named_type), pointer :: items(:)
     integer :: i, last
 
-    last = count_items(state, list)
-    name = name_of(state%analysis, list, last)
-    if (len(name) == 0) return
+    items => named_items(state%analysis, list)
+    if (.not. associated(items)) return
+    last = size(items)
+    if (len(items(last)%name) == 0) return
     do i = 1, last - 1
-      if (name_of(state%analysis, list, i) == name) call state%report_error(card, 'there is already a '//what//" '"// &
-        name//"'")
+      if (items(i)%name == items(last)%name) call state%report_error(card, 'there is already a '//what//" '"// &
+        items(i)%name//"'")
     end do
   end subroutine check_new_name
 
-  !> Name of an item.
-  pure function name_of(analysis, list, number) result(name)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: list, number
-    character(len=:), allocatable :: name
+  !> The items of a list that have names; null for the others.
+  function named_items(analysis, list) result(items)
+    type(analysis_type), intent(in), target :: analysis
+    integer, intent(in) :: list
+    class(named_type), pointer :: items(:)
 
+    nullify (items)
     select case (list)
     case (list_node_sets)
-      name = analysis%node_sets(number)%name
+      items => analysis%node_sets
     case (list_element_sets)
-      name = analysis%element_sets(number)%name
+      items => analysis%element_sets
     case (list_surfaces)
-      name = analysis%surfaces(number)%name
+      items => analysis%surfaces
     case (list_bodies)
-      name = analysis%bodies(number)%name
+      items => analysis%bodies
     case (list_materials)
-      name = analysis%materials(number)%name
+      items => analysis%materials
     case (list_histories)
-      name = analysis%histories(number)%name
+      items => analysis%histories
     case (list_rigid_bodies)
-      name = analysis%rigid_bodies(number)%name
+      items => analysis%rigid_bodies
     case (list_props)
-      name = analysis%props(number)%name
+      items => analysis%props
     case (list_phases)
-      name = analysis%phases(number)%name
-    case default
-      name = ''
+      items => analysis%phases
     end select
-  end function name_of
+  end function named_items
 end module qsmpm_deck_objects

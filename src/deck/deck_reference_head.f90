@@ -86,7 +86,6 @@ contains
       '| 3 | not converged, in any of the phases |', &
       '| 4 | a material point left the mesh |', &
       '| 5 | singular equations from the first iteration on: supports or stiffness are missing |', &
-      '| 6 | user material |', &
-      '| 130, 143 | stopped by a signal; `restart.h5` continues the run |'])
+      '| 6 | user material |', '| 130, 143 | stopped by a signal; `restart.h5` continues the run |'])
   end function rules
 end module qsmpm_deck_reference_head

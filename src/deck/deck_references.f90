@@ -100,8 +100,7 @@ contains
     if (state%in_phase) call state%messages%add(severity_error, state%phase_place, 'PHASE', &
       'the phase has no *END PHASE')
     if (.not. state%model_given) call missing('MODEL', 'the kind of model')
-    if (state%analysis%mesh%kind == mesh_none) call missing('GRID', 'a mesh (*GRID, *MESH or '// &
-      '*NODE and *ELEMENT)')
+    if (state%analysis%mesh%kind == mesh_none) call missing('GRID', 'a mesh (*GRID, *MESH or *NODE and *ELEMENT)')
     if (allocated(state%analysis%mesh%refined) .and. all(state%analysis%mesh%kind /= [mesh_none, mesh_fitted])) &
       call state%error_from(state%analysis%mesh%where, 'REFINE', 'it is for triangles that fit the scene, and '// &
       'these cells are not: *GRID without ELEMENT and what asks for squares, or ELEMENT=TRI6, FIT=YES')
@@ -113,10 +112,8 @@ contains
 
     !> Report what is missing at the end of the deck.
     subroutine missing(keyword, what)
-      !> The card that is missing.
-      character(len=*), intent(in) :: keyword
-      !> What the card would bring.
-      character(len=*), intent(in) :: what
+      !> The card that is missing; what the card would bring.
+      character(len=*), intent(in) :: keyword, what
 
       call state%messages%add(severity_error, state%last, keyword, 'the deck lacks '//what)
     end subroutine missing
@@ -142,8 +139,7 @@ contains
     character(len=*), intent(in) :: name
     type(set_type), intent(in) :: sets(:)
     type(source_line_type), intent(in) :: where
-    character(len=*), intent(in) :: keyword
-    character(len=*), intent(in) :: what
+    character(len=*), intent(in) :: keyword, what
 
     if (state%analysis%mesh%kind /= mesh_file) call check_name(state, name, sets, where, keyword, what)
   end subroutine check_set
@@ -154,10 +150,7 @@ contains
     logical :: gravity
     integer :: i
 
-    gravity = .false.
-    do i = 1, size(state%analysis%phases)
-      if (norm2(state%analysis%phases(i)%gravity%vector) > 0.0_wp) gravity = .true.
-    end do
+    gravity = has_gravity(state)
     do i = 1, size(state%analysis%materials)
       associate (material => state%analysis%materials(i))
         call check_law(state, material)
@@ -257,8 +250,7 @@ contains
 
     associate (sets => state%analysis%node_sets)
       if (state%analysis%moving_mesh%active .and. .not. state%analysis%moving_mesh%by_body) call check_set(state, &
-        state%analysis%moving_mesh%set, sets, state%analysis%moving_mesh%where, 'MOVING MESH', &
-        'node set')
+        state%analysis%moving_mesh%set, sets, state%analysis%moving_mesh%where, 'MOVING MESH', 'node set')
       do i = 1, size(state%analysis%histories)
         associate (history => state%analysis%histories(i))
           if (len(history%set) > 0) call check_set(state, history%set, sets, history%where, 'HISTORY', 'node set')
@@ -267,8 +259,7 @@ contains
       do p = 1, size(state%analysis%phases)
         associate (phase => state%analysis%phases(p))
           do i = 1, size(phase%fixities)
-            call check_set(state, phase%fixities(i)%set, sets, phase%fixities(i)%where, 'FIX', &
-              'node set')
+            call check_set(state, phase%fixities(i)%set, sets, phase%fixities(i)%where, 'FIX', 'node set')
           end do
           do i = 1, size(phase%prescriptions)
             call check_set(state, phase%prescriptions(i)%set, sets, phase%prescriptions(i)%where, &

@@ -80,8 +80,7 @@ contains
   pure subroutine error_from(self, where, keyword, sentence)
     class(deck_state_type), intent(inout) :: self
     type(source_line_type), intent(in) :: where
-    character(len=*), intent(in) :: keyword
-    character(len=*), intent(in) :: sentence
+    character(len=*), intent(in) :: keyword, sentence
 
     call self%messages%add(severity_error, place_of(self, where), keyword, sentence)
   end subroutine error_from
@@ -90,8 +89,7 @@ contains
   pure subroutine warn(self, where, keyword, sentence)
     class(deck_state_type), intent(inout) :: self
     type(source_line_type), intent(in) :: where
-    character(len=*), intent(in) :: keyword
-    character(len=*), intent(in) :: sentence
+    character(len=*), intent(in) :: keyword, sentence
 
     call self%messages%add(severity_warning, place_of(self, where), keyword, sentence)
   end subroutine warn
@@ -152,8 +150,7 @@ contains
     character(len=*), intent(in) :: name
     class(named_type), intent(in) :: list(:)
     type(source_line_type), intent(in) :: where
-    character(len=*), intent(in) :: keyword
-    character(len=*), intent(in) :: what
+    character(len=*), intent(in) :: keyword, what
     type(string_type), allocatable :: names(:)
 
     if (place_named(list, name) > 0) return
@@ -169,11 +166,9 @@ contains
     character(len=*), intent(in) :: name
     type(string_type), intent(in) :: names(:)
     type(source_line_type), intent(in) :: where
-    character(len=*), intent(in) :: keyword
-    character(len=*), intent(in) :: what
+    character(len=*), intent(in) :: keyword, what
 
     if (len(name) == 0 .or. word_place(names, name) > 0) return
-    call state%error_from(where, keyword, 'there is no '//what//" '"//name//"'"// &
-      did_you_mean(name, names))
+    call state%error_from(where, keyword, 'there is no '//what//" '"//name//"'"//did_you_mean(name, names))
   end subroutine check_word
 end module qsmpm_deck_state

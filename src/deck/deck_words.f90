@@ -18,20 +18,16 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: format_words(2) = [character(len=n) :: 'GMSH', 'ABAQUS']
   character(len=n), parameter, public :: axis_words(3) = [character(len=n) :: 'X', 'Y', 'Z']
   character(len=n), parameter, public :: load_words(4) = [character(len=n) :: 'X', 'Y', 'Z', 'MZ']
-  character(len=n), parameter, public :: tensor_words(6) = [character(len=n) :: &
-    'XX', 'YY', 'ZZ', 'XY', 'XZ', 'YZ']
-  character(len=n), parameter, public :: surface_words(4) = [character(len=n) :: &
-    'BOX', 'SEGMENT', 'MESH', 'OUTLINE']
+  character(len=n), parameter, public :: tensor_words(6) = [character(len=n) :: 'XX', 'YY', 'ZZ', 'XY', 'XZ', 'YZ']
+  character(len=n), parameter, public :: surface_words(4) = [character(len=n) :: 'BOX', 'SEGMENT', 'MESH', 'OUTLINE']
   character(len=n), parameter, public :: shape_words(5) = [character(len=n) :: &
     'ALL', 'BOX', 'POLYGON', 'REGION', 'POLYHEDRON']
   character(len=n), parameter, public :: patch_words(2) = [character(len=n) :: 'CELL', 'POINT']
   character(len=n), parameter, public :: rigid_words(6) = [character(len=n) :: &
     'PLANE', 'CIRCLE', 'BOX', 'CONE', 'POLYGON', 'CYLINDER']
   character(len=n), parameter, public :: contact_words(2) = [character(len=n) :: 'SOIL', 'BODY']
-  character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', &
-    'CELL']
-  character(len=n), parameter, public :: kinematics_words(2) = [character(len=n) :: &
-    'JAUMANN', 'LOGARITHMIC']
+  character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', 'CELL']
+  character(len=n), parameter, public :: kinematics_words(2) = [character(len=n) :: 'JAUMANN', 'LOGARITHMIC']
   character(len=n), parameter, public :: rate_words(2) = [character(len=n) :: 'PAPER', 'MIDPOINT']
   !> From 0.
   character(len=n), parameter, public :: stabilisation_words(0:2) = [character(len=n) :: &
@@ -43,13 +39,10 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: phase_words(2) = [character(len=n) :: 'LOADING', 'SAFETY']
   character(len=n), parameter, public :: geometry_words(2) = [character(len=n) :: 'FIXED', 'MOVING']
   !> From 0.
-  character(len=n), parameter, public :: initial_words(0:3) = [character(len=n) :: 'KEEP', 'K0', &
-    'ISOTROPIC', 'GIVEN']
+  character(len=n), parameter, public :: initial_words(0:3) = [character(len=n) :: 'KEEP', 'K0', 'ISOTROPIC', 'GIVEN']
   !> From 0.
-  character(len=n), parameter, public :: support_words(0:2) = [character(len=n) :: &
-    'FREE', 'NORMAL', 'ALL']
-  character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', &
-    'POINTS']
+  character(len=n), parameter, public :: support_words(0:2) = [character(len=n) :: 'FREE', 'NORMAL', 'ALL']
+  character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', 'POINTS']
   character(len=n), parameter, public :: fill_words(2) = [character(len=n) :: 'LEVEL', 'SHAPE']
   character(len=n), parameter, public :: side_words(2) = [character(len=n) :: 'ABOVE', 'BELOW']
   character(len=18), parameter, public :: test_words(7) = [character(len=18) :: &
@@ -74,8 +67,7 @@ contains
 
   !> Position of a word in a list from 1, 0 when it is not there.
   pure integer function position_of(word, words) result(position)
-    character(len=*), intent(in) :: word
-    character(len=*), intent(in) :: words(:)
+    character(len=*), intent(in) :: word, words(:)
 
     position = findloc(words, word, dim=1)
   end function position_of

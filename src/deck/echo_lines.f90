@@ -2,13 +2,12 @@
 !> bits.
 module qsmpm_echo_lines
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: real_text
+  use qsmpm_text, only: newline, real_text
   implicit none
   private
 
   public :: echo_type, quoted, numbers
 
-  character(len=1), parameter :: newline = new_line('a')
   !> Room that is made at once, so that long decks are not copied for every line.
   integer, parameter :: block = 65536
 

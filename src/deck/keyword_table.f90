@@ -83,7 +83,8 @@ contains
     character(len=*), intent(in), optional :: opens
     type(describer_type) :: describer
 
-    call make_room(self)
+    if (.not. allocated(self%keywords)) allocate (self%keywords(128))
+    if (self%count == size(self%keywords)) self%keywords = [self%keywords, self%keywords]
     if (.not. allocated(self%prototype)) allocate (self%prototype, source=prototype_deck())
     self%count = self%count + 1
     associate (entry => self%keywords(self%count))
@@ -105,21 +106,6 @@ contains
       call move_alloc(describer%lines, entry%data)
     end associate
   end subroutine add
-
-  !> Room for one more entry.
-  subroutine make_room(self)
-    type(table_type), intent(inout) :: self
-    type(keyword_type), allocatable :: longer(:)
-    integer :: i
-
-    if (.not. allocated(self%keywords)) allocate (self%keywords(64))
-    if (self%count < size(self%keywords)) return
-    allocate (longer(2*self%count))
-    do i = 1, self%count
-      longer(i) = self%keywords(i)
-    end do
-    call move_alloc(longer, self%keywords)
-  end subroutine make_room
 
   !> Say what to choose for a scene.
   subroutine advise(self, scene, choice)

@@ -6,12 +6,14 @@
 !> lines mean is left to the cards.
 module qsmpm_deck_lines
   use qsmpm_text, only: string_type, stripped, squeezed, upper, split, without_return, integer_text
+  use qsmpm_error, only: error_type
+  use qsmpm_file, only: read_text
   use qsmpm_path, only: directory_of, joined
   use qsmpm_messages, only: line_origin_type, message_list_type, severity_error
   implicit none
   private
 
-  public :: line_type, line_list_type, cut_lines, read_whole_file, unquoted
+  public :: line_type, line_list_type, cut_lines, unquoted
 
   character(len=*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
@@ -55,9 +57,7 @@ contains
     allocate (lines%items(64), lines%open(deepest))
     call cut_file(lines, path, '', text, messages)
     if (lines%continued) call end_continuation(lines, 'the deck ends', messages)
-    if (.not. allocated(lines%last%file)) then
-      lines%last = line_origin_type(file=path, line=1, chain='')
-    end if
+    if (.not. allocated(lines%last%file)) lines%last = line_origin_type(file=path, line=1, chain='')
     lines%last%order = huge(1)
   end subroutine cut_lines
 
@@ -166,16 +166,15 @@ contains
     type(message_list_type), intent(inout) :: messages
     type(string_type), allocatable :: pieces(:)
     character(len=:), allocatable :: path, content, value
+    type(error_type), allocatable :: error
     integer :: i
-    logical :: found
 
     call split(text, ',', pieces)
     value = ''
     if (size(pieces) == 2) then
       i = index(pieces(2)%text, '=')
       if (i > 0) then
-        if (upper(stripped(pieces(2)%text(:i - 1))) == 'INPUT') &
-          value = unquoted(pieces(2)%text(i + 1:))
+        if (upper(stripped(pieces(2)%text(:i - 1))) == 'INPUT') value = unquoted(pieces(2)%text(i + 1:))
       end if
     end if
     if (len(value) == 0) then
@@ -185,8 +184,7 @@ contains
     path = joined(directory_of(place%file), value)
     do i = 1, lines%depth
       if (lines%open(i)%file /= path) cycle
-      call messages%add(severity_error, place, 'INCLUDE', "'"//path//"' includes itself: "// &
-        ring(lines, i))
+      call messages%add(severity_error, place, 'INCLUDE', "'"//path//"' includes itself: "//ring(lines, i))
       return
     end do
     if (lines%depth >= deepest) then
@@ -194,8 +192,8 @@ contains
         'files include each other more than '//integer_text(deepest)//' deep')
       return
     end if
-    call read_whole_file(path, content, found)
-    if (found) then
+    call read_text(path, content, error)
+    if (.not. allocated(error)) then
       call cut_file(lines, path, ' (included from '//place%file//':'//integer_text(place%line)// &
         onward(place%chain)//')', content, messages)
     else
@@ -251,59 +249,6 @@ contains
     lines%items(lines%count)%place = place
     lines%items(lines%count)%text = text
   end subroutine append
-
-  !> Read a file, or what comes through a pipe, as bytes.
-  subroutine read_whole_file(path, text, found)
-    character(len=*), intent(in) :: path
-    character(len=:), allocatable, intent(out) :: text
-    !> False when it cannot be read.
-    logical, intent(out) :: found
-    integer :: unit, status, bytes
-
-    text = ''
-    open (newunit=unit, file=path, access='stream', form='unformatted', status='old', &
-      action='read', iostat=status)
-    found = status == 0
-    if (.not. found) return
-    inquire (unit=unit, size=bytes)
-    if (bytes > 0) then
-      deallocate (text)
-      allocate (character(len=bytes) :: text, stat=status)
-      if (status == 0) read (unit, iostat=status) text
-      found = status == 0
-    else
-      call read_pipe(unit, text, found)
-    end if
-    close (unit, iostat=status)
-  end subroutine read_whole_file
-
-  !> Read what has no size, to its end.
-  subroutine read_pipe(unit, text, found)
-    integer, intent(in) :: unit
-    character(len=:), allocatable, intent(inout) :: text
-    !> False when it does not end.
-    logical, intent(out) :: found
-    !> More than any deck has.
-    integer, parameter :: most = 2**26
-    character(len=:), allocatable :: longer
-    character :: byte
-    integer :: n, status
-
-    n = 0
-    do
-      read (unit, iostat=status) byte
-      if (status /= 0 .or. n == most) exit
-      if (n == len(text)) then
-        allocate (character(len=max(4096, 2*n)) :: longer)
-        longer(:n) = text
-        call move_alloc(longer, text)
-      end if
-      n = n + 1
-      text(n:n) = byte
-    end do
-    found = status /= 0
-    text = text(:n)
-  end subroutine read_pipe
 
   !> A value without the double quotes around it.
   pure function unquoted(value) result(inner)

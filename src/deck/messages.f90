@@ -68,14 +68,11 @@ contains
   pure subroutine make_room(self)
     type(message_list_type), intent(inout) :: self
     type(message_type), allocatable :: longer(:)
-    integer :: i
 
     if (.not. allocated(self%items)) allocate (self%items(16))
     if (self%count < size(self%items)) return
     allocate (longer(2*self%count))
-    do i = 1, self%count
-      call move_item(self%items(i), longer(i))
-    end do
+    longer(:self%count) = self%items
     call move_alloc(longer, self%items)
   end subroutine make_room
 
@@ -91,21 +88,10 @@ contains
     places(1, :) = self%items(:self%count)%order
     call order_columns(places, order)
     do i = 1, self%count
-      call move_item(self%items(order(i)), sorted(i))
+      sorted(i) = self%items(order(i))
     end do
     call move_alloc(sorted, self%items)
   end subroutine sort
-
-  !> Move a sentence without copying its text.
-  pure subroutine move_item(from, to)
-    !> Left without text.
-    type(message_type), intent(inout) :: from
-    type(message_type), intent(inout) :: to
-
-    to%severity = from%severity
-    to%order = from%order
-    call move_alloc(from%text, to%text)
-  end subroutine move_item
 
   !> Number of errors.
   pure integer function error_count(self)

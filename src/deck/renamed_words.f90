@@ -4,7 +4,7 @@ module qsmpm_renamed_words
   implicit none
   private
 
-  public :: renamed_keyword, renamed_parameter, renamed_text
+  public :: renamed, renamed_text
 
   !> Said behind the new word.
   character(len=*), parameter, public :: by_converter = ' (tools/convert-deck DECK writes the new words)'
@@ -15,8 +15,7 @@ module qsmpm_renamed_words
   type :: renamed_type
     !> `keyword`, the keyword that a parameter belongs to (its present name), or the file of a result.
     character(len=n) :: where
-    character(len=n) :: old
-    character(len=n) :: new
+    character(len=n) :: old, new
   end type renamed_type
 
   type(renamed_type), parameter :: words(*) = [ &
@@ -34,26 +33,9 @@ module qsmpm_renamed_words
 
 contains
 
-  !> Present name of a keyword; empty when it was not renamed.
-  pure function renamed_keyword(old) result(new)
-    !> Capitals, without the star.
-    character(len=*), intent(in) :: old
-    character(len=:), allocatable :: new
-
-    new = renamed(keyword, old)
-  end function renamed_keyword
-
-  !> Present name of a parameter; empty when it was not renamed.
-  pure function renamed_parameter(card, old) result(new)
-    !> The keyword as it is now and the parameter, capitals.
-    character(len=*), intent(in) :: card, old
-    character(len=:), allocatable :: new
-
-    new = renamed(card, old)
-  end function renamed_parameter
-
-  !> Present name of a word of a place; empty when it was not renamed.
+  !> Present name of a word; empty when it was not renamed.
   pure function renamed(where, old) result(new)
+    !> `keyword`, or the keyword as it is now that a parameter belongs to; the word in capitals, without a star.
     character(len=*), intent(in) :: where, old
     character(len=:), allocatable :: new
     integer :: i

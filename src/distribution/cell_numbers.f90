@@ -60,8 +60,7 @@ contains
     !> Mesh cells a brick is cut into.
     integer, intent(in) :: pieces
     integer, intent(in) :: cell(:)
-    integer :: number(size(cell))
-    integer :: i
+    integer :: number(size(cell)), i
 
     number = cell
     if (from == to) return

@@ -8,7 +8,7 @@ module qsmpm_ring_exchange
   use qsmpm_grid_window, only: operator(==)
   use qsmpm_model, only: model_type
   use qsmpm_own_marks, only: node_owners
-  use qsmpm_own_part, only: own_part_type, is_divided
+  use qsmpm_own_part, only: is_divided
   use qsmpm_owner_copies, only: list_copies, copy_values
   use qsmpm_point_location, only: activation_type, add_active
   use qsmpm_space, only: node_label

@@ -19,17 +19,12 @@ contains
 
   !> Gauss rule of a face in the local coordinates of the element.
   pure subroutine face_rule(kind, face, degree, points, weights)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local face number.
-    integer, intent(in) :: face
-    !> Degree it is exact for, any from 0.
-    integer, intent(in) :: degree
+    !> Element kind; local face number; degree it is exact for, any from 0.
+    integer, intent(in) :: kind, face, degree
     !> Local coordinates (local dimension, points).
     real(wp), allocatable, intent(out) :: points(:, :)
     !> Weights; their sum is 2 (edge), 1/2 (triangle) or 4 (quad).
     real(wp), allocatable, intent(out) :: weights(:)
-
     real(wp), allocatable :: x(:), places(:, :)
     real(wp) :: origin(3), directions(3, 2), local(3)
     integer :: q
@@ -55,17 +50,12 @@ contains
 
   !> Area vector at a point of a face: outward normal times area (2D: length) a unit of weight.
   pure subroutine face_area_vector(kind, face, local, nodes, vector)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local face number.
-    integer, intent(in) :: face
-    !> Local coordinates of the point on the face (dim).
-    real(wp), intent(in) :: local(:)
-    !> Node coordinates of the element (dim, nodes), length.
-    real(wp), intent(in) :: nodes(:, :)
+    !> Element kind; local face number.
+    integer, intent(in) :: kind, face
+    !> Local coordinates of the point on the face (dim); node coordinates of the element (dim, nodes), length.
+    real(wp), intent(in) :: local(:), nodes(:, :)
     !> Area vector (dim), length or length squared.
     real(wp), intent(out) :: vector(:)
-
     real(wp) :: gradients(3, max_nodes), jacobian(3, 3), origin(3), directions(3, 2), s(3), t(3)
     integer :: n, d
 

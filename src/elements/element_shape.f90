@@ -82,13 +82,10 @@ contains
 
   !> Jacobian matrix of the isoparametric map.
   pure subroutine element_jacobian(gradients, nodes, jacobian)
-    !> dN/dlocal (dim, nodes).
-    real(wp), intent(in) :: gradients(:, :)
-    !> Node coordinates (dim, nodes).
-    real(wp), intent(in) :: nodes(:, :)
+    !> dN/dlocal (dim, nodes); node coordinates (dim, nodes).
+    real(wp), intent(in) :: gradients(:, :), nodes(:, :)
     !> dx_i/dlocal_j (dim, dim).
     real(wp), intent(out) :: jacobian(:, :)
-
     integer :: a, j
 
     jacobian = 0.0_wp
@@ -103,17 +100,14 @@ contains
   pure subroutine element_geometry(kind, local, nodes, shape, gradients, determinant)
     !> Element kind.
     integer, intent(in) :: kind
-    !> Local coordinates (dim).
-    real(wp), intent(in) :: local(:)
-    !> Node coordinates (dim, nodes), length.
-    real(wp), intent(in) :: nodes(:, :)
+    !> Local coordinates (dim); node coordinates (dim, nodes), length.
+    real(wp), intent(in) :: local(:), nodes(:, :)
     !> One value a node.
     real(wp), intent(out) :: shape(:)
     !> dN/dx (dim, nodes), 1/length; 0 where the map is singular.
     real(wp), intent(out) :: gradients(:, :)
     !> Determinant of dx/dlocal; not positive where the element is tangled.
     real(wp), intent(out) :: determinant
-
     real(wp) :: local_gradients(3, max_nodes), jacobian(3, 3), inverse(3, 3)
     integer :: n, d, a
 
@@ -169,9 +163,7 @@ contains
   !> Inverse by cross products, 0 when the matrix is singular.
   pure subroutine invert_3(matrix, inverse, determinant)
     real(wp), intent(in) :: matrix(3, 3)
-    real(wp), intent(out) :: inverse(3, 3)
-    real(wp), intent(out) :: determinant
-
+    real(wp), intent(out) :: inverse(3, 3), determinant
     integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
     integer :: i, j
 

@@ -7,8 +7,7 @@ module qsmpm_element_topology
   use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, corner_count, local_dimension, node_count, &
     element_order, linear_kind
   use qsmpm_element_tables, only: triangle_corners, quad_corners, tet_corners, hex_corners, &
-    wedge_corners, triangle_edges, quad_edges, tet_edges, hex_edges, wedge_edges, tet_faces, &
-    hex_faces, wedge_faces
+    wedge_corners, triangle_edges, quad_edges, tet_edges, hex_edges, wedge_edges, tet_faces, hex_faces, wedge_faces
   implicit none
   private
 
@@ -19,10 +18,8 @@ contains
 
   !> Number of corners of a face: 2 (edge of a 2D element), 3 or 4.
   pure integer function face_corner_count(kind, face) result(n)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local face number.
-    integer, intent(in) :: face
+    !> Element kind; local face number.
+    integer, intent(in) :: kind, face
 
     select case (linear_kind(kind))
     case (tet4)
@@ -38,10 +35,8 @@ contains
 
   !> Local numbers of the corners of a face, seen from outside counter-clockwise.
   pure function face_corners(kind, face) result(corners)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local face number.
-    integer, intent(in) :: face
+    !> Element kind; local face number.
+    integer, intent(in) :: kind, face
     !> Local node numbers.
     integer :: corners(face_corner_count(kind, face))
 
@@ -86,10 +81,8 @@ contains
 
   !> Local coordinates of a corner.
   pure function corner_place(kind, corner) result(local)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local corner number.
-    integer, intent(in) :: corner
+    !> Element kind; local corner number.
+    integer, intent(in) :: kind, corner
     !> Local coordinates, the third 0 in 2D.
     real(wp) :: local(3)
 
@@ -166,31 +159,26 @@ contains
       distance(:6) = [1.0_wp + local(3), 1.0_wp - local(3), 1.0_wp + local(2), &
         1.0_wp - local(1), 1.0_wp - local(2), 1.0_wp + local(1)]
     case (wedge6)
-      distance(:5) = [1.0_wp + local(3), 1.0_wp - local(3), local(2), &
-        1.0_wp - local(1) - local(2), local(1)]
+      distance(:5) = [1.0_wp + local(3), 1.0_wp - local(3), local(2), 1.0_wp - local(1) - local(2), local(1)]
     end select
   end subroutine inside_distance
 
   !> Affine map of the reference face into the element: local = origin + directions . s, with s in
   !> [-1,1] for an edge of a 2D element, the unit triangle or [-1,1]^2.
   pure subroutine face_frame(kind, face, origin, directions)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Local face number.
-    integer, intent(in) :: face
+    !> Element kind; local face number.
+    integer, intent(in) :: kind, face
     !> Local coordinates at s = 0; the third is 0 in 2D.
     real(wp), intent(out) :: origin(3)
     !> Derivatives of the local coordinates by s (3, 2); the second column is 0 in 2D.
     real(wp), intent(out) :: directions(3, 2)
-
     integer :: corners(face_corner_count(kind, face))
 
     corners = face_corners(kind, face)
     origin = corner_place(kind, corners(1))
     directions = 0.0_wp
     directions(:, 1) = corner_place(kind, corners(2)) - origin
-    if (size(corners) > 2) &
-      directions(:, 2) = corner_place(kind, corners(size(corners))) - origin
+    if (size(corners) > 2) directions(:, 2) = corner_place(kind, corners(size(corners))) - origin
     if (size(corners) == 3) return
     directions = 0.5_wp*directions
     origin = origin + directions(:, 1) + directions(:, 2)

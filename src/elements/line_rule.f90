@@ -13,10 +13,8 @@ contains
   pure subroutine line_gauss(n, points, weights)
     !> Number of points.
     integer, intent(in) :: n
-    !> Coordinates in [-1, 1].
-    real(wp), allocatable, intent(out) :: points(:)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Coordinates in [-1, 1], and weights.
+    real(wp), allocatable, intent(out) :: points(:), weights(:)
     ! Newton doubles the digits each time; from the cosine start four reach round-off for any n.
     integer, parameter :: newton_steps = 6
     real(wp) :: x, value, slope
@@ -44,11 +42,8 @@ contains
     integer, intent(in) :: n
     !> Place.
     real(wp), intent(in) :: x
-    !> P_n(x).
-    real(wp), intent(out) :: value
-    !> P_n'(x).
-    real(wp), intent(out) :: slope
-
+    !> P_n(x); P_n'(x).
+    real(wp), intent(out) :: value, slope
     real(wp) :: before, next
     integer :: k
 
@@ -66,10 +61,8 @@ contains
   pure subroutine line_even(n, points, weights)
     !> Number of pieces.
     integer, intent(in) :: n
-    !> Coordinates in [-1, 1].
-    real(wp), allocatable, intent(out) :: points(:)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Coordinates in [-1, 1], and weights.
+    real(wp), allocatable, intent(out) :: points(:), weights(:)
     integer :: i
 
     allocate (points(n), weights(n))

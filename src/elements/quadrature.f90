@@ -18,14 +18,10 @@ contains
   !> Rule exact for polynomials of a degree: total degree on triangles and tets, degree in each
   !> coordinate on quads and hexes, total degree in the triangle times degree in zeta on wedges.
   pure subroutine gauss_rule(kind, degree, points, weights)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Degree, any from 0.
-    integer, intent(in) :: degree
-    !> Local coordinates (local dimension, points).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Element kind; degree, any from 0.
+    integer, intent(in) :: kind, degree
+    !> Local coordinates (local dimension, points), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), allocatable :: x(:), w(:), triangle(:, :), triangle_weights(:)
 
     select case (linear_kind(kind))
@@ -51,10 +47,8 @@ contains
   pure subroutine full_rule(kind, points, weights)
     !> Element kind.
     integer, intent(in) :: kind
-    !> Local coordinates (local dimension, points).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (local dimension, points), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), allocatable :: x(:), w(:), triangle(:, :), triangle_weights(:)
 
     if (kind /= wedge15) then
@@ -70,13 +64,9 @@ contains
   !> Product of a line rule with itself.
   pure subroutine square_rule(x, w, points, weights)
     !> Points and weights of the line rule.
-    real(wp), intent(in) :: x(:)
-    real(wp), intent(in) :: w(:)
-    !> Local coordinates (2, n**2).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (n**2).
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    real(wp), intent(in) :: x(:), w(:)
+    !> Local coordinates (2, n**2); weights (n**2).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     integer :: i, j, q
 
     allocate (points(2, size(x)**2), weights(size(x)**2))
@@ -92,13 +82,9 @@ contains
   !> Product of a line rule with itself, three times.
   pure subroutine cube_rule(x, w, points, weights)
     !> Points and weights of the line rule.
-    real(wp), intent(in) :: x(:)
-    real(wp), intent(in) :: w(:)
-    !> Local coordinates (3, n**3).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (n**3).
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    real(wp), intent(in) :: x(:), w(:)
+    !> Local coordinates (3, n**3); weights (n**3).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), allocatable :: square(:, :), square_weights(:)
 
     call square_rule(x, w, square, square_weights)
@@ -108,16 +94,11 @@ contains
   !> Product of a plane rule and a line rule along zeta.
   pure subroutine layer_rule(plane, plane_weights, x, w, points, weights)
     !> Points (2, m) and weights of the plane rule.
-    real(wp), intent(in) :: plane(:, :)
-    real(wp), intent(in) :: plane_weights(:)
+    real(wp), intent(in) :: plane(:, :), plane_weights(:)
     !> Points and weights of the line rule.
-    real(wp), intent(in) :: x(:)
-    real(wp), intent(in) :: w(:)
-    !> Local coordinates (3, m*n).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (m*n).
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    real(wp), intent(in) :: x(:), w(:)
+    !> Local coordinates (3, m*n); weights (m*n).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     integer :: k, m, first
 
     m = size(plane_weights)

@@ -49,18 +49,14 @@ contains
 
   !> Start places and weights of the points of an element; weights sum to the reference volume.
   pure subroutine seed_rule(kind, count, gauss, points, weights, error)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Number of points, 0 for the default.
-    integer, intent(in) :: count
+    !> Element kind; number of points, 0 for the default.
+    integer, intent(in) :: kind, count
     !> A Gauss rule also where equal pieces are the custom.
     logical, intent(in) :: gauss
-    !> Local coordinates (local dimension, points).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (local dimension, points), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     !> Set when there is no rule of this number.
     type(error_type), allocatable, intent(out) :: error
-
     real(wp), allocatable :: x(:), w(:)
     integer :: n
 
@@ -96,9 +92,8 @@ contains
     integer, intent(in) :: count
     !> A Gauss rule.
     logical, intent(in) :: gauss
-    !> Coordinates (count).
-    real(wp), allocatable, intent(out) :: points(:)
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Coordinates (count), and weights.
+    real(wp), allocatable, intent(out) :: points(:), weights(:)
 
     if (gauss) then
       call line_gauss(count, points, weights)
@@ -113,9 +108,8 @@ contains
     integer, intent(in) :: count
     !> A Gauss rule in any case.
     logical, intent(in) :: gauss
-    !> Local coordinates (2, count).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
+    !> Local coordinates (2, count), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
 
     if (any(count == [4, 9, 16]) .and. .not. gauss) then
       call triangle_even(nint(sqrt(real(count, wp))), points, weights)
@@ -130,10 +124,8 @@ contains
     integer, intent(in) :: count
     !> A Gauss rule in any case.
     logical, intent(in) :: gauss
-    !> Local coordinates (3, count).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (3, count), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), allocatable :: triangle(:, :), triangle_weights(:), x(:), w(:)
     integer :: layers
 
@@ -152,10 +144,8 @@ contains
 
   !> Message that lists the allowed numbers.
   pure function wrong_count(kind, count) result(message)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> The number asked for.
-    integer, intent(in) :: count
+    !> Element kind; the number asked for.
+    integer, intent(in) :: kind, count
     character(len=:), allocatable :: message
 
     integer :: i, last

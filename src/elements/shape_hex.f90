@@ -91,7 +91,6 @@ contains
     real(wp), intent(in) :: local(:)
     !> One value a node (20).
     real(wp), intent(out) :: shape(:)
-
     real(wp) :: f(3)
     integer :: a, i, j, k
 
@@ -114,7 +113,6 @@ contains
     real(wp), intent(in) :: local(:)
     !> dN/dlocal (3, 20).
     real(wp), intent(out) :: gradients(:, :)
-
     real(wp) :: f(3), s(3)
     integer :: a, i, j, k
 
@@ -144,7 +142,6 @@ contains
     real(wp), intent(in) :: local(:)
     !> d2N/dlocal2 (3, 3, 20).
     real(wp), intent(out) :: second(:, :, :)
-
     real(wp) :: f(3), s(3)
     integer :: a, i, j, k
 

@@ -102,7 +102,6 @@ contains
     real(wp), intent(in) :: local(:)
     !> One value a node (8).
     real(wp), intent(out) :: shape(:)
-
     real(wp) :: p, q
     integer :: i, a
 
@@ -121,7 +120,6 @@ contains
     real(wp), intent(in) :: local(:)
     !> dN/dlocal (2, 8).
     real(wp), intent(out) :: gradients(:, :)
-
     real(wp) :: p, q
     integer :: i, a
 
@@ -142,7 +140,6 @@ contains
     real(wp), intent(in) :: local(:)
     !> d2N/dlocal2 (2, 2, 8).
     real(wp), intent(out) :: second(:, :, :)
-
     real(wp) :: p, q
     integer :: i, a
 

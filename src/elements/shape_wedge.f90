@@ -81,7 +81,6 @@ contains
     real(wp), intent(in) :: local(:)
     !> One value a node (15).
     real(wp), intent(out) :: shape(:)
-
     real(wp) :: l(3), t
     integer :: i, level
 
@@ -102,7 +101,6 @@ contains
     real(wp), intent(in) :: local(:)
     !> dN/dlocal (3, 15).
     real(wp), intent(out) :: gradients(:, :)
-
     real(wp) :: l(3), s, t
     integer :: i, a, b, level, corner, mid
 
@@ -131,7 +129,6 @@ contains
     real(wp), intent(in) :: local(:)
     !> d2N/dlocal2 (3, 3, 15).
     real(wp), intent(out) :: second(:, :, :)
-
     real(wp) :: l(3), s, t
     integer :: i, j, a, b, level, corner, mid
 

@@ -18,11 +18,8 @@ contains
   pure subroutine tet_gauss(count, points, weights)
     !> Number of points.
     integer, intent(in) :: count
-    !> Local coordinates (3, count).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (count).
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (3, count); weights (count).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), parameter :: root5 = sqrt(5.0_wp)
     integer :: n
 
@@ -47,11 +44,8 @@ contains
   !> Centroids of eight equal pieces: the four corner tetrahedra, and the octahedron between them
   !> cut into four along its diagonal from the middle of edge 12 to the middle of edge 34.
   pure subroutine tet_even(points, weights)
-    !> Local coordinates (3, 8).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (8).
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (3, 8); weights (8).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     ! Barycentric coordinates of the centroids times 8, without L1.
     integer, parameter :: eighths(3, 8) = reshape([1, 1, 1, 5, 1, 1, 1, 5, 1, 1, 1, 5, &
       1, 2, 2, 2, 1, 3, 3, 2, 2, 2, 3, 1], [3, 8])
@@ -64,10 +58,8 @@ contains
   !> Rule exact for polynomials of a degree.
   pure subroutine tet_degree(degree, points, weights)
     integer, intent(in) :: degree
-    !> Local coordinates (3, points).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (3, points), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     integer, parameter :: counts(0:5) = [1, 1, 4, 14, 14, 14]
 
     if (degree <= ubound(counts, 1)) then
@@ -80,10 +72,8 @@ contains
   !> Gauss rule of the cube under xi = u, eta = v (1-u), zeta = t (1-u) (1-v), all in [0, 1].
   pure subroutine collapsed(degree, points, weights)
     integer, intent(in) :: degree
-    !> Local coordinates (3, points).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (3, points), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), allocatable :: x(:), w(:)
     integer :: n, i, j, k, q
 
@@ -107,16 +97,12 @@ contains
 
   !> Add the four points with barycentric coordinates (1-3a, a, a, a) in any order.
   pure subroutine add_four(a, weight, points, weights, n)
-    !> The coordinate that occurs three times.
-    real(wp), intent(in) :: a
-    !> Weight of each as a share of the whole.
-    real(wp), intent(in) :: weight
+    !> The coordinate that occurs three times; weight of each as a share of the whole.
+    real(wp), intent(in) :: a, weight
     !> The rule that grows.
-    real(wp), intent(inout) :: points(:, :)
-    real(wp), intent(inout) :: weights(:)
+    real(wp), intent(inout) :: points(:, :), weights(:)
     !> Points so far.
     integer, intent(inout) :: n
-
     integer :: i
 
     points(:, n + 1:n + 4) = a
@@ -129,16 +115,12 @@ contains
 
   !> Add the six points with barycentric coordinates (a, a, b, b), b = 1/2 - a, in any order.
   pure subroutine add_edges(a, weight, points, weights, n)
-    !> The first coordinate of the pair.
-    real(wp), intent(in) :: a
-    !> Weight of each as a share of the whole.
-    real(wp), intent(in) :: weight
+    !> The first coordinate of the pair; weight of each as a share of the whole.
+    real(wp), intent(in) :: a, weight
     !> The rule that grows.
-    real(wp), intent(inout) :: points(:, :)
-    real(wp), intent(inout) :: weights(:)
+    real(wp), intent(inout) :: points(:, :), weights(:)
     !> Points so far.
     integer, intent(inout) :: n
-
     real(wp) :: b
 
     b = 0.5_wp - a

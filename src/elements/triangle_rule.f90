@@ -23,11 +23,8 @@ contains
   pure subroutine triangle_gauss(count, points, weights)
     !> Number of points.
     integer, intent(in) :: count
-    !> Local coordinates (2, count).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (count).
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (2, count); weights (count).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), parameter :: root6 = sqrt(38.0_wp - 44.0_wp*sqrt(0.4_wp))
     real(wp), parameter :: weight6 = sqrt(213125.0_wp - 53320.0_wp*root10)
     integer :: n
@@ -45,21 +42,16 @@ contains
     case (3)
       call add_three(1.0_wp/6.0_wp, third, points, weights, n)
     case (6)
-      call add_three((8.0_wp - root10 + root6)/18.0_wp, (620.0_wp + weight6)/3720.0_wp, &
-        points, weights, n)
-      call add_three((8.0_wp - root10 - root6)/18.0_wp, (620.0_wp - weight6)/3720.0_wp, &
-        points, weights, n)
+      call add_three((8.0_wp - root10 + root6)/18.0_wp, (620.0_wp + weight6)/3720.0_wp, points, weights, n)
+      call add_three((8.0_wp - root10 - root6)/18.0_wp, (620.0_wp - weight6)/3720.0_wp, points, weights, n)
     case (7)
       call add_centre(9.0_wp/40.0_wp, points, weights, n)
-      call add_three((6.0_wp - root15)/21.0_wp, (155.0_wp - root15)/1200.0_wp, &
-        points, weights, n)
-      call add_three((6.0_wp + root15)/21.0_wp, (155.0_wp + root15)/1200.0_wp, &
-        points, weights, n)
+      call add_three((6.0_wp - root15)/21.0_wp, (155.0_wp - root15)/1200.0_wp, points, weights, n)
+      call add_three((6.0_wp + root15)/21.0_wp, (155.0_wp + root15)/1200.0_wp, points, weights, n)
     case (12)
       call add_three(0.2492867451709104213_wp, 0.1167862757263793660_wp, points, weights, n)
       call add_three(0.06308901449150222834_wp, 0.05084490637020681692_wp, points, weights, n)
-      call add_six(0.05314504984481694735_wp, 0.3103524510337844054_wp, &
-        0.08285107561837357519_wp, points, weights, n)
+      call add_six(0.05314504984481694735_wp, 0.3103524510337844054_wp, 0.08285107561837357519_wp, points, weights, n)
     end select
   end subroutine triangle_gauss
 
@@ -67,11 +59,8 @@ contains
   pure subroutine triangle_even(n, points, weights)
     !> Number of pieces of a side.
     integer, intent(in) :: n
-    !> Local coordinates (2, n*n).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights (n*n).
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (2, n*n); weights (n*n).
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     integer :: i, j, k
 
     allocate (points(2, n*n), weights(n*n))
@@ -91,10 +80,8 @@ contains
   !> Rule exact for polynomials of a degree.
   pure subroutine triangle_degree(degree, points, weights)
     integer, intent(in) :: degree
-    !> Local coordinates (2, points).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (2, points), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     integer, parameter :: counts(0:6) = [1, 1, 3, 6, 6, 7, 12]
 
     if (degree <= ubound(counts, 1)) then
@@ -107,10 +94,8 @@ contains
   !> Gauss rule of the square under xi = u, eta = v (1 - u), u and v in [0, 1].
   pure subroutine collapsed(degree, points, weights)
     integer, intent(in) :: degree
-    !> Local coordinates (2, points).
-    real(wp), allocatable, intent(out) :: points(:, :)
-    real(wp), allocatable, intent(out) :: weights(:)
-
+    !> Local coordinates (2, points), and weights.
+    real(wp), allocatable, intent(out) :: points(:, :), weights(:)
     real(wp), allocatable :: x(:), w(:)
     integer :: n, i, j, k
 
@@ -133,8 +118,7 @@ contains
     !> Weight as a share of the whole.
     real(wp), intent(in) :: weight
     !> The rule that grows.
-    real(wp), intent(inout) :: points(:, :)
-    real(wp), intent(inout) :: weights(:)
+    real(wp), intent(inout) :: points(:, :), weights(:)
     !> Points so far.
     integer, intent(inout) :: n
 
@@ -145,13 +129,10 @@ contains
 
   !> Add the three points with barycentric coordinates (1-2a, a, a) in any order.
   pure subroutine add_three(a, weight, points, weights, n)
-    !> The coordinate that occurs twice.
-    real(wp), intent(in) :: a
-    !> Weight of each as a share of the whole.
-    real(wp), intent(in) :: weight
+    !> The coordinate that occurs twice; weight of each as a share of the whole.
+    real(wp), intent(in) :: a, weight
     !> The rule that grows.
-    real(wp), intent(inout) :: points(:, :)
-    real(wp), intent(inout) :: weights(:)
+    real(wp), intent(inout) :: points(:, :), weights(:)
     !> Points so far.
     integer, intent(inout) :: n
 
@@ -165,16 +146,13 @@ contains
   !> Add the six points with barycentric coordinates (a, b, 1-a-b) in any order.
   pure subroutine add_six(a, b, weight, points, weights, n)
     !> Two of the three coordinates.
-    real(wp), intent(in) :: a
-    real(wp), intent(in) :: b
+    real(wp), intent(in) :: a, b
     !> Weight of each as a share of the whole.
     real(wp), intent(in) :: weight
     !> The rule that grows.
-    real(wp), intent(inout) :: points(:, :)
-    real(wp), intent(inout) :: weights(:)
+    real(wp), intent(inout) :: points(:, :), weights(:)
     !> Points so far.
     integer, intent(inout) :: n
-
     real(wp) :: c
 
     c = 1.0_wp - a - b

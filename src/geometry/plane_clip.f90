@@ -20,8 +20,7 @@ contains
     real(wp), intent(out) :: origins(:, :), normals(:, :)
     !> Square roots of twice the areas of the faces (faces).
     real(wp), intent(out) :: sizes(:)
-    integer :: kind, f, n
-    integer :: at(4)
+    integer :: kind, f, n, at(4)
     real(wp) :: a(3), b(3)
 
     kind = hex8

@@ -31,8 +31,7 @@ contains
   pure function polygon_centroid(vertices) result(centroid)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: vertices(:, :)
-    real(wp) :: centroid(2)
-    real(wp) :: origin(2), cross, total
+    real(wp) :: centroid(2), origin(2), cross, total
     integer :: i, j, n
 
     n = size(vertices, 2)
@@ -58,8 +57,7 @@ contains
   pure function polygon_second(vertices) result(second)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: vertices(:, :)
-    real(wp) :: second(2, 2)
-    real(wp) :: a(2), b(2), centroid(2), cross, total
+    real(wp) :: second(2, 2), a(2), b(2), centroid(2), cross, total
     integer :: i, j, k, n
 
     n = size(vertices, 2)
@@ -82,10 +80,8 @@ contains
   !> True when a point is inside (even-odd rule). A point on an edge shared by two polygons is in
   !> exactly one of them: an edge is crossed at the same place whichever way it is passed.
   pure logical function polygon_contains(vertices, x) result(inside)
-    !> Vertices in order (2,n).
-    real(wp), intent(in) :: vertices(:, :)
-    !> Point (2).
-    real(wp), intent(in) :: x(2)
+    !> Vertices in order (2,n); point (2).
+    real(wp), intent(in) :: vertices(:, :), x(2)
     real(wp) :: below(2), above(2)
     integer :: i, j
 
@@ -95,8 +91,7 @@ contains
       if ((vertices(2, i) > x(2)) .neqv. (vertices(2, j) > x(2))) then
         below = merge(vertices(:, i), vertices(:, j), vertices(2, i) < vertices(2, j))
         above = merge(vertices(:, j), vertices(:, i), vertices(2, i) < vertices(2, j))
-        if (x(1) < below(1) + (above(1) - below(1))*(x(2) - below(2))/(above(2) - below(2))) &
-          inside = .not. inside
+        if (x(1) < below(1) + (above(1) - below(1))*(x(2) - below(2))/(above(2) - below(2))) inside = .not. inside
       end if
       j = i
     end do
@@ -104,10 +99,8 @@ contains
 
   !> The part of a polygon inside a convex counter-clockwise cell; no vertices when they are apart.
   pure subroutine clip_by_convex(subject, cell, clipped)
-    !> Vertices of the polygon (2,n).
-    real(wp), intent(in) :: subject(:, :)
-    !> Vertices of the convex cell (2,m).
-    real(wp), intent(in) :: cell(:, :)
+    !> Vertices of the polygon (2,n); vertices of the convex cell (2,m).
+    real(wp), intent(in) :: subject(:, :), cell(:, :)
     !> Vertices of the intersection; pieces of a non-convex body are joined by edges of no area.
     real(wp), allocatable, intent(out) :: clipped(:, :)
     real(wp), allocatable :: next(:, :)

@@ -73,15 +73,10 @@ contains
     type(polygon_list_type), intent(inout) :: list
     !> Place (2).
     real(wp), intent(in) :: vertex(2)
-    real(wp), allocatable :: longer(:, :)
     integer :: n
 
     n = list%first(list%count + 2)
-    if (n > size(list%vertices, 2)) then
-      allocate (longer(2, 2*n))
-      longer(:, :n - 1) = list%vertices(:, :n - 1)
-      call move_alloc(longer, list%vertices)
-    end if
+    if (n > size(list%vertices, 2)) list%vertices = reshape(list%vertices, [2, 2*n], pad=[0.0_wp])
     list%vertices(:, n) = vertex
     list%first(list%count + 2) = n + 1
   end subroutine add_vertex
@@ -89,14 +84,9 @@ contains
   !> End the polygon whose vertices were added last.
   pure subroutine close_polygon(list)
     type(polygon_list_type), intent(inout) :: list
-    integer, allocatable :: longer(:)
 
     list%count = list%count + 1
-    if (list%count + 2 > size(list%first)) then
-      allocate (longer(2*(list%count + 2)))
-      longer(:list%count + 1) = list%first(:list%count + 1)
-      call move_alloc(longer, list%first)
-    end if
+    if (list%count + 2 > size(list%first)) list%first = reshape(list%first, [2*(list%count + 2)], pad=[0])
     list%first(list%count + 2) = list%first(list%count + 1)
   end subroutine close_polygon
 
@@ -133,8 +123,7 @@ contains
       end do
       call close_polygon(list)
     else
-      call join_chains(polygon, side, start(:chains), enter(:, :chains), leave(:, :chains), &
-        to - from, list)
+      call join_chains(polygon, side, start(:chains), enter(:, :chains), leave(:, :chains), to - from, list)
     end if
 
   contains
@@ -145,8 +134,7 @@ contains
       integer, intent(in) :: outer, inner
       real(wp) :: x(2)
 
-      x = polygon(:, inner) + side(inner)/(side(inner) - side(outer)) &
-        *(polygon(:, outer) - polygon(:, inner))
+      x = polygon(:, inner) + side(inner)/(side(inner) - side(outer)) *(polygon(:, outer) - polygon(:, inner))
     end function crossing
   end subroutine cut_by_line
 
@@ -191,10 +179,8 @@ contains
 
   !> Order of places along a direction.
   pure subroutine sort_along(places, along, order)
-    !> Places (2,n).
-    real(wp), intent(in) :: places(:, :)
-    !> Direction (2).
-    real(wp), intent(in) :: along(2)
+    !> Places (2,n); direction (2).
+    real(wp), intent(in) :: places(:, :), along(2)
     !> Numbers of the places in rising order (n).
     integer, intent(out) :: order(:)
     real(wp) :: distance(size(order))

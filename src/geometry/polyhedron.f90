@@ -133,8 +133,7 @@ contains
   pure function facet_normal(corners) result(normal)
     !> Corners (3,3).
     real(wp), intent(in) :: corners(3, 3)
-    real(wp) :: normal(3)
-    real(wp) :: a(3), b(3)
+    real(wp) :: normal(3), a(3), b(3)
 
     a = corners(:, 2) - corners(:, 1)
     b = corners(:, 3) - corners(:, 1)

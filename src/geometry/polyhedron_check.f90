@@ -89,8 +89,7 @@ contains
         problem = 'the surface is open: an edge of facet '//integer_text(facet_of(order(first)))// &
           ' belongs to no other facet'
       else if (last > first + 1) then
-        problem = 'an edge of facet '//integer_text(facet_of(order(first)))// &
-          ' belongs to more than two facets'
+        problem = 'an edge of facet '//integer_text(facet_of(order(first)))//' belongs to more than two facets'
       else if (forward(order(first)) .eqv. forward(order(last))) then
         problem = 'facets '//integer_text(facet_of(order(first)))//' and '// &
           integer_text(facet_of(order(last)))//' have an edge in common and look to opposite sides'

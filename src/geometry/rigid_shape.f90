@@ -28,8 +28,7 @@ module qsmpm_rigid_shape
   !> middle that is looked at, for a point by Gauss at the end of its row is nearer to this than half of what it stands
   !> for, down to 0.39 of it; share of a piece that is nothing but rounding.
   real(wp), parameter :: least_against = 0.7_wp, flat_share = 0.25_wp, around_middle = 0.75_wp, rounding = 1.0e-6_wp
-  integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4, &
-    kind_block = 5
+  integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4, kind_block = 5
 
   type :: rigid_shape_type
     integer :: kind = kind_ball
@@ -82,10 +81,8 @@ contains
 
   !> A polygon with round corners.
   pure type(rigid_shape_type) function rounded_polygon(vertices, round) result(shape)
-    !> Counter-clockwise (2,n).
-    real(wp), intent(in) :: vertices(:, :)
-    !> Radius of the corners, below `largest_round`.
-    real(wp), intent(in) :: round
+    !> Counter-clockwise (2,n); radius of the corners, below `largest_round`.
+    real(wp), intent(in) :: vertices(:, :), round
 
     shape%kind = kind_polygon
     shape%radius = round
@@ -171,10 +168,8 @@ contains
   !> A cone with its tip downwards and a shaft above it.
   pure function cone_polygon(tip, radius, half_angle, shaft) result(vertices)
     real(wp), intent(in) :: tip(2), radius
-    !> Between the axis and the flank, radians.
-    real(wp), intent(in) :: half_angle
-    !> Length above the shoulder.
-    real(wp), intent(in) :: shaft
+    !> Between the axis and the flank, radians; length above the shoulder.
+    real(wp), intent(in) :: half_angle, shaft
     real(wp) :: vertices(2, 5), shoulder
 
     shoulder = tip(2) + radius/tan(half_angle)
@@ -184,10 +179,8 @@ contains
 
   !> A polygon beside the axis x = 0 and its image as one, where it has an edge on the axis; as it is where it has none.
   pure function completed_by_image(vertices, tolerance) result(whole)
-    !> Counter-clockwise, x not negative (2,n).
-    real(wp), intent(in) :: vertices(:, :)
-    !> Distance within which a vertex is on the axis.
-    real(wp), intent(in) :: tolerance
+    !> Counter-clockwise, x not negative (2,n); distance within which a vertex is on the axis.
+    real(wp), intent(in) :: vertices(:, :), tolerance
     real(wp), allocatable :: whole(:, :)
     real(wp) :: turned(2, size(vertices, 2))
     integer :: i, n

@@ -192,8 +192,7 @@ contains
     type(seepage_field_type), intent(in) :: field
     !> (dimension)
     real(wp), intent(in) :: place(:)
-    real(wp) :: gradient(size(place))
-    real(wp) :: share(size(field%corner, 1)), determinant
+    real(wp) :: gradient(size(place)), share(size(field%corner, 1)), determinant
     integer :: cell
 
     call cell_of_place(field, place, cell, share)

@@ -27,7 +27,6 @@ contains
   pure subroutine cell_tets(corners, list)
     !> Corners of a tetrahedron, wedge or brick in the order of the elements (3, 4, 6 or 8).
     real(wp), intent(in) :: corners(:, :)
-    !> The tetrahedra.
     type(tet_list_type), intent(inout) :: list
     integer :: i
 
@@ -51,26 +50,19 @@ contains
     type(tet_list_type), intent(inout) :: list
     !> Corners in any order (3,4).
     real(wp), intent(in) :: corners(:, :)
-    real(wp), allocatable :: longer(:, :, :)
 
     if (.not. allocated(list%corners)) allocate (list%corners(3, 4, 32))
-    if (list%count == size(list%corners, 3)) then
-      allocate (longer(3, 4, 2*list%count))
-      longer(:, :, :list%count) = list%corners
-      call move_alloc(longer, list%corners)
-    end if
+    if (list%count == size(list%corners, 3)) &
+      list%corners = reshape(list%corners, [3, 4, 2*list%count], pad=[0.0_wp])
     list%count = list%count + 1
     list%corners(:, :, list%count) = corners
   end subroutine add_tet
 
   !> Keep what lies on the side of a plane where normal . (x - origin) <= 0.
   pure subroutine cut_tets(list, origin, normal, kept)
-    !> Tetrahedra.
     type(tet_list_type), intent(in) :: list
-    !> Point of the plane (3).
-    real(wp), intent(in) :: origin(3)
-    !> Normal of any length (3).
-    real(wp), intent(in) :: normal(3)
+    !> Point of the plane (3); normal of any length (3).
+    real(wp), intent(in) :: origin(3), normal(3)
     !> What is kept.
     type(tet_list_type), intent(inout) :: kept
     real(wp) :: height(4), x(3, 4)
@@ -99,10 +91,8 @@ contains
 
   !> The kept part of a tetrahedron whose first corners are inside.
   pure subroutine cut_one(x, height, inside, kept)
-    !> Corners, those inside first (3,4).
-    real(wp), intent(in) :: x(3, 4)
-    !> Heights above the plane (4).
-    real(wp), intent(in) :: height(4)
+    !> Corners, those inside first (3,4); heights above the plane (4).
+    real(wp), intent(in) :: x(3, 4), height(4)
     !> Number of corners inside, 1 to 3.
     integer, intent(in) :: inside
     !> Gains the part.
@@ -139,14 +129,11 @@ contains
   !> Add volume and first moment, times a sign; if asked for, the second moments about a place too. A tetrahedron of
   !> volume V with corners v has the integral V/20 (sum v v' + (sum v)(sum v)').
   pure subroutine add_moments(list, sign, volume, moment, about, second)
-    !> Tetrahedra.
     type(tet_list_type), intent(in) :: list
     !> Factor.
     real(wp), intent(in) :: sign
-    !> Gains the volume.
-    real(wp), intent(inout) :: volume
-    !> Gains the integral of the place (3).
-    real(wp), intent(inout) :: moment(3)
+    !> Gains the volume; gains the integral of the place (3).
+    real(wp), intent(inout) :: volume, moment(3)
     !> Where the second moments are taken about (3).
     real(wp), intent(in), optional :: about(3)
     !> Gains the integral of (x - about)(x - about)' (3,3).

@@ -14,7 +14,7 @@ module qsmpm_point
   use qsmpm_law, only: law_type, batch_type, step_info_type
   use qsmpm_material_law, only: make_material_law
   use qsmpm_messages, only: message_list_type, message_text
-  use qsmpm_number_text, only: integer_text, seconds_text, without_last_newline
+  use qsmpm_number_text, only: integer_text, newline, seconds_text, without_last_newline
   use qsmpm_point_control, only: control_type
   use qsmpm_point_curves, only: point_row_type, point_header, point_row
   use qsmpm_point_driver, only: point_type, start_point, prepare_point, control_point
@@ -56,14 +56,12 @@ module qsmpm_point
 
   !> Smallest part of a step that is tried, and bounds of the share a law may ask for.
   real(wp), parameter :: smallest_part = 1.0_wp/1024.0_wp, least_share = 0.1_wp, most_share = 0.9_wp
-  character(len=1), parameter :: newline = new_line('a')
   character(len=*), parameter :: finished_line = 'qsmpm: finished'
 
 contains
 
   !> Run the test of a deck.
   subroutine run_point(request, text, report, exit_code)
-    !> What is to be run.
     type(point_request_type), intent(in) :: request
     !> The log, empty when nothing was run.
     character(len=:), allocatable, intent(out) :: text
@@ -111,7 +109,6 @@ contains
 
   !> The law of the material that is tested.
   subroutine point_law(analysis, law, error)
-    !> The analysis, checked.
     type(analysis_type), intent(in) :: analysis
     class(law_type), allocatable, intent(out) :: law
     !> Set when a parameter is out of its range.
@@ -188,8 +185,7 @@ contains
     call run_stages(analysis, bench, error)
     if (bench%tangent) bench%log = bench%log//tangent_text(bench%statistics)//newline
     bench%log = bench%log//integer_text(bench%statistics%steps)//' steps, '// &
-      integer_text(bench%statistics%iterations)// &
-      ' iterations, '//seconds_text(cpu_seconds(clock))//' s'//newline
+      integer_text(bench%statistics%iterations)//' iterations, '//seconds_text(cpu_seconds(clock))//' s'//newline
     if (allocated(error)) then
       bench%log = bench%log//error%message//newline
     else
@@ -220,7 +216,6 @@ contains
   !> All stages.
   subroutine run_stages(analysis, bench, error)
     type(analysis_type), intent(in) :: analysis
-    !> The test.
     type(bench_type), intent(inout) :: bench
     !> Set when there is no equilibrium.
     type(error_type), allocatable, intent(out) :: error
@@ -267,7 +262,6 @@ contains
     type(analysis_type), intent(in) :: analysis
     !> Number of the targets in their stage.
     integer, intent(in) :: number
-    !> The test.
     type(bench_type), intent(inout) :: bench
     !> The row of the step before.
     type(point_row_type), intent(inout) :: row
@@ -299,7 +293,6 @@ contains
     type(point_test_type), intent(in) :: test
     !> Number of the targets in their stage, and of the step to them.
     integer, intent(in) :: number, step
-    !> The test.
     type(bench_type), intent(inout) :: bench
     !> Gains corrections and parts.
     type(point_row_type), intent(inout) :: row
@@ -368,7 +361,6 @@ contains
 
   !> Put a line into the table.
   pure subroutine put(bench, line)
-    !> The test.
     type(bench_type), intent(inout) :: bench
     !> The line, without its end.
     character(len=*), intent(in) :: line

@@ -128,62 +128,60 @@ contains
 
     select case (driven)
     case (driven_axial_strain)
-      call prescribe(test, 2, 2, control_gradient, -target, .true., ramps, prescribed)
+      call lead(2, 2, control_gradient, -target, .true.)
     case (driven_axial_stress, driven_normal_stress)
-      call prescribe(test, 2, 2, control_stress, -target, .false., ramps, prescribed)
+      call lead(2, 2, control_stress, -target, .false.)
     case (driven_deviator)
-      call prescribe(test, 2, 2, control_stress, target, .false., ramps, prescribed)
+      call lead(2, 2, control_stress, target, .false.)
       call weigh_deviator(test, ramps(component(test, 2, 2))%control)
     case (driven_cell_pressure)
-      call prescribe(test, 1, 1, control_stress, -target, .false., ramps, prescribed)
-      if (test%kind == test_drained) call prescribe(test, 3, 3, control_stress, -target, .false., ramps, prescribed)
+      call lead(1, 1, control_stress, -target, .false.)
+      if (test%kind == test_drained) call lead(3, 3, control_stress, -target, .false.)
     case (driven_shear_strain)
-      call prescribe(test, 1, 2, control_gradient, target, .false., ramps, prescribed)
+      call lead(1, 2, control_gradient, target, .false.)
     case (driven_shear_stress)
-      call prescribe(test, 1, 2, control_stress, target, .false., ramps, prescribed)
+      call lead(1, 2, control_stress, target, .false.)
     case (driven_pressure)
       do i = 1, 3
-        call prescribe(test, i, i, control_stress, -target, .false., ramps, prescribed)
+        call lead(i, i, control_stress, -target, .false.)
       end do
     case (driven_volumetric_strain)
-      call prescribe(test, 1, 1, control_volume, -target, .true., ramps, prescribed)
+      call lead(1, 1, control_volume, -target, .true.)
       do i = 2, 3
         call keep_difference(component(test, i, i), component(test, 1, 1), ramps(component(test, i, i)))
       end do
     case default
       if (driven > driven_stress) then
-        call prescribe(test, driven_row(driven), driven_column(driven), control_stress, target, .false., ramps, &
-          prescribed)
+        call lead(driven_row(driven), driven_column(driven), control_stress, target, .false.)
       else
-        call prescribe(test, driven_row(driven), driven_column(driven), control_gradient, target, &
-          driven > driven_strain .and. driven_row(driven) == driven_column(driven), ramps, prescribed)
+        call lead(driven_row(driven), driven_column(driven), control_gradient, target, &
+          driven > driven_strain .and. driven_row(driven) == driven_column(driven))
       end if
     end select
+
+  contains
+
+    !> Lead one component.
+    subroutine lead(row, column, kind, value, strain)
+      integer, intent(in) :: row, column
+      !> Kind of the control.
+      integer, intent(in) :: kind
+      !> Its value at the end, tension positive.
+      real(wp), intent(in) :: value
+      !> The value is a strain of the test's measure, and the control a ratio of lengths or volumes.
+      logical, intent(in) :: strain
+      integer :: k
+
+      k = component(test, row, column)
+      ramps(k)%control%kind = kind
+      ramps(k)%control%weight = 0.0_wp
+      ramps(k)%control%weight(k) = 1.0_wp
+      ramps(k)%logarithmic = strain .and. test%strain == strain_logarithmic
+      ramps(k)%to = value
+      if (strain .and. .not. ramps(k)%logarithmic) ramps(k)%to = 1.0_wp + value
+      prescribed(k) = .true.
+    end subroutine lead
   end subroutine prescribe_ramps
-
-  !> Lead one component.
-  subroutine prescribe(test, row, column, kind, value, strain, ramps, prescribed)
-    type(point_test_type), intent(in) :: test
-    integer, intent(in) :: row, column
-    !> Kind of the control.
-    integer, intent(in) :: kind
-    !> Its value at the end, tension positive.
-    real(wp), intent(in) :: value
-    !> The value is a strain of the test's measure, and the control a ratio of lengths or volumes.
-    logical, intent(in) :: strain
-    type(ramp_type), intent(inout) :: ramps(:)
-    logical, intent(inout) :: prescribed(:)
-    integer :: k
-
-    k = component(test, row, column)
-    ramps(k)%control%kind = kind
-    ramps(k)%control%weight = 0.0_wp
-    ramps(k)%control%weight(k) = 1.0_wp
-    ramps(k)%logarithmic = strain .and. test%strain == strain_logarithmic
-    ramps(k)%to = value
-    if (strain .and. .not. ramps(k)%logarithmic) ramps(k)%to = 1.0_wp + value
-    prescribed(k) = .true.
-  end subroutine prescribe
 
   !> Keep the difference of a length from the first one.
   pure subroutine keep_difference(own, first, ramp)

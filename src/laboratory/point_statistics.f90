@@ -33,7 +33,6 @@ contains
 
   !> Check the tangent of a step.
   subroutine take_tangent(statistics, law, batch, step, error)
-    !> The tally.
     type(point_statistics_type), intent(inout) :: statistics
     class(law_type), intent(in) :: law
     !> The point at the end of the step.
@@ -69,7 +68,6 @@ contains
 
   !> What the tangents are worth.
   pure function tangent_text(statistics) result(text)
-    !> The tally.
     type(point_statistics_type), intent(in) :: statistics
     character(len=:), allocatable :: text
     character(len=8), parameter :: kinds(3) = [character(len=8) :: 'elastic', 'yielding', '']
@@ -95,7 +93,6 @@ contains
 
   !> Whether Newton's method may trust the tangents.
   pure function check(statistics) result(text)
-    !> The tally.
     type(point_statistics_type), intent(in) :: statistics
     character(len=:), allocatable :: text
 
@@ -106,8 +103,7 @@ contains
     else if (statistics%compared(3) > 0) then
       text = 'it is not consistent in every step (the model does not tell which yield)'
       if (statistics%from_elastic < same_tangent) text = &
-        'it is that of the first step in others too (the model does '// &
-        'not tell which yield)'
+        'it is that of the first step in others too (the model does not tell which yield)'
     else if (statistics%from_elastic < same_tangent) then
       text = 'it is the elastic one where the law yields'
     else

@@ -8,6 +8,7 @@
 module qsmpm_half_step_law
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none
+  use qsmpm_outer_law, only: outer_law_type
   use qsmpm_tensor, only: determinant, inverse, unpack_gradient, pack_gradient, unpack_symmetric, identity
   implicit none
   private
@@ -15,14 +16,9 @@ module qsmpm_half_step_law
   public :: half_step_law_type, make_half_step_law
 
   !> The law and its double step.
-  type, extends(law_type) :: half_step_law_type
-    class(law_type), allocatable :: law
+  type, extends(outer_law_type) :: half_step_law_type
   contains
-    procedure :: start
     procedure :: update
-    procedure :: fit_count
-    procedure :: to_fields
-    procedure :: from_fields
   end type half_step_law_type
 
 contains
@@ -34,22 +30,13 @@ contains
     type(half_step_law_type), intent(out) :: halved
 
     allocate (halved%law, source=law)
-    halved%dimension = law%dimension
-    halved%state_count = law%state_count
-    halved%asks_where = law%asks_where
-    halved%symmetric = law%symmetric
-    halved%field_length = law%field_length
-    halved%coarsest_cell = law%coarsest_cell
-    halved%bounds_kirchhoff = law%bounds_kirchhoff
-    halved%stiffness_scale = law%stiffness_scale
-    halved%shear_scale = law%shear_scale
+    call halved%describe_as(law)
   end subroutine make_half_step_law
 
   !> Update a batch in two halves. A tangent that is asked for is that of the whole step: who balances pressures by it
   !> (qsmpm_pressure_balance) needs a slope, not an exact one.
   subroutine update(self, batch, tangent)
     class(half_step_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> tangent_none, tangent_consistent or tangent_elastic.
     integer, intent(in) :: tangent
@@ -94,10 +81,8 @@ contains
 
   !> The second half begins where the first one ended.
   pure subroutine start_second_half(gradient, volume_ratio, half, p)
-    !> F of the whole step, packed (5 or 9).
-    real(wp), intent(in) :: gradient(:)
-    !> Volume ratio at the start of the step.
-    real(wp), intent(in) :: volume_ratio
+    !> F of the whole step, packed (5 or 9); volume ratio at the start of the step.
+    real(wp), intent(in) :: gradient(:), volume_ratio
     !> The points after their first half.
     type(batch_type), intent(inout) :: half
     !> Number of the point.
@@ -132,50 +117,4 @@ contains
     stress = unpack_symmetric(half%stress(:, p))
     call pack_gradient(det*matmul(stress, back), batch%piola(:, p))
   end subroutine take_end
-
-  !> As the law itself.
-  subroutine start(self, stress, state)
-    class(half_step_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
-    !> State (state_count).
-    real(wp), intent(out) :: state(:)
-
-    call self%law%start(stress, state)
-  end subroutine start
-
-  !> As the law itself.
-  pure integer function fit_count(self)
-    class(half_step_law_type), intent(in) :: self
-
-    fit_count = self%law%fit_count()
-  end function fit_count
-
-  !> As the law itself.
-  pure subroutine to_fields(self, stress, state, fields)
-    class(half_step_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
-    !> State (state_count).
-    real(wp), intent(in) :: state(:)
-    !> Fields (fit_count).
-    real(wp), intent(out) :: fields(:)
-
-    call self%law%to_fields(stress, state, fields)
-  end subroutine to_fields
-
-  !> As the law itself.
-  pure subroutine from_fields(self, fields, volume_ratio, stress, state)
-    class(half_step_law_type), intent(in) :: self
-    !> Fields (fit_count).
-    real(wp), intent(in) :: fields(:)
-    !> V/V0.
-    real(wp), intent(in) :: volume_ratio
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(out) :: stress(:)
-    !> State (state_count).
-    real(wp), intent(out) :: state(:)
-
-    call self%law%from_fields(fields, volume_ratio, stress, state)
-  end subroutine from_fields
 end module qsmpm_half_step_law

@@ -16,8 +16,8 @@ module qsmpm_law
   implicit none
   private
 
-  public :: law_type, law_slot_type, batch_type, step_info_type, field_coupling_type, start_time, time_increment, &
-    is_nonlocal
+  public :: law_type, law_traits_type, law_slot_type, batch_type, step_info_type, field_coupling_type, start_time, &
+    time_increment, is_nonlocal
 
   !> What a law says of a point: updated; not in a step as long as this one; not at all; and the law itself is out
   !> of order, so that the run must end.
@@ -96,8 +96,8 @@ module qsmpm_law
     real(wp) :: strain_by_gradient(9) = 0.0_wp
   end type field_coupling_type
 
-  !> A constitutive law with its parameters. It holds no state: two models may share one.
-  type, abstract :: law_type
+  !> What others ask of a law.
+  type :: law_traits_type
     !> 2 or 3.
     integer :: dimension = 0
     !> State variables a point needs, in `state`; for the logarithmic kinematics the first are the
@@ -129,6 +129,10 @@ module qsmpm_law
     !> Share of the elastic tangent blended into the consistent one, about 1e-5; 0 gives the
     !> exact one.
     real(wp) :: elastic_blend = 0.0_wp
+  end type law_traits_type
+
+  !> A constitutive law with its parameters. It holds no state: two models may share one.
+  type, abstract, extends(law_traits_type) :: law_type
   contains
     !> State of an unstressed or prestressed point.
     procedure(start_interface), deferred :: start
@@ -202,8 +206,7 @@ module qsmpm_law
     pure subroutine to_fields_interface(self, stress, state, fields)
       import :: law_type, wp
       class(law_type), intent(in) :: self
-      real(wp), intent(in) :: stress(:)
-      real(wp), intent(in) :: state(:)
+      real(wp), intent(in) :: stress(:), state(:)
       !> (fit_count)
       real(wp), intent(out) :: fields(:)
     end subroutine to_fields_interface
@@ -211,10 +214,8 @@ module qsmpm_law
     pure subroutine from_fields_interface(self, fields, volume_ratio, stress, state)
       import :: law_type, wp
       class(law_type), intent(in) :: self
-      real(wp), intent(in) :: fields(:)
-      real(wp), intent(in) :: volume_ratio
-      real(wp), intent(out) :: stress(:)
-      real(wp), intent(out) :: state(:)
+      real(wp), intent(in) :: fields(:), volume_ratio
+      real(wp), intent(out) :: stress(:), state(:)
     end subroutine from_fields_interface
   end interface
 contains
@@ -250,10 +251,7 @@ contains
     type(law_slot_type), intent(in) :: laws(:)
     integer :: m
 
-    is_nonlocal = .false.
-    do m = 1, size(laws)
-      is_nonlocal = is_nonlocal .or. laws(m)%law%field_length > 0.0_wp
-    end do
+    is_nonlocal = any([(laws(m)%law%field_length > 0.0_wp, m=1, size(laws))])
   end function is_nonlocal
 
   !> Time at the start of a step.

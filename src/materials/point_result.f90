@@ -35,12 +35,8 @@ contains
   !> Whether stress, state, piola and, if wanted, tangent of a range of points can be computed with.
   pure logical function results_usable(batch, from, to, tangent)
     type(batch_type), intent(in) :: batch
-    !> The first point.
-    integer, intent(in) :: from
-    !> The last point.
-    integer, intent(in) :: to
-    !> Which tangent was asked for.
-    integer, intent(in) :: tangent
+    !> The first point; the last point; which tangent was asked for.
+    integer, intent(in) :: from, to, tangent
     integer :: n
 
     n = to - from + 1
@@ -66,10 +62,8 @@ contains
   !> Put the start values of a point back.
   pure subroutine undo(batch, p, tangent)
     type(batch_type), intent(inout) :: batch
-    !> Number of the point.
-    integer, intent(in) :: p
-    !> Which tangent was asked for.
-    integer, intent(in) :: tangent
+    !> Number of the point; which tangent was asked for.
+    integer, intent(in) :: p, tangent
 
     batch%plastic(p) = 0
     batch%piola(:, p) = 0.0_wp

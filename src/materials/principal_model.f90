@@ -102,10 +102,8 @@ module qsmpm_principal_model
     pure function strain_interface(self, modulus, stress) result(strain)
       import :: principal_model_type, wp
       class(principal_model_type), intent(in) :: self
-      !> Shear modulus of the step.
-      real(wp), intent(in) :: modulus
-      !> Principal stresses (3).
-      real(wp), intent(in) :: stress(3)
+      !> Shear modulus of the step; principal stresses (3).
+      real(wp), intent(in) :: modulus, stress(3)
       real(wp) :: strain(3)
     end function strain_interface
 
@@ -113,10 +111,8 @@ module qsmpm_principal_model
     pure subroutine elastic_interface(self, modulus, trial, result)
       import :: principal_model_type, stress_update_type, wp
       class(principal_model_type), intent(in) :: self
-      !> Shear modulus of the step.
-      real(wp), intent(in) :: modulus
-      !> Principal trial strains or stresses (3).
-      real(wp), intent(in) :: trial(3)
+      !> Shear modulus of the step; principal trial strains or stresses (3).
+      real(wp), intent(in) :: modulus, trial(3)
       type(stress_update_type), intent(inout) :: result
     end subroutine elastic_interface
 
@@ -124,12 +120,8 @@ module qsmpm_principal_model
     pure subroutine update_interface(self, modulus, trial, state, cell_size, with_derivative, result)
       import :: principal_model_type, stress_update_type, wp
       class(principal_model_type), intent(in) :: self
-      !> Shear modulus of the step.
-      real(wp), intent(in) :: modulus
-      !> Principal trial strains or stresses (3).
-      real(wp), intent(in) :: trial(3)
-      !> State variables at the start of the step.
-      real(wp), intent(in) :: state(self%state_count)
+      !> Shear modulus of the step; principal trial strains or stresses (3); state variables at the start of the step.
+      real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
       !> Size of the point's cell; 0 where there is none.
       real(wp), intent(in) :: cell_size
       !> Whether the derivative is wanted.
@@ -150,10 +142,8 @@ contains
   !> No model but a nonlocal one knows of a field.
   pure subroutine respond_not(self, trial, state, cell_size, response)
     class(principal_model_type), intent(in) :: self
-    !> Principal trial stresses (3).
-    real(wp), intent(in) :: trial(3)
-    !> State variables at the end of the step.
-    real(wp), intent(in) :: state(self%state_count)
+    !> Principal trial stresses (3); state variables at the end of the step.
+    real(wp), intent(in) :: trial(3), state(self%state_count)
     real(wp), intent(in) :: cell_size
     type(field_response_type), intent(out) :: response
 
@@ -166,12 +156,8 @@ contains
   !> this mixes the tangents.
   pure subroutine blend_elastic(model, modulus, trial, share, result)
     class(principal_model_type), intent(in) :: model
-    !> Shear modulus of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal trial strains or stresses (3).
-    real(wp), intent(in) :: trial(3)
-    !> Share of the elastic one, 0 to 1.
-    real(wp), intent(in) :: share
+    !> Shear modulus of the step; principal trial strains or stresses (3); share of the elastic one, 0 to 1.
+    real(wp), intent(in) :: modulus, trial(3), share
     type(stress_update_type), intent(inout) :: result
     type(stress_update_type) :: elastic
 
@@ -186,10 +172,8 @@ contains
 
   !> Moduli of isotropic elasticity in principal values.
   pure function elastic_map(lame, shear) result(map)
-    !> Lame's first modulus.
-    real(wp), intent(in) :: lame
-    !> Shear modulus.
-    real(wp), intent(in) :: shear
+    !> Lame's first modulus; shear modulus.
+    real(wp), intent(in) :: lame, shear
     real(wp) :: map(3, 3)
 
     map = lame + 2.0_wp*shear*identity

@@ -11,6 +11,7 @@ module qsmpm_profile_law
   use qsmpm_law, only: law_type, batch_type, tangent_none
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
   use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
+  use qsmpm_outer_law, only: outer_law_type
   use qsmpm_principal_law, only: new_principal_law
   use qsmpm_profile_model, only: profile_model_type, set_profile_model
   use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_friction, &
@@ -23,8 +24,7 @@ module qsmpm_profile_law
   public :: profile_law_type, new_profile_law
 
   !> The law.
-  type, extends(law_type) :: profile_law_type
-    class(law_type), allocatable :: law
+  type, extends(outer_law_type) :: profile_law_type
     type(strength_profile_type) :: profile
     !> Young's modulus of the law inside, and whether that of points is another.
     real(wp) :: young = 1.0_wp
@@ -40,10 +40,8 @@ module qsmpm_profile_law
     procedure :: start_at
     procedure :: strengthen
     procedure :: update
-    procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
-    procedure :: blend
     procedure :: shear_modulus
     procedure :: shear_compliance
   end type profile_law_type
@@ -86,32 +84,11 @@ contains
     made%scale = 1.0_wp
     if (profile%mean_young > 0.0_wp) made%scale = profile%mean_young/made%young
     made%at = made%law%state_count - (model%state_count - model%at)
-    call take_description(made)
+    call made%describe_as(made%law)
+    made%stiffness_scale = made%scale*made%stiffness_scale
+    made%shear_scale = made%scale*made%shear_scale
     call move_alloc(made, law)
   end subroutine new_profile_law
-
-  !> What others ask of the law.
-  subroutine take_description(law)
-    type(profile_law_type), intent(inout) :: law
-
-    law%dimension = law%law%dimension
-    law%state_count = law%law%state_count
-    law%state_names = law%law%state_names
-    law%asks_where = law%law%asks_where
-    law%symmetric = law%law%symmetric
-    law%bounds_kirchhoff = law%law%bounds_kirchhoff
-    law%stiffness_scale = law%scale*law%law%stiffness_scale
-    law%shear_scale = law%scale*law%law%shear_scale
-  end subroutine take_description
-
-  !> The share of the elastic tangent is that of the law inside.
-  subroutine blend(self, share)
-    class(profile_law_type), intent(inout) :: self
-    real(wp), intent(in) :: share
-
-    self%elastic_blend = share
-    call self%law%blend(share)
-  end subroutine blend
 
   !> State of a point at the level of the profile.
   subroutine start(self, stress, state)
@@ -201,13 +178,6 @@ contains
     end do
   end subroutine update
 
-  !> As the law inside.
-  pure integer function fit_count(self)
-    class(profile_law_type), intent(in) :: self
-
-    fit_count = self%law%fit_count()
-  end function fit_count
-
   !> Fields of stress in the measure of all points.
   pure subroutine to_fields(self, stress, state, fields)
     class(profile_law_type), intent(in) :: self
@@ -225,8 +195,7 @@ contains
   !> And back; Young's modulus is the last field but for the friction angle.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(profile_law_type), intent(in) :: self
-    real(wp), intent(in) :: fields(:)
-    real(wp), intent(in) :: volume_ratio
+    real(wp), intent(in) :: fields(:), volume_ratio
     real(wp), intent(out) :: stress(:), state(:)
     real(wp) :: own(size(fields)), ratio
     integer :: n, last

@@ -14,8 +14,9 @@ module qsmpm_undrained_law
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_law, only: law_type, batch_type, step_info_type, status_ok, tangent_none
+  use qsmpm_outer_law, only: outer_law_type
   use qsmpm_tensor, only: determinant, inverse, unpack_gradient, gradient_row, gradient_column, gradient_size
-  use qsmpm_text, only: real_text
+  use qsmpm_text, only: real_text, string_type
   use qsmpm_undrained_parameters, only: undrained_type, water_stiffness, undrained_ratio, undrained_c, drainage_none, &
     drainage_dissipates
   implicit none
@@ -28,10 +29,8 @@ module qsmpm_undrained_law
   !> Load fraction below which nothing of a phase is left.
   real(wp), parameter :: end_of_phase = 1.0e-12_wp
 
-  !> The law.
-  type, extends(law_type) :: undrained_law_type
-    !> Of the effective stress.
-    class(law_type), allocatable :: law
+  !> The law; that inside is of the effective stress.
+  type, extends(outer_law_type) :: undrained_law_type
     !> K_w/n over G.
     real(wp) :: ratio = 0.0_wp
     !> One of drainage_* of each phase; unallocated: undrained in all of them (phases).
@@ -44,7 +43,6 @@ module qsmpm_undrained_law
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
-    procedure :: blend
     procedure :: effective_stress
     procedure :: shear_modulus
     procedure :: shear_compliance
@@ -71,44 +69,27 @@ contains
       return
     end if
     if (allocated(undrained%drainage)) wet%drainage = undrained%drainage
-    call take_description(law, wet)
+    call wet%describe_as(law)
+    call name_states(law, wet)
     call move_alloc(law, wet%law)
     call move_alloc(wet, law)
   end subroutine make_undrained
 
-  !> What others ask of the law, with one state variable more.
-  subroutine take_description(law, wet)
+  !> One state variable more.
+  subroutine name_states(law, wet)
     class(law_type), intent(in) :: law
     type(undrained_law_type), intent(inout) :: wet
+    type(string_type) :: names(law%state_count + 1)
     integer :: i
 
-    wet%dimension = law%dimension
-    wet%state_count = law%state_count + 1
-    allocate (wet%state_names(wet%state_count))
     do i = 1, law%state_count
-      wet%state_names(i)%text = ''
-      if (allocated(law%state_names)) wet%state_names(i)%text = law%state_names(i)%text
+      names(i)%text = ''
+      if (allocated(law%state_names)) names(i)%text = law%state_names(i)%text
     end do
-    wet%state_names(wet%state_count)%text = excess_pressure_name
-    wet%asks_where = law%asks_where
-    if (allocated(law%advice)) wet%advice = law%advice
-    wet%tells_yield = law%tells_yield
-    wet%of_user = law%of_user
-    wet%symmetric = law%symmetric
-    wet%bounds_kirchhoff = law%bounds_kirchhoff
-    wet%stiffness_scale = law%stiffness_scale
-    wet%shear_scale = law%shear_scale
-    wet%elastic_blend = law%elastic_blend
-  end subroutine take_description
-
-  !> The share of the elastic tangent is that of the law inside.
-  subroutine blend(self, share)
-    class(undrained_law_type), intent(inout) :: self
-    real(wp), intent(in) :: share
-
-    self%elastic_blend = share
-    call self%law%blend(share)
-  end subroutine blend
+    names(i)%text = excess_pressure_name
+    wet%state_count = i
+    wet%state_names = names
+  end subroutine name_states
 
   !> A given stress is effective: no excess pressure.
   subroutine start(self, stress, state)
@@ -243,8 +224,7 @@ contains
   !> And back.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(undrained_law_type), intent(in) :: self
-    real(wp), intent(in) :: fields(:)
-    real(wp), intent(in) :: volume_ratio
+    real(wp), intent(in) :: fields(:), volume_ratio
     real(wp), intent(out) :: stress(:), state(:)
     integer :: n
 

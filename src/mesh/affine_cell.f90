@@ -60,10 +60,8 @@ contains
   pure subroutine find_edges(coordinates, node, kind, edge, affine)
     !> Node coordinates (dimension, nodes).
     real(wp), intent(in) :: coordinates(:, :)
-    !> Nodes of the cell, corners first.
-    integer, intent(in) :: node(:)
-    !> Linear element kind of the cell.
-    integer, intent(in) :: kind
+    !> Nodes of the cell, corners first; linear element kind of the cell.
+    integer, intent(in) :: node(:), kind
     !> Edges along the local axes, one a column.
     real(wp), intent(out) :: edge(3, 3)
     !> Whether the map is affine.
@@ -116,10 +114,8 @@ contains
 
   !> Solve edge t = place in the plane.
   pure subroutine solve_2(edge, place, t, ok)
-    !> Edges, one a column.
-    real(wp), intent(in) :: edge(3, 3)
-    !> Right side.
-    real(wp), intent(in) :: place(3)
+    !> Edges, one a column; right side.
+    real(wp), intent(in) :: edge(3, 3), place(3)
     !> Solution.
     real(wp), intent(out) :: t(3)
     !> False when the edges are parallel.
@@ -136,10 +132,8 @@ contains
 
   !> Solve edge t = place in space, by the cofactors of the edges.
   pure subroutine solve_3(edge, place, t, ok)
-    !> Edges, one a column.
-    real(wp), intent(in) :: edge(3, 3)
-    !> Right side.
-    real(wp), intent(in) :: place(3)
+    !> Edges, one a column; right side.
+    real(wp), intent(in) :: edge(3, 3), place(3)
     !> Solution.
     real(wp), intent(out) :: t(3)
     !> False when the edges lie in a plane.

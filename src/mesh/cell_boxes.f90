@@ -60,8 +60,7 @@ contains
   pure function of_cells(self, cell) result(rank)
     class(box_owners_type), intent(in) :: self
     integer, intent(in) :: cell(:)
-    integer :: rank(size(cell))
-    integer :: i
+    integer :: rank(size(cell)), i
 
     rank = -1
     do i = 1, size(cell)
@@ -89,8 +88,7 @@ contains
     class(box_owners_type), intent(in) :: self
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: places(:, :)
-    integer :: cell(size(places, 2))
-    integer :: at(3), cells(3), below, a, i
+    integer :: cell(size(places, 2)), at(3), cells(3), below, a, i
 
     cells = cells_of(self%whole)
     at = 1

@@ -6,6 +6,7 @@ module qsmpm_cell_parts
   use qsmpm_kinds, only: wp
   use qsmpm_cell_owners, only: cell_owners_type
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_sorting, only: list_by_key
   implicit none
   private
 
@@ -29,8 +30,7 @@ contains
   pure function of_cells(self, cell) result(rank)
     class(part_owners_type), intent(in) :: self
     integer, intent(in) :: cell(:)
-    integer :: rank(size(cell))
-    integer :: i
+    integer :: rank(size(cell)), i
 
     rank = -1
     do i = 1, size(cell)
@@ -61,8 +61,7 @@ contains
     class(part_owners_type), intent(in) :: self
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: places(:, :)
-    integer :: cell(size(places, 2))
-    integer :: c
+    integer :: cell(size(places, 2)), c
 
     cell = 0
     do c = min(size(self%owner), mesh%cell_count), 1, -1
@@ -139,8 +138,8 @@ contains
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: ranks, rows
     type(part_owners_type), intent(inout) :: owners
-    integer, allocatable :: found(:, :), layer(:), next(:)
-    integer :: seen(mesh%cell_count), place(mesh%cell_count), c, k, n, r, row
+    integer, allocatable :: found(:, :), layer(:), next(:), order(:)
+    integer :: seen(mesh%cell_count), c, k, n, r, row
 
     allocate (found(3, 1000))
     n = 0
@@ -158,21 +157,9 @@ contains
         call move_alloc(next, layer)
       end do
     end do
-    allocate (owners%first(mesh%cell_count + 1), source=0)
-    allocate (owners%around(n), owners%row(n))
-    do k = 1, n
-      owners%first(found(1, k) + 1) = owners%first(found(1, k) + 1) + 1
-    end do
-    owners%first(1) = 1
-    do c = 1, mesh%cell_count
-      owners%first(c + 1) = owners%first(c) + owners%first(c + 1)
-    end do
-    place = owners%first(:mesh%cell_count)
-    do k = 1, n
-      owners%around(place(found(1, k))) = found(2, k)
-      owners%row(place(found(1, k))) = found(3, k)
-      place(found(1, k)) = place(found(1, k)) + 1
-    end do
+    call list_by_key(found(1, :n), mesh%cell_count, owners%first, order)
+    owners%around = found(2, order)
+    owners%row = found(3, order)
   end subroutine find_rows
 
   !> Cells that share a corner with those of a layer and were not seen yet.

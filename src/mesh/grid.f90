@@ -24,8 +24,7 @@ module qsmpm_grid
   public :: grid_type, grid_axis_type, make_grid, whole_window, pieces_of
 
   !> How diagonals run.
-  integer, parameter, public :: diagonal_right = 1, diagonal_left = 2, diagonal_random = 3, &
-    diagonal_alternate = 4
+  integer, parameter, public :: diagonal_right = 1, diagonal_left = 2, diagonal_random = 3, diagonal_alternate = 4
 
   !> Lines along one axis.
   type :: grid_axis_type
@@ -53,7 +52,6 @@ contains
 
   !> Generate nodes and cells (no topology).
   subroutine make_grid(grid, mesh, window)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     type(mesh_type), intent(out) :: mesh
     !> Part of the grid to generate; all of it when absent.
@@ -96,7 +94,6 @@ contains
 
   !> Generate a part of a grid.
   subroutine make_part(grid, window, mesh)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     !> The part.
     type(window_type), intent(in) :: window
@@ -113,7 +110,6 @@ contains
 
   !> Corner nodes, x fastest; inner ones shifted, alike in all layers.
   subroutine place_nodes(grid, window, mesh)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     !> The part of it.
     type(window_type), intent(in) :: window
@@ -160,7 +156,6 @@ contains
 
   !> True when a place lies on a kept segment.
   pure logical function on_kept(grid, x) result(yes)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     !> Place (dimension).
     real(wp), intent(in) :: x(2)
@@ -182,7 +177,6 @@ contains
 
   !> Cells of the corners, brick by brick.
   subroutine connect(grid, base, window, mesh)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     !> Linear kind of the cells.
     integer, intent(in) :: base
@@ -201,10 +195,7 @@ contains
     call cut_brick(base, [1, 2, 3, 4, 5, 6, 7, 8], .false., cells)
     mesh%cell_count = size(cells, 2)*product(bricks)
     allocate (mesh%cell_kind(mesh%cell_count), source=base)
-    allocate (mesh%cell_first(mesh%cell_count + 1))
-    do k = 0, mesh%cell_count
-      mesh%cell_first(k + 1) = 1 + k*size(cells, 1)
-    end do
+    mesh%cell_first = [(1 + k*size(cells, 1), k=0, mesh%cell_count)]
     allocate (mesh%cell_nodes(mesh%cell_count*size(cells, 1)))
     n = 0
     do k = 1, bricks(3)
@@ -222,7 +213,6 @@ contains
 
   !> Which diagonals of a part of a grid fall.
   subroutine run_diagonals(grid, window, falls)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     !> The part of the grid.
     type(window_type), intent(in) :: window
@@ -283,7 +273,6 @@ contains
 
   !> True when the diagonal of a quadrilateral falls from upper left to lower right.
   logical function diagonal_falls(grid, i, j, random) result(falls)
-    !> What to generate.
     type(grid_type), intent(in) :: grid
     integer, intent(in) :: i, j
     !> State of the generator.

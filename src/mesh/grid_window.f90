@@ -78,10 +78,8 @@ contains
 
   !> Number of lines below a coordinate.
   pure integer function lines_below(lines, x, or_at) result(number)
-    !> Grid lines, rising.
-    real(wp), intent(in) :: lines(:)
-    !> The coordinate.
-    real(wp), intent(in) :: x
+    !> Grid lines, rising; the coordinate.
+    real(wp), intent(in) :: lines(:), x
     !> Count a line at the coordinate.
     logical, intent(in) :: or_at
     integer :: low, high, middle
@@ -102,12 +100,9 @@ contains
   !> Place of a mesh cell along the axes of the whole grid.
   pure function cell_place(window, pieces, cell) result(at)
     type(window_type), intent(in) :: window
-    !> Mesh cells a brick is cut into.
-    integer, intent(in) :: pieces
-    !> Number of the mesh cell in the window.
-    integer, intent(in) :: cell
-    integer :: at(3)
-    integer :: rest, cells(3)
+    !> Mesh cells a brick is cut into; number of the mesh cell in the window.
+    integer, intent(in) :: pieces, cell
+    integer :: at(3), rest, cells(3)
 
     cells = cells_of(window)
     rest = (cell - 1)/pieces
@@ -121,10 +116,8 @@ contains
   !> Number in one window of a mesh cell of another; both hold it.
   pure integer function renumber(from, to, pieces, cell) result(number)
     type(window_type), intent(in) :: from, to
-    !> Mesh cells a brick is cut into.
-    integer, intent(in) :: pieces
-    !> Number of the mesh cell in the first window.
-    integer, intent(in) :: cell
+    !> Mesh cells a brick is cut into; number of the mesh cell in the first window.
+    integer, intent(in) :: pieces, cell
     integer :: at(3), cells(3)
 
     at = cell_place(from, pieces, cell) - to%first

@@ -3,12 +3,11 @@ module qsmpm_mesh_measure
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_geometry, full_rule, corner_count
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_tensor, only: determinant
+  use qsmpm_tensor, only: determinant, identity
   implicit none
   private
 
-  public :: cell_centre, cell_volume, cell_size, cell_width, cell_metric, mesh_volume, interpolate, &
-    find_bounds
+  public :: cell_centre, cell_volume, cell_size, cell_width, cell_metric, mesh_volume, interpolate, find_bounds
 
 contains
 
@@ -93,14 +92,11 @@ contains
     integer, intent(in) :: cell
     real(wp), intent(in) :: width
     real(wp) :: metric(mesh%dimension, mesh%dimension), x(3, corner_count(mesh%cell_kind(cell))), whole(3, 3)
-    integer :: n, d, i
+    integer :: n, d
 
     d = mesh%dimension
     n = size(x, 2)
-    whole = 0.0_wp
-    do i = 1, 3
-      whole(i, i) = 1.0_wp
-    end do
+    whole = identity
     if (n == 2**d) then
       x(:d, :) = mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell) + n - 1))
       x(:d, :) = x(:d, :) - spread(sum(x(:d, :), dim=2)/n, 2, n)

@@ -52,8 +52,7 @@ contains
     ! From the first corner: far from the origin the coordinates themselves have lost the digits
     ! that the local ones need.
     do i = 1, n
-      corner(:, i) = mesh%coordinates(:, mesh%cell_nodes(first + i - 1)) &
-        - mesh%coordinates(:, mesh%cell_nodes(first))
+      corner(:, i) = mesh%coordinates(:, mesh%cell_nodes(first + i - 1)) - mesh%coordinates(:, mesh%cell_nodes(first))
     end do
     from_corner = x - mesh%coordinates(:, mesh%cell_nodes(first))
     local = local_centre(kind)
@@ -185,10 +184,8 @@ contains
   !> depth decides because the tolerance is wider in a large cell than in a small one beside it.
   pure subroutine settle_tie(mesh, x, deepest, cell)
     type(mesh_type), intent(in) :: mesh
-    !> Place on a face of the cell (dimension).
-    real(wp), intent(in) :: x(:)
-    !> Its distance to the worst face of the cell.
-    real(wp), intent(in) :: deepest
+    !> Place on a face of the cell (dimension); its distance to the worst face of the cell.
+    real(wp), intent(in) :: x(:), deepest
     !> In: one of the cells. Out: the owner.
     integer, intent(inout) :: cell
     real(wp) :: distance, best
@@ -209,10 +206,8 @@ contains
   !> Try every cell whose box holds the place.
   pure subroutine look_everywhere(mesh, x, tolerance, cell, found)
     type(mesh_type), intent(in) :: mesh
-    !> Place (dimension).
-    real(wp), intent(in) :: x(:)
-    !> Inside means distances above minus this.
-    real(wp), intent(in) :: tolerance
+    !> Place (dimension); inside means distances above minus this.
+    real(wp), intent(in) :: x(:), tolerance
     !> The cell, when found.
     integer, intent(inout) :: cell
     !> False when no cell holds the place.

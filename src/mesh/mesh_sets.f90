@@ -48,8 +48,7 @@ contains
     integer, allocatable, intent(out) :: items(:)
     integer :: i
 
-    items = pack([(i, i=1, mesh%node_count)], &
-      abs(mesh%coordinates(axis, :) - value) <= set_tolerance(mesh))
+    items = pack([(i, i=1, mesh%node_count)], abs(mesh%coordinates(axis, :) - value) <= set_tolerance(mesh))
   end subroutine nodes_on_plane
 
   !> Faces whose corners all lie in a box; an interior face comes from both its cells.

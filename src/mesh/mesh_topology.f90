@@ -76,8 +76,7 @@ contains
     corner(:, :n) = mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1))
     places(:, :n) = local_nodes(kind)
     do k = 1, n
-      call element_geometry(kind, places(:, k), corner(:, :n), functions(:n), gradients(:, :n), &
-        determinant)
+      call element_geometry(kind, places(:, k), corner(:, :n), functions(:n), gradients(:, :n), determinant)
       if (determinant >= -1.0e-12_wp*cell_size(mesh, cell)**mesh%dimension) cycle
       call fail(error, error_deck, 'element '//integer_text(mesh%cell_label(cell))//' ('// &
         element_name(mesh%cell_kind(cell))//') is turned inside out at node '// &
@@ -105,8 +104,7 @@ contains
       do k = 1, size(edges, 2)
         call shape_functions(linear_kind(mesh%cell_kind(cell)), places(:, corners + k), functions)
         middle = matmul(mesh%coordinates(:, nodes(:corners)), functions)
-        if (norm2(mesh%coordinates(:, nodes(corners + k)) - middle) &
-          <= mid_tolerance*cell_size(mesh, cell)) cycle
+        if (norm2(mesh%coordinates(:, nodes(corners + k)) - middle) <= mid_tolerance*cell_size(mesh, cell)) cycle
         write (text, '(a,i0,a,i0,a,i0,a,i0,a)') 'element ', mesh%cell_label(cell), ': node ', &
           mesh%node_label(nodes(corners + k)), ' is not in the middle of its edge ', &
           mesh%node_label(nodes(edges(1, k))), '-', mesh%node_label(nodes(edges(2, k))), &
@@ -142,8 +140,7 @@ contains
       two = order(i + 1)
       if (any(key(:, one) /= key(:, two))) cycle
       if (mesh%face_neighbour(owner(2, one), owner(1, one)) > 0) then
-        write (text, '(a,i0)') 'more than two elements share a face of element ', &
-          mesh%cell_label(owner(1, one))
+        write (text, '(a,i0)') 'more than two elements share a face of element ', mesh%cell_label(owner(1, one))
         call fail(error, error_deck, trim(text))
         return
       end if

@@ -49,8 +49,7 @@ contains
     allocate (nodes(mesh%cell_count*node_count(kind)))
     do c = 1, mesh%cell_count
       nodes((c - 1)*node_count(kind) + 1:c*node_count(kind)) = &
-        [mesh%cell_nodes((c - 1)*corners + 1:c*corners), &
-        middle((c - 1)*size(edges, 2) + 1:c*size(edges, 2))]
+        [mesh%cell_nodes((c - 1)*corners + 1:c*corners), middle((c - 1)*size(edges, 2) + 1:c*size(edges, 2))]
     end do
     if (present(mid_ends)) mid_ends = ends(:, firsts(:added - mesh%node_count))
     mesh%node_count = added
@@ -65,8 +64,7 @@ contains
     type(mesh_type), intent(in) :: mesh
     !> Local corners of the edges of a cell (2,edges).
     integer, intent(in) :: edges(:, :)
-    integer :: ends(2, size(edges, 2)*mesh%cell_count)
-    integer :: c, e, k
+    integer :: ends(2, size(edges, 2)*mesh%cell_count), c, e, k
 
     do c = 1, mesh%cell_count
       do e = 1, size(edges, 2)

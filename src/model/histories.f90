@@ -82,9 +82,7 @@ contains
       case (quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation)
         value = rigid_body_value(model, history)
       case (quantity_time)
-        associate (progress => model%state%progress)
-          value = time_in_phase(model%analysis%phases, progress%phase, progress%fraction)
-        end associate
+        value = time_in_phase(model%analysis%phases, model%state%progress%phase, model%state%progress%fraction)
       case (quantity_excess_pressure)
         value = max(0.0_wp, maxval(abs(excess_pressure(model))))
       case (quantity_discharge)

@@ -22,7 +22,6 @@ contains
 
   !> Make the law of a material.
   subroutine make_material_law(material, method, stress, dimension, law, error)
-    !> What the deck says of it.
     type(material_type), intent(in) :: material
     !> Kinematics and rate.
     type(method_type), intent(in) :: method
@@ -38,8 +37,7 @@ contains
     integer :: rate
 
     if (material%user%given) then
-      call new_user_law(material%user, material%name, material%young, material%poisson, stress, &
-        dimension, law, error)
+      call new_user_law(material%user, material%name, material%young, material%poisson, stress, dimension, law, error)
     else if (allocated(material%soil_law)) then
       call new_law(material%soil_law, dimension, method%kinematics, method%rate, law, error)
     else

@@ -233,10 +233,8 @@ contains
     real(wp), intent(in) :: values(:)
     integer, intent(in) :: body
 
-    associate (points => model%state%points)
-      sum_of_body = total(model%part%team, sum(values, mask=points%body == body .and. &
-        own_of(model%part%points, points%count)))
-    end associate
+    sum_of_body = total(model%part%team, sum(values, mask=model%state%points%body == body .and. &
+      own_of(model%part%points, model%state%points%count)))
   end function sum_of_body
 
   !> Where the points of whole cells lie. In axisymmetry the volume of a point that sees the functions at
@@ -305,9 +303,7 @@ contains
         points%material(p) = m
         points%half_size(:, p) = list%vector(:, p)
         points%weight(p) = weight_at(model%analysis%materials(m), place_of(points, p))*points%volume(p)
-        associate (law => model%laws(m)%law)
-          call law%start_at(zero, place_of(points, p), points%state(:law%state_count, p))
-        end associate
+        call model%laws(m)%law%start_at(zero, place_of(points, p), points%state(:model%laws(m)%law%state_count, p))
       end do
     end associate
   end subroutine points_from_seeds

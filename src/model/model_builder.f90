@@ -160,8 +160,7 @@ contains
     if (allocated(model%analysis%method_reason)) model%notes = '*METHOD by default: '// &
       model%analysis%method_reason//new_line('a')
     associate (method => model%analysis%method)
-      if (method%stabilisation_factor < 0.0_wp) &
-        method%stabilisation_factor = usual_factor(method)
+      if (method%stabilisation_factor < 0.0_wp) method%stabilisation_factor = usual_factor(method)
     end associate
     model%notes = model%notes//layer_notes(model%analysis)//gap_notes(model%analysis)
     call set_drainage(model%analysis)
@@ -202,8 +201,7 @@ contains
           merge(3, 2, model%analysis%model == three_dimensional), law, error)
         if (allocated(error)) then
           call add_diagnostic(diagnostics, material%where, merge('*USER MATERIAL', '*MATERIAL     ', &
-            material%user%given), &
-            error%message, error%code)
+            material%user%given), error%message, error%code)
         else
           traits = traits_of(material)
           if (traits%has_strength) call law%blend(elastic_blend)
@@ -234,8 +232,7 @@ contains
       if (.not. any_of(model%part%team, .not. good(m))) cycle
       associate (material => model%analysis%materials(m))
         call add_diagnostic(diagnostics, material%where, '*MATERIAL', "material '"//material%name// &
-          "' has no state to start "// &
-          'with: its model gives one'//unusable, error_user_material)
+          "' has no state to start "//'with: its model gives one'//unusable, error_user_material)
       end associate
     end do
   end subroutine check_start

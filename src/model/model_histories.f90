@@ -179,10 +179,8 @@ contains
 
   !> Whether a name, or the number in it, is meant: SDV3_void_ratio is also SDV3 and 3.
   pure logical function is_named(name, word)
-    !> Name of a state variable.
-    character(len=*), intent(in) :: name
-    !> What the deck says.
-    character(len=*), intent(in) :: word
+    !> Name of a state variable; what the deck says.
+    character(len=*), intent(in) :: name, word
     character(len=:), allocatable :: wanted, head
 
     wanted = upper(word)

@@ -27,7 +27,7 @@ module qsmpm_model_mesh
   implicit none
   private
 
-  public :: make_mesh, make_sets, grid_of, grid_text
+  public :: make_mesh, make_sets, grid_of, sizes_text, grid_text
 
 contains
 
@@ -99,6 +99,26 @@ contains
     end do
   end function grid_of
 
+  !> Nodes, elements and material points of a model as it was built: of one that was divided then, the mesh that one
+  !> process would look at, and the points of all.
+  pure function sizes_text(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    integer :: nodes, cells, points, along(3)
+
+    nodes = model%mesh%node_count
+    cells = model%mesh%cell_count
+    points = model%state%points%count
+    if (model%part%built_points > 0) then
+      along = cells_of(model%part%built_window)
+      cells = product(along)
+      along(:model%mesh%dimension) = along(:model%mesh%dimension) + 1
+      nodes = product(along)
+      points = int(model%part%built_points)
+    end if
+    text = integer_text(nodes)//' nodes, '//integer_text(cells)//' elements, '//integer_text(points)//' material points'
+  end function sizes_text
+
   !> How much of its grid a model looks at; for models with a grid.
   pure function grid_text(model) result(text)
     type(model_type), intent(in) :: model
@@ -113,10 +133,8 @@ contains
 
   !> Numbers of cells along the axes, as in `4 x 2`.
   pure function cells_text(cells, dimension) result(text)
-    !> Along each axis (3).
-    integer, intent(in) :: cells(3)
-    !> 2 or 3.
-    integer, intent(in) :: dimension
+    !> Along each axis (3); 2 or 3.
+    integer, intent(in) :: cells(3), dimension
     character(len=:), allocatable :: text
     integer :: a
 

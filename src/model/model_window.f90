@@ -338,10 +338,7 @@ contains
     integer, allocatable, intent(out) :: labels(:)
     integer :: i
 
-    allocate (labels(model%space%node_count))
-    do i = 1, model%space%node_count
-      labels(i) = node_label(model%space, model%mesh, i)
-    end do
+    labels = [(node_label(model%space, model%mesh, i), i=1, model%space%node_count)]
   end subroutine list_labels
 
   !> Reactions and released forces of the nodes that both windows have.

@@ -194,8 +194,7 @@ contains
     associate (all_nodes => mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
       middle = sum(mesh%coordinates(axis, all_nodes))/size(all_nodes)
     end associate
-    is_pushed = extent(axis) <= flat*maxval(extent) .and. &
-      (middle - mesh%coordinates(axis, nodes(1)))*value > 0.0_wp
+    is_pushed = extent(axis) <= flat*maxval(extent) .and. (middle - mesh%coordinates(axis, nodes(1)))*value > 0.0_wp
   end function is_pushed
 
   !> Add one place.

@@ -40,7 +40,6 @@ contains
 
   !> An evaluation of the internal force begins.
   pure subroutine count_evaluation(profile, stress_points)
-    !> Time and work so far.
     type(run_profile_type), intent(inout) :: profile
     !> Points whose stress is updated.
     integer, intent(in) :: stress_points
@@ -51,7 +50,6 @@ contains
 
   !> A correction was solved for.
   pure subroutine count_iteration(profile, points)
-    !> Time and work so far.
     type(run_profile_type), intent(inout) :: profile
     !> Material points of the model.
     integer, intent(in) :: points
@@ -62,7 +60,6 @@ contains
 
   !> A matrix was factorised, or the attempt failed.
   pure subroutine count_factorisation(profile, solver, matrix_entries)
-    !> Time and work so far.
     type(run_profile_type), intent(inout) :: profile
     !> The solver that did it.
     class(linear_solver_type), intent(in) :: solver
@@ -78,7 +75,6 @@ contains
 
   !> A correction took sweeps.
   pure subroutine count_sweeps(profile, sweeps)
-    !> Time and work so far.
     type(run_profile_type), intent(inout) :: profile
     integer, intent(in) :: sweeps
 

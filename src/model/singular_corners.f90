@@ -116,8 +116,7 @@ contains
     type(law_description_type) :: traits
 
     traits = traits_of(material)
-    stands = .not. traits%friction_angle > 0.0_wp .or. &
-      traits%cohesion >= weights_of_cell*material%unit_weight*spacing
+    stands = .not. traits%friction_angle > 0.0_wp .or. traits%cohesion >= weights_of_cell*material%unit_weight*spacing
   end function stands
 
   !> What a layer of a soil that can yield settles under its own weight, g D^2/(2 E), or four times q D/E under a load;
@@ -170,9 +169,7 @@ contains
 
     way = 0.0_wp
     do p = 1, size(analysis%phases)
-      associate (phase => analysis%phases(p))
-        way = way + maxval([0.0_wp, abs(phase%load_factor*phase%prescriptions%value)])
-      end associate
+      way = way + maxval([0.0_wp, abs(analysis%phases(p)%load_factor*analysis%phases(p)%prescriptions%value)])
     end do
   end function way_of_nodes
 

@@ -12,14 +12,13 @@ module qsmpm_curves
   use qsmpm_history_quantities, only: unit_of_history
   use qsmpm_limit_load, only: relative_compliance
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: integer_text, real_text
+  use qsmpm_number_text, only: integer_text, newline, real_text
   use qsmpm_observer, only: step_record_type
   implicit none
   private
 
   public :: begin_curves, continue_curves, append_row, curves_header
 
-  character(len=1), parameter :: newline = new_line('a')
   character(len=*), parameter :: file_name = '/curves.csv'
 
 contains
@@ -105,8 +104,7 @@ contains
 
     associate (progress => model%state%progress)
       row = integer_text(progress%phase)//','//integer_text(progress%step)//','// &
-        real_text(progress%load_factor)//','//integer_text(record%iterations)//','// &
-        real_text(record%out_of_balance)
+        real_text(progress%load_factor)//','//integer_text(record%iterations)//','//real_text(record%out_of_balance)
       if (allocated(record%shares)) then
         do i = 1, size(record%shares)
           row = row//','//real_text(record%shares(i)%share)
@@ -143,8 +141,7 @@ contains
       column('soil_away_from_bodies', length_unit(analysis))
     if (allocated(analysis%histories)) then
       do i = 1, size(analysis%histories)
-        header = header//','//column(analysis%histories(i)%name, &
-          unit_of_history(analysis, analysis%histories(i)))
+        header = header//','//column(analysis%histories(i)%name, unit_of_history(analysis, analysis%histories(i)))
       end do
     end if
     header = header//','//column('external_work', work_unit(analysis))//','// &

@@ -4,7 +4,7 @@ module qsmpm_display
   use qsmpm_kinds, only: wp
   use qsmpm_clock, only: clock_type, start_clock, wall_seconds
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: duration_text, integer_text
+  use qsmpm_number_text, only: duration_text, integer_text, newline
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_observer, only: step_record_type
   use qsmpm_posix, only: terminal_width, write_descriptor
@@ -26,7 +26,6 @@ module qsmpm_display
   real(wp), parameter :: seconds_between_refreshments = 0.1_wp
 
   integer, parameter :: standard_output = 1, error_output = 2
-  character(len=1), parameter :: newline = new_line('a')
   !> Back to the start of the line and clear it.
   character(len=*), parameter :: clear_line = achar(13)//achar(27)//'[K'
 
@@ -128,10 +127,8 @@ contains
   !> Whether a step is to be shown.
   pure logical function is_due(display, seconds, share)
     type(display_type), intent(in) :: display
-    !> Time gone [s].
-    real(wp), intent(in) :: seconds
-    !> Share of the run done.
-    real(wp), intent(in) :: share
+    !> Time gone [s]; share of the run done.
+    real(wp), intent(in) :: seconds, share
     real(wp) :: pause
 
     if (display%last_share < 0.0_wp .or. share >= 1.0_wp) then
@@ -152,17 +149,14 @@ contains
 
     phases = 1
     if (allocated(model%analysis%phases)) phases = max(1, size(model%analysis%phases))
-    share_done = (real(model%state%progress%phase - 1, wp) + model%state%progress%fraction) &
-      /real(phases, wp)
+    share_done = (real(model%state%progress%phase - 1, wp) + model%state%progress%fraction) /real(phases, wp)
   end function share_done
 
   !> Time left, from the share done since the start.
   pure function remaining_text(display, seconds, share) result(text)
     type(display_type), intent(in) :: display
-    !> Time gone [s].
-    real(wp), intent(in) :: seconds
-    !> Share of the run done.
-    real(wp), intent(in) :: share
+    !> Time gone [s]; share of the run done.
+    real(wp), intent(in) :: seconds, share
     character(len=:), allocatable :: text
 
     if (share - display%start_share <= 0.0_wp) then

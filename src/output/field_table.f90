@@ -3,7 +3,7 @@ module qsmpm_field_table
   use qsmpm_field_list, only: field_type, field_list_type, kind_internal, kind_names, row_components, shown_nowhere
   use qsmpm_fields, only: list_results
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: integer_text
+  use qsmpm_number_text, only: integer_text, newline
   use qsmpm_points, only: allocate_points
   use qsmpm_stress_error, only: stress_error_type
   implicit none
@@ -11,7 +11,6 @@ module qsmpm_field_table
 
   public :: fields_markdown
 
-  character(len=1), parameter :: newline = new_line('a')
   !> Where a field is shown, by the shown_* values from 1.
   character(len=*), parameter :: shown_names(3) = [character(len=25) :: 'values', 'pictures, results', &
     'pictures, results, values']
@@ -38,8 +37,7 @@ contains
   !> Row of a field.
   pure function row_of(field) result(row)
     type(field_type), intent(in) :: field
-    character(len=:), allocatable :: row
-    character(len=:), allocatable :: components, places
+    character(len=:), allocatable :: row, components, places
 
     components = integer_text(row_components(field%kind))
     if (field%kind == kind_internal) components = 'of the law'

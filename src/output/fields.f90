@@ -103,9 +103,7 @@ contains
     associate (share => model%state%progress%fraction, loading => model%loading)
       gravity = loading%gravity_start + share*(loading%gravity_final - loading%gravity_start)
       do i = 1, model%state%points%count
-        associate (points => model%state%points)
-          load(:, i) = between(points%start_weight(i), points%weight(i), share)*gravity
-        end associate
+        load(:, i) = between(model%state%points%start_weight(i), model%state%points%weight(i), share)*gravity
       end do
       if (.not. allocated(model%carrying_point) .or. .not. allocated(loading%traction_final)) return
       if (is_divided(model%part)) number = int(model%state%points%number)
@@ -114,8 +112,7 @@ contains
         if (allocated(number)) p = place_in_order(number, p)
         if (p == 0) cycle
         s = model%carrying_surface(i)
-        traction = loading%traction_start(:, s) &
-          + share*(loading%traction_final(:, s) - loading%traction_start(:, s))
+        traction = loading%traction_start(:, s) + share*(loading%traction_final(:, s) - loading%traction_start(:, s))
         load(:, p) = load(:, p) + model%carrying_area(i)*traction
       end do
     end associate

@@ -65,7 +65,6 @@ contains
 
   !> Begin a file.
   subroutine create_image(image, team)
-    !> The file.
     type(image_type), intent(out) :: image
     !> Who writes it; this process alone unless given.
     type(team_type), intent(in), optional :: team
@@ -85,7 +84,6 @@ contains
 
   !> Make a group; those above it must be there.
   subroutine put_group(image, path)
-    !> The file.
     type(image_type), intent(inout) :: image
     !> Name of the group.
     character(len=*), intent(in) :: path
@@ -225,14 +223,9 @@ contains
 
   !> Let a name stand for an object of another file.
   subroutine put_link(image, path, file, object)
-    !> The file.
     type(image_type), intent(inout) :: image
-    !> Name of the link.
-    character(len=*), intent(in) :: path
-    !> The other file, relative to this one.
-    character(len=*), intent(in) :: file
-    !> Object in the other file.
-    character(len=*), intent(in) :: object
+    !> Name of the link; the other file, relative to this one; object in the other file.
+    character(len=*), intent(in) :: path, file, object
     integer :: status
 
     call h5lcreate_external_f(file, object, image%file, path, status)
@@ -241,7 +234,6 @@ contains
 
   !> Write the file and free its memory.
   subroutine save_image(image, path, sealed, error)
-    !> The file.
     type(image_type), intent(inout) :: image
     !> Its name on the disk.
     character(len=*), intent(in) :: path
@@ -309,10 +301,8 @@ contains
     integer(long) :: rows(image%count)
     integer :: status(5), i
 
-    do i = 1, image%count
-      rows(i) = image%datasets(i)%dimensions(size(image%datasets(i)%dimensions))
-    end do
-    rows = total(image%team, rows)
+    rows = total(image%team, &
+      [(image%datasets(i)%dimensions(size(image%datasets(i)%dimensions)), i=1, image%count)])
     do i = 1, image%count
       associate (path => image%datasets(i)%path, dimensions => image%datasets(i)%dimensions)
         status = 0
@@ -331,7 +321,6 @@ contains
 
   !> The bytes of the file that the library has made.
   subroutine copy_image(image, bytes)
-    !> The file.
     type(image_type), intent(inout) :: image
     !> Its bytes; at least one, so that there is an address.
     integer(int8), allocatable, target, intent(out) :: bytes(:)

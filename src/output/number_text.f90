@@ -3,11 +3,11 @@
 module qsmpm_number_text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   use qsmpm_kinds, only: wp, long
-  use qsmpm_text, only: integer_text, shortest_text => real_text
+  use qsmpm_text, only: integer_text, newline, shortest_text => real_text
   implicit none
   private
 
-  public :: integer_text, real_text, seconds_text, duration_text, numbered, without_last_newline
+  public :: integer_text, newline, real_text, seconds_text, duration_text, numbered, without_last_newline
 
 contains
 
@@ -28,8 +28,10 @@ contains
     character(len=:), allocatable :: text
     character(len=32) :: buffer
 
-    if (.not. ieee_is_finite(value)) then
-      text = special_text(value)
+    if (ieee_is_nan(value)) then
+      text = 'nan'
+    else if (.not. ieee_is_finite(value)) then
+      text = trim(merge('-inf', 'inf ', value < 0.0_wp))
     else if (abs(value) > 0.99_wp*huge(value)) then
       ! Trying fewer digits of the largest reals would read infinity.
       write (buffer, '(es32.16e3)') value
@@ -38,20 +40,6 @@ contains
       text = shortest_text(value)
     end if
   end function real_text
-
-  !> Text of an infinity or of what is not a number.
-  pure function special_text(value) result(text)
-    real(wp), intent(in) :: value
-    character(len=:), allocatable :: text
-
-    if (ieee_is_nan(value)) then
-      text = 'nan'
-    else if (value > 0.0_wp) then
-      text = 'inf'
-    else
-      text = '-inf'
-    end if
-  end function special_text
 
   !> Seconds with three decimals.
   pure function seconds_text(seconds) result(text)
@@ -92,7 +80,7 @@ contains
 
     line = text
     do while (len(line) > 0)
-      if (line(len(line):) /= new_line('a')) exit
+      if (line(len(line):) /= newline) exit
       line = line(:len(line) - 1)
     end do
   end function without_last_newline

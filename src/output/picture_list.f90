@@ -7,7 +7,7 @@ module qsmpm_picture_list
   use qsmpm_error, only: error_type
   use qsmpm_file, only: file_type, create_file, put_text, commit_file, read_text
   use qsmpm_number_text, only: numbered, real_text
-  use qsmpm_text, only: string_type
+  use qsmpm_text, only: newline, string_type
   implicit none
   private
 
@@ -20,7 +20,6 @@ module qsmpm_picture_list
     type(string_type), allocatable :: times(:)
   end type picture_list_type
 
-  character(len=1), parameter :: newline = new_line('a')
   !> What stands before the time and before the step in a line of a collection.
   character(len=*), parameter :: time_mark = 'timestep="', step_mark = 'file="points_'
 
@@ -52,10 +51,8 @@ contains
   !> Write the collection of one kind of picture.
   subroutine write_collection(list, directory, kind, error)
     type(picture_list_type), intent(in) :: list
-    !> Where the pictures are.
-    character(len=*), intent(in) :: directory
-    !> `points` or `mesh`.
-    character(len=*), intent(in) :: kind
+    !> Where the pictures are; `points` or `mesh`.
+    character(len=*), intent(in) :: directory, kind
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(file_type) :: file

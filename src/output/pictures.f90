@@ -15,8 +15,7 @@ module qsmpm_pictures
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_stress_error, only: stress_error_type
-  use qsmpm_vtu, only: vtu_type, start_vtu, add_array, write_vtu, section_cell_data, section_points, &
-    section_cells
+  use qsmpm_vtu, only: vtu_type, start_vtu, add_array, write_vtu, section_cell_data, section_points, section_cells
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_points, only: place_of
   implicit none

@@ -5,7 +5,7 @@
 !> wait are busy on some systems and would be charged to parts that run alone.
 module qsmpm_profile_report
   use qsmpm_kinds, only: wp, long
-  use qsmpm_number_text, only: integer_text, real_text
+  use qsmpm_number_text, only: integer_text, newline, real_text
   use qsmpm_posix, only: peak_memory
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_stopwatch, only: part_count, part_names
@@ -14,7 +14,6 @@ module qsmpm_profile_report
 
   public :: shares_line, profile_table, profile_json
 
-  character(len=1), parameter :: newline = new_line('a')
   !> Parts below this share are not worth a word in the log.
   real(wp), parameter :: least_share = 0.005_wp
 
@@ -76,8 +75,7 @@ contains
     end do
     text = text//newline//integer_text(profile%steps)//' steps, '// &
       integer_text(profile%iterations)//' iterations, '// &
-      integer_text(profile%evaluations)//' evaluations, '// &
-      integer_text(profile%factorisations)//' factorisations'
+      integer_text(profile%evaluations)//' evaluations, '//integer_text(profile%factorisations)//' factorisations'
   end function profile_table
 
   !> Everything, as a JSON object.

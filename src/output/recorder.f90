@@ -11,7 +11,6 @@
 module qsmpm_recorder
   use qsmpm_kinds, only: long
   use qsmpm_agreement, only: agree, any_of
-  use qsmpm_built_model, only: sizes_text
   use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
   use qsmpm_display, only: display_type, display_none, display_plain, start_display, show_step, show_text, &
@@ -23,8 +22,8 @@ module qsmpm_recorder
   use qsmpm_mesh_description, only: mesh_grid
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type
-  use qsmpm_model_mesh, only: grid_text
-  use qsmpm_number_text, only: integer_text, without_last_newline
+  use qsmpm_model_mesh, only: grid_text, sizes_text
+  use qsmpm_number_text, only: integer_text, newline, without_last_newline
   use qsmpm_own_part, only: is_divided
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_picture_files, only: write_fields, write_way_of_failure
@@ -105,7 +104,6 @@ module qsmpm_recorder
     procedure :: stop_requested
   end type recorder_type
 
-  character(len=1), parameter :: newline = new_line('a')
   !> Name of the profile that a run writes on request.
   character(len=*), parameter, public :: profile_file = 'profile.json'
   !> Name of the limit load of a phase that has asked for one.
@@ -184,7 +182,7 @@ contains
       call open_tables(recorder, model, error)
     end if
     ! A run from the start has a picture of it, when the initial stresses are set.
-    if (.not. allocated(error) .and. recorder%options%begun) call show_start(recorder, model, error)
+    if (.not. allocated(error) .and. recorder%options%begun) call recorder%phase_begun(model, error)
     if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
   end subroutine begin_files
 
@@ -251,8 +249,7 @@ contains
         model%state%progress%step, error)
       if (allocated(error)) return
       if (file_exists(recorder%directory//'/points.pvd')) then
-        call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, &
-          error)
+        call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, error)
       end if
     else
       call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
@@ -270,25 +267,16 @@ contains
     call recorder%note(text)
   end subroutine log_savings
 
-  !> A phase has begun.
+  !> A phase has begun: the picture that a record begins with, where there is none yet.
   subroutine phase_begun(self, model, error)
     class(recorder_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
 
-    call show_start(self, model, error)
+    if (self%picture_step >= 0 .or. self%options%continued) return
+    self%picture_step = model%state%progress%step
+    call write_pictures(self, model, error)
   end subroutine phase_begun
-
-  !> The picture that a record begins with, where there is none yet.
-  subroutine show_start(recorder, model, error)
-    class(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    type(error_type), allocatable, intent(out) :: error
-
-    if (recorder%picture_step >= 0 .or. recorder%options%continued) return
-    recorder%picture_step = model%state%progress%step
-    call write_pictures(recorder, model, error)
-  end subroutine show_start
 
   !> Whether the scene is larger than the model, whose images are made from the whole, or a restart file is due that has
   !> ends of phases.
@@ -362,8 +350,7 @@ contains
     if (.not. leads(self)) return
     if (.not. allocated(error) .and. is_found(model%state%progress%limit)) &
       call write_text(self%directory//'/'//limit_file, limit_json(model), error)
-    if (.not. allocated(error) .and. has_factor(model%state%progress)) &
-      call write_safety(self%directory, model, error)
+    if (.not. allocated(error) .and. has_factor(model%state%progress)) call write_safety(self%directory, model, error)
     if (.not. allocated(error)) call write_summary(self%directory, scene_of(self%options%whole, model), model, error)
     if (allocated(error)) return
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
@@ -463,7 +450,7 @@ contains
     said = repeated_warnings(recorder%warnings)
     if (len(said) > 0) call write_log(recorder, without_last_newline(said))
     if (.not. allocated(outcome)) then
-      call show_start(recorder, model, error)
+      call recorder%phase_begun(model, error)
     else
       call keep_last_state(recorder, model, outcome, by_signal, error)
       if (.not. by_signal) call report_stress_error(recorder, model)
@@ -473,9 +460,7 @@ contains
     if (.not. allocated(error) .and. leads(recorder)) call write_seconds(recorder, error)
     call close_file(recorder%curves, log_error)
     if (allocated(log_error) .and. .not. allocated(error)) call move_alloc(log_error, error)
-    if (allocated(recorder%log_error) .and. .not. allocated(error)) then
-      allocate (error, source=recorder%log_error)
-    end if
+    if (allocated(recorder%log_error) .and. .not. allocated(error)) allocate (error, source=recorder%log_error)
     if (.not. allocated(outcome)) call write_log(recorder, last_line(error))
     call close_file(recorder%log, log_error)
     if (allocated(log_error) .and. .not. allocated(error)) call move_alloc(log_error, error)
@@ -524,9 +509,7 @@ contains
     ! without the interruption would have left.
     if (allocated(error) .or. outcome%code == error_other) return
     if (by_signal) return
-    if (recorder%picture_step /= model%state%progress%step) then
-      call write_pictures(recorder, model, error)
-    end if
+    if (recorder%picture_step /= model%state%progress%step) call write_pictures(recorder, model, error)
   end subroutine keep_last_state
 
   !> Write the pictures and results of the present step, those of the scene where the model is a

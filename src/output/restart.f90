@@ -96,9 +96,8 @@ contains
 
     writes = .false.
     if (.not. allocated(model%kept_phases)) return
-    do i = 1, size(model%kept_phases)
-      writes = writes .or. is_in_file(model, model%state%progress%phase, model%kept_phases(i)%phase)
-    end do
+    writes = any([(is_in_file(model, model%state%progress%phase, model%kept_phases(i)%phase), &
+      i=1, size(model%kept_phases))])
   end function writes_kept_phases
 
   !> Whether the end of a phase is in the file of a state: a phase behind the present one starts from it. The present
@@ -331,7 +330,6 @@ contains
 
   !> Note when the file is not one of this program or of this deck.
   subroutine check_origin(reader, fingerprint)
-    !> The file.
     type(reader_type), intent(inout) :: reader
     !> Fingerprint of the resolved deck (2).
     integer, intent(in) :: fingerprint(:)

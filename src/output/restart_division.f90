@@ -298,9 +298,7 @@ contains
       call get_rows(reader, group//'/cell', block, count, cell)
       call note_reason(reader, places_reason(cell, lowest, window, model, words))
       if (allocated(reader%reason)) return
-      associate (part => model%part)
-        rows = [rows, pack(block, part%owners%near(part%team%rank, ring, whole_cells(model, cell, window)))]
-      end associate
+      rows = [rows, pack(block, model%part%owners%near(model%part%team%rank, ring, whole_cells(model, cell, window)))]
     end do
   end subroutine find_near
 end module qsmpm_restart_division

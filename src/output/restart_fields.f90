@@ -84,7 +84,6 @@ contains
 
   !> Put all fields of a carried set.
   subroutine put_carried(image, group, carried, rows)
-    !> The file.
     type(image_type), intent(inout) :: image
     !> Name of its group.
     character(len=*), intent(in) :: group
@@ -119,7 +118,6 @@ contains
 
   !> Get all fields of a carried set; their sizes are those of the model.
   subroutine get_carried(reader, group, carried)
-    !> The file.
     type(reader_type), intent(inout) :: reader
     !> Name of its group.
     character(len=*), intent(in) :: group

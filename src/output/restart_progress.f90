@@ -14,7 +14,6 @@ contains
 
   !> Put where the analysis stands.
   subroutine put_progress(image, group, progress)
-    !> The file.
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group
     !> Where the analysis stands.
@@ -75,7 +74,6 @@ contains
 
   !> Get where the analysis stood.
   subroutine get_progress(reader, group, progress)
-    !> The file.
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
     !> Where the analysis stood.

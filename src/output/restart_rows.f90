@@ -221,8 +221,7 @@ contains
       model%state%reactions(:, a) = nodes%reactions(:, order(k))
       model%state%released(:, a) = nodes%released(:, order(k))
       do i = 1, kept_count(nodes%kept)
-        if (nodes%kept%list(i)%nodal) &
-          model%state%kept%list(i)%values(:, a) = nodes%kept%list(i)%values(:, order(k))
+        if (nodes%kept%list(i)%nodal) model%state%kept%list(i)%values(:, a) = nodes%kept%list(i)%values(:, order(k))
       end do
     end do
   end subroutine put_node_values

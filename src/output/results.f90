@@ -172,8 +172,7 @@ contains
     call put_link(image, '/mesh', results_folder//'/mesh.h5', '/mesh')
     call put_group(image, '/steps')
     do i = 1, size(steps)
-      call put_link(image, '/steps/'//numbered(steps(i)), &
-        results_folder//'/'//numbered(steps(i))//'.h5', '/step')
+      call put_link(image, '/steps/'//numbered(steps(i)), results_folder//'/'//numbered(steps(i))//'.h5', '/step')
     end do
     if (present(phases)) call put_mechanisms(image, directory, phases)
     call save_image(image, directory//'/results.h5', .false., error)

@@ -5,7 +5,7 @@ module qsmpm_safety_files
   use qsmpm_error, only: error_type
   use qsmpm_file, only: write_text
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: integer_text, numbered, real_text
+  use qsmpm_number_text, only: integer_text, newline, numbered, real_text
   use qsmpm_pictures, only: write_points_picture, write_mesh_picture
   use qsmpm_results, only: mechanism_part, write_state
   use qsmpm_strength_factor, only: flow_words
@@ -18,7 +18,6 @@ module qsmpm_safety_files
   character(len=*), parameter, public :: safety_file = 'safety.json'
   !> Heads of the names of the pictures; the number of the phase follows.
   character(len=*), parameter, public :: mechanism_points = 'mechanism_points_', mechanism_mesh = 'mechanism_mesh_'
-  character(len=1), parameter :: newline = new_line('a')
 
 contains
 

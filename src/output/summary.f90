@@ -15,7 +15,7 @@ module qsmpm_summary
   use qsmpm_number_text, only: integer_text, real_text
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_phase_ends, only: end_of_phase, factor_of_phase, has_start_move, start_move
-  use qsmpm_text, only: string_type, json_string, read_real, split
+  use qsmpm_text, only: string_type, json_string, read_real, split, newline
   use qsmpm_unfinished_phases, only: is_loss
   implicit none
   private
@@ -23,7 +23,6 @@ module qsmpm_summary
   public :: write_summary, summary_table, limit_json, summary_file
 
   character(len=*), parameter :: summary_file = 'summary.json'
-  character(len=1), parameter :: newline = new_line('a')
   !> How a phase has ended, by the ended_* values from 0.
   character(len=10), parameter :: reasons(0:4) = [character(len=10) :: 'not ended', 'whole load', 'limit load', &
     'stop', 'lost']
@@ -44,7 +43,6 @@ contains
   subroutine write_summary(directory, analysis, model, error, outcome)
     !> Of the run, with its curves.
     character(len=*), intent(in) :: directory
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
@@ -180,7 +178,6 @@ contains
   subroutine summary_table(directory, analysis, model, text, error, outcome)
     !> Of the run, with its curves.
     character(len=*), intent(in) :: directory
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(in) :: model
     character(len=:), allocatable, intent(out) :: text

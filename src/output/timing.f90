@@ -5,7 +5,7 @@ module qsmpm_timing
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_file, only: file_exists, read_text, write_text
-  use qsmpm_number_text, only: real_text
+  use qsmpm_number_text, only: newline, real_text
   implicit none
   private
 
@@ -18,7 +18,6 @@ module qsmpm_timing
 
   character(len=*), parameter :: timing_file = 'timing.json'
   character(len=*), parameter :: cpu_key = '"cpu_seconds": ', wall_key = '"wall_seconds": '
-  character(len=1), parameter :: newline = new_line('a')
 
 contains
 

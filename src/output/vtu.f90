@@ -9,7 +9,7 @@ module qsmpm_vtu
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
   use qsmpm_file, only: move_to, put_bytes
-  use qsmpm_number_text, only: integer_text
+  use qsmpm_number_text, only: integer_text, newline
   use qsmpm_shared_file, only: shared_file_type, begin_shared, claim, put_at, commit_shared, of_ranks
   use qsmpm_team, only: team_type
   implicit none
@@ -18,13 +18,10 @@ module qsmpm_vtu
   public :: vtu_type, start_vtu, add_array, write_vtu
 
   !> Sections of the file, in its order.
-  integer, parameter, public :: section_point_data = 1, section_cell_data = 2, &
-    section_points = 3, section_cells = 4
-  character(len=*), parameter :: section_name(4) = [character(len=9) :: &
-    'PointData', 'CellData', 'Points', 'Cells']
+  integer, parameter, public :: section_point_data = 1, section_cell_data = 2, section_points = 3, section_cells = 4
+  character(len=*), parameter :: section_name(4) = [character(len=9) :: 'PointData', 'CellData', 'Points', 'Cells']
   !> Most arrays of a picture.
   integer, parameter :: most_arrays = 256
-  character(len=1), parameter :: newline = new_line('a')
 
   !> One array: its section, what its tag says of it, its bytes.
   type :: array_type
@@ -52,10 +49,8 @@ contains
   subroutine start_vtu(vtu, point_count, cell_count)
     !> The picture.
     type(vtu_type), intent(out) :: vtu
-    !> Number of VTK points.
-    integer, intent(in) :: point_count
-    !> Number of VTK cells.
-    integer, intent(in) :: cell_count
+    !> Number of VTK points; number of VTK cells.
+    integer, intent(in) :: point_count, cell_count
 
     vtu%point_count = point_count
     vtu%cell_count = cell_count

@@ -1,12 +1,10 @@
 !> Warnings of a run, a line each, to be said again at its end.
 module qsmpm_warning_list
-  use qsmpm_number_text, only: integer_text
+  use qsmpm_number_text, only: integer_text, newline
   implicit none
   private
 
   public :: keep_warnings, repeated_warnings
-
-  character(len=1), parameter :: newline = new_line('a')
 
 contains
 

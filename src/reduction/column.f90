@@ -11,10 +11,10 @@ module qsmpm_column
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_reaction
   use qsmpm_reduction, only: reduction_type, reduce_column, refuse, place_text, begin_reduction, &
     require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, keep_supports, drop_unused_sets, &
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, keep_supports, &
     scene_tolerance
-  use qsmpm_loaded_surfaces, only: keep_used_surfaces
-  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
+  use qsmpm_loaded_surfaces, only: drop_unused
+  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, reduce_rigid_history
   use qsmpm_uniform_axis, only: require_uniform
   use qsmpm_water_symmetry, only: require_level_water
   implicit none
@@ -29,7 +29,6 @@ contains
 
   !> Prove that a scene is a row of equal columns.
   pure subroutine require_column(analysis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Why not; unallocated when proved.
     character(len=:), allocatable, intent(out) :: reason
@@ -55,7 +54,6 @@ contains
 
   !> Histories are inside the grid; reactions are those of a level set, or push a side along x.
   pure subroutine require_histories(analysis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: members
@@ -83,7 +81,6 @@ contains
 
   !> Side a set lies on: 1 the first line, 2 the last line, 0 neither.
   pure integer function side_of(members, set) result(side)
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> Number of the set.
     integer, intent(in) :: set
@@ -111,23 +108,19 @@ contains
       step%factor = (lines(size(lines)) - lines(1))/(lines(2) - lines(1))
     end associate
     call column_histories(analysis, members, step)
-    call flatten_rigid_bodies(analysis, [1])
-    call share_loads(analysis, step%factor)
+    call flatten_rigid_bodies(analysis, [1], step%factor)
     ! What is freed of a side has been proved to be held again.
     call keep_supports(analysis, [(covers_axis(members, s, 1), s=1, size(analysis%node_sets))], 1, &
       analysis%mesh%axes(1)%lines(:2), side_names)
     call move_sides(analysis, members)
-    call drop_unused_sets(analysis)
-    call keep_used_surfaces(analysis)
+    call drop_unused(analysis)
     analysis%bodies%copies = step%factor*analysis%bodies%copies
     analysis%mesh%axes(1)%lines = analysis%mesh%axes(1)%lines(:2)
   end subroutine make_column
 
   !> Histories of the column: nothing moves along x.
   pure subroutine column_histories(analysis, members, step)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> Gets the way back.
     type(reduction_type), intent(inout) :: step
@@ -153,10 +146,8 @@ contains
 
   !> The place in the first cell that is like a place in any cell.
   pure real(wp) function in_first(lines, x)
-    !> Lines along x.
-    real(wp), intent(in) :: lines(:)
-    !> The place.
-    real(wp), intent(in) :: x
+    !> Lines along x; the place.
+    real(wp), intent(in) :: lines(:), x
     integer :: i
 
     i = max(1, min(size(lines) - 1, count(lines <= x)))
@@ -166,17 +157,13 @@ contains
 
   !> Sets on a side that a history reads go with the side.
   pure subroutine move_sides(analysis, members)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer :: s
 
     do s = 1, size(members%axis(1)%holds, 2)
       if (side_of(members, s) == 0) cycle
-      associate (set => analysis%node_sets(s), x => analysis%mesh%axes(1)%lines(side_of(members, s)))
-        set%box(1, :) = x
-      end associate
+      analysis%node_sets(s)%box(1, :) = analysis%mesh%axes(1)%lines(side_of(members, s))
     end do
   end subroutine move_sides
 end module qsmpm_column

@@ -146,8 +146,7 @@ contains
   pure function cell_place(cell, pieces, counts) result(place)
     !> Number of the cell, pieces of a brick, bricks along each axis.
     integer, intent(in) :: cell, pieces, counts(3)
-    integer :: place(4)
-    integer :: rest
+    integer :: place(4), rest
 
     rest = cell - 1
     place(1) = mod(rest, pieces)
@@ -170,8 +169,7 @@ contains
   pure function brick_counts(lines) result(counts)
     !> Grid lines; unallocated along z in the plane.
     type(axis_type), intent(in) :: lines(3)
-    integer :: counts(3)
-    integer :: a
+    integer :: counts(3), a
 
     counts = 1
     do a = 1, 3
@@ -264,10 +262,8 @@ contains
   !> Turn what a half section has about the axis: radius, height and ring become x, y and z.
   pure subroutine turn_field(field, centre, angle)
     type(field_type), intent(inout) :: field
-    !> x and z of the axis.
-    real(wp), intent(in) :: centre(2)
-    !> Angle of each point from x to z (n).
-    real(wp), intent(in) :: angle(:)
+    !> x and z of the axis; angle of each point from x to z (n).
+    real(wp), intent(in) :: centre(2), angle(:)
     real(wp) :: c, s
     integer :: k
 
@@ -300,10 +296,8 @@ contains
 
   !> Interval of lines that holds a place, from 0.
   pure integer function interval(lines, x)
-    !> Rising lines.
-    real(wp), intent(in) :: lines(:)
-    !> The place.
-    real(wp), intent(in) :: x
+    !> Rising lines; the place.
+    real(wp), intent(in) :: lines(:), x
 
     interval = max(0, min(size(lines) - 2, count(lines <= x) - 1))
   end function interval

@@ -8,18 +8,17 @@ module qsmpm_loaded_surfaces
   use qsmpm_load_description, only: carrier_points
   use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_outline
   use qsmpm_structures, only: contact_on_soil
-  use qsmpm_reduction, only: refuse, place_text
-  use qsmpm_set_members, only: scene_tolerance
+  use qsmpm_reduction, only: letters, refuse, place_text
+  use qsmpm_set_members, only: drop_unused_sets, scene_tolerance
   implicit none
   private
 
-  public :: surface_is_used, keep_used_surfaces, require_loads_uniform, require_surface
+  public :: surface_is_used, drop_unused, require_loads_uniform, require_surface
 
 contains
 
   !> Whether a phase loads or supports a surface, or a rigid body may touch it.
   pure logical function surface_is_used(analysis, name) result(used)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the surface.
     character(len=*), intent(in) :: name
@@ -37,25 +36,23 @@ contains
     end do
   end function surface_is_used
 
-  !> Leave out the surfaces no phase uses.
-  pure subroutine keep_used_surfaces(analysis)
-    !> The scene.
+  !> Leave out the sets and surfaces that nothing refers to.
+  pure subroutine drop_unused(analysis)
     type(analysis_type), intent(inout) :: analysis
     integer :: s
 
+    call drop_unused_sets(analysis)
     analysis%surfaces = analysis%surfaces(pack([(s, s=1, size(analysis%surfaces))], &
       [(surface_is_used(analysis, analysis%surfaces(s)%name), s=1, size(analysis%surfaces))]))
-  end subroutine keep_used_surfaces
+  end subroutine drop_unused
 
   !> Prove that gravity, tractions, pressures and supports do not depend on an axis and have no part
   !> along it.
   pure subroutine require_loads_uniform(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
     !> Why not; unallocated when proved.
     character(len=:), allocatable, intent(inout) :: reason
-    character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
     integer :: p, i
 
     do p = 1, size(analysis%phases)
@@ -81,13 +78,11 @@ contains
 
   !> Prove that a surface goes through the whole grid along an axis and has no face across it.
   pure subroutine require_surface(analysis, name, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the surface.
     character(len=*), intent(in) :: name
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
-    character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
     real(wp) :: first, last, tolerance
     logical :: whole
 
@@ -133,7 +128,6 @@ contains
 
   !> Whether the body of an outline is a polygon: the prism over it has walls only.
   pure logical function is_prism(analysis, surface) result(yes)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     type(surface_type), intent(in) :: surface
     integer :: b

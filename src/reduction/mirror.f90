@@ -19,9 +19,8 @@ module qsmpm_mirror
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_reduction, only: refuse, refuse_mesh, place_text, require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, contains_node, representatives, node_state, &
-    scene_tolerance
+  use qsmpm_reduction, only: letters, refuse, refuse_mesh, place_text, require_local_histories
+  use qsmpm_set_members, only: members_type, find_members, contains_node, representatives, node_state, scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_is_used
   use qsmpm_mirror_stages, only: prove_stages
   use qsmpm_mirror_images, only: mirror_plane, body_partner, surface_partner
@@ -34,13 +33,11 @@ module qsmpm_mirror
 
   !> Sides of a set: none, or half with its image on the other side, in the kept half, in the other half.
   integer, parameter, public :: side_mixed = 0, side_both = 1, side_kept = 2, side_other = 3
-  character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
 
 contains
 
   !> Prove it.
   pure subroutine require_mirror(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> 1 or 3.
     integer, intent(in) :: axis
@@ -67,7 +64,6 @@ contains
 
   !> Lines and elements are symmetric, and the plane is a line.
   pure subroutine require_grid(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -94,7 +90,6 @@ contains
   !> Why the half is not taken unasked although the scene is symmetric; empty when nothing speaks
   !> against it.
   pure function reason_against_mirror(analysis) result(reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: reason
     type(law_description_type) :: traits
@@ -104,8 +99,7 @@ contains
     do m = 1, size(analysis%materials)
       associate (material => analysis%materials(m))
         traits = traits_of(material)
-        if (traits%may_soften) reason = &
-          "material '"//material%name//"' may soften: its failure need not be symmetric"
+        if (traits%may_soften) reason = "material '"//material%name//"' may soften: its failure need not be symmetric"
         if (.not. traits%associated_flow) &
           reason = "the failure of material '"//material%name//"' is not associated: it need not be symmetric"
       end associate
@@ -180,7 +174,6 @@ contains
   !> Whether cutting at the plane may give a surface new faces: its box reaches the plane and is not
   !> flat along another axis, or it lies in the plane.
   pure logical function has_faces_in_plane(analysis, surface, axis) result(yes)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     type(surface_type), intent(in) :: surface
     integer, intent(in) :: axis
@@ -206,7 +199,6 @@ contains
 
   !> Whether the mirror image of a load is among the loads of its phase.
   pure logical function load_has_image(analysis, loads, load, axis) result(found)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Loads of the phase, and the one.
     type(traction_type), intent(in) :: loads(:), load
@@ -230,11 +222,11 @@ contains
   !> Sets are no lists of labels; a plate is symmetric; reactions are those of symmetric sets or of one
   !> half.
   pure subroutine require_sets(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: members
+    logical :: one_sided
     integer :: p, i
 
     call find_members(analysis, members)
@@ -246,14 +238,12 @@ contains
         call refuse_labels(analysis, analysis%phases(p)%prescriptions(i)%set, reason)
       end do
     end do
-    if (analysis%moving_mesh%by_body) then
-      if (analysis%moving_mesh%axis == axis) call refuse(reason, '*MOVING MESH'// &
-        place_text(analysis%moving_mesh%where)//' is not symmetric')
-    else if (analysis%moving_mesh%active) then
-      if (analysis%moving_mesh%axis == axis .or. set_side(members, place_named(analysis%node_sets, &
-        analysis%moving_mesh%set), axis) /= side_both) call refuse(reason, '*MOVING MESH'// &
-        place_text(analysis%moving_mesh%where)//' is not symmetric')
-    end if
+    associate (moving => analysis%moving_mesh)
+      one_sided = moving%active .and. moving%axis == axis
+      if (moving%active .and. .not. (one_sided .or. moving%by_body)) one_sided = &
+        set_side(members, place_named(analysis%node_sets, moving%set), axis) /= side_both
+      if (one_sided) call refuse(reason, '*MOVING MESH'//place_text(moving%where)//' is not symmetric')
+    end associate
     call require_local_histories(analysis, reason)
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i))
@@ -267,7 +257,6 @@ contains
 
   !> A list of labels has no place.
   pure subroutine refuse_labels(analysis, name, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the set.
     character(len=*), intent(in) :: name
@@ -281,7 +270,6 @@ contains
 
   !> Where a set lies: on both sides alike, or wholly on one. The plane belongs to neither half.
   pure integer function set_side(members, set, axis) result(side)
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> Number of the set, and the axis.
     integer, intent(in) :: set, axis
@@ -303,7 +291,6 @@ contains
 
   !> Every node is held and moved like its image, in every phase.
   pure subroutine require_nodes(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -341,9 +328,7 @@ contains
 
   !> The last card that treats a node and its image differently.
   pure function blame(analysis, members, node, image, phase, component) result(text)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> The two nodes (3).
     integer, intent(in) :: node(3), image(3)

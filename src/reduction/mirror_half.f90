@@ -11,8 +11,8 @@ module qsmpm_mirror_half
   use qsmpm_mesh_description, only: select_plane, select_box, select_segment, select_outline
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, keep_supports, drop_unused_sets, scene_tolerance
-  use qsmpm_loaded_surfaces, only: keep_used_surfaces
+  use qsmpm_set_members, only: members_type, find_members, keep_supports, scene_tolerance
+  use qsmpm_loaded_surfaces, only: drop_unused
   use qsmpm_mirror, only: set_side, side_both, side_other
   use qsmpm_mirror_stages, only: drop_absent
   use qsmpm_rigid_reduction, only: half_rigid_bodies, mirror_rigid_history
@@ -48,17 +48,14 @@ contains
     call half_surfaces(analysis, axis, step%plane)
     call half_rigid_bodies(analysis, axis)
     call half_bodies(analysis, axis, step)
-    call drop_unused_sets(analysis)
-    call keep_used_surfaces(analysis)
+    call drop_unused(analysis)
     n = size(analysis%mesh%axes(axis)%lines)/2 + 1
     analysis%mesh%axes(axis)%lines = analysis%mesh%axes(axis)%lines(:n)
   end subroutine make_half
 
   !> Histories beyond the plane are read from the mirror image.
   pure subroutine half_histories(analysis, members, axis, step)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     !> Gets the way back.
@@ -106,7 +103,6 @@ contains
 
   !> Loads and supports of surfaces that lie beyond the plane are left out.
   pure subroutine half_surfaces(analysis, axis, plane)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     integer, intent(in) :: axis
     !> Coordinate of the plane.
@@ -125,7 +121,6 @@ contains
 
   !> Whether a surface lies beyond the plane.
   pure logical function surface_beyond(analysis, name, axis, plane) result(beyond)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the surface.
     character(len=*), intent(in) :: name
@@ -163,7 +158,6 @@ contains
 
   !> Bodies beyond the plane are left out; the others know their images.
   pure subroutine half_bodies(analysis, axis, step)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     integer, intent(in) :: axis
     !> Gets the bodies of the half and their images.
@@ -190,9 +184,7 @@ contains
 
   !> Sets that a reaction is read of beyond the plane go to the other side.
   pure subroutine half_sets(analysis, members, axis, plane)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     !> Coordinate of the plane.

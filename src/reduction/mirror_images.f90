@@ -16,7 +16,6 @@ contains
 
   !> Coordinate of the plane.
   pure real(wp) function mirror_plane(analysis, axis)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
 
@@ -40,7 +39,6 @@ contains
 
   !> Whether a box is the mirror image of another, as far as they are in the grid.
   pure logical function boxes_match(analysis, box, other, axis) result(match)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Lower and upper corners (3,2).
     real(wp), intent(in) :: box(3, 2), other(3, 2)
@@ -60,7 +58,6 @@ contains
 
   !> Body that is the mirror image of a body, 0 for none.
   pure integer function body_partner(analysis, number, axis) result(partner)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Number of the body, and the axis.
     integer, intent(in) :: number, axis
@@ -128,7 +125,6 @@ contains
 
   !> Surface that is the mirror image of a surface, 0 for none.
   pure integer function surface_partner(analysis, number, axis) result(partner)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Number of the surface, and the axis.
     integer, intent(in) :: number, axis
@@ -158,7 +154,6 @@ contains
 
   !> Whether two bodies are mirror images.
   pure logical function are_partners(analysis, name, other, axis) result(yes)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Names of the bodies.
     character(len=*), intent(in) :: name, other

@@ -15,10 +15,9 @@ module qsmpm_prismatic
   use qsmpm_error, only: error_type
   use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, at_rigid_body, component_vector
   use qsmpm_reduction, only: reduction_type, reduce_prismatic, refuse, place_text, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, drop_unused_sets, &
-    scene_tolerance
-  use qsmpm_loaded_surfaces, only: keep_used_surfaces
-  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, scene_tolerance
+  use qsmpm_loaded_surfaces, only: drop_unused
+  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, reduce_rigid_history
   use qsmpm_uniform_axis, only: require_uniform
   implicit none
   private
@@ -29,7 +28,6 @@ contains
 
   !> Prove that a scene is prismatic along z.
   pure subroutine require_prismatic(analysis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Why not; unallocated when proved.
     character(len=:), allocatable, intent(out) :: reason
@@ -78,7 +76,6 @@ contains
 
   !> Histories are inside the thickness, and reactions can be taken from the plane.
   pure subroutine require_histories(analysis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: members
@@ -128,10 +125,8 @@ contains
     end do
     call plane_histories(analysis, step)
     call plane_supports(analysis)
-    call flatten_rigid_bodies(analysis, [3])
-    call share_loads(analysis, step%factor)
-    call drop_unused_sets(analysis)
-    call keep_used_surfaces(analysis)
+    call flatten_rigid_bodies(analysis, [3], step%factor)
+    call drop_unused(analysis)
     do s = 1, size(analysis%node_sets)
       analysis%node_sets(s)%box(3, :) = 0.0_wp
     end do
@@ -218,7 +213,6 @@ contains
 
   !> Histories in the plane. What has a z component stands still.
   pure subroutine plane_histories(analysis, step)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     !> Gets the way back.
     type(reduction_type), intent(inout) :: step
@@ -249,7 +243,6 @@ contains
 
   !> Fixities and prescriptions of the plane: what only holds along z is left out.
   pure subroutine plane_supports(analysis)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     type(fixity_type), allocatable :: fixities(:)
     integer :: p, i

@@ -21,6 +21,8 @@ module qsmpm_reduction
   integer, parameter, public :: reduce_prismatic = 1, reduce_revolved = 2, reduce_column = 3, reduce_mirror = 4
   !> Lengths closer than this share of the size of the grid are the same, as for the sets of the mesh.
   real(wp), parameter, public :: closeness = 1.0e-8_wp
+  !> Names of the axes.
+  character(len=1), parameter, public :: letters(3) = ['x', 'y', 'z']
 
   !> Layers of the points of a body between two grid lines.
   type :: layers_type
@@ -122,8 +124,7 @@ contains
             if (analysis%histories(h)%name /= place%history) cycle
             if (step%history_factor(h) < 0.0_wp) place%side = merge(stop_below, stop_above, place%side == stop_above)
             if (abs(step%history_factor(h)) > 0.0_wp) then
-              place%value = (place%value - analysis%histories(h)%scale*step%history_offset(h)) &
-                /step%history_factor(h)
+              place%value = (place%value - analysis%histories(h)%scale*step%history_offset(h)) /step%history_factor(h)
             else
               place%value = merge(huge(1.0_wp), -huge(1.0_wp), place%side == stop_above)
             end if
@@ -149,7 +150,6 @@ contains
     integer, intent(in) :: kind
     integer, intent(in) :: axis
     character(len=:), allocatable :: name
-    character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
 
     select case (kind)
     case (reduce_prismatic)
@@ -187,7 +187,6 @@ contains
 
   !> Value of a history of the scene by that of the model, both before SCALE.
   pure real(wp) function history_of_scene(expansion, number, value)
-    !> All steps.
     type(expansion_type), intent(in) :: expansion
     !> Number of the history.
     integer, intent(in) :: number

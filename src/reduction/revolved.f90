@@ -19,8 +19,7 @@ module qsmpm_revolved
   use qsmpm_error, only: error_type
   use qsmpm_stl_reader, only: read_stl
   use qsmpm_reduction, only: refuse, refuse_mesh, place_text, require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, representatives, node_state, &
-    scene_tolerance
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, representatives, node_state, scene_tolerance
   use qsmpm_revolved_profile, only: find_axis, find_profile
   use qsmpm_rigid_symmetry, only: require_rigid_round
   use qsmpm_water_symmetry, only: require_level_water
@@ -50,9 +49,7 @@ contains
 
   !> Prove that a scene is a figure of revolution.
   subroutine require_revolved(analysis, solid, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> What was found.
     type(revolved_solid_type), intent(out) :: solid
     !> Why not; unallocated when proved.
     character(len=:), allocatable, intent(out) :: reason
@@ -84,7 +81,6 @@ contains
 
   !> Half sections of all bodies about one axis.
   subroutine read_sections(analysis, solid, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Gets the axis and the bodies.
     type(revolved_solid_type), intent(inout) :: solid
@@ -121,7 +117,6 @@ contains
 
   !> The grid lines nearest to an axis, if they are as near as the file can tell.
   pure function on_lines(analysis, centre, size_of_file) result(place)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> x and z of the axis, and the largest coordinate of its file.
     real(wp), intent(in) :: centre(2), size_of_file
@@ -139,9 +134,7 @@ contains
 
   !> The axis lies on grid lines; sides through it are held along their normal; the grid is wide enough.
   pure subroutine require_axis(analysis, members, solid, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> Gets the sector and the radius of the grid.
     type(revolved_solid_type), intent(inout) :: solid
@@ -174,9 +167,7 @@ contains
 
   !> The side of the grid through the axis is held along its normal in every phase.
   pure subroutine require_cut(analysis, members, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> 1 or 3.
     integer, intent(in) :: axis
@@ -204,11 +195,8 @@ contains
 
   !> Sets that hold or move the figure depend on height only; those on sides hold along their normal.
   pure subroutine require_sets(analysis, members, solid, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
-    !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     character(len=:), allocatable, intent(inout) :: reason
     logical :: along
@@ -239,7 +227,6 @@ contains
 
   !> Whether a set depends on height only.
   pure logical function is_level(members, set)
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> Number of the set.
     integer, intent(in) :: set
@@ -250,11 +237,8 @@ contains
   !> Whether a fixity is alike in all directions: of a level set, of a side through the axis along its
   !> normal, or of a side out of reach.
   pure logical function fixity_is_round(analysis, members, solid, fixity) result(round)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
-    !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     type(fixity_type), intent(in) :: fixity
     integer :: s, i
@@ -274,7 +258,6 @@ contains
 
   !> Whether a set is a side of the grid.
   pure logical function is_outer_side(members, set, axis) result(yes)
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> Number of the set, and the axis it lies across.
     integer, intent(in) :: set, axis
@@ -286,9 +269,7 @@ contains
 
   !> Loads go along the axis and act on outlines all around it; supports on level parts of outlines.
   pure subroutine require_loads(analysis, solid, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     character(len=:), allocatable, intent(inout) :: reason
     integer :: p, i
@@ -315,9 +296,7 @@ contains
 
   !> Surfaces that touch rigid bodies are the same all around the axis.
   pure subroutine require_contacts(analysis, solid, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     character(len=:), allocatable, intent(inout) :: reason
     integer :: i
@@ -333,9 +312,7 @@ contains
   !> Whether a surface is an outline, or the part of it in a box wider than the figure; a level one where
   !> it is wanted.
   pure logical function surface_is_round(analysis, solid, name, level) result(round)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     !> Name of the surface.
     character(len=*), intent(in) :: name
@@ -356,11 +333,8 @@ contains
 
   !> Histories are within reach; stresses are read where the axes are those of radius and ring.
   pure subroutine require_histories(analysis, members, solid, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
-    !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     character(len=:), allocatable, intent(inout) :: reason
     real(wp) :: from(2)

@@ -6,9 +6,9 @@ module qsmpm_revolved_half
   use qsmpm_history_description, only: quantity_position, quantity_stress, quantity_strain, quantity_reaction
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, keep_supports, drop_unused_sets, scene_tolerance
-  use qsmpm_loaded_surfaces, only: keep_used_surfaces
-  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
+  use qsmpm_set_members, only: members_type, find_members, keep_supports, scene_tolerance
+  use qsmpm_loaded_surfaces, only: drop_unused
+  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, reduce_rigid_history
   use qsmpm_revolved, only: revolved_solid_type, is_level
   implicit none
   private
@@ -37,8 +37,7 @@ contains
     step%centre = solid%centre
     step%sector = solid%sector
     call round_histories(analysis, solid, step)
-    call flatten_rigid_bodies(analysis, [1, 3])
-    call share_loads(analysis, step%factor)
+    call flatten_rigid_bodies(analysis, [1, 3], step%factor)
     do s = 1, size(analysis%node_sets)
       analysis%node_sets(s)%box(1, :) = [-solid%radius, 2.0_wp*solid%radius]
       analysis%node_sets(s)%box(3, :) = 0.0_wp
@@ -47,8 +46,7 @@ contains
     do p = 1, size(analysis%phases)
       analysis%phases(p)%fixities%fixed(3) = .false.
     end do
-    call drop_unused_sets(analysis)
-    call keep_used_surfaces(analysis)
+    call drop_unused(analysis)
     do s = 1, size(analysis%surfaces)
       analysis%surfaces(s)%box(1, :) = [0.0_wp, solid%radius]
       analysis%surfaces(s)%box(3, :) = 0.0_wp
@@ -68,7 +66,6 @@ contains
   pure subroutine radial_lines(analysis, solid)
     !> The scene; its grid in radius and height.
     type(analysis_type), intent(inout) :: analysis
-    !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     real(wp) :: lines(size(analysis%mesh%axes(1)%lines)), tolerance
     integer :: i, n
@@ -88,9 +85,7 @@ contains
 
   !> Histories by radius and height.
   pure subroutine round_histories(analysis, solid, step)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     !> Gets the way back.
     type(reduction_type), intent(inout) :: step
@@ -117,8 +112,7 @@ contains
           call round_stress(history%component, abs(from(2)) <= scene_tolerance(analysis), along, step%history_factor(i))
         else if (history%component /= 2) then
           step%history_factor(i) = along((history%component + 1)/2)
-          if (history%quantity == quantity_position) &
-            step%history_offset(i) = solid%centre((history%component + 1)/2)
+          if (history%quantity == quantity_position) step%history_offset(i) = solid%centre((history%component + 1)/2)
           history%component = 1
         end if
       end associate

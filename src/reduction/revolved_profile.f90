@@ -6,6 +6,7 @@
 !> those of the circles with the area of the polygons, so that volume and weight are kept.
 module qsmpm_revolved_profile
   use qsmpm_kinds, only: wp, pi
+  use qsmpm_polygon, only: polygon_area
   use qsmpm_polyhedron, only: polyhedron_volume
   use qsmpm_sorting, only: sort
   implicit none
@@ -47,10 +48,8 @@ contains
 
   !> The half section.
   pure subroutine find_profile(facets, centre, profile, problem)
-    !> Corners (3, 3, n), seen from outside counter-clockwise.
-    real(wp), intent(in) :: facets(:, :, :)
-    !> x and z of the axis.
-    real(wp), intent(in) :: centre(2)
+    !> Corners (3, 3, n), seen from outside counter-clockwise; x and z of the axis.
+    real(wp), intent(in) :: facets(:, :, :), centre(2)
     !> Radius and height of its corners, counter-clockwise (2, m); not allocated when there is a problem.
     real(wp), allocatable, intent(out) :: profile(:, :)
     !> Why it is no figure of revolution, empty when it is.
@@ -115,8 +114,7 @@ contains
     !> Corners of a ring.
     integer, intent(out) :: corners
     character(len=:), allocatable, intent(inout) :: problem
-    integer :: angle(3*size(facets, 3))
-    integer :: r, n, f, k, found
+    integer :: angle(3*size(facets, 3)), r, n, f, k, found
     logical :: regular
 
     corners = 0
@@ -249,7 +247,7 @@ contains
     if (next == 0 .and. rings%place(1, r) > noise) call append_corner([0.0_wp, rings%place(2, r)], path, n)
     if (len(problem) > 0) return
     allocate (profile(2, n), source=path(:, :n))
-    if (signed_area(profile) < 0.0_wp) profile = profile(:, n:1:-1)
+    if (polygon_area(profile) < 0.0_wp) profile = profile(:, n:1:-1)
   end subroutine walk_rings
 
   !> Put a corner behind those there are.
@@ -263,14 +261,6 @@ contains
     n = n + 1
     path(:, n) = corner
   end subroutine append_corner
-
-  !> Area of a polygon, positive counter-clockwise.
-  pure real(wp) function signed_area(polygon) result(area)
-    !> Vertices (2,n).
-    real(wp), intent(in) :: polygon(:, :)
-
-    area = 0.5_wp*sum(polygon(1, :)*cshift(polygon(2, :), 1) - polygon(2, :)*cshift(polygon(1, :), 1))
-  end function signed_area
 
   !> Volume of a polygon turned about the axis (Pappus): 2 pi int r dA.
   pure real(wp) function turned_volume(polygon) result(volume)

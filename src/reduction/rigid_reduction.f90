@@ -12,15 +12,18 @@ module qsmpm_rigid_reduction
   implicit none
   private
 
-  public :: flatten_rigid_bodies, share_loads, half_rigid_bodies, reduce_rigid_history, mirror_rigid_history
+  public :: flatten_rigid_bodies, half_rigid_bodies, reduce_rigid_history, mirror_rigid_history
 
 contains
 
-  !> Bodies in the plane, or by radius and height: what they have along z is left out, and along x in axisymmetry.
-  pure subroutine flatten_rigid_bodies(analysis, axes)
+  !> Bodies in the plane, or by radius and height: what they have along z is left out, and along x in axisymmetry; loads
+  !> on them are shares of those of the scene.
+  pure subroutine flatten_rigid_bodies(analysis, axes, factor)
     type(analysis_type), intent(inout) :: analysis
     !> Axes of which nothing stays.
     integer, intent(in) :: axes(:)
+    !> Forces of the scene over those of the smaller one.
+    real(wp), intent(in) :: factor
     integer :: b, i, p
 
     if (.not. allocated(analysis%rigid_bodies)) return
@@ -32,24 +35,10 @@ contains
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%moves)
         analysis%phases(p)%moves(i)%vector(axes) = 0.0_wp
-      end do
-    end do
-  end subroutine flatten_rigid_bodies
-
-  !> Loads on bodies as shares of those of the scene.
-  pure subroutine share_loads(analysis, factor)
-    type(analysis_type), intent(inout) :: analysis
-    !> Forces of the scene over those of the smaller one.
-    real(wp), intent(in) :: factor
-    integer :: i, p
-
-    if (.not. allocated(analysis%rigid_bodies)) return
-    do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%moves)
         analysis%phases(p)%moves(i)%load = analysis%phases(p)%moves(i)%load/factor
       end do
     end do
-  end subroutine share_loads
+  end subroutine flatten_rigid_bodies
 
   !> A history of a rigid body that is the same all along what is left out: forces and moments count as often as the
   !> smaller scene does; what goes along an axis that is left out is nothing.

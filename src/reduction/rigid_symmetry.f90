@@ -14,7 +14,7 @@ module qsmpm_rigid_symmetry
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_loaded_surfaces, only: require_surface
   use qsmpm_mirror_images, only: mirror_plane, surface_partner, mirrored_box, edges_match, outline_edges
-  use qsmpm_reduction, only: refuse, place_text
+  use qsmpm_reduction, only: letters, refuse, place_text
   use qsmpm_set_members, only: scene_tolerance
   implicit none
   private
@@ -24,7 +24,6 @@ module qsmpm_rigid_symmetry
 
   !> Sides of a plane a body may lie on: across it, below, above.
   integer, parameter, public :: rigid_across = 0, rigid_below = 1, rigid_above = 2
-  character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
 
 contains
 
@@ -99,8 +98,7 @@ contains
         margin = body%round
         if (margin < 0.0_wp) margin = maxval(lines(2:) - lines(:size(lines) - 1))
         yes = axis == 3 .and. .not. any(abs(body%rotation) > 0.0_wp) .and. &
-          body%box(axis, 1) <= lines(1) - margin .and. &
-          body%box(axis, 2) >= lines(size(lines)) + margin
+          body%box(axis, 1) <= lines(1) - margin .and. body%box(axis, 2) >= lines(size(lines)) + margin
       case default
         yes = .false.
       end select

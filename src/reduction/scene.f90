@@ -7,8 +7,7 @@ module qsmpm_scene
   use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric, mirror_yes, mirror_no
   use qsmpm_phase_description, only: initial_given
   use qsmpm_reduction, only: reduction_type, expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, &
-    reduce_column, reduce_mirror, append_step, move_stops, refuse, &
-    place_text
+    reduce_column, reduce_mirror, append_step, move_stops, refuse, place_text
   use qsmpm_carried_cards, only: not_carried
   use qsmpm_prismatic, only: require_prismatic, make_plane
   use qsmpm_revolved, only: revolved_solid_type, require_revolved
@@ -168,7 +167,6 @@ contains
 
   !> A verdict as a sentence.
   pure function check_text(check) result(text)
-    !> What was found.
     type(reduction_check_type), intent(in) :: check
     character(len=:), allocatable :: text
 

@@ -55,7 +55,6 @@ contains
   pure subroutine find_members(analysis, members)
     !> The scene; its mesh is a grid.
     type(analysis_type), intent(in) :: analysis
-    !> The tables.
     type(members_type), intent(out) :: members
     integer :: a, s, n, i
 
@@ -121,12 +120,9 @@ contains
 
   !> Whether a set holds a node.
   pure logical function contains_node(members, set, node)
-    !> The tables.
     type(members_type), intent(in) :: members
-    !> Number of the set.
-    integer, intent(in) :: set
-    !> Place of the node along each axis (3).
-    integer, intent(in) :: node(3)
+    !> Number of the set; place of the node along each axis (3).
+    integer, intent(in) :: set, node(3)
 
     contains_node = members%axis(1)%holds(node(1), set) .and. members%axis(2)%holds(node(2), set) &
       .and. members%axis(3)%holds(node(3), set)
@@ -134,7 +130,6 @@ contains
 
   !> Whether a set does not depend on an axis.
   pure logical function covers_axis(members, set, axis)
-    !> The tables.
     type(members_type), intent(in) :: members
     !> Number of the set, and the axis.
     integer, intent(in) :: set, axis
@@ -145,15 +140,13 @@ contains
   !> Places along an axis, one of each kind; the first and the last are kinds of their own. With
   !> `mirrored` the entries of the place on the other side make the kind too.
   pure subroutine representatives(members, axis, mirrored, list)
-    !> The tables.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     !> Look at both sides.
     logical, intent(in) :: mirrored
     !> Places found.
     integer, allocatable, intent(out) :: list(:)
-    integer :: i, k, n, found
-    integer :: some(members%count(axis))
+    integer :: i, k, n, found, some(members%count(axis))
     logical :: known
 
     n = members%count(axis)
@@ -177,14 +170,10 @@ contains
 
   !> What holds a node in a phase: components, and the displacement prescribed over the phase.
   pure subroutine node_state(analysis, members, node, phase, fixed, value)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The tables.
     type(members_type), intent(in) :: members
-    !> Place of the node along each axis (3).
-    integer, intent(in) :: node(3)
-    !> Number of the phase.
-    integer, intent(in) :: phase
+    !> Place of the node along each axis (3); number of the phase.
+    integer, intent(in) :: node(3), phase
     !> Held components (3).
     logical, intent(out) :: fixed(3)
     !> Prescribed displacement (3).
@@ -214,7 +203,6 @@ contains
 
   !> Whether anything refers to a node set.
   pure logical function set_is_used(analysis, name) result(used)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the set.
     character(len=*), intent(in) :: name
@@ -275,7 +263,6 @@ contains
 
   !> Leave out the node sets nothing refers to, and all element sets.
   pure subroutine drop_unused_sets(analysis)
-    !> The scene.
     type(analysis_type), intent(inout) :: analysis
     integer :: s
 

@@ -11,9 +11,8 @@ module qsmpm_uniform_axis
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_all, body_box, body_polygon
   use qsmpm_mesh_description, only: mesh_grid, select_list
-  use qsmpm_reduction, only: refuse, refuse_mesh, place_text
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, representatives, node_state, &
-    scene_tolerance
+  use qsmpm_reduction, only: letters, refuse, refuse_mesh, place_text
+  use qsmpm_set_members, only: members_type, find_members, covers_axis, representatives, node_state, scene_tolerance
   use qsmpm_loaded_surfaces, only: require_loads_uniform
   use qsmpm_rigid_symmetry, only: require_rigid_uniform
   implicit none
@@ -21,13 +20,10 @@ module qsmpm_uniform_axis
 
   public :: require_uniform
 
-  character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
-
 contains
 
   !> Prove it.
   pure subroutine require_uniform(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> 1 or 3.
     integer, intent(in) :: axis
@@ -50,7 +46,6 @@ contains
 
   !> Bodies go through the whole grid along the axis.
   pure subroutine require_bodies(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -102,9 +97,7 @@ contains
 
   !> Sets that depend on the axis may only be held along it; nothing is moved along it.
   pure subroutine require_sets(analysis, members, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -137,9 +130,7 @@ contains
 
   !> A plate of a moving mesh goes along another axis and does not depend on this one.
   pure subroutine require_plate(analysis, members, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -157,9 +148,7 @@ contains
   !> Both end planes are held along the axis in every phase. In a grid with shifted nodes only sets of
   !> whole planes count, and nothing may be freed.
   pure subroutine require_held(analysis, members, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
@@ -198,7 +187,6 @@ contains
 
   !> No set is freed.
   pure subroutine require_nothing_freed(analysis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable, intent(inout) :: reason
     integer :: p, i

@@ -225,10 +225,8 @@ contains
       kind = mesh%cell_kind(c)
       do f = 1, face_count(kind)
         if (mesh%face_neighbour(f, c) /= 0) cycle
-        associate (corners => face_corners(kind, f))
-          associate (nodes => mesh%cell_nodes(mesh%cell_first(c) - 1 + corners))
-            open_edge(c) = open_edge(c) .or. .not. all(held(normal_axis(mesh%coordinates(:, nodes)), nodes))
-          end associate
+        associate (nodes => mesh%cell_nodes(mesh%cell_first(c) - 1 + face_corners(kind, f)))
+          open_edge(c) = open_edge(c) .or. .not. all(held(normal_axis(mesh%coordinates(:, nodes)), nodes))
         end associate
       end do
     end do

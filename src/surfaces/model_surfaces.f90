@@ -254,8 +254,7 @@ contains
     end if
     call make_bins(model%state%points%position, bins)
     do i = 1, model%state%surface%count
-      model%carrying_point(i) = nearest_in_bins(bins, model%state%points%position, &
-        model%state%surface%position(:, i))
+      model%carrying_point(i) = nearest_in_bins(bins, model%state%points%position, model%state%surface%position(:, i))
     end do
   end subroutine choose_carrying_points
 end module qsmpm_model_surfaces

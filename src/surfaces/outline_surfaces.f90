@@ -173,9 +173,7 @@ contains
     logical :: occupied(model%mesh%cell_count)
     integer :: c, i
 
-    do c = 1, size(occupied)
-      occupied(c) = any(bodies%body(bodies%first(c):bodies%first(c + 1) - 1) == outline%body)
-    end do
+    occupied = [(any(bodies%body(bodies%first(c):bodies%first(c + 1) - 1) == outline%body), c=1, size(occupied))]
     vertices = vertices_of(model, outline)
     if (model%mesh%dimension == 3) then
       loaded%corner = outline%corner(:, parts)

@@ -133,8 +133,7 @@ contains
     type(model_type), intent(inout) :: model
     logical, intent(in) :: chosen(:)
     type(surface_points_type) :: finer
-    real(wp) :: place(2, 2, size(chosen)), local(2, 2, size(chosen)), lengths(2), step(2), drawn_step(2), &
-      parts(2)
+    real(wp) :: place(2, 2, size(chosen)), local(2, 2, size(chosen)), lengths(2), step(2), drawn_step(2), parts(2)
     integer :: cell(2, size(chosen)), i, n, k
     integer(int_long) :: highest
     logical :: long(size(chosen)), found(2)
@@ -199,7 +198,7 @@ contains
     logical, intent(in) :: chosen(:)
     type(surface_points_type) :: coarser
     logical :: gone(size(chosen)), found
-    real(wp) :: lengths(2), before(2), local(2)
+    real(wp) :: lengths(2), local(2)
     integer :: i, k, cell
 
     gone = .false.
@@ -209,7 +208,6 @@ contains
       if (.not. is_short(model, i, lengths)) cycle
       k = neighbour_of(model, i, gone, lengths(1))
       if (k == 0) cycle
-      before = model%state%surface%position(:, k)
       cell = model%state%surface%cell(k)
       call locate(model%mesh, middle_of(model%state%surface, i, k), cell, local, found)
       if (.not. found) cycle

@@ -75,8 +75,7 @@ contains
     call fields%number('STABILISATION SHARE', c%stabilisation_share, 'share of the load that stabilisation may '// &
       'carry; a step is brought to equilibrium again at constant load until it is below', range='(0, 1]')
     call fields%whole('MAX REEQUILIBRATIONS', c%max_reequilibrations, &
-      're-equilibrations of a step at constant load, at most', &
-      range='[0, inf)')
+      're-equilibrations of a step at constant load, at most', range='[0, inf)')
     call fields%number('STABILISATION FADE', c%stabilisation_fade, &
       'factor on the stabilisation from one re-equilibration '// &
       'to the next; 1 keeps it, 0.1 saves most of them near a limit load', range='(0, 1]')
@@ -87,8 +86,7 @@ contains
     call fields%answer('DAMPING', c%damping, 'sub-steps with pseudo-transient (proximal) damping when the static '// &
       'step is lost; a static solve at TOLERANCE ends them')
     call fields%number('DAMPING SHARE', c%damping_share, &
-      'share of the load below which the damping of the sub-steps '// &
-      'is left out', range='(0, 1]', needs='DAMPING=YES')
+      'share of the load below which the damping of the sub-steps is left out', range='(0, 1]', needs='DAMPING=YES')
     call fields%whole('MAX SUBSTEPS', c%max_substeps, 'sub-steps before a step is given up', range='[1, inf)', &
       needs='DAMPING=YES')
   end subroutine equilibrium_fields

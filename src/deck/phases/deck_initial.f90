@@ -132,9 +132,7 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
 
-    associate (phase => deck%analysis%phases(deck%phase))
-      call fields%given(phase%updates_strength)
-      call fields%line(phase%strength_where)
-    end associate
+    call fields%given(deck%analysis%phases(deck%phase)%updates_strength)
+    call fields%line(deck%analysis%phases(deck%phase)%strength_where)
   end subroutine update_fields
 end module qsmpm_deck_initial

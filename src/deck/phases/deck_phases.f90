@@ -44,8 +44,7 @@ contains
     call table%add('FIX', in_phase, once, 'Node sets whose displacement is held at zero, or freed again.', fix_fields, &
       '*FIX| base, ALL| sides, X', check_fixities)
     call table%add('PRESCRIBE', in_phase, once, 'Displacement of node sets in the phase, per unit of load '// &
-      'factor; of nodes that *FIX holds too.', &
-      prescribe_fields, '*PRESCRIBE| plate, Y, -0.1', check_prescriptions)
+      'factor; of nodes that *FIX holds too.', prescribe_fields, '*PRESCRIBE| plate, Y, -0.1', check_prescriptions)
     call add_stage_keywords(table)
     call add_prop_stage_keywords(table)
     call add_load_keywords(table)

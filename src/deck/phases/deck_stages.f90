@@ -33,7 +33,7 @@ contains
   subroutine activate_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    integer :: fill, i
+    integer :: fill
 
     fill = fill_level
     associate (list => deck%analysis%phases(deck%phase)%activations)
@@ -42,11 +42,7 @@ contains
         'to the ground as it has settled; SHAPE: it is as drawn, and an overlap with the ground is an error')
     end associate
     call body_rows(fields, deck%analysis%phases(deck%phase)%activations, .false.)
-    associate (list => deck%analysis%phases(deck%phase)%activations)
-      do i = 1, size(list)
-        list(i)%fill = fill
-      end do
-    end associate
+    deck%analysis%phases(deck%phase)%activations%fill = fill
   end subroutine activate_fields
 
   !> *DEACTIVATE.

@@ -50,8 +50,7 @@ contains
       level%flows = kind == 3
       call fields%answer('FLOW', level%transient, 'TRANSIENT: the surface of the water follows in the '// &
         'TIME of the phase, from the flow of the phases before; levels move evenly to those given; with '// &
-        '*CONSOLIDATION the ground swells and settles with it', &
-        needs='TYPE=SEEPAGE', words='STEADY|TRANSIENT')
+        '*CONSOLIDATION the ground swells and settles with it', needs='TYPE=SEEPAGE', words='STEADY|TRANSIENT')
       call fields%name('BODY', level%body, 'the body whose level it is; of all bodies without one of their own '// &
         'when not given', needs='TYPE=LINE|NONE')
       call fields%number('UNIT WEIGHT', level%unit_weight, 'weight of water per volume, in the units of the deck; '// &

@@ -129,8 +129,7 @@ contains
 
     associate (request => deck%points(deck%item))
       call fields%line(request%where)
-      call fields%name('BODY', request%body, 'the body; without it all bodies that have no '// &
-        '*POINTS of their own')
+      call fields%name('BODY', request%body, 'the body; without it all bodies that have no *POINTS of their own')
       call fields%whole('PER ELEMENT', request%per_element, 'points of a full element; each element '// &
         'allows certain numbers, which the message of a wrong one lists', required=.true., range='[1, inf)', &
         none='DEFAULT')
@@ -212,14 +211,12 @@ contains
       return
     end do
     extent = maxval(vertices, dim=2) - minval(vertices, dim=2)
-    if (abs(polygon_area(vertices)) <= flat*max(product(extent), tiny(1.0_wp))) &
-      problem = 'the polygon has no area'
+    if (abs(polygon_area(vertices)) <= flat*max(product(extent), tiny(1.0_wp))) problem = 'the polygon has no area'
     do i = 1, n
       do k = i + 2, n
         if (i == 1 .and. k == n) cycle
         if (.not. touch(edge(vertices, i), edge(vertices, k))) cycle
-        problem = 'edges '//integer_text(i)//' and '//integer_text(k)//' of the polygon cross '// &
-          'or touch'
+        problem = 'edges '//integer_text(i)//' and '//integer_text(k)//' of the polygon cross or touch'
         return
       end do
     end do
@@ -239,29 +236,21 @@ contains
 
   !> Whether two segments have a point in common.
   pure logical function touch(a, b)
-    !> Ends of one (2,2).
-    real(wp), intent(in) :: a(2, 2)
-    !> Ends of the other (2,2).
-    real(wp), intent(in) :: b(2, 2)
+    !> Ends of one (2,2); ends of the other (2,2).
+    real(wp), intent(in) :: a(2, 2), b(2, 2)
 
     touch = sides_differ(a, b) .and. sides_differ(b, a) .and. &
-      all(max(a(:, 1), a(:, 2)) >= min(b(:, 1), b(:, 2))) .and. &
-      all(max(b(:, 1), b(:, 2)) >= min(a(:, 1), a(:, 2)))
+      all(max(a(:, 1), a(:, 2)) >= min(b(:, 1), b(:, 2))) .and. all(max(b(:, 1), b(:, 2)) >= min(a(:, 1), a(:, 2)))
   end function touch
 
   !> Whether the ends of a segment are not strictly on one side of another's line.
   pure logical function sides_differ(line, ends)
-    !> Two points of the line.
-    real(wp), intent(in) :: line(2, 2)
-    !> Ends of the segment.
-    real(wp), intent(in) :: ends(2, 2)
+    !> Two points of the line; ends of the segment.
+    real(wp), intent(in) :: line(2, 2), ends(2, 2)
     real(wp) :: side(2), along(2)
-    integer :: i
 
     along = line(:, 2) - line(:, 1)
-    do i = 1, 2
-      side(i) = along(1)*(ends(2, i) - line(2, 1)) - along(2)*(ends(1, i) - line(1, 1))
-    end do
+    side = along(1)*(ends(2, :) - line(2, 1)) - along(2)*(ends(1, :) - line(1, 1))
     sides_differ = .not. (all(side > 0.0_wp) .or. all(side < 0.0_wp))
   end function sides_differ
 end module qsmpm_deck_bodies

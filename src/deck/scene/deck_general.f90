@@ -72,8 +72,7 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('FIELD', in_model, once, 'Pictures of points and mesh.', output_fields, &
-      '*FIELD, EVERY=10, HDF5=NO', &
-      finish_output)
+      '*FIELD, EVERY=10, HDF5=NO', finish_output)
     call table%add('RESTART', in_model, once, 'The file a run can be continued from.', restart_fields, &
       '*RESTART, EVERY=50')
   end subroutine add_output_keywords
@@ -169,8 +168,7 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     if (state%analysis%reduce .and. state%dimension == 0) call state%report_error(card, &
-      'TYPE=AUTO wants a *GRID: nothing '// &
-      'is known of the symmetry of other meshes')
+      'TYPE=AUTO wants a *GRID: nothing is known of the symmetry of other meshes')
     if (state%analysis%model > 0) state%dimension = merge(3, 2, state%analysis%model == three_dimensional)
   end subroutine check_model
 
@@ -228,8 +226,7 @@ contains
     call fields%number('FACTOR', method%stabilisation_factor, 'strength of the stabilisation; '// &
       'when not given '//real_text(background_factor)//' for BACKGROUND, '// &
       real_text(grid_ghost_factor)//' for GHOST, '//real_text(cubic_ghost_factor)// &
-      ' for GHOST of SPLINE3, '//real_text(ghost_factor)//' for GHOST on elements', &
-      range='(0, 1]', needs=not_fem)
+      ' for GHOST of SPLINE3, '//real_text(ghost_factor)//' for GHOST on elements', range='(0, 1]', needs=not_fem)
   end subroutine stabilisation_fields
 
   !> What to choose for which scene; figures in docs/methods/choosing.md.
@@ -291,8 +288,7 @@ contains
 
     call of_a_scene(fields, deck)
     associate (solver => deck%analysis%solver)
-      call fields%choice('TYPE', solver%kind, solver_words(), 'AUTO chooses by size and '// &
-        'symmetry', first=solver_auto)
+      call fields%choice('TYPE', solver%kind, solver_words(), 'AUTO chooses by size and symmetry', first=solver_auto)
       call fields%choice('PRECISION', solver%precision, 'AUTO|DOUBLE|SINGLE', 'of the factors of CHOLMOD and '// &
         'MUMPS: SINGLE takes half the memory and is refined to what the step asks; a matrix it cannot refine is '// &
         'factorised in double precision from then on', first=precision_auto)
@@ -305,7 +301,6 @@ contains
   subroutine check_solver(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-
     type(solver_row_type) :: row
 
     associate (solver => state%analysis%solver)

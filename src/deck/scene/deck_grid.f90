@@ -121,11 +121,9 @@ contains
     if (kind == 0 .or. state%dimension == 0) return
     if (local_dimension(kind) == state%dimension) return
     if (state%dimension == 2) then
-      call state%report_error(card, state%analysis%mesh%element//' is an element of 3D models, *MODEL '// &
-        'is plane')
+      call state%report_error(card, state%analysis%mesh%element//' is an element of 3D models, *MODEL is plane')
     else
-      call state%report_error(card, state%analysis%mesh%element//' is an element of plane models, '// &
-        '*MODEL is 3D')
+      call state%report_error(card, state%analysis%mesh%element//' is an element of plane models, *MODEL is 3D')
     end if
   end subroutine check_element_dimension
 
@@ -222,8 +220,7 @@ contains
 
   !> Coordinates whose spacings grow by a constant factor; the ends are exact.
   pure subroutine graded(first, last, n, ratio, values)
-    real(wp), intent(in) :: first
-    real(wp), intent(in) :: last
+    real(wp), intent(in) :: first, last
     integer, intent(in) :: n
     !> Last spacing over first spacing.
     real(wp), intent(in) :: ratio
@@ -290,11 +287,9 @@ contains
 
     cells = 1
     do axis = 1, max(2, state%dimension)
-      if (.not. allocated(state%analysis%mesh%axes(axis)%lines)) &
-        allocate (state%analysis%mesh%axes(axis)%lines(0))
+      if (.not. allocated(state%analysis%mesh%axes(axis)%lines)) allocate (state%analysis%mesh%axes(axis)%lines(0))
       associate (lines => state%analysis%mesh%axes(axis)%lines)
-        if (size(lines) < 2) call state%report_error(card, 'the '//trim(axis_words(axis))// &
-          ' axis has no interval')
+        if (size(lines) < 2) call state%report_error(card, 'the '//trim(axis_words(axis))//' axis has no interval')
         cells = min(cells*max(1, size(lines) - 1), int(most_cells, long) + 1)
       end associate
     end do

@@ -52,8 +52,7 @@ contains
       call fields%line(history%where)
       call fields%name('NAME', history%name, 'name of the column', required=.true.)
       if (fields%reading) history%quantity = 0
-      call fields%choice('QUANTITY', history%quantity, bar_list(words), 'what is recorded', &
-        required=.true.)
+      call fields%choice('QUANTITY', history%quantity, bar_list(words), 'what is recorded', required=.true.)
       call component_field(fields, history)
       call fields%name('UNIT', history%unit, 'unit in the header; made of *UNITS when not given')
       call fields%number('SCALE', history%scale, 'factor of the values')
@@ -132,8 +131,7 @@ contains
         card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', 'X, Y, Z               ', &
         has_components(history%quantity, component_tensor))))
     else if (history%component > component_number(history%quantity, state%dimension)) then
-      call state%report_error(card, 'COMPONENT='//card%word('COMPONENT')//' has no meaning in a plane '// &
-        'model')
+      call state%report_error(card, 'COMPONENT='//card%word('COMPONENT')//' has no meaning in a plane model')
     end if
   end subroutine check_component
 

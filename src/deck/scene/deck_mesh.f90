@@ -173,16 +173,14 @@ contains
         mesh%where = source_line(card%place)
         call check_element_dimension(card, state)
       else if (mesh%element /= card%word('TYPE')) then
-        call state%report_error(card, 'elements of a mesh in the deck are all of one type, here '// &
-          mesh%element)
+        call state%report_error(card, 'elements of a mesh in the deck are all of one type, here '//mesh%element)
         return
       end if
       if (element_from_name(mesh%element) == 0) return
       n = node_count(element_from_name(mesh%element))
       do i = 1, size(rows)
         if (rows(i)%good .and. size(rows(i)%items) /= n + 1) call state%error_at(card, rows(i), &
-          integer_text(size(rows(i)%items) - 1)//' nodes where '//mesh%element//' has '// &
-          integer_text(n))
+          integer_text(size(rows(i)%items) - 1)//' nodes where '//mesh%element//' has '//integer_text(n))
       end do
       before = size(mesh%element_labels)
       mesh%element_labels = [mesh%element_labels, (whole_at(rows(i), 1), i=1, size(rows))]
@@ -225,10 +223,8 @@ contains
 
     associate (mesh => state%analysis%mesh)
       if (mesh%kind /= mesh_inline) return
-      if (size(mesh%node_labels) == 0) call state%error_from(mesh%where, 'NODE', 'there are no '// &
-        'nodes')
-      if (size(mesh%element_labels) == 0) call state%error_from(mesh%where, 'ELEMENT', &
-        'there are no elements')
+      if (size(mesh%node_labels) == 0) call state%error_from(mesh%where, 'NODE', 'there are no nodes')
+      if (size(mesh%element_labels) == 0) call state%error_from(mesh%where, 'ELEMENT', 'there are no elements')
       if (state%messages%error_count() > 0) return
       do e = 1, size(mesh%element_labels)
         do k = 1, size(mesh%connectivity, 1)

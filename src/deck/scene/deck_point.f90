@@ -30,8 +30,7 @@ contains
       'steps from what they are to the values given; what the test keeps stays as it is. Values are those at the '// &
       'end, not increments: an unloading stage names a smaller strain or stress. Strains count from the start of '// &
       'the test. A step that finds no equilibrium is cut.', stage_fields, &
-        '*POINT STAGE, STEPS=40| AXIAL STRAIN, 0.02', &
-      finish_stage, list=list_stages, opens='stage')
+        '*POINT STAGE, STEPS=40| AXIAL STRAIN, 0.02', finish_stage, list=list_stages, opens='stage')
   end subroutine add_point_keywords
 
   !> *POINT TEST.

@@ -6,15 +6,14 @@ module qsmpm_deck_point_check
   use qsmpm_source_line, only: source_line_type
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_messages, only: severity_error
-  use qsmpm_deck_lines, only: read_whole_file
+  use qsmpm_file, only: read_text
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: test_words
   use qsmpm_point_table, only: parse_targets
   use qsmpm_point_test, only: test_oedometer, test_drained, test_undrained, test_biaxial, test_shear, &
     test_isotropic, test_path, strain_engineering, driven_axial_strain, driven_axial_stress, driven_deviator, &
     driven_cell_pressure, driven_shear_strain, driven_shear_stress, driven_normal_stress, driven_pressure, &
-    driven_volumetric_strain, driven_gradient, driven_strain, driven_stress, driven_words, driven_row, &
-    driven_column
+    driven_volumetric_strain, driven_gradient, driven_strain, driven_stress, driven_words, driven_row, driven_column
   implicit none
   private
 
@@ -68,10 +67,8 @@ contains
     type(deck_state_type), intent(in) :: state
     integer, intent(in) :: number
 
-    associate (stage => state%analysis%point_test%stages(number))
-      where%file = stage%file
-      where%line = stage%line
-    end associate
+    where%file = state%analysis%point_test%stages(number)%file
+    where%line = state%analysis%point_test%stages(number)%line
   end function stage_place
 
   !> The material there is, or the one that is named.
@@ -114,18 +111,16 @@ contains
     integer, intent(in) :: number
     character(len=:), allocatable :: text
     type(error_type), allocatable :: error
-    logical :: found
 
     associate (stage => state%analysis%point_test%stages(number), analysis => state%analysis)
       if (len(stage%table) == 0) return
-      call read_whole_file(stage%table, text, found)
-      if (.not. found) then
+      call read_text(stage%table, text, error)
+      if (allocated(error)) then
         call state%error_from(stage_place(state, number), 'POINT STAGE', "there is no file '"//stage%table//"'")
         return
       end if
       call parse_targets(stage%table, text, analysis%force_unit//'/'//analysis%length_unit//'^2', &
-        stage%driven_components, &
-        stage%targets, stage%times, error)
+        stage%driven_components, stage%targets, stage%times, error)
       if (.not. allocated(error) .and. allocated(stage%times)) then
         if (stage%duration_given) call fail(error, error_deck, &
           "TIME is given, and '"//stage%table//"' has a column `time`")
@@ -203,8 +198,7 @@ contains
 
   !> Whether targets of a strain leave a length.
   pure logical function in_reach(driven, strain, targets)
-    integer, intent(in) :: driven
-    integer, intent(in) :: strain
+    integer, intent(in) :: driven, strain
     real(wp), intent(in) :: targets(:)
 
     in_reach = .true.

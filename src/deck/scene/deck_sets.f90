@@ -168,8 +168,7 @@ contains
         else
           ! Counted from 0: a label beyond the last one may be no integer.
           step = max(1, whole_at(row, 3))
-          labels = [labels, (whole_at(row, 1) + k*step, &
-            k=0, (whole_at(row, 2) - whole_at(row, 1))/step)]
+          labels = [labels, (whole_at(row, 1) + k*step, k=0, (whole_at(row, 2) - whole_at(row, 1))/step)]
         end if
       end associate
     end do

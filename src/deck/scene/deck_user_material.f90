@@ -30,8 +30,7 @@ contains
       finish_user_material)
     call table%add('USER STATE', in_material, once, 'State variables of the points of a *USER MATERIAL at the '// &
       'start, zero where the list is shorter. A UDSM is handed them in its task 1 and may replace them.', &
-        user_state_fields, &
-      '*USER STATE| 0, 0, 0, 0, 0, 0, 0.65', read_profile)
+        user_state_fields, '*USER STATE| 0, 0, 0, 0, 0, 0, 0.65', read_profile)
   end subroutine add_user_material_keywords
 
   !> *USER MATERIAL.

@@ -212,8 +212,7 @@ contains
     type(deck_state_type), intent(in) :: state
     type(material_type), intent(in) :: material
     integer, intent(in) :: parameter
-    character(len=:), allocatable :: sentence
-    character(len=:), allocatable :: name
+    character(len=:), allocatable :: sentence, name
 
     sentence = ''
     if (all(parameter /= law_fields)) return

@@ -52,12 +52,8 @@ contains
   pure subroutine make_increment(rate, lame, shear, f, stress, increment, ok)
     !> One of rate_*.
     integer, intent(in) :: rate
-    !> Lame's first modulus.
-    real(wp), intent(in) :: lame
-    !> Shear modulus.
-    real(wp), intent(in) :: shear
-    !> Incremental deformation gradient (3,3).
-    real(wp), intent(in) :: f(3, 3)
+    !> Lame's first modulus; shear modulus; incremental deformation gradient (3,3).
+    real(wp), intent(in) :: lame, shear, f(3, 3)
     !> Cauchy stress at the start (3,3).
     real(wp), intent(in) :: stress(3, 3)
     type(rotated_increment_type), intent(out) :: increment
@@ -84,18 +80,13 @@ contains
 
   !> Eq. 26 with eqs. 9 and 10.
   pure subroutine paper_increment(lame, shear, cauchy, g, stress, increment)
-    !> Lame's first modulus.
-    real(wp), intent(in) :: lame
-    !> Shear modulus.
-    real(wp), intent(in) :: shear
+    !> Lame's first modulus; shear modulus.
+    real(wp), intent(in) :: lame, shear
     !> The rate of sigma.
     logical, intent(in) :: cauchy
-    !> Displacement gradient on the start configuration (3,3).
-    real(wp), intent(in) :: g(3, 3)
-    !> Cauchy stress at the start (3,3).
-    real(wp), intent(in) :: stress(3, 3)
+    !> Displacement gradient on the start configuration (3,3); Cauchy stress at the start (3,3).
+    real(wp), intent(in) :: g(3, 3), stress(3, 3)
     type(rotated_increment_type), intent(out) :: increment
-
     real(wp) :: spin(3, 3), turn(3, 3)
 
     increment%spin = identity
@@ -108,16 +99,12 @@ contains
 
   !> The midpoint rule.
   pure subroutine midpoint_increment(lame, shear, cauchy, f, stress, increment, ok)
-    !> Lame's first modulus.
-    real(wp), intent(in) :: lame
-    !> Shear modulus.
-    real(wp), intent(in) :: shear
+    !> Lame's first modulus; shear modulus.
+    real(wp), intent(in) :: lame, shear
     !> The rate of sigma.
     logical, intent(in) :: cauchy
-    !> Incremental deformation gradient (3,3).
-    real(wp), intent(in) :: f(3, 3)
-    !> Cauchy stress at the start (3,3).
-    real(wp), intent(in) :: stress(3, 3)
+    !> Incremental deformation gradient (3,3); Cauchy stress at the start (3,3).
+    real(wp), intent(in) :: f(3, 3), stress(3, 3)
     type(rotated_increment_type), intent(out) :: increment
     !> False when the mid configuration is turned inside out or compressed to nothing.
     logical, intent(out) :: ok
@@ -150,14 +137,9 @@ contains
 
   !> Elastic stress of the symmetric part of a gradient.
   pure function hooke(lame, shear, g) result(stress)
-    !> Lame's first modulus.
-    real(wp), intent(in) :: lame
-    !> Shear modulus.
-    real(wp), intent(in) :: shear
-    !> Displacement gradient (3,3).
-    real(wp), intent(in) :: g(3, 3)
-    real(wp) :: stress(3, 3)
-    real(wp) :: mean
+    !> Lame's first modulus; shear modulus; displacement gradient (3,3).
+    real(wp), intent(in) :: lame, shear, g(3, 3)
+    real(wp) :: stress(3, 3), mean
     integer :: i
 
     stress = shear*(g + transpose(g))

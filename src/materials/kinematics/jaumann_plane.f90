@@ -48,7 +48,6 @@ contains
     integer, intent(in) :: rate
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
@@ -147,10 +146,8 @@ contains
     real(wp), intent(in) :: lame, shear
     !> Whether the rate is integrated as in the paper, and whether it is that of sigma.
     logical, intent(in) :: paper, cauchy
-    !> Incremental deformation gradient, packed.
-    real(wp), intent(in) :: f(5)
-    !> Cauchy stress at the start.
-    real(wp), intent(in) :: stress(4)
+    !> Incremental deformation gradient, packed; Cauchy stress at the start.
+    real(wp), intent(in) :: f(5), stress(4)
     !> Shear modulus of the step; stays as it is for a Hookean model.
     real(wp), intent(inout) :: modulus
     type(stress_step_type), intent(out) :: step
@@ -181,10 +178,8 @@ contains
 
   !> Eq. 26 with eqs. 9 and 10.
   pure subroutine paper_step(g, start, step)
-    !> Displacement gradient on the start configuration, packed.
-    real(wp), intent(in) :: g(5)
-    !> Stress or elastic strain at the start.
-    real(wp), intent(in) :: start(4)
+    !> Displacement gradient on the start configuration, packed; stress or elastic strain at the start.
+    real(wp), intent(in) :: g(5), start(4)
     type(stress_step_type), intent(inout) :: step
     real(wp) :: spin, trial(4)
 
@@ -208,10 +203,8 @@ contains
   pure subroutine midpoint_step(f, u, start, step, status)
     !> Incremental deformation gradient, packed.
     real(wp), intent(in) :: f(5)
-    !> F - I, packed.
-    real(wp), intent(in) :: u(5)
-    !> Stress or elastic strain at the start.
-    real(wp), intent(in) :: start(4)
+    !> F - I, packed; stress or elastic strain at the start.
+    real(wp), intent(in) :: u(5), start(4)
     type(stress_step_type), intent(inout) :: step
     !> status_cut when the mid configuration is turned inside out or compressed to nothing.
     integer, intent(inout) :: status
@@ -222,8 +215,7 @@ contains
     if (.not. det > 0.0_wp) return
     step%mid = [half(4)/det, -half(2)/det, -half(3)/det, half(1)/det, 2.0_wp/(f(5) + 1.0_wp)]
     associate (m => step%mid)
-      g = [u(1)*m(1) + u(3)*m(2), u(2)*m(1) + u(4)*m(2), u(1)*m(3) + u(3)*m(4), u(2)*m(3) + u(4)*m(4), &
-        u(5)*m(5)]
+      g = [u(1)*m(1) + u(3)*m(2), u(2)*m(1) + u(4)*m(2), u(1)*m(3) + u(3)*m(4), u(2)*m(3) + u(4)*m(4), u(5)*m(5)]
     end associate
     trace = 0.0_wp
     if (step%volume) trace = g(1) + g(4) + g(5)
@@ -247,8 +239,7 @@ contains
     type(stress_step_type), intent(in) :: step
     !> Displacement gradient, packed.
     real(wp), intent(in) :: g(5)
-    real(wp) :: stress(4)
-    real(wp) :: mean
+    real(wp) :: stress(4), mean
 
     mean = step%lame*(g(1) + g(4) + g(5))
     stress = [mean + step%shear*(g(1) + g(4)), step%shear*(g(1) - g(4)), step%shear*(g(2) + g(3)), &
@@ -270,8 +261,7 @@ contains
   pure function principal_values(mean, half, shear, normal) result(value)
     !> Mean, half difference, shear, 33.
     real(wp), intent(in) :: mean, half, shear, normal
-    real(wp) :: value(3)
-    real(wp) :: radius
+    real(wp) :: value(3), radius
 
     radius = sqrt(half**2 + shear**2)
     value = [mean + radius, mean - radius, normal]
@@ -291,10 +281,8 @@ contains
     type(stress_step_type), intent(in) :: step
     !> Whether the stress is another than the trial, by `map`.
     logical, intent(in) :: principal
-    !> Change of the stress with the trial.
-    real(wp), intent(in) :: map(4, 4)
-    !> Stress at the end.
-    real(wp), intent(in) :: stress(4)
+    !> Change of the stress with the trial; stress at the end.
+    real(wp), intent(in) :: map(4, 4), stress(4)
     real(wp), intent(out) :: change(4, 5)
     real(wp) :: start(4), volume(4), scale, lame, shear
     integer :: j
@@ -327,12 +315,8 @@ contains
     type(stress_step_type), intent(in) :: step
     !> Whether the stress is another than the trial, by `map`.
     logical, intent(in) :: principal
-    !> Change of the stress with the trial.
-    real(wp), intent(in) :: map(4, 4)
-    !> Stress at the end.
-    real(wp), intent(in) :: stress(4)
-    !> Incremental deformation gradient, packed.
-    real(wp), intent(in) :: f(5)
+    !> Change of the stress with the trial; stress at the end; incremental deformation gradient, packed.
+    real(wp), intent(in) :: map(4, 4), stress(4), f(5)
     real(wp), intent(out) :: a(5, 5)
     real(wp) :: change(4, 5), left(2, 2), right(2, 2), g(2, 2), ds(4), z(4)
     integer :: k, l
@@ -355,10 +339,8 @@ contains
   !> R mid and mid R^T.
   pure subroutine mid_factors(step, left, right)
     type(stress_step_type), intent(in) :: step
-    !> R mid.
-    real(wp), intent(out) :: left(2, 2)
-    !> mid R^T.
-    real(wp), intent(out) :: right(2, 2)
+    !> R mid; mid R^T.
+    real(wp), intent(out) :: left(2, 2), right(2, 2)
     real(wp) :: c, s
 
     c = step%cosine
@@ -373,10 +355,8 @@ contains
 
   !> What the change of det(F) F^-T adds: tr(l) Q - Q dF^T F^-T.
   pure subroutine add_geometry(stress, f, a)
-    !> Cauchy stress that enters the tangent.
-    real(wp), intent(in) :: stress(4)
-    !> Incremental deformation gradient, packed.
-    real(wp), intent(in) :: f(5)
+    !> Cauchy stress that enters the tangent; incremental deformation gradient, packed.
+    real(wp), intent(in) :: stress(4), f(5)
     real(wp), intent(inout) :: a(5, 5)
     real(wp) :: q(5), inverse(5)
     integer :: i, j, k, l

@@ -27,7 +27,6 @@ contains
     integer, intent(in) :: rate
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
@@ -77,17 +76,14 @@ contains
     class(principal_model_type), intent(in) :: model
     !> One of rate_* of qsmpm_jaumann_increment.
     integer, intent(in) :: rate
-    !> Incremental deformation gradient.
-    real(wp), intent(in) :: f(3, 3)
-    !> Cauchy stress at the start.
-    real(wp), intent(in) :: stress(6)
+    !> Incremental deformation gradient; Cauchy stress at the start.
+    real(wp), intent(in) :: f(3, 3), stress(6)
     !> Shear modulus of the step; stays as it is for a Hookean model.
     real(wp), intent(inout) :: modulus
     !> The step up to the trial.
     type(rotated_increment_type), intent(out) :: increment
     !> F^-1 and det(F).
-    real(wp), intent(out) :: inverse(3, 3)
-    real(wp), intent(out) :: det
+    real(wp), intent(out) :: inverse(3, 3), det
     !> status_ok, or why there is none.
     integer, intent(out) :: status
     real(wp) :: start(3, 3), value(3), n(3, 3)
@@ -115,10 +111,8 @@ contains
 
   !> Inverse of a tensor of known determinant.
   pure subroutine invert(f, det, inverse)
-    !> The tensor.
-    real(wp), intent(in) :: f(3, 3)
-    !> Its determinant.
-    real(wp), intent(in) :: det
+    !> The tensor; its determinant.
+    real(wp), intent(in) :: f(3, 3), det
     real(wp), intent(out) :: inverse(3, 3)
     integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
     real(wp) :: scale
@@ -156,10 +150,8 @@ contains
 
   !> a b.
   pure function product_of(a, b) result(c)
-    !> First tensor.
-    real(wp), intent(in) :: a(3, 3)
-    !> Second tensor.
-    real(wp), intent(in) :: b(3, 3)
+    !> First tensor; second tensor.
+    real(wp), intent(in) :: a(3, 3), b(3, 3)
     real(wp) :: c(3, 3)
     integer :: j
 
@@ -170,10 +162,8 @@ contains
 
   !> a s a^T of a symmetric s.
   pure function turned(a, s) result(c)
-    !> Rotation.
-    real(wp), intent(in) :: a(3, 3)
-    !> Symmetric tensor.
-    real(wp), intent(in) :: s(3, 3)
+    !> Rotation; symmetric tensor.
+    real(wp), intent(in) :: a(3, 3), s(3, 3)
     real(wp) :: c(3, 3)
 
     c = product_of(product_of(a, s), transpose(a))
@@ -185,8 +175,7 @@ contains
     !> Whether the stress is another than the trial.
     logical, intent(in) :: principal
     !> Its principal values then (3), and principal directions of the trial, turned (3,3).
-    real(wp), intent(in) :: value(3)
-    real(wp), intent(in) :: n(3, 3)
+    real(wp), intent(in) :: value(3), n(3, 3)
     !> Cauchy stress.
     real(wp), intent(out) :: stress(3, 3)
     integer :: i
@@ -204,12 +193,8 @@ contains
 
   !> det(F) s F^-T.
   pure subroutine first_piola(s, inverse, det, piola)
-    !> Symmetric tensor.
-    real(wp), intent(in) :: s(3, 3)
-    !> F^-1.
-    real(wp), intent(in) :: inverse(3, 3)
-    !> det(F).
-    real(wp), intent(in) :: det
+    !> Symmetric tensor; F^-1; det(F).
+    real(wp), intent(in) :: s(3, 3), inverse(3, 3), det
     !> The product, packed.
     real(wp), intent(out) :: piola(3, 3)
     integer :: j
@@ -227,12 +212,8 @@ contains
     logical, intent(in) :: principal
     type(stress_update_type), intent(in) :: result
     real(wp), intent(in) :: n(3, 3)
-    !> Cauchy stress that enters the tangent.
-    real(wp), intent(in) :: stress(3, 3)
-    !> F^-1.
-    real(wp), intent(in) :: inverse(3, 3)
-    !> det(F).
-    real(wp), intent(in) :: det
+    !> Cauchy stress that enters the tangent; F^-1; det(F).
+    real(wp), intent(in) :: stress(3, 3), inverse(3, 3), det
     !> dQ_iJ/dF_kL.
     real(wp), intent(out) :: a(3, 3, 3, 3)
     real(wp) :: change(6, 3, 3)
@@ -245,12 +226,8 @@ contains
 
   !> A from the change of the stress with dF.
   pure subroutine piola_tangent(stress, inverse, det, change, a)
-    !> Cauchy stress that enters the tangent.
-    real(wp), intent(in) :: stress(3, 3)
-    !> F^-1.
-    real(wp), intent(in) :: inverse(3, 3)
-    !> det(F).
-    real(wp), intent(in) :: det
+    !> Cauchy stress that enters the tangent; F^-1; det(F).
+    real(wp), intent(in) :: stress(3, 3), inverse(3, 3), det
     !> Change of the stress with dF, by row and column.
     real(wp), intent(in) :: change(6, 3, 3)
     !> dQ_iJ/dF_kL.
@@ -274,8 +251,7 @@ contains
   !> From the change with dG to that with dF, dG_ab = left_ak dF_kL right_Lb.
   pure subroutine contract(left, right, change)
     !> The factors, R mid and mid R^T.
-    real(wp), intent(in) :: left(3, 3)
-    real(wp), intent(in) :: right(3, 3)
+    real(wp), intent(in) :: left(3, 3), right(3, 3)
     !> In: by dG. Out: by dF.
     real(wp), intent(inout) :: change(6, 3, 3)
     real(wp) :: half(6, 3, 3)
@@ -339,12 +315,9 @@ contains
 
   !> Change W s - s W of a stress, W the skew tensor of `turn` times a unit vector, for the three of them.
   pure function spin_columns(s, turn) result(columns)
-    !> Symmetric tensor.
-    real(wp), intent(in) :: s(3, 3)
-    !> Axial vectors, one a column.
-    real(wp), intent(in) :: turn(3, 3)
-    real(wp) :: columns(6, 3)
-    real(wp) :: unit(6, 3)
+    !> Symmetric tensor; axial vectors, one a column.
+    real(wp), intent(in) :: s(3, 3), turn(3, 3)
+    real(wp) :: columns(6, 3), unit(6, 3)
     integer :: i
 
     unit(:, 1) = [0.0_wp, -2.0_wp*s(2, 3), 2.0_wp*s(2, 3), -s(1, 3), s(1, 2), s(2, 2) - s(3, 3)]

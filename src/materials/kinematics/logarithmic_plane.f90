@@ -49,7 +49,6 @@ contains
     class(principal_model_type), intent(in) :: model
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
@@ -201,8 +200,7 @@ contains
     real(wp), intent(in) :: f(5)
     !> b_e at the start of the step, in stress order, over a factor of the plane block and one of 33: ln of the
     !> determinant of the first, and half of ln of the second.
-    real(wp), intent(in) :: start(4)
-    real(wp), intent(in) :: part(2)
+    real(wp), intent(in) :: start(4), part(2)
     !> J_n.
     real(wp), intent(in) :: volume_ratio
     type(plane_trial_type), intent(out) :: trial
@@ -258,8 +256,7 @@ contains
     !> Shear modulus of the step; stays as it is where the stress is not finite.
     real(wp), intent(inout) :: modulus
     !> b_e in stress order over its factors, 0 where the stress is not finite; and the factors as of make_trial.
-    real(wp), intent(out) :: b(4)
-    real(wp), intent(out) :: part(2)
+    real(wp), intent(out) :: b(4), part(2)
     real(wp) :: value(3), c, s, hyperbolic_sine, hyperbolic_cosine
 
     b = 0.0_wp
@@ -319,8 +316,7 @@ contains
   pure function principal_values(mean, half, shear, normal) result(value)
     !> Mean, half difference, shear, 33.
     real(wp), intent(in) :: mean, half, shear, normal
-    real(wp) :: value(3)
-    real(wp) :: radius
+    real(wp) :: value(3), radius
 
     radius = sqrt(half**2 + shear**2)
     value = [mean + radius, mean - radius, normal]

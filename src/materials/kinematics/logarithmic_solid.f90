@@ -43,7 +43,6 @@ contains
     class(principal_model_type), intent(in) :: model
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
@@ -90,8 +89,7 @@ contains
     !> Incremental deformation gradient.
     real(wp), intent(in) :: f(3, 3)
     !> State of the point, which begins with b_e for a Hookean model, and its Cauchy stress, at the start of the step.
-    real(wp), intent(in) :: state(*)
-    real(wp), intent(in) :: stress(6)
+    real(wp), intent(in) :: state(*), stress(6)
     !> V/V0 at the start of the step.
     real(wp), intent(in) :: volume_ratio
     !> Shear modulus of the step; stays as it is for a Hookean model.
@@ -157,12 +155,9 @@ contains
 
   !> F b_e F^T in stress order.
   pure function push_forward(f, start) result(b)
-    !> Incremental deformation gradient.
-    real(wp), intent(in) :: f(3, 3)
-    !> b_e in stress order.
-    real(wp), intent(in) :: start(6)
-    real(wp) :: b(6)
-    real(wp) :: fb(3, 3)
+    !> Incremental deformation gradient; b_e in stress order.
+    real(wp), intent(in) :: f(3, 3), start(6)
+    real(wp) :: b(6), fb(3, 3)
 
     fb(:, 1) = f(:, 1)*start(1) + f(:, 2)*start(4) + f(:, 3)*start(5)
     fb(:, 2) = f(:, 1)*start(4) + f(:, 2)*start(2) + f(:, 3)*start(6)
@@ -198,12 +193,9 @@ contains
 
   !> Tensor in stress order of principal values and directions.
   pure function compose_packed(value, n) result(a)
-    !> Principal values (3).
-    real(wp), intent(in) :: value(3)
-    !> Principal directions, one a column (3,3).
-    real(wp), intent(in) :: n(3, 3)
-    real(wp) :: a(6)
-    real(wp) :: v(3, 3)
+    !> Principal values (3); principal directions, one a column (3,3).
+    real(wp), intent(in) :: value(3), n(3, 3)
+    real(wp) :: a(6), v(3, 3)
 
     v(:, 1) = value(1)*n(:, 1)
     v(:, 2) = value(2)*n(:, 2)
@@ -219,10 +211,8 @@ contains
     type(solid_trial_type), intent(in) :: trial
     !> Principal stresses (3).
     real(wp), intent(in) :: tau(3)
-    !> Cauchy stress.
-    real(wp), intent(out) :: stress(6)
-    !> Q.
-    real(wp), intent(out) :: piola(3, 3)
+    !> Cauchy stress; Q.
+    real(wp), intent(out) :: stress(6), piola(3, 3)
     integer :: j
 
     stress = compose_packed(trial%scale*tau, trial%direction)
@@ -282,10 +272,8 @@ contains
 
   !> n w^T, packed.
   pure function product_of(n, w) result(u)
-    !> First vector (3).
-    real(wp), intent(in) :: n(3)
-    !> Second vector (3).
-    real(wp), intent(in) :: w(3)
+    !> First vector (3); second vector (3).
+    real(wp), intent(in) :: n(3), w(3)
     real(wp) :: u(9)
 
     u(1:3) = n*w(1)

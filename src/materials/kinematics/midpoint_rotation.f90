@@ -18,8 +18,7 @@ contains
   pure function half_rotation(t) result(rotation)
     !> Half the axial vector of W (3).
     real(wp), intent(in) :: t(3)
-    real(wp) :: rotation(3, 3)
-    real(wp) :: c, g
+    real(wp) :: rotation(3, 3), c, g
     integer :: i
 
     c = 1.0_wp/sqrt(1.0_wp + dot_product(t, t))
@@ -36,8 +35,7 @@ contains
   pure function rotation_jacobian(t) result(jacobian)
     !> Half the axial vector of W (3).
     real(wp), intent(in) :: t(3)
-    real(wp) :: jacobian(3, 3)
-    real(wp) :: c, g
+    real(wp) :: jacobian(3, 3), c, g
     integer :: i
 
     ! sin/|t| = c, (1 - cos)/|t|^2 = g, and (c^2 - c)/|t|^2 = -c g.

@@ -34,14 +34,9 @@ contains
 
   !> Mean, half difference, shear and 33 of a tensor with given principal values.
   pure function from_principal(value, c, s) result(tensor)
-    !> Principal values: the two of the plane, 33.
-    real(wp), intent(in) :: value(3)
-    !> Cosine of twice the angle of the first direction.
-    real(wp), intent(in) :: c
-    !> Its sine.
-    real(wp), intent(in) :: s
-    real(wp) :: tensor(4)
-    real(wp) :: half
+    !> Principal values: the two of the plane, 33; cosine of twice the angle of the first direction; its sine.
+    real(wp), intent(in) :: value(3), c, s
+    real(wp) :: tensor(4), half
 
     half = 0.5_wp*(value(1) - value(2))
     tensor = [0.5_wp*(value(1) + value(2)), half*c, half*s, value(3)]
@@ -52,14 +47,9 @@ contains
   pure function frame_map(d, shear, c, s) result(map)
     !> Map of the normal components: the two of the plane, 33 (3,3).
     real(wp), intent(in) :: d(3, 3)
-    !> Factor of the shear component.
-    real(wp), intent(in) :: shear
-    !> Cosine of twice the angle of the first direction.
-    real(wp), intent(in) :: c
-    !> Its sine.
-    real(wp), intent(in) :: s
-    real(wp) :: map(4, 4)
-    real(wp) :: difference
+    !> Factor of the shear component; cosine of twice the angle of the first direction; its sine.
+    real(wp), intent(in) :: shear, c, s
+    real(wp) :: map(4, 4), difference
 
     difference = 0.5_wp*(d(1, 1) - d(1, 2) - d(2, 1) + d(2, 2))
     map(1, 1) = 0.5_wp*(d(1, 1) + d(1, 2) + d(2, 1) + d(2, 2))
@@ -101,10 +91,8 @@ contains
 
   !> Q = det(F) sigma F^-T.
   pure subroutine plane_piola(stress, f, piola)
-    !> Cauchy stress in stress order (4).
-    real(wp), intent(in) :: stress(4)
-    !> Incremental deformation gradient, packed (5).
-    real(wp), intent(in) :: f(5)
+    !> Cauchy stress in stress order (4); incremental deformation gradient, packed (5).
+    real(wp), intent(in) :: stress(4), f(5)
     !> Q, packed (5).
     real(wp), intent(out) :: piola(5)
 

@@ -26,8 +26,7 @@ module qsmpm_principal_law
   use qsmpm_error, only: error_type, fail, error_other, error_deck
   use qsmpm_field_coupling, only: couple_logarithmic
   use qsmpm_isotropic_function, only: compose, tensor_logarithm, tensor_exponential
-  use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, &
-    is_cauchy
+  use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, is_cauchy
   use qsmpm_jaumann_plane, only: update_jaumann_plane => update_plane
   use qsmpm_jaumann_solid, only: update_jaumann_solid => update_solid
   use qsmpm_law, only: law_type, batch_type, field_coupling_type, tangent_elastic, time_increment
@@ -69,12 +68,8 @@ contains
   !> Law of a model.
   subroutine new_principal_law(model, dimension, kinematics, rate, law, error)
     class(principal_model_type), intent(in) :: model
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-    !> One of kinematics_*.
-    integer, intent(in) :: kinematics
-    !> One of rate_*; read by the Jaumann kinematics only.
-    integer, intent(in) :: rate
+    !> 2 or 3; one of kinematics_*; one of rate_*; read by the Jaumann kinematics only.
+    integer, intent(in) :: dimension, kinematics, rate
     class(law_type), allocatable, intent(out) :: law
     !> Set when there is no such law.
     type(error_type), allocatable, intent(out) :: error
@@ -150,7 +145,6 @@ contains
   !> Update a batch.
   subroutine update(self, batch, tangent)
     class(principal_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> One of tangent_none, tangent_consistent, tangent_elastic.
     integer, intent(in) :: tangent
@@ -199,10 +193,8 @@ contains
   !> what the model makes of its state variables.
   pure subroutine to_fields(self, stress, state, fields)
     class(principal_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
-    !> State (state_count).
-    real(wp), intent(in) :: state(:)
+    !> Cauchy stress (4 or 6); state (state_count).
+    real(wp), intent(in) :: stress(:), state(:)
     !> (fit_count)
     real(wp), intent(out) :: fields(:)
     integer :: n
@@ -224,10 +216,8 @@ contains
     real(wp), intent(in) :: fields(:)
     !> V/V0, read where the Kirchhoff stress is bounded.
     real(wp), intent(in) :: volume_ratio
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(out) :: stress(:)
-    !> State (state_count).
-    real(wp), intent(out) :: state(:)
+    !> Cauchy stress (4 or 6); state (state_count).
+    real(wp), intent(out) :: stress(:), state(:)
     integer :: n
 
     n = stress_size(self%dimension)
@@ -271,8 +261,7 @@ contains
     class(principal_law_type), intent(in) :: self
     !> As of qsmpm_law.
     real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
-    real(wp) :: compliance(2)
-    real(wp) :: values(3), vectors(3, 3)
+    real(wp) :: compliance(2), values(3), vectors(3, 3)
 
     call spectral(unpack_symmetric(stress), values, vectors)
     compliance = 0.5_wp/self%model%shear_modulus(values)

@@ -84,12 +84,10 @@ contains
     call visitor%law_number('OCR', self%ocr, 'size of the first yield surface over that through the initial stress', &
       '[1, inf)')
     call visitor%law_number('PRECONSOLIDATION', self%preconsolidation, &
-      'least size of the first yield surface, a mean '// &
-      'pressure', '[0, inf)')
+      'least size of the first yield surface, a mean pressure', '[0, inf)')
     call visitor%law_number('SHEAR MODULUS', self%shear, 'constant shear modulus instead of nu', '(0, inf)')
     call visitor%law_number('SMALLEST PRESSURE', self%smallest_pressure, &
-      'mean pressure below which the bulk modulus is '// &
-      'constant; the default is meant for kPa', '(0, inf)')
+      'mean pressure below which the bulk modulus is constant; the default is meant for kPa', '(0, inf)')
     call visitor%law_data('clay')
     call visitor%law_number('M', self%slope, 'slope of the critical state line, q = M p', '(0, inf)')
     call visitor%law_number('lambda', self%lambda, 'slope of the compression line in v - ln p', '(0, inf)')
@@ -221,12 +219,8 @@ contains
   !> Stress, state and derivative.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(cam_clay_type), intent(in) :: self
-    !> G of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal trial strains (3).
-    real(wp), intent(in) :: trial(3)
-    !> pc at the start (1).
-    real(wp), intent(in) :: state(self%state_count)
+    !> G of the step; principal trial strains (3); pc at the start (1).
+    real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     !> Size of the point's cell.
     real(wp), intent(in) :: cell_size
     !> Whether the derivative is wanted.

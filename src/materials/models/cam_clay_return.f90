@@ -144,8 +144,7 @@ contains
     if (reach < 0.0_wp) r%x = low
     call surface_violation(self, r, violation)
     ! Near a tip the surface says little of q, and so of y; the flow rule says it there.
-    if (abs(2.0_wp*r%p - r%pc) > 0.2_wp*r%pc) r%y = max(0.0_wp, &
-      r%x*6.0_wp*r%shear/(self%m2*(2.0_wp*r%p - r%pc)))
+    if (abs(2.0_wp*r%p - r%pc) > 0.2_wp*r%pc) r%y = max(0.0_wp, r%x*6.0_wp*r%shear/(self%m2*(2.0_wp*r%p - r%pc)))
   end subroutine bracket
 
   !> Violation of the flow rule at x with q on the yield surface, times q; y of that q.

@@ -144,12 +144,8 @@ contains
   !> Return mapping of the trial stress.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(drucker_prager_type), intent(in) :: self
-    !> G.
-    real(wp), intent(in) :: modulus
-    !> Principal trial stresses (3).
-    real(wp), intent(in) :: trial(3)
-    !> None of them, nor the cell's size.
-    real(wp), intent(in) :: state(self%state_count)
+    !> G; principal trial stresses (3); none of them, nor the cell's size.
+    real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     real(wp), intent(in) :: cell_size
     !> Whether the derivative is wanted.
     logical, intent(in) :: with_derivative

@@ -63,12 +63,9 @@ contains
   !> Elastic strain of a stress.
   pure function elastic_strain(self, modulus, stress) result(strain)
     class(elastic_model_type), intent(in) :: self
-    !> G.
-    real(wp), intent(in) :: modulus
-    !> Principal stresses (3).
-    real(wp), intent(in) :: stress(3)
-    real(wp) :: strain(3)
-    real(wp) :: mean
+    !> G; principal stresses (3).
+    real(wp), intent(in) :: modulus, stress(3)
+    real(wp) :: strain(3), mean
 
     mean = sum(stress)/3.0_wp
     strain = (stress - mean)/(2.0_wp*modulus) + mean/(3.0_wp*self%trial_lame + 2.0_wp*modulus)
@@ -77,10 +74,8 @@ contains
   !> The trial stress.
   pure subroutine elastic_update(self, modulus, trial, result)
     class(elastic_model_type), intent(in) :: self
-    !> G.
-    real(wp), intent(in) :: modulus
-    !> Principal trial stresses (3).
-    real(wp), intent(in) :: trial(3)
+    !> G; principal trial stresses (3).
+    real(wp), intent(in) :: modulus, trial(3)
     type(stress_update_type), intent(inout) :: result
 
     result%status = status_ok
@@ -91,12 +86,8 @@ contains
   !> Nothing yields.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(elastic_model_type), intent(in) :: self
-    !> G.
-    real(wp), intent(in) :: modulus
-    !> Principal trial stresses (3).
-    real(wp), intent(in) :: trial(3)
-    !> None of them.
-    real(wp), intent(in) :: state(self%state_count)
+    !> G; principal trial stresses (3); none of them.
+    real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     !> Size of the point's cell.
     real(wp), intent(in) :: cell_size
     !> Whether the derivative is wanted.

@@ -142,10 +142,8 @@ contains
   !> Elastic strain of a stress.
   pure function elastic_strain(self, modulus, stress) result(strain)
     class(hardening_soil_type), intent(in) :: self
-    !> G of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal stresses (3).
-    real(wp), intent(in) :: stress(3)
+    !> G of the step; principal stresses (3).
+    real(wp), intent(in) :: modulus, stress(3)
     real(wp) :: strain(3)
 
     associate (nu => self%surfaces%poisson)
@@ -156,10 +154,8 @@ contains
   !> Stress and derivative without strength.
   pure subroutine elastic_update(self, modulus, trial, result)
     class(hardening_soil_type), intent(in) :: self
-    !> G of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal elastic strains (3).
-    real(wp), intent(in) :: trial(3)
+    !> G of the step; principal elastic strains (3).
+    real(wp), intent(in) :: modulus, trial(3)
     type(stress_update_type), intent(inout) :: result
     real(wp) :: lame
 
@@ -172,12 +168,8 @@ contains
   !> Stress, state and derivative.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(hardening_soil_type), intent(in) :: self
-    !> G of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal trial strains (3).
-    real(wp), intent(in) :: trial(3)
-    !> Plastic shear strain, pp (2).
-    real(wp), intent(in) :: state(self%state_count)
+    !> G of the step; principal trial strains (3); plastic shear strain, pp (2).
+    real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     !> Size of the point's cell.
     real(wp), intent(in) :: cell_size
     !> Whether the derivative is wanted.

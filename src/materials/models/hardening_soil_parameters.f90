@@ -72,15 +72,12 @@ contains
     call visitor%law_number('OCR', self%ocr, 'largest vertical stress of the past over the initial one', '[1, inf)')
     call visitor%law_number('POP', self%pop, 'what the largest vertical stress of the past lay above that', '[0, inf)')
     call visitor%law_number('SMALLEST PRESSURE', self%smallest_pressure, &
-      'smallest stress for stiffness; a hundredth of '// &
-      'the reference pressure when not given', '(0, inf)')
+      'smallest stress for stiffness; a hundredth of the reference pressure when not given', '(0, inf)')
     call visitor%law_data('soil')
     call visitor%law_number('E50', self%e50, &
-      'secant modulus of a drained triaxial test at half its strength and the '// &
-      'reference pressure', '(0, inf)')
+      'secant modulus of a drained triaxial test at half its strength and the reference pressure', '(0, inf)')
     call visitor%law_number('Eoed', self%eoed, &
-      'tangent modulus of one-dimensional compression at that vertical stress', &
-      '(0, inf)')
+      'tangent modulus of one-dimensional compression at that vertical stress', '(0, inf)')
     call visitor%law_number('Eur', self%eur, 'modulus of unloading and reloading', '(0, inf)')
     call visitor%law_number('m', self%power, 'power of the stress', '[0, 1]')
     call visitor%law_number('nu', self%poisson, "Poisson's ratio of unloading", '[0, 0.5)')

@@ -364,8 +364,7 @@ contains
       residual(1:3) = residual(1:3) + corrector(r, v*flow)
       do b = 1, 3
         ! Without a mean, so that D is 2 G.
-        r%jacobian(1:3, b) = r%jacobian(1:3, b) &
-          + 2.0_wp*r%shear*v*c*(identity(:, b) - 1.0_wp/3.0_wp - dev/(3.0_wp*p))
+        r%jacobian(1:3, b) = r%jacobian(1:3, b) + 2.0_wp*r%shear*v*c*(identity(:, b) - 1.0_wp/3.0_wp - dev/(3.0_wp*p))
       end do
       r%jacobian(1:3, 6) = corrector(r, flow)
       call cap_growth(surfaces, r%size_of, v, limit, slope)

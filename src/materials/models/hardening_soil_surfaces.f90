@@ -81,10 +81,8 @@ contains
 
   !> Mc and H from K0nc and Eoed.
   pure subroutine find_cap(pressure, eoed, surfaces, error)
-    !> Vertical stress at which the modulus of one-dimensional compression is known.
-    real(wp), intent(in) :: pressure
-    !> That modulus.
-    real(wp), intent(in) :: eoed
+    !> Vertical stress at which the modulus of one-dimensional compression is known; that modulus.
+    real(wp), intent(in) :: pressure, eoed
     !> The constants.
     type(surfaces_type), intent(inout) :: surfaces
     !> Set when there is no such cap.
@@ -127,10 +125,8 @@ contains
   pure real(wp) function shear_growth(s, q, s3)
     !> The constants.
     type(surfaces_type), intent(in) :: s
-    !> s1 - s3.
-    real(wp), intent(in) :: q
-    !> Smallest stress.
-    real(wp), intent(in) :: s3
+    !> s1 - s3; smallest stress.
+    real(wp), intent(in) :: q, s3
     real(wp) :: qa, level, by_q, by_t
 
     qa = s%asymptote*(s3 + s%shift)
@@ -170,26 +166,21 @@ contains
   pure real(wp) function shear_strain(s, q, s3)
     !> The constants.
     type(surfaces_type), intent(in) :: s
-    !> s1 - s3.
-    real(wp), intent(in) :: q
-    !> Smallest stress.
-    real(wp), intent(in) :: s3
+    !> s1 - s3; smallest stress.
+    real(wp), intent(in) :: q, s3
     real(wp) :: qa, x
 
     qa = s%asymptote*max(s3 + s%shift, s%least*s%reference)
     x = min(q, 0.999_wp*s%strength/s%asymptote*qa)
-    shear_strain = (2.0_wp*x/s%initial/(1.0_wp - x/qa) - 2.0_wp*x/s%unloading) &
-      /stress_power(s, stress_level(s, s3))
+    shear_strain = (2.0_wp*x/s%initial/(1.0_wp - x/qa) - 2.0_wp*x/s%unloading) /stress_power(s, stress_level(s, s3))
   end function shear_strain
 
   !> Largest s1 - s3 for a g: the hyperbola solved for q, up to the strength.
   pure subroutine shear_limit(s, s3, g, limit, by_s3, by_g)
     !> The constants.
     type(surfaces_type), intent(in) :: s
-    !> Smallest stress.
-    real(wp), intent(in) :: s3
-    !> Plastic shear strain.
-    real(wp), intent(in) :: g
+    !> Smallest stress; plastic shear strain.
+    real(wp), intent(in) :: s3, g
     !> The limit, and its derivatives.
     real(wp), intent(out) :: limit, by_s3, by_g
     real(wp) :: t, qa, level, x, x_t, b, q, slope
@@ -220,10 +211,8 @@ contains
     type(surfaces_type), intent(in) :: s
     !> Ordered stresses (3).
     real(wp), intent(in) :: stress(3)
-    !> sin psi_m.
-    real(wp), intent(out) :: psi
-    !> d psi / d s1, d psi / d s3 (2).
-    real(wp), intent(out) :: slope(2)
+    !> sin psi_m; d psi / d s1, d psi / d s3 (2).
+    real(wp), intent(out) :: psi, slope(2)
     real(wp) :: total, mobilised
 
     psi = 0.0_wp
@@ -257,10 +246,8 @@ contains
   pure subroutine cap_growth(s, start, volume, size_of, slope)
     !> The constants.
     type(surfaces_type), intent(in) :: s
-    !> P at the start.
-    real(wp), intent(in) :: start
-    !> Plastic volume strain of the step.
-    real(wp), intent(in) :: volume
+    !> P at the start; plastic volume strain of the step.
+    real(wp), intent(in) :: start, volume
     !> P, and its derivative.
     real(wp), intent(out) :: size_of, slope
     real(wp) :: x, level, growth

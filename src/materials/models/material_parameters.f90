@@ -37,7 +37,6 @@ contains
 
   !> Refuse parameters that describe no material.
   pure subroutine check_parameters(parameters, error)
-    !> What the user said.
     type(material_parameters_type), intent(in) :: parameters
     !> Set when a parameter is out of its range; the message names it.
     type(error_type), allocatable, intent(out) :: error
@@ -53,7 +52,6 @@ contains
 
   !> Refuse strength parameters out of their range.
   pure subroutine check_strength(parameters, error)
-    !> What the user said.
     type(material_parameters_type), intent(in) :: parameters
     !> Set when a parameter is out of its range; the message names it.
     type(error_type), allocatable, intent(out) :: error
@@ -63,8 +61,7 @@ contains
         call fail(error, error_deck, 'cohesion must not be negative')
       else if (.not. (p%friction_angle >= 0.0_wp .and. p%friction_angle < 90.0_wp)) then
         call fail(error, error_deck, 'friction angle must lie from 0 to below 90 degrees')
-      else if (.not. (p%dilatancy_angle >= 0.0_wp &
-                      .and. p%dilatancy_angle <= p%friction_angle)) then
+      else if (.not. (p%dilatancy_angle >= 0.0_wp .and. p%dilatancy_angle <= p%friction_angle)) then
         call fail(error, error_deck, 'dilatancy angle must lie from 0 to the friction angle')
       else if (.not. p%tensile_strength >= 0.0_wp) then
         call fail(error, error_deck, 'tensile strength must not be negative')

@@ -35,12 +35,8 @@ contains
   !> Return mapping of the trial stress.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(mohr_coulomb_model_type), intent(in) :: self
-    !> G.
-    real(wp), intent(in) :: modulus
-    !> Principal trial stresses (3).
-    real(wp), intent(in) :: trial(3)
-    !> None of them.
-    real(wp), intent(in) :: state(self%state_count)
+    !> G; principal trial stresses (3); none of them.
+    real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     !> Size of the point's cell.
     real(wp), intent(in) :: cell_size
     !> Whether the derivative is wanted; it comes from a table.

@@ -25,8 +25,7 @@ module qsmpm_mohr_coulomb_return
   integer, parameter, public :: set_count = 10
   !> Planes of each set, simple ones first; 0 fills up.
   integer, parameter, public :: set_planes(3, set_count) = reshape( &
-    [1, 0, 0, 4, 0, 0, 1, 2, 0, 1, 3, 0, 1, 4, 0, 4, 5, 0, 1, 3, 4, 1, 4, 5, 1, 2, 4, 4, 5, 6], &
-    [3, set_count])
+    [1, 0, 0, 4, 0, 0, 1, 2, 0, 1, 3, 0, 1, 4, 0, 4, 5, 0, 1, 3, 4, 1, 4, 5, 1, 2, 4, 4, 5, 6], [3, set_count])
 
   !> Round-off allowed in the yield functions and multipliers, relative to the trial stress.
   real(wp), parameter, public :: round_off = 1.0e-12_wp
@@ -62,10 +61,8 @@ contains
   !> Strength and table of answers of checked parameters.
   pure subroutine make_mohr_coulomb(parameters, lame, shear, model)
     type(material_parameters_type), intent(in) :: parameters
-    !> Lame's first modulus.
-    real(wp), intent(in) :: lame
-    !> Shear modulus.
-    real(wp), intent(in) :: shear
+    !> Lame's first modulus; shear modulus.
+    real(wp), intent(in) :: lame, shear
     !> Strength and table.
     type(mohr_coulomb_type), intent(out) :: model
     integer :: i
@@ -110,12 +107,8 @@ contains
     type(mohr_coulomb_type), intent(in) :: model
     !> Number of the plane, 1 to 6.
     integer, intent(in) :: number
-    !> Normal in stress space (3).
-    real(wp), intent(out) :: normal(3)
-    !> Direction of plastic strain (3).
-    real(wp), intent(out) :: flow(3)
-    !> Largest value of normal . stress.
-    real(wp), intent(out) :: limit
+    !> Normal in stress space (3); direction of plastic strain (3); largest value of normal . stress.
+    real(wp), intent(out) :: normal(3), flow(3), limit
     integer, parameter :: high(3) = [1, 2, 1], low(3) = [3, 3, 2]
 
     normal = 0.0_wp
@@ -140,10 +133,8 @@ contains
     type(mohr_coulomb_type), intent(in) :: model
     !> Numbers of the planes, 0 where there is none (3).
     integer, intent(in) :: planes(3)
-    !> Lame's first modulus.
-    real(wp), intent(in) :: lame
-    !> Shear modulus.
-    real(wp), intent(in) :: shear
+    !> Lame's first modulus; shear modulus.
+    real(wp), intent(in) :: lame, shear
     !> The answer.
     type(active_planes_type), intent(out) :: set
     real(wp) :: normals(3, 3), corrector(3, 3), limits(3), flow(3), system(3, 3), solver(3, 3)
@@ -248,10 +239,8 @@ contains
     real(wp), intent(in) :: trial(3)
     !> Size of the stresses, for round-off.
     real(wp), intent(in) :: scale
-    !> Principal stresses (3).
-    real(wp), intent(out) :: stress(3)
-    !> d stress / d trial stress (3,3).
-    real(wp), intent(out) :: slope(3, 3)
+    !> Principal stresses (3); d stress / d trial stress (3,3).
+    real(wp), intent(out) :: stress(3), slope(3, 3)
     real(wp) :: candidate(3), miss, least
     integer :: i, best
 

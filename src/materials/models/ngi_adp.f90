@@ -12,7 +12,7 @@ module qsmpm_ngi_adp
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_law, only: status_ok
   use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
-  use qsmpm_ngi_adp_return, only: clay_strength_type, return_clay, share_of_strain
+  use qsmpm_ngi_adp_return, only: clay_strength_type, identity_6, return_clay, share_of_strain
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_strength_factor, only: strength_factor_type
   use qsmpm_tensor, only: cross, identity, pack_symmetric, unpack_symmetric
@@ -216,13 +216,11 @@ contains
   !> Stresses of the axes of the soil in those of space (6,6).
   pure function stress_map(axes) result(map)
     real(wp), intent(in) :: axes(3, 3)
-    real(wp) :: map(6, 6), unit(6)
+    real(wp) :: map(6, 6)
     integer :: i
 
     do i = 1, 6
-      unit = 0.0_wp
-      unit(i) = 1.0_wp
-      call pack_symmetric(matmul(transpose(axes), matmul(unpack_symmetric(unit), axes)), map(:, i))
+      call pack_symmetric(matmul(transpose(axes), matmul(unpack_symmetric(identity_6(:, i)), axes)), map(:, i))
     end do
   end function stress_map
 
@@ -230,12 +228,10 @@ contains
   subroutine update(self, increment, stress, state, response)
     class(ngi_adp_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    real(wp), intent(inout) :: stress(6)
-    real(wp), intent(inout) :: state(:)
+    real(wp), intent(inout) :: stress(6), state(:)
     type(soil_response_type), intent(inout) :: response
     type(clay_strength_type) :: clay
     real(wp) :: axes(3, 3), map(6, 6), strain(6), trial(6), derivative(6, 6), mean, bulk, share
-    integer :: i
 
     response%status = status_ok
     state(1:3) = matmul(increment%rotation, state(1:3))
@@ -254,12 +250,7 @@ contains
     stress(1:3) = stress(1:3) + mean
     stress = matmul(map, stress)
     if (.not. increment%wants_tangent) return
-    if (increment%elastic_tangent) then
-      derivative = 0.0_wp
-      do i = 1, 6
-        derivative(i, i) = 1.0_wp
-      end do
-    end if
+    if (increment%elastic_tangent) derivative = identity_6
     derivative(:, 1:3) = 2.0_wp*clay%shear*(derivative(:, 1:3) - spread(sum(derivative(:, 1:3), 2)/3.0_wp, 2, 3))
     derivative(:, 4:6) = clay%shear*derivative(:, 4:6)
     derivative(1:3, 1:3) = derivative(1:3, 1:3) + bulk

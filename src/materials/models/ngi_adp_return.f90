@@ -16,6 +16,9 @@ module qsmpm_ngi_adp_return
 
   public :: clay_strength_type, return_clay, excess, share_of_strain
 
+  !> d stress / d trial of elasticity.
+  real(wp), parameter, public :: identity_6(6, 6) = reshape([1.0_wp], [6, 6], pad=[spread(0.0_wp, 1, 6), 1.0_wp])
+
   !> a, 1 for Tresca; what keeps the direction of a stress without vertical part; round-off.
   real(wp), parameter :: rounding = 0.999_wp, nearly_none = 1.0e-6_wp, round_off = 1.0e-12_wp
   integer, parameter :: most_steps = 100
@@ -49,14 +52,10 @@ contains
     !> d stress / d trial (6,6).
     real(wp), intent(out) :: derivative(6, 6)
     type(place_type) :: at
-    integer :: i
 
     stress = trial
     share = start
-    derivative = 0.0_wp
-    do i = 1, 6
-      derivative(i, i) = 1.0_wp
-    end do
+    derivative = identity_6
     yields = excess(clay, trial, start) > round_off*clay%active
     if (.not. yields) return
     call find_place(clay, trial, start, at)

@@ -175,8 +175,7 @@ contains
   subroutine update(self, increment, stress, state, response)
     class(small_strain_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    real(wp), intent(inout) :: stress(6)
-    real(wp), intent(inout) :: state(:)
+    real(wp), intent(inout) :: stress(6), state(:)
     type(soil_response_type), intent(inout) :: response
     type(stress_update_type) :: result
     real(wp) :: history(own), after(own), shear, modulus, values(3), vectors(3, 3), ends(6), by(6), slope(6, 6)

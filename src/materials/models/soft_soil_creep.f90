@@ -257,12 +257,8 @@ contains
   !> Stress, state and derivative.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(soft_soil_creep_type), intent(in) :: self
-    !> G of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal trial strains (3).
-    real(wp), intent(in) :: trial(3)
-    !> pp and peq at the start (2).
-    real(wp), intent(in) :: state(self%state_count)
+    !> G of the step; principal trial strains (3); pp and peq at the start (2).
+    real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     real(wp), intent(in) :: cell_size
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result

@@ -119,12 +119,8 @@ contains
   !> Return mapping of the trial stress to the strength of the end of the step.
   pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(softening_model_type), intent(in) :: self
-    !> G.
-    real(wp), intent(in) :: modulus
-    !> Principal trial stresses (3).
-    real(wp), intent(in) :: trial(3)
-    !> kappa at the start; kbar at the end.
-    real(wp), intent(in) :: state(self%state_count)
+    !> G; principal trial stresses (3); kappa at the start; kbar at the end.
+    real(wp), intent(in) :: modulus, trial(3), state(self%state_count)
     !> Size of the point's cell; 0 where there is none, and strain counts once.
     real(wp), intent(in) :: cell_size
     !> Whether the derivative is wanted.
@@ -154,10 +150,8 @@ contains
   !> How a point counts strain: by the field where its cell is small enough for it, else by the size of the cell.
   pure type(counting_type) function counting_of(model, state, cell_size) result(counting)
     class(softening_model_type), intent(in) :: model
-    !> kappa, kbar.
-    real(wp), intent(in) :: state(:)
-    !> 0 where there is no cell.
-    real(wp), intent(in) :: cell_size
+    !> kappa, kbar; 0 where there is no cell.
+    real(wp), intent(in) :: state(:), cell_size
 
     if (.not. cell_size > 0.0_wp) return
     if (.not. model%softening%nonlocal .or. cell_size > model%coarsest_cell) then
@@ -180,10 +174,8 @@ contains
   pure subroutine find_kappa(model, counting, trial, kappa_start, strength, kappa, state, ok)
     class(softening_model_type), intent(in) :: model
     type(counting_type), intent(in) :: counting
-    !> Principal trial stresses, outside the strength of the start (3).
-    real(wp), intent(in) :: trial(3)
-    !> Plastic shear strain at the start of the step.
-    real(wp), intent(in) :: kappa_start
+    !> Principal trial stresses, outside the strength of the start (3); plastic shear strain at the start of the step.
+    real(wp), intent(in) :: trial(3), kappa_start
     !> Work space.
     type(mohr_coulomb_type), intent(inout) :: strength
     !> Plastic shear strain at the end.
@@ -224,10 +216,8 @@ contains
   pure subroutine evaluate(model, counting, trial, kappa, strength, state)
     class(softening_model_type), intent(in) :: model
     type(counting_type), intent(in) :: counting
-    !> Principal trial stresses (3).
-    real(wp), intent(in) :: trial(3)
-    !> Plastic shear strain.
-    real(wp), intent(in) :: kappa
+    !> Principal trial stresses (3); plastic shear strain.
+    real(wp), intent(in) :: trial(3), kappa
     type(mohr_coulomb_type), intent(inout) :: strength
     !> Stress and derivatives.
     type(softening_state_type), intent(inout) :: state
@@ -263,10 +253,8 @@ contains
   !> What stress and kappa of a point that has been updated make of the nonlocal strain, and kappa of the trial.
   pure subroutine respond(self, trial, state, cell_size, response)
     class(softening_model_type), intent(in) :: self
-    !> Principal trial stresses (3).
-    real(wp), intent(in) :: trial(3)
-    !> kappa and kbar at the end of the step.
-    real(wp), intent(in) :: state(self%state_count)
+    !> Principal trial stresses (3); kappa and kbar at the end of the step.
+    real(wp), intent(in) :: trial(3), state(self%state_count)
     real(wp), intent(in) :: cell_size
     type(field_response_type), intent(out) :: response
     type(mohr_coulomb_type) :: strength

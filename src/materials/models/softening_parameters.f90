@@ -38,7 +38,6 @@ contains
 
   !> What is wrong with softening, '' for nothing.
   pure function softening_error(softening, cohesion, friction_angle, dilatancy_angle) result(sentence)
-    !> What the user said.
     type(softening_parameters_type), intent(in) :: softening
     !> Cohesion, friction angle and dilatancy angle at the peak; degrees.
     real(wp), intent(in) :: cohesion, friction_angle, dilatancy_angle

@@ -7,8 +7,7 @@
 module qsmpm_softening_return
   use qsmpm_kinds, only: wp
   use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, active_planes_type, set_count, set_planes, make_set, plane, &
-    inside, &
-    round_off, near_tolerance
+    inside, round_off, near_tolerance
   use qsmpm_softening, only: strength_change_type
   use qsmpm_tensor, only: determinant, inverse, identity
   implicit none
@@ -24,18 +23,12 @@ contains
     type(mohr_coulomb_type), intent(in) :: strength
     !> Its derivative by a parameter.
     type(strength_change_type), intent(in) :: change
-    !> Lame's first modulus.
-    real(wp), intent(in) :: lame
-    !> Shear modulus.
-    real(wp), intent(in) :: shear
-    !> Principal trial stresses, in any order (3).
-    real(wp), intent(in) :: trial(3)
+    !> Lame's first modulus; shear modulus; principal trial stresses, in any order (3).
+    real(wp), intent(in) :: lame, shear, trial(3)
     !> Principal stresses, in the same order (3).
     real(wp), intent(out) :: stress(3)
-    !> d stress / d trial stress (3,3).
-    real(wp), intent(out) :: slope(3, 3)
-    !> d stress / d parameter at constant trial stress (3).
-    real(wp), intent(out) :: rate(3)
+    !> d stress / d trial stress (3,3); d stress / d parameter at constant trial stress (3).
+    real(wp), intent(out) :: slope(3, 3), rate(3)
     real(wp) :: sorted(3), answer(3), by_trial(3, 3), by_parameter(3)
     integer :: order(3), i
 
@@ -66,12 +59,8 @@ contains
     real(wp), intent(in) :: lame, shear
     !> Principal trial stresses, falling (3).
     real(wp), intent(in) :: trial(3)
-    !> Principal stresses (3).
-    real(wp), intent(out) :: stress(3)
-    !> d stress / d trial stress (3,3).
-    real(wp), intent(out) :: slope(3, 3)
-    !> d stress / d parameter (3).
-    real(wp), intent(out) :: rate(3)
+    !> Principal stresses (3); d stress / d trial stress (3,3); d stress / d parameter (3).
+    real(wp), intent(out) :: stress(3), slope(3, 3), rate(3)
     type(active_planes_type) :: set, nearest
     real(wp) :: candidate(3), miss, least, scale
     integer :: i, best

@@ -101,10 +101,8 @@ contains
   !> Elastic strain of a stress.
   pure function elastic_strain(self, modulus, stress) result(strain)
     class(swelling_model_type), intent(in) :: self
-    !> G of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal stresses (3).
-    real(wp), intent(in) :: stress(3)
+    !> G of the step; principal stresses (3).
+    real(wp), intent(in) :: modulus, stress(3)
     real(wp) :: strain(3), mean
 
     mean = sum(stress)/3.0_wp
@@ -114,10 +112,8 @@ contains
   !> Stress and derivative without strength; cut where the trial pressure would be beyond all numbers.
   pure subroutine elastic_update(self, modulus, trial, result)
     class(swelling_model_type), intent(in) :: self
-    !> G of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal elastic strains (3).
-    real(wp), intent(in) :: trial(3)
+    !> G of the step; principal elastic strains (3).
+    real(wp), intent(in) :: modulus, trial(3)
     type(stress_update_type), intent(inout) :: result
     type(swelling_line_type) :: line
     real(wp) :: p, bulk, e

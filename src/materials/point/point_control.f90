@@ -32,10 +32,8 @@ contains
     type(control_type), intent(in) :: control
     !> Incremental deformation gradient, packed (5 or 9).
     real(wp), intent(in) :: gradient(:)
-    !> Deformation gradient at the end (3,3).
-    real(wp), intent(in) :: whole(3, 3)
-    !> Cauchy stress at the end (4 or 6).
-    real(wp), intent(in) :: stress(:)
+    !> Deformation gradient at the end (3,3); Cauchy stress at the end (4 or 6).
+    real(wp), intent(in) :: whole(3, 3), stress(:)
     real(wp) :: tensor(3, 3)
     integer :: i, d
 
@@ -121,8 +119,7 @@ contains
     real(wp), intent(in) :: f(3, 3), det, f_inverse(3, 3)
     !> The component.
     integer, intent(in) :: j, k, l
-    real(wp) :: change(3, 3)
-    real(wp) :: q(3, 3), dq(3, 3)
+    real(wp) :: change(3, 3), q(3, 3), dq(3, 3)
 
     q = unpack_gradient(batch%piola(:, 1))
     dq = unpack_gradient(batch%tangent(:, j, 1))

@@ -111,10 +111,8 @@ contains
     !> The point with f = I.
     type(batch_type), intent(inout) :: batch
     type(control_type), intent(in) :: controls(:)
-    !> Deformation gradient at the start (3,3).
-    real(wp), intent(in) :: start(3, 3)
-    !> Stress error allowed.
-    real(wp), intent(in) :: tolerance
+    !> Deformation gradient at the start (3,3); stress error allowed.
+    real(wp), intent(in) :: start(3, 3), tolerance
     !> Corrections it took.
     integer, intent(out) :: iterations
     !> Set when it does not arrive.

@@ -46,7 +46,6 @@ contains
     class(law_type), intent(in) :: law
     !> A point at the end of a step with its consistent tangent.
     type(batch_type), intent(in) :: batch
-    !> What was found.
     type(tangent_check_type), intent(out) :: check
     type(batch_type) :: trial
     real(wp) :: unit(size(batch%gradient, 1)), error(size(batch%gradient, 1)), scale, h, gap
@@ -108,10 +107,8 @@ contains
 
   !> Largest entry of a column's difference, by the nearest of three quotients.
   pure real(wp) function column_error(batch, trial, j) result(error)
-    !> The point with its tangent.
-    type(batch_type), intent(in) :: batch
-    !> Points of the differences, updated.
-    type(batch_type), intent(in) :: trial
+    !> The point with its tangent; points of the differences, updated.
+    type(batch_type), intent(in) :: batch, trial
     !> Number of the column.
     integer, intent(in) :: j
     real(wp) :: ahead, behind
@@ -136,10 +133,8 @@ contains
   !> By how much the slope along the mixed direction differs from the sum of those along its components, all of them
   !> to one side: a cone is even, so that central differences see nothing of it.
   pure real(wp) function tip_gap(batch, trial) result(gap)
-    !> The point with its tangent.
-    type(batch_type), intent(in) :: batch
-    !> Points of the differences, updated.
-    type(batch_type), intent(in) :: trial
+    !> The point with its tangent; points of the differences, updated.
+    type(batch_type), intent(in) :: batch, trial
     real(wp) :: added(size(batch%piola, 1)), h
     integer :: n, j, k
 

@@ -25,11 +25,9 @@ contains
   !> Tangent by central differences of the model's stress; the model is asked for stress only.
   subroutine difference_tangent(model, increment, stress, state, response)
     class(soil_model_type), intent(in) :: model
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and state at the start.
-    real(wp), intent(in) :: stress(6)
-    real(wp), intent(in) :: state(:)
+    real(wp), intent(in) :: stress(6), state(:)
     !> What the model says; its tangent is set.
     type(soil_response_type), intent(inout) :: response
     type(soil_response_type) :: said
@@ -70,15 +68,12 @@ contains
   !> Stress at the end of a step of which a component of the strain is larger.
   function stress_there(model, increment, stress, state, component, change, said) result(there)
     class(soil_model_type), intent(in) :: model
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and state at the start.
-    real(wp), intent(in) :: stress(6)
-    real(wp), intent(in) :: state(:)
+    real(wp), intent(in) :: stress(6), state(:)
     !> Component of the strain, and by how much.
     integer, intent(in) :: component
     real(wp), intent(in) :: change
-    !> What the model says.
     type(soil_response_type), intent(inout) :: said
     type(soil_increment_type) :: moved
     real(wp) :: there(6), own(size(state))

@@ -27,8 +27,7 @@ contains
   !> Where the arrays begin; one more for the end.
   pure function first_places(sizes) result(first)
     integer, intent(in) :: sizes(:)
-    integer :: first(size(sizes) + 1)
-    integer :: i
+    integer :: first(size(sizes) + 1), i
 
     first(1) = between + 1
     do i = 1, size(sizes)

@@ -36,8 +36,7 @@ module qsmpm_plugin
     !> until it is looked up anew (plugin.c).
     integer(c_int) function guarded_call(model, procedure, data) bind(c, name='qsmpm_guarded') result(what)
       import :: c_int, c_ptr, c_funptr
-      type(c_funptr), value :: model
-      type(c_funptr), value :: procedure
+      type(c_funptr), value :: model, procedure
       type(c_ptr), value :: data
     end function guarded_call
 
@@ -97,10 +96,8 @@ contains
   !> Find a procedure in a shared library, spelt as it is, name_, name or NAME; module::name is one of a Fortran module
   !> as gfortran spells it.
   subroutine load_procedure(path, symbol, procedure, error)
-    !> Path of the library.
-    character(len=*), intent(in) :: path
-    !> Name of the procedure.
-    character(len=*), intent(in) :: symbol
+    !> Path of the library; name of the procedure.
+    character(len=*), intent(in) :: path, symbol
     type(c_funptr), intent(out) :: procedure
     !> error_user_material: no such library or procedure.
     type(error_type), allocatable, intent(out) :: error

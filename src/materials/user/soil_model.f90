@@ -101,7 +101,6 @@ module qsmpm_soil_model
     subroutine update_interface(self, increment, stress, state, response)
       import :: soil_model_type, soil_increment_type, soil_response_type, wp
       class(soil_model_type), intent(in) :: self
-      !> The step.
       type(soil_increment_type), intent(in) :: increment
       !> Cauchy stress: in at the start and already turned, out at the end (6).
       real(wp), intent(inout) :: stress(6)

@@ -125,7 +125,6 @@ contains
   !> Update a batch.
   subroutine update(self, batch, tangent)
     class(soil_model_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> One of tangent_none, tangent_consistent, tangent_elastic.
     integer, intent(in) :: tangent
@@ -140,12 +139,9 @@ contains
   !> Update a point; it is left half done with a status other than ok.
   subroutine update_point(self, batch, p, tangent)
     class(soil_model_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(inout) :: batch
-    !> Number of the point.
-    integer, intent(in) :: p
-    !> Which tangent is wanted.
-    integer, intent(in) :: tangent
+    !> Number of the point; which tangent is wanted.
+    integer, intent(in) :: p, tangent
     type(step_turn_type) :: turn
     type(soil_increment_type) :: increment
     type(soil_response_type) :: response
@@ -189,7 +185,6 @@ contains
   !> What the model is given beside stress and state.
   subroutine describe_step(self, batch, p, turn, f, increment)
     class(soil_model_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(in) :: batch
     !> Number of the point in the batch.
     integer, intent(in) :: p
@@ -220,7 +215,6 @@ contains
   !> Ask the model; one thread at a time where it wants that.
   subroutine ask_model(self, increment, stress, state_start, state, response)
     class(soil_model_law_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress: in at the start, turned, out at the end (6).
     real(wp), intent(inout) :: stress(6)
@@ -228,7 +222,6 @@ contains
     real(wp), intent(in) :: state_start(:)
     !> State at the end (state_count or more).
     real(wp), intent(inout) :: state(:)
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
 
     state = state_start
@@ -252,10 +245,8 @@ contains
     class(soil_model_law_type), intent(in) :: self
     !> A step without strain.
     type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress, turned (6).
-    real(wp), intent(in) :: stress(6)
-    !> State at the start and at the end (state_count or more).
-    real(wp), intent(in) :: state_start(:)
+    !> Cauchy stress, turned (6); state at the start and at the end (state_count or more).
+    real(wp), intent(in) :: stress(6), state_start(:)
     real(wp), intent(inout) :: state(:)
     !> What the model says; unchanged when it has no answer.
     type(soil_response_type), intent(inout) :: response
@@ -280,7 +271,6 @@ contains
   !> A model whose stress changes at no strain is broken, unless it returns to where stresses may be or flows with time.
   subroutine check_rest(self, batch, p, increment, stress, response)
     class(soil_model_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(in) :: batch
     !> Number of the point.
     integer, intent(in) :: p
@@ -288,7 +278,6 @@ contains
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the end (6).
     real(wp), intent(in) :: stress(6)
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     real(wp) :: start(6)
     integer :: what
@@ -314,12 +303,9 @@ contains
 
   !> A model that says all is well must have given numbers.
   subroutine check_answer(increment, stress, state, response)
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Stress and state at the end.
-    real(wp), intent(in) :: stress(:)
-    real(wp), intent(in) :: state(:)
-    !> What the model says.
+    real(wp), intent(in) :: stress(:), state(:)
     type(soil_response_type), intent(inout) :: response
     character(len=:), allocatable :: what
 
@@ -342,11 +328,8 @@ contains
   !> Pass on why a point could not be updated, and where it is.
   subroutine report(self, increment, response, batch, p)
     class(soil_model_law_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
-    !> What the model says.
     type(soil_response_type), intent(in) :: response
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Number of the point in the batch.
     integer, intent(in) :: p
@@ -369,19 +352,14 @@ contains
   !> Q and A of a point.
   subroutine finish_point(self, batch, p, tangent, turn, f, det, stress, modulus)
     class(soil_model_law_type), intent(in) :: self
-    !> The points.
     type(batch_type), intent(inout) :: batch
     !> Number of the point, and which tangent is wanted.
-    integer, intent(in) :: p
-    integer, intent(in) :: tangent
+    integer, intent(in) :: p, tangent
     type(step_turn_type), intent(in) :: turn
     !> Incremental deformation gradient and its determinant.
-    real(wp), intent(in) :: f(3, 3)
-    real(wp), intent(in) :: det
-    !> Cauchy stress at the end (6).
-    real(wp), intent(in) :: stress(6)
-    !> d stress / d strain (6,6).
-    real(wp), intent(in) :: modulus(6, 6)
+    real(wp), intent(in) :: f(3, 3), det
+    !> Cauchy stress at the end (6); d stress / d strain (6,6).
+    real(wp), intent(in) :: stress(6), modulus(6, 6)
     real(wp) :: back(3, 3), a(9, 9)
     logical :: symmetric
 
@@ -408,10 +386,8 @@ contains
   !> Fields that may be averaged: the Cauchy stress and the state.
   pure subroutine to_fields(self, stress, state, fields)
     class(soil_model_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
-    !> State (state_count or more).
-    real(wp), intent(in) :: state(:)
+    !> Cauchy stress (4 or 6); state (state_count or more).
+    real(wp), intent(in) :: stress(:), state(:)
     !> Fields (fit_count).
     real(wp), intent(out) :: fields(:)
 
@@ -421,14 +397,10 @@ contains
   !> Stress and state of averaged fields.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(soil_model_law_type), intent(in) :: self
-    !> Fields (fit_count).
-    real(wp), intent(in) :: fields(:)
-    !> V/V0, of which the law is independent.
-    real(wp), intent(in) :: volume_ratio
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(out) :: stress(:)
-    !> State (state_count or more).
-    real(wp), intent(out) :: state(:)
+    !> Fields (fit_count); V/V0, of which the law is independent.
+    real(wp), intent(in) :: fields(:), volume_ratio
+    !> Cauchy stress (4 or 6); state (state_count or more).
+    real(wp), intent(out) :: stress(:), state(:)
 
     stress = fields(1:size(stress))
     state(1:self%state_count) = fields(size(stress) + 1:self%fit_count())

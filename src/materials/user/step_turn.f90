@@ -66,8 +66,7 @@ contains
     type(step_turn_type), intent(in) :: turn
     !> 11, 22, 33, 12, 13, 23.
     real(wp), intent(in) :: stress(6)
-    real(wp) :: turned(6)
-    real(wp) :: a(3, 3)
+    real(wp) :: turned(6), a(3, 3)
 
     a = product_of(product_of(turn%rotation, full(stress)), transpose(turn%rotation))
     turned = [a(1, 1), a(2, 2), a(3, 3), a(1, 2), a(1, 3), a(2, 3)]
@@ -87,16 +86,13 @@ contains
   !> A = dQ/dF of a point.
   pure subroutine step_tangent(turn, stress, modulus, symmetric, inverse, det, a)
     type(step_turn_type), intent(in) :: turn
-    !> Cauchy stress at the end (6).
-    real(wp), intent(in) :: stress(6)
-    !> C = d stress / d strain (6,6).
-    real(wp), intent(in) :: modulus(6, 6)
+    !> Cauchy stress at the end (6); C = d stress / d strain (6,6).
+    real(wp), intent(in) :: stress(6), modulus(6, 6)
     !> Take the symmetric part of C, and the stress it gives as J times the Cauchy stress: A is symmetric at F = I
     !> then, [K^E + K^G]^0 of the paper's eqs. 15-17.
     logical, intent(in) :: symmetric
     !> F^-1 and det(F).
-    real(wp), intent(in) :: inverse(3, 3)
-    real(wp), intent(in) :: det
+    real(wp), intent(in) :: inverse(3, 3), det
     !> A (3,3,3,3).
     real(wp), intent(out) :: a(3, 3, 3, 3)
     real(wp) :: change(6, 3, 3), c(6, 6), spin(6, 3)
@@ -127,12 +123,9 @@ contains
   !> the axial vector L R_h^T/2 times that of the turned dG, W that and R_h times it, W' what R_h made of it, negative.
   pure function change_by_spin(turn, stress, c) result(columns)
     type(step_turn_type), intent(in) :: turn
-    !> Cauchy stress at the end (3,3).
-    real(wp), intent(in) :: stress(3, 3)
-    !> d stress / d strain (6,6).
-    real(wp), intent(in) :: c(6, 6)
-    real(wp) :: columns(6, 3)
-    real(wp) :: after(3, 3), strain(6, 3), e(3, 3)
+    !> Cauchy stress at the end (3,3); d stress / d strain (6,6).
+    real(wp), intent(in) :: stress(3, 3), c(6, 6)
+    real(wp) :: columns(6, 3), after(3, 3), strain(6, 3), e(3, 3)
     integer :: i, j
 
     after = 0.5_wp*rotation_jacobian(turn%t)

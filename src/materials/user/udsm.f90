@@ -12,8 +12,7 @@
 module qsmpm_udsm
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call, check_arguments, &
-    take_user
+  use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call, check_arguments, take_user
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut, start_time, time_increment
@@ -74,7 +73,6 @@ module qsmpm_udsm
     logical :: non_symmetric = .false.
     logical :: has_tangent = .false.
   contains
-    procedure :: start
     procedure :: start_at
     procedure :: update
   end type udsm_type
@@ -95,7 +93,6 @@ contains
 
   !> Load a UDSM and ask what it is.
   subroutine make_udsm(user, name, model, error)
-    !> What the deck says of it.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
@@ -182,17 +179,6 @@ contains
     model%props = arguments%props
   end subroutine inquire
 
-  !> State of a point at the origin.
-  subroutine start(self, stress, state)
-    class(udsm_type), intent(in) :: self
-    !> Effective stress (6).
-    real(wp), intent(in) :: stress(6)
-    !> State (state_count).
-    real(wp), intent(out) :: state(:)
-
-    call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
-  end subroutine start
-
   !> State of a point with a given stress: task 1 answers in StVar0, which holds the deck's values before.
   subroutine start_at(self, stress, place, state)
     class(udsm_type), intent(in) :: self
@@ -215,7 +201,6 @@ contains
   !> One step of one point.
   subroutine update(self, increment, stress, state, response)
     class(udsm_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress: in at the start, turned, out at the end (6).
     real(wp), intent(inout) :: stress(6)
@@ -261,7 +246,6 @@ contains
   !> D in the order of the soil model.
   pure subroutine take_tangent(arguments, response)
     type(udsm_call_type), intent(in) :: arguments
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     integer :: i, j
 
@@ -277,15 +261,10 @@ contains
     class(udsm_type), intent(in) :: self
     type(udsm_call_type), intent(in) :: arguments
     !> Cauchy stress (6) and state (state_count).
-    real(wp), intent(inout) :: stress(6)
-    real(wp), intent(inout) :: state(:)
-    !> What the model says.
+    real(wp), intent(inout) :: stress(6), state(:)
     type(soil_response_type), intent(inout) :: response
-    integer :: i
 
-    do i = 1, 6
-      stress(i) = arguments%sig(place(i))
-    end do
+    stress = arguments%sig(place)
     state(self%before + 1:self%state_count) = arguments%stvar
     response%plastic = arguments%plastic /= 0
     if (self%before == 0) return
@@ -296,11 +275,9 @@ contains
   !> What the model is given in every task.
   subroutine prepare(self, increment, stress, water, room, arguments)
     class(udsm_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and excess pore pressure.
-    real(wp), intent(in) :: stress(6)
-    real(wp), intent(in) :: water
+    real(wp), intent(in) :: stress(6), water
     !> Room for the arrays; those of the state stay.
     real(c_double), intent(inout), target, contiguous :: room(:)
     type(udsm_call_type), intent(inout) :: arguments
@@ -380,9 +357,8 @@ contains
     arguments%stress_dependent = 0
     arguments%time_dependent = 0
     arguments%has_tangent = merge(1_c_int, 0_c_int, self%has_tangent)
-    do i = 1, len(self%directory)
-      arguments%directory(i) = int(iachar(self%directory(i:i)), c_int)
-    end do
+    arguments%directory(:len(self%directory)) = &
+      [(int(iachar(self%directory(i:i)), c_int), i=1, len(self%directory))]
     arguments%directory_length = len(self%directory)
     arguments%abort = 0
   end subroutine prepare_answers
@@ -393,7 +369,6 @@ contains
     !> Its number.
     integer(c_int), intent(in) :: task
     type(udsm_call_type), intent(inout), target :: arguments
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     integer(c_int) :: what, saved, sent(whole_arguments)
 

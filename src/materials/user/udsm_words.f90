@@ -45,7 +45,6 @@ contains
 
   !> A model that says how many parameters it has must be given as many constants.
   subroutine check_parameters(user, error)
-    !> What the deck says of it.
     type(user_material_type), intent(in) :: user
     !> error_user_material: there are fewer.
     type(error_type), allocatable, intent(out) :: error
@@ -66,7 +65,6 @@ contains
 
   !> SDV1, SDV2, ..., each with the name that the model has for it.
   subroutine name_states(user, count, names)
-    !> What the deck says of it.
     type(user_material_type), intent(in) :: user
     !> State variables.
     integer, intent(in) :: count

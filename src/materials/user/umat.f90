@@ -66,7 +66,6 @@ module qsmpm_umat
     !> SDVINI, c_null_funptr where the library has none.
     type(c_funptr) :: sdvini = c_null_funptr
   contains
-    procedure :: start
     procedure :: start_at
     procedure :: update
   end type umat_type
@@ -104,7 +103,6 @@ contains
 
   !> Load a UMAT.
   subroutine make_umat(user, name, model, error)
-    !> What the deck says of it.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
@@ -114,6 +112,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     procedure(umat_interface), pointer :: routine
     type(c_funptr) :: address
+    type(error_type), allocatable :: no_sdvini
     character(len=len(name)) :: large
     integer :: i
 
@@ -132,20 +131,10 @@ contains
     call c_f_procpointer(address, routine)
     model%routine => routine
     model%address = address
-    call find_sdvini(user%library, model%sdvini)
+    call load_procedure(user%library, 'sdvini', model%sdvini, no_sdvini)
+    if (allocated(no_sdvini)) model%sdvini = c_null_funptr
     if (user%shows_state) call number_states(model%state_count, model%state_names)
   end subroutine make_umat
-
-  !> State variables at the origin.
-  subroutine start(self, stress, state)
-    class(umat_type), intent(in) :: self
-    !> Cauchy stress (6).
-    real(wp), intent(in) :: stress(6)
-    !> State (state_count).
-    real(wp), intent(out) :: state(:)
-
-    call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
-  end subroutine start
 
   !> State variables as the deck gives them, then as the model's SDVINI sets them.
   subroutine start_at(self, stress, place, state)
@@ -163,7 +152,6 @@ contains
   !> One step of one point.
   subroutine update(self, increment, stress, state, response)
     class(umat_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress: in at the start, turned, out at the end (6).
     real(wp), intent(inout) :: stress(6)
@@ -200,7 +188,6 @@ contains
   !> One call.
   subroutine ask(self, increment, stress, state, response)
     class(umat_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress: in at the start, turned, out at the end (6).
     real(wp), intent(inout) :: stress(6)
@@ -266,11 +253,9 @@ contains
   !> What the model is given in arrays.
   subroutine fill_arrays(self, increment, stress, state, sizes, first, room)
     class(umat_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Cauchy stress at the start, turned (6), and state at the start.
-    real(wp), intent(in) :: stress(6)
-    real(wp), intent(in) :: state(:)
+    real(wp), intent(in) :: stress(6), state(:)
     !> Sizes of the arrays, where they begin, and their room.
     integer, intent(in) :: sizes(arrays), first(arrays + 1)
     real(c_double), intent(inout) :: room(:)
@@ -307,7 +292,6 @@ contains
   !> What the model is given beside arrays.
   subroutine fill_call(self, increment, arguments)
     class(umat_type), intent(in) :: self
-    !> The step.
     type(soil_increment_type), intent(in) :: increment
     type(umat_call_type), intent(inout) :: arguments
 
@@ -351,20 +335,10 @@ contains
     end associate
   end subroutine make_call
 
-  !> The procedure of a library; c_null_funptr where there is none.
-  subroutine find_sdvini(library, address)
-    character(len=*), intent(in) :: library
-    type(c_funptr), intent(out) :: address
-    type(error_type), allocatable :: error
-
-    call load_procedure(library, 'sdvini', address, error)
-    if (allocated(error)) address = c_null_funptr
-  end subroutine find_sdvini
-
   !> State of a point; not a number where the procedure fails, so that the point's first step says so.
   subroutine initial_state(adapter, address, place, state)
     class(adapter_type), intent(in) :: adapter
-    !> Procedure, by find_sdvini; without one nothing changes.
+    !> SDVINI; without one nothing changes.
     type(c_funptr), intent(in) :: address
     !> Position of the point.
     real(wp), intent(in) :: place(3)

@@ -28,14 +28,24 @@ module qsmpm_user_adapter
     character(len=:), allocatable :: name
     !> The procedure in the library.
     type(c_funptr) :: address = c_null_funptr
+  contains
+    procedure :: start
   end type adapter_type
 
 contains
 
+  !> State of a point at the origin.
+  subroutine start(self, stress, state)
+    class(adapter_type), intent(in) :: self
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(out) :: state(:)
+
+    call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
+  end subroutine start
+
   !> What the deck says; lists it does not give are empty.
   subroutine take_user(adapter, user, name)
     class(adapter_type), intent(inout) :: adapter
-    !> What the deck says.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
@@ -82,7 +92,6 @@ contains
     integer, intent(in) :: sizes(:)
     character(len=*), intent(in) :: names(:)
     real(wp), intent(in) :: room(:)
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     character(len=:), allocatable :: damage
 
@@ -106,7 +115,6 @@ contains
     !> What was passed, what stands there now, and how the arguments are called.
     integer(c_int), intent(in) :: sent(:), found(:)
     character(len=*), intent(in) :: names(:)
-    !> What the model says.
     type(soil_response_type), intent(inout) :: response
     integer :: i
 
@@ -138,8 +146,7 @@ contains
   subroutine ask_stiffness(adapter, young, poisson, stress, error)
     class(adapter_type), intent(inout) :: adapter
     !> Young's modulus and Poisson's ratio of the deck, 0 where it has none.
-    real(wp), intent(in) :: young
-    real(wp), intent(in) :: poisson
+    real(wp), intent(in) :: young, poisson
     !> Cauchy stress at the start (6).
     real(wp), intent(in) :: stress(6)
     !> error_user_material: the model has no positive tangent there.
@@ -214,8 +221,7 @@ contains
     !> d stress / d strain (6,6).
     real(wp), intent(in) :: tangent(6, 6)
     !> Young's modulus and shear modulus.
-    real(wp), intent(out) :: young
-    real(wp), intent(out) :: shear
+    real(wp), intent(out) :: young, shear
     real(wp) :: along, twist
     integer :: i
 

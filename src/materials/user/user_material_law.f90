@@ -34,13 +34,11 @@ contains
 
   !> Load the model and make a law of it.
   subroutine new_user_law(user, name, young, poisson, stress, dimension, law, error)
-    !> What the user says.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
     !> Young's modulus and Poisson's ratio that scale stabilisation, 0 for none.
-    real(wp), intent(in) :: young
-    real(wp), intent(in) :: poisson
+    real(wp), intent(in) :: young, poisson
     !> Cauchy stress that the material starts with, or one like it (6).
     real(wp), intent(in) :: stress(6)
     !> 2 or 3.
@@ -82,13 +80,11 @@ contains
 
   !> Load the library.
   subroutine load_model(user, name, dimension, adapter, error)
-    !> What the user says.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> The model.
     class(adapter_type), allocatable, intent(out) :: adapter
     !> error_user_material: why there is none.
     type(error_type), allocatable, intent(out) :: error
@@ -110,12 +106,9 @@ contains
 
   !> What the deck says fits the model.
   subroutine check_fit(user, states, dimension, error)
-    !> What the user says.
     type(user_material_type), intent(in) :: user
-    !> State variables of the model.
-    integer, intent(in) :: states
-    !> 2 or 3.
-    integer, intent(in) :: dimension
+    !> State variables of the model; 2 or 3.
+    integer, intent(in) :: states, dimension
     !> error_deck: why not.
     type(error_type), allocatable, intent(out) :: error
 
@@ -166,8 +159,7 @@ contains
   subroutine update(self, increment, stress, state, response)
     class(placeholder_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
-    real(wp), intent(inout) :: stress(6)
-    real(wp), intent(inout) :: state(:)
+    real(wp), intent(inout) :: stress(6), state(:)
     type(soil_response_type), intent(inout) :: response
 
     stress = stress + matmul(self%stiffness, increment%strain)

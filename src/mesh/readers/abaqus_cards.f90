@@ -52,8 +52,7 @@ contains
     if (card%in_assembly .and. .not. card%in_instance) then
       if (card%keyword == '*NODE' .or. card%keyword == '*ELEMENT') card%keyword = ''
     end if
-    if (card%keyword == '*SURFACE' .and. card%type /= '' .and. card%type /= 'ELEMENT') &
-      card%keyword = ''
+    if (card%keyword == '*SURFACE' .and. card%type /= '' .and. card%type /= 'ELEMENT') card%keyword = ''
     if (card%keyword /= '*ELEMENT') return
     card%kind = kind_of(card%type)
     if (card%kind == 0) call file_error(file, "element type '"//card%type//"' is not known", error)
@@ -129,8 +128,7 @@ contains
     case ('*NODE', '*ELEMENT')
       do i = 1, size(words)
         if (upper(words(i)%text) == 'SYSTEM=R') cycle
-        if (index(upper(words(i)%text), 'SYSTEM') /= 1 .and. &
-          index(upper(words(i)%text), 'INPUT') /= 1) cycle
+        if (index(upper(words(i)%text), 'SYSTEM') /= 1 .and. index(upper(words(i)%text), 'INPUT') /= 1) cycle
         call file_error(file, "'"//words(i)%text//"' is not followed; write the mesh out", error)
       end do
     case ('*NSET')

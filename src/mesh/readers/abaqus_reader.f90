@@ -95,8 +95,7 @@ contains
     character(len=:), allocatable :: message
 
     message = 'element '//integer_text(card%pending(1))//' ('//card%type//') has '// &
-      integer_text(size(card%pending) - 1)//' nodes instead of '// &
-      integer_text(node_count(card%kind))
+      integer_text(size(card%pending) - 1)//' nodes instead of '//integer_text(node_count(card%kind))
   end function wrong_nodes
 
   !> A data line of the present card.

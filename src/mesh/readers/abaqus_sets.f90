@@ -17,6 +17,7 @@ module qsmpm_abaqus_sets
 
   !> A longer range of labels is an error of writing.
   integer, parameter :: longest_range = 10000000
+  character(len=2), parameter :: face_names(6) = ['S1', 'S2', 'S3', 'S4', 'S5', 'S6']
 
 contains
 
@@ -33,13 +34,10 @@ contains
 
     select case (card%keyword)
     case ('*NODE', '*NSET')
-      if (len(card%nset) > 0) call open_set(raw%node_sets, &
-        spelling(raw%node_sets, card%nset), card%set)
-      if (card%keyword == '*NSET' .and. len(card%elset) > 0) &
-        call take_nodes_of(file, card, raw, error)
+      if (len(card%nset) > 0) call open_set(raw%node_sets, spelling(raw%node_sets, card%nset), card%set)
+      if (card%keyword == '*NSET' .and. len(card%elset) > 0) call take_nodes_of(file, card, raw, error)
     case ('*ELEMENT', '*ELSET')
-      if (len(card%elset) > 0) call open_set(raw%cell_sets, &
-        spelling(raw%cell_sets, card%elset), card%set)
+      if (len(card%elset) > 0) call open_set(raw%cell_sets, spelling(raw%cell_sets, card%elset), card%set)
     case ('*SURFACE')
       call open_set(raw%face_sets, spelling(raw%face_sets, card%name), card%set)
     end select
@@ -98,7 +96,7 @@ contains
     type(label_set_type), intent(inout) :: sets(:)
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: word
-    integer :: i, s, label
+    integer :: i, n, s, label
 
     if (card%generate) then
       call take_range(file, words, sets(card%set), error)
@@ -112,7 +110,8 @@ contains
       word = without_instance(words(i)%text, sets)
       s = set_place(sets, word)
       if (s > 0 .and. .not. is_label(word)) then
-        call copy_labels(sets, s, card%set)
+        n = sets(s)%count
+        call append_labels(sets(card%set), (sets(s)%labels(:n)), 0, (sets(s)%lines(:n)))
       else if (is_label(word)) then
         call word_label(file, word, label, error)
         if (allocated(error)) return
@@ -123,19 +122,6 @@ contains
       end if
     end do
   end subroutine take_set
-
-  !> Append the labels of one set to another.
-  pure subroutine copy_labels(sets, from, to)
-    type(label_set_type), intent(inout) :: sets(:)
-    !> Places of the two.
-    integer, intent(in) :: from
-    integer, intent(in) :: to
-    integer, allocatable :: labels(:), lines(:)
-
-    allocate (labels(sets(from)%count), source=sets(from)%labels(:sets(from)%count))
-    allocate (lines(sets(from)%count), source=sets(from)%lines(:sets(from)%count))
-    call append_labels(sets(to), labels, 0, lines)
-  end subroutine copy_labels
 
   !> first, last, step. Labels in between need not exist.
   subroutine take_range(file, words, set, error)
@@ -161,8 +147,7 @@ contains
     count = (limits(2) - limits(1))/limits(3) + 1
     if (limits(2) < limits(1) .or. count > longest_range) then
       call file_error(file, 'the range '//integer_text(limits(1))//' to '// &
-        integer_text(limits(2))//' is empty or longer than '//integer_text(longest_range)// &
-        ' labels', error)
+        integer_text(limits(2))//' is empty or longer than '//integer_text(longest_range)//' labels', error)
       return
     end if
     call append_labels(set, [(limits(1) + i*limits(3), i=0, count - 1)], 0, spread(0, 1, count))
@@ -209,34 +194,22 @@ contains
     integer :: face, label, s
 
     face = 0
-    if (size(words) >= 2) face = face_number(upper(words(2)%text))
+    if (size(words) >= 2) face = findloc(face_names, upper(words(2)%text), dim=1)
     if (face == 0) then
-      call file_error(file, 'a surface line holds an element or element set and a face S1 to S6', &
-        error)
+      call file_error(file, 'a surface line holds an element or element set and a face S1 to S6', error)
       return
     end if
     word = without_instance(words(1)%text, raw%cell_sets)
     s = set_place(raw%cell_sets, word)
     if (is_label(word)) then
       call word_label(file, word, label, error)
-      if (.not. allocated(error)) &
-        call append_labels(raw%face_sets(card%set), [label], face, [file%line])
+      if (.not. allocated(error)) call append_labels(raw%face_sets(card%set), [label], face, [file%line])
     else if (s == 0) then
       call file_error(file, "there is no element set '"//words(1)%text//"' above this line", error)
     else
       associate (labels => raw%cell_sets(s)%labels(:raw%cell_sets(s)%count))
-        call append_labels(raw%face_sets(card%set), labels, face, &
-          spread(file%line, 1, size(labels)))
+        call append_labels(raw%face_sets(card%set), labels, face, spread(file%line, 1, size(labels)))
       end associate
     end if
   end subroutine take_surface
-
-  !> Number of a face S1..S6, 0 for any other word.
-  pure integer function face_number(word) result(face)
-    !> The word in capitals.
-    character(len=*), intent(in) :: word
-    character(len=2), parameter :: names(6) = ['S1', 'S2', 'S3', 'S4', 'S5', 'S6']
-
-    face = findloc(names, word, dim=1)
-  end function face_number
 end module qsmpm_abaqus_sets

@@ -47,7 +47,10 @@ contains
       if (.not. more) exit
       if (len(stripped(line)) == 0) cycle
       n = n + 1
-      if (n > size(lines)) call make_room(table, lines)
+      if (n > size(lines)) then
+        table = reshape(table, [size(names), 2*n + 64], pad=[0.0_wp])
+        lines = reshape(lines, [2*n + 64], pad=[0])
+      end if
       lines(n) = file%line
       call split(line, ',', cells)
       call read_row(file, cells, names, column, table(:, n), error)
@@ -57,20 +60,6 @@ contains
     lines = lines(:n)
     if (n == 0) call fail(error, error_deck, path//': no row of numbers follows the names of the columns')
   end subroutine read_columns
-
-  !> Twice the room.
-  pure subroutine make_room(table, lines)
-    real(wp), allocatable, intent(inout) :: table(:, :)
-    integer, allocatable, intent(inout) :: lines(:)
-    real(wp), allocatable :: more(:, :)
-    integer :: n
-
-    n = size(lines)
-    allocate (more(size(table, 1), 2*n + 64), source=0.0_wp)
-    more(:, :n) = table
-    call move_alloc(more, table)
-    lines = [lines, spread(0, 1, n + 64)]
-  end subroutine make_room
 
   !> Place of each name in the first line, 0 for none.
   pure function columns_of(cells, names) result(column)

@@ -75,10 +75,8 @@ contains
   !> One node: its label (MSH 2.2 only) and three coordinates.
   subroutine read_node(file, shift, label, raw, error)
     type(text_file_type), intent(inout) :: file
-    !> Words before the coordinates: 1 with a label, 0 without.
-    integer, intent(in) :: shift
-    !> Label when the line has none.
-    integer, intent(in) :: label
+    !> Words before the coordinates: 1 with a label, 0 without; label when the line has none.
+    integer, intent(in) :: shift, label
     !> Gets the node.
     type(raw_mesh_type), intent(inout) :: raw
     type(error_type), allocatable, intent(out) :: error
@@ -105,8 +103,7 @@ contains
     integer, allocatable :: head(:)
     integer :: b, i, total
 
-    call numbers_of_line(file, merge(4, 1, content%new_format), 'the number of elements', head, &
-      error)
+    call numbers_of_line(file, merge(4, 1, content%new_format), 'the number of elements', head, error)
     if (allocated(error)) return
     total = head(merge(2, 1, content%new_format))
     call check_count(file, total, 'elements', error)
@@ -144,8 +141,7 @@ contains
     end if
     group = 0
     if (numbers(3) > 0) group = abs(numbers(4))
-    call take_element(file, content, [numbers(1), numbers(4 + numbers(3):)], numbers(2), group, &
-      error)
+    call take_element(file, content, [numbers(1), numbers(4 + numbers(3):)], numbers(2), group, error)
   end subroutine read_old_element
 
   !> MSH 4.1: a block of elements of one type and one entity.
@@ -184,8 +180,7 @@ contains
 
     meaning = gmsh_type(number_of_type)
     if (meaning%dimension < 0) then
-      call file_error(file, 'gmsh element type '//integer_text(number_of_type)// &
-        ' is not known', error)
+      call file_error(file, 'gmsh element type '//integer_text(number_of_type)//' is not known', error)
     else if (any(numbers < 1)) then
       call file_error(file, 'labels of elements and nodes are positive', error)
     else if (size(numbers) /= meaning%nodes + 1) then
@@ -194,8 +189,7 @@ contains
     else if (content%element_count >= size(content%label)) then
       call file_error(file, 'there are more elements than announced', error)
     else if (meaning%kind > 0) then
-      call keep_element(content, numbers(1), meaning, owner, &
-        numbers(1 + gmsh_places(meaning%kind)), file%line)
+      call keep_element(content, numbers(1), meaning, owner, numbers(1 + gmsh_places(meaning%kind)), file%line)
     else
       call keep_element(content, numbers(1), meaning, owner, numbers(2:), file%line)
     end if

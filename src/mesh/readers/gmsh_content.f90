@@ -57,12 +57,8 @@ contains
     !> Label of the element.
     integer, intent(in) :: label
     type(gmsh_type_type), intent(in) :: meaning
-    !> Group or entity.
-    integer, intent(in) :: owner
-    !> Node labels.
-    integer, intent(in) :: nodes(:)
-    !> Line of the file.
-    integer, intent(in) :: line
+    !> Group or entity; node labels; line of the file.
+    integer, intent(in) :: owner, nodes(:), line
     integer :: n
 
     n = content%element_count + 1

@@ -55,8 +55,7 @@ contains
   pure function gmsh_places(kind) result(places)
     !> Element kind.
     integer, intent(in) :: kind
-    integer :: places(node_count(kind))
-    integer :: i
+    integer :: places(node_count(kind)), i
 
     places = [(i, i=1, node_count(kind))]
     select case (kind)

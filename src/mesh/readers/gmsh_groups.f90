@@ -27,7 +27,6 @@ contains
 
   !> Hand cells and groups to the raw mesh.
   subroutine sort_out(content, raw, error)
-    !> What was read.
     type(content_type), intent(in) :: content
     !> Has the nodes; gets cells and sets.
     type(raw_mesh_type), intent(inout) :: raw
@@ -55,7 +54,6 @@ contains
 
   !> For each cell the first one with the same corners, for other elements themselves.
   subroutine find_repeats(content, highest, first)
-    !> What was read.
     type(content_type), intent(in) :: content
     !> Dimension of cells.
     integer, intent(in) :: highest
@@ -83,12 +81,9 @@ contains
 
   !> Cells, each once.
   subroutine take_cells(content, highest, first, raw)
-    !> What was read.
     type(content_type), intent(in) :: content
-    !> Dimension of cells.
-    integer, intent(in) :: highest
-    !> First cell with the same corners.
-    integer, intent(in) :: first(:)
+    !> Dimension of cells; first cell with the same corners.
+    integer, intent(in) :: highest, first(:)
     !> Gets the cells.
     type(raw_mesh_type), intent(inout) :: raw
     integer :: e
@@ -102,13 +97,10 @@ contains
 
   !> Node set of a group, and its cell set.
   subroutine take_group(content, group, highest, first, raw)
-    !> What was read.
     type(content_type), intent(in) :: content
     type(group_type), intent(in) :: group
-    !> Dimension of cells.
-    integer, intent(in) :: highest
-    !> First cell with the same corners.
-    integer, intent(in) :: first(:)
+    !> Dimension of cells; first cell with the same corners.
+    integer, intent(in) :: highest, first(:)
     !> Gets the sets.
     type(raw_mesh_type), intent(inout) :: raw
     integer :: e, n, node_set, cell_set
@@ -119,10 +111,8 @@ contains
     do e = 1, content%element_count
       if (.not. is_member(content, e, group)) cycle
       n = count(content%nodes(:, e) > 0)
-      call append_labels(raw%node_sets(node_set), content%nodes(:n, e), 0, &
-        spread(content%line(e), 1, n))
-      if (cell_set > 0) call append_labels(raw%cell_sets(cell_set), [content%label(first(e))], 0, &
-        [content%line(e)])
+      call append_labels(raw%node_sets(node_set), content%nodes(:n, e), 0, spread(content%line(e), 1, n))
+      if (cell_set > 0) call append_labels(raw%cell_sets(cell_set), [content%label(first(e))], 0, [content%line(e)])
     end do
   end subroutine take_group
 
@@ -154,7 +144,6 @@ contains
 
   !> Surface of a group. A group that lies on no cell is geometry alone and no surface.
   subroutine take_surface(content, group, table, raw, error)
-    !> What was read.
     type(content_type), intent(in) :: content
     type(group_type), intent(in) :: group
     !> Faces of the cells.
@@ -179,8 +168,7 @@ contains
       end if
       if (set == 0) call open_set(raw%face_sets, group%name, set)
       do
-        call append_labels(raw%face_sets(set), table%owner(1:1, i), table%owner(2, i), &
-          [content%line(e)])
+        call append_labels(raw%face_sets(set), table%owner(1:1, i), table%owner(2, i), [content%line(e)])
         i = i + 1
         if (i > size(table%owner, 2)) exit
         if (any(table%corners(:, i) /= key)) exit

@@ -5,8 +5,7 @@
 module qsmpm_gmsh_reader
   use qsmpm_error, only: error_type
   use qsmpm_text, only: string_type, stripped
-  use qsmpm_text_file, only: text_file_type, open_text, next_line, unquoted, file_error, &
-    word_integer
+  use qsmpm_text_file, only: text_file_type, open_text, next_line, unquoted, file_error, word_integer
   use qsmpm_gmsh_lines, only: read_end, words_of_line, numbers_of_line, check_count
   use qsmpm_gmsh_content, only: content_type
   use qsmpm_gmsh_blocks, only: read_nodes, read_elements
@@ -173,10 +172,8 @@ contains
   !> tag, place (a point) or box, number of physical groups, the groups, ...
   subroutine read_entity(file, dimension, place, content, error)
     type(text_file_type), intent(inout) :: file
-    !> Dimension of the entity.
-    integer, intent(in) :: dimension
-    !> Place among the entities.
-    integer, intent(in) :: place
+    !> Dimension of the entity; place among the entities.
+    integer, intent(in) :: dimension, place
     !> Gets the entity.
     type(content_type), intent(inout) :: content
     type(error_type), allocatable, intent(out) :: error

@@ -55,8 +55,7 @@ contains
     !> For the message.
     type(raw_mesh_type), intent(in) :: raw
     !> Labels as they came, and their lines.
-    integer, intent(in) :: labels(:)
-    integer, intent(in) :: lines(:)
+    integer, intent(in) :: labels(:), lines(:)
     !> 'node' or 'element'.
     character(len=*), intent(in) :: what
     !> The sorted labels.
@@ -152,8 +151,7 @@ contains
   subroutine take_sets(raw, nodes, cells, mesh, error)
     type(raw_mesh_type), intent(in) :: raw
     !> Its nodes and cells.
-    type(lookup_type), intent(in) :: nodes
-    type(lookup_type), intent(in) :: cells
+    type(lookup_type), intent(in) :: nodes, cells
     !> Gets its sets.
     type(mesh_type), intent(inout) :: mesh
     !> Set when a set names an unknown label.

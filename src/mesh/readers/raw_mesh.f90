@@ -41,12 +41,10 @@ contains
   pure subroutine start_raw(raw, nodes, cells)
     type(raw_mesh_type), intent(inout) :: raw
     !> Numbers of nodes and cells that are expected; more may come.
-    integer, intent(in) :: nodes
-    integer, intent(in) :: cells
+    integer, intent(in) :: nodes, cells
 
     allocate (raw%node_label(nodes), raw%node_line(nodes), raw%nodes(3, nodes))
-    allocate (raw%cell_label(cells), raw%cell_kind(cells), raw%cell_line(cells), &
-      raw%connectivity(max_nodes, cells))
+    allocate (raw%cell_label(cells), raw%cell_kind(cells), raw%cell_line(cells), raw%connectivity(max_nodes, cells))
     allocate (raw%node_sets(0), raw%cell_sets(0), raw%face_sets(0))
   end subroutine start_raw
 
@@ -59,14 +57,11 @@ contains
     real(wp), intent(in) :: place(:)
     !> Line of the file.
     integer, intent(in) :: line
-    real(wp), allocatable :: longer(:, :)
     integer :: n
 
     n = raw%node_count + 1
     if (n > size(raw%node_label)) then
-      allocate (longer(3, 2*n))
-      longer(:, :n - 1) = raw%nodes(:, :n - 1)
-      call move_alloc(longer, raw%nodes)
+      raw%nodes = reshape(raw%nodes, [3, 2*n], pad=[0.0_wp])
       call lengthen(raw%node_label, 2*n)
       call lengthen(raw%node_line, 2*n)
     end if
@@ -79,22 +74,15 @@ contains
   !> Append a cell.
   pure subroutine add_cell(raw, label, kind, nodes, line)
     type(raw_mesh_type), intent(inout) :: raw
-    !> Label of the cell.
-    integer, intent(in) :: label
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Labels of its nodes in the order of this program.
-    integer, intent(in) :: nodes(:)
+    !> Label of the cell; element kind; labels of its nodes in the order of this program.
+    integer, intent(in) :: label, kind, nodes(:)
     !> Line of the file.
     integer, intent(in) :: line
-    integer, allocatable :: longer(:, :)
     integer :: n
 
     n = raw%cell_count + 1
     if (n > size(raw%cell_label)) then
-      allocate (longer(max_nodes, 2*n))
-      longer(:, :n - 1) = raw%connectivity(:, :n - 1)
-      call move_alloc(longer, raw%connectivity)
+      raw%connectivity = reshape(raw%connectivity, [max_nodes, 2*n], pad=[0])
       call lengthen(raw%cell_label, 2*n)
       call lengthen(raw%cell_kind, 2*n)
       call lengthen(raw%cell_line, 2*n)
@@ -114,34 +102,15 @@ contains
     character(len=*), intent(in) :: name
     !> Place of the set.
     integer, intent(out) :: place
-    type(label_set_type), allocatable :: longer(:)
-    integer :: s
+    type(label_set_type) :: set
 
     do place = 1, size(sets)
       if (sets(place)%name == name .and. len(sets(place)%name) == len(name)) return
     end do
-    allocate (longer(size(sets) + 1))
-    do s = 1, size(sets)
-      call move_set(sets(s), longer(s))
-    end do
-    longer(place)%name = name
-    allocate (longer(place)%labels(8), longer(place)%faces(8), longer(place)%lines(8))
-    call move_alloc(longer, sets)
+    set%name = name
+    allocate (set%labels(8), set%faces(8), set%lines(8))
+    sets = [sets, set]
   end subroutine open_set
-
-  !> Move the content of a set without copying it.
-  pure subroutine move_set(from, to)
-    !> The set that is emptied.
-    type(label_set_type), intent(inout) :: from
-    !> The set that is filled.
-    type(label_set_type), intent(inout) :: to
-
-    to%count = from%count
-    call move_alloc(from%name, to%name)
-    call move_alloc(from%labels, to%labels)
-    call move_alloc(from%faces, to%faces)
-    call move_alloc(from%lines, to%lines)
-  end subroutine move_set
 
   !> Append labels to a set.
   pure subroutine append_labels(set, labels, face, lines)
@@ -170,19 +139,14 @@ contains
     integer, allocatable, intent(inout) :: list(:)
     !> New length.
     integer, intent(in) :: length
-    integer, allocatable :: longer(:)
 
-    allocate (longer(length), source=0)
-    longer(:size(list)) = list
-    call move_alloc(longer, list)
+    list = reshape(list, [length], pad=[0])
   end subroutine lengthen
 
   !> Place of a label among rising ones, 0 when it is not there.
   pure integer function find_label(sorted, label) result(place)
-    !> Labels in rising order.
-    integer, intent(in) :: sorted(:)
-    !> The label looked for.
-    integer, intent(in) :: label
+    !> Labels in rising order; the label looked for.
+    integer, intent(in) :: sorted(:), label
     integer :: low, high
 
     low = 1

@@ -79,8 +79,7 @@ contains
         end do
       end do
       if (all(abs(facets(:, :, f)) <= huge(1.0_real32))) cycle
-      call fail(error, error_deck, file%path//': a coordinate of facet '//integer_text(f)// &
-        ' is not a finite number')
+      call fail(error, error_deck, file%path//': a coordinate of facet '//integer_text(f)//' is not a finite number')
       return
     end do
   end subroutine read_binary
@@ -126,18 +125,13 @@ contains
     real(wp), allocatable, intent(inout) :: corners(:, :)
     integer, intent(inout) :: n
     type(error_type), allocatable, intent(inout) :: error
-    real(wp), allocatable :: longer(:, :)
     integer :: i
 
     if (size(words) /= 4) then
       call file_error(file, 'a vertex has three coordinates', error)
       return
     end if
-    if (n == size(corners, 2)) then
-      allocate (longer(3, 2*n))
-      longer(:, :n) = corners
-      call move_alloc(longer, corners)
-    end if
+    if (n == size(corners, 2)) corners = reshape(corners, [3, 2*n], pad=[0.0_wp])
     n = n + 1
     do i = 1, 3
       call word_real(file, words(i + 1)%text, corners(i, n), error)

@@ -5,7 +5,8 @@
 module qsmpm_text_file
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_text, only: string_type, read_integer, read_real, number_good, integer_text, stripped
+  use qsmpm_file, only: read_text
+  use qsmpm_text, only: string_type, read_integer, read_real, number_good, integer_text, stripped, without_return
   implicit none
   private
 
@@ -33,19 +34,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Bytes some editors mark UTF-8 with.
     character(len=3), parameter :: mark = char(239)//char(187)//char(191)
-    integer(long) :: length
-    integer :: unit, status
+    type(error_type), allocatable :: unread
 
     file%path = path
-    open (newunit=unit, file=path, access='stream', form='unformatted', status='old', &
-      action='read', iostat=status)
-    if (status == 0) then
-      inquire (unit=unit, size=length)
-      allocate (character(len=max(0_long, length)) :: file%bytes)
-      if (length > 0) read (unit, iostat=status) file%bytes
-      close (unit)
-    end if
-    if (status /= 0) then
+    call read_text(path, file%bytes, unread)
+    if (allocated(unread)) then
       call fail(error, error_deck, "cannot read the file '"//path//"'")
     else if (index(file%bytes, mark) == 1) then
       file%place = 4
@@ -68,10 +61,8 @@ contains
     file%line = file%line + 1
     length = index(file%bytes(file%place:), new_line('a'), kind=long) - 1
     if (length < 0) length = len(file%bytes, kind=long) - file%place + 1
-    line = file%bytes(file%place:file%place + length - 1)
+    line = without_return(file%bytes(file%place:file%place + length - 1))
     file%place = file%place + length + 1
-    if (len(line) == 0) return
-    if (line(len(line):) == achar(13)) line = line(:len(line) - 1)
   end subroutine next_line
 
   !> Words of the next line that is not blank.
@@ -177,8 +168,7 @@ contains
     type(error_type), allocatable, intent(inout) :: error
 
     call word_integer(file, word, value, error)
-    if (value < 1 .and. .not. allocated(error)) &
-      call file_error(file, "'"//word//"' is not a positive label", error)
+    if (value < 1 .and. .not. allocated(error)) call file_error(file, "'"//word//"' is not a positive label", error)
   end subroutine word_label
 
   !> A number out of a word.
