@@ -37,9 +37,10 @@ module qsmpm_equilibrium
 
   public :: solution_type, target_type, solve_equilibrium
 
-  !> Largest displacement of an iteration in cell sizes, and halvings of the line search.
+  !> Largest displacement of an iteration in cell sizes, and halvings of the line search, which begins with so many fewer
+  !> than the iteration before took.
   real(wp), parameter :: largest_correction = 2.0_wp
-  integer, parameter :: most_halvings = 6
+  integer, parameter :: most_halvings = 6, fewer_halvings = 2
   !> An iteration must lower the residual by this share of its length; growing beyond this factor ends
   !> the step.
   real(wp), parameter :: least_descent = 1.0e-4_wp, most_growth = 3.0_wp
@@ -371,7 +372,7 @@ contains
     type(solution_type), intent(inout) :: solution
     real(wp) :: before, whole_before, length, start(size(correction, 1), size(correction, 2))
     logical :: frozen, whole, searched
-    integer :: halving
+    integer :: halving, first
 
     frozen = controls%newton == newton_modified
     before = solution%out_of_balance
@@ -379,10 +380,12 @@ contains
     start = solution%displacement
     whole = solution%iterations == 1 .and. solution%pushed .and. .not. solution%guessed
     searched = controls%line_search .and. .not. (whole .or. frozen)
-    length = 1.0_wp
+    first = 0
+    if (searched) first = min(max(0, forecast%halvings - fewer_halvings), most_halvings - fewer_halvings)
+    length = 0.5_wp**first
     if (.not. whole) length = min(1.0_wp, &
-      largest_correction*model%cell_size/max(largest_displacement(step, correction), tiny(1.0_wp)))
-    do halving = 0, most_halvings
+      largest_correction*model%cell_size/max(largest_displacement(step, correction), tiny(1.0_wp)))*length
+    do halving = first, most_halvings
       forecast%has_tangent = .not. frozen .and. is_wanted(forecast, halving, before, goal%tolerance, &
         solution%iterations, step%usual_iterations)
       solution%displacement = start + length*correction
