@@ -3,9 +3,9 @@
 !> of a damped sub-step, the changes of the one before (docs/methods/steps.md).
 !>
 !> Both are kept as fields are, node by node, so that a restart file has them and new nodes begin with zero. The first
-!> step of a phase begins with nothing, and so does one behind damped sub-steps or an attempt that has failed, but one at
-!> another factor; what is prescribed is in force from the start. With laws from elsewhere the second one does too: a law
-!> that changes the stress where nothing is strained is found where nothing is strained yet.
+!> step of a phase begins with nothing, and so does one behind damped sub-steps or an attempt that has failed, but one
+!> at another factor; what is prescribed is in force from the start. With laws from elsewhere the second one does too: a
+!> law that changes the stress where nothing is strained is found where nothing is strained yet.
 module qsmpm_extrapolation
   use qsmpm_agreement, only: any_of
   use qsmpm_equilibrium, only: target_type
