@@ -37,12 +37,12 @@ module qsmpm_equilibrium
 
   public :: solution_type, target_type, solve_equilibrium
 
-  !> Largest displacement of an iteration in cell sizes, and halvings of the line search, which begins with so many
-  !> fewer than the iteration before took.
+  !> Largest displacement of an iteration in cell sizes, and halvings of the line search, which in a search for
+  !> a factor of safety begins with so many fewer than the iteration before took.
   real(wp), parameter :: largest_correction = 2.0_wp
   integer, parameter :: most_halvings = 6, fewer_halvings = 2
   !> An iteration must lower the residual by this share of its length; growing beyond this factor ends
-  !> the step, and so do so many iterations in a row that find no lower one.
+  !> the step, and so do in such a search so many iterations in a row that find no lower one.
   real(wp), parameter :: least_descent = 1.0e-4_wp, most_growth = 3.0_wp
   integer, parameter :: most_raised = 3
   !> Of the residual before: an iteration that leaves more is looked at for rounding.
@@ -384,7 +384,8 @@ contains
     whole = solution%iterations == 1 .and. solution%pushed .and. .not. solution%guessed
     searched = controls%line_search .and. .not. (whole .or. frozen)
     first = 0
-    if (searched) first = min(max(0, forecast%halvings - fewer_halvings), most_halvings - fewer_halvings)
+    if (searched .and. controls%in_place) &
+      first = min(max(0, forecast%halvings - fewer_halvings), most_halvings - fewer_halvings)
     length = 0.5_wp**first
     if (.not. whole) length = min(1.0_wp, &
       largest_correction*model%cell_size/max(largest_displacement(step, correction), tiny(1.0_wp)))*length
@@ -404,7 +405,7 @@ contains
     end do
     forecast%previous = before
     forecast%halvings = halving
-    forecast%raised = merge(forecast%raised + 1, 0, searched .and. halving > most_halvings)
+    forecast%raised = merge(forecast%raised + 1, 0, searched .and. controls%in_place .and. halving > most_halvings)
     if (solution%out_of_balance > max(goal%tolerance, stalling*before)) &
       call look_beyond_rounding(model, step, goal%tolerance, residual, solution)
     call judge_trial(step, residual, frozen, searched .and. (forecast%raised >= most_raised .or. &

@@ -474,6 +474,7 @@ contains
       call build('BASIS=STANDARD', material, weight, phase, model, step, goal, load)
       controls%newton = newton
       controls%max_iterations = iterations
+      controls%in_place = iterations == 400
       call solve_equilibrium(model, step, goal, controls, solution)
       call tests%check(name//': not converged', .not. solution%converged .and. allocated(solution%reason))
       if (.not. allocated(solution%reason)) return
