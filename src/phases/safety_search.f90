@@ -309,9 +309,11 @@ contains
     associate (fraction => model%state%progress%fraction)
       ! Forces at the start, from which the first drag is taken: the last solve may be another one.
       given%max_iterations = 0
+      given%extrapolation = .false.
       call solver%solve(model, step, given, static_attempt(given, fraction, fraction, move), solution, error)
       if (allocated(error)) return
       given%max_iterations = controls%max_iterations
+      given%extrapolation = controls%extrapolation
       damping = first_damping(controls, 0.0_wp, norm_of_forces(step), norm_of_volumes(step), move)
       do substep = 1, most_substeps
         if (is_beyond_help(damping)) return

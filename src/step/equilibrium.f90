@@ -37,12 +37,14 @@ module qsmpm_equilibrium
 
   public :: solution_type, target_type, solve_equilibrium
 
-  !> Largest displacement of an iteration in cell sizes, and halvings of the line search.
+  !> Largest displacement of an iteration in cell sizes, and halvings of the line search, which in a search for
+  !> a factor of safety begins with so many fewer than the iteration before took.
   real(wp), parameter :: largest_correction = 2.0_wp
-  integer, parameter :: most_halvings = 6
+  integer, parameter :: most_halvings = 6, fewer_halvings = 2
   !> An iteration must lower the residual by this share of its length; growing beyond this factor ends
-  !> the step.
+  !> the step, and so do in such a search so many iterations in a row that find no lower one.
   real(wp), parameter :: least_descent = 1.0e-4_wp, most_growth = 3.0_wp
+  integer, parameter :: most_raised = 3
   !> Of the residual before: an iteration that leaves more is looked at for rounding.
   real(wp), parameter :: stalling = 0.1_wp
   !> Relative residual at which a frozen iteration is called divergent.
@@ -116,9 +118,11 @@ module qsmpm_equilibrium
 
   !> What the iterations so far say of the next trial.
   type :: forecast_type
-    !> Residual of the iteration before the last one, 0 for none, and the halvings that the last one took.
+    !> Residual of the iteration before the last one, 0 for none, the halvings that the last one took, and how many in a
+    !> row have found no lower residual.
     real(wp) :: previous = 0.0_wp
     integer :: halvings = 0
+    integer :: raised = 0
     !> The last evaluation has made the matrix.
     logical :: has_tangent = .true.
   end type forecast_type
@@ -371,7 +375,7 @@ contains
     type(solution_type), intent(inout) :: solution
     real(wp) :: before, whole_before, length, start(size(correction, 1), size(correction, 2))
     logical :: frozen, whole, searched
-    integer :: halving
+    integer :: halving, first
 
     frozen = controls%newton == newton_modified
     before = solution%out_of_balance
@@ -379,10 +383,13 @@ contains
     start = solution%displacement
     whole = solution%iterations == 1 .and. solution%pushed .and. .not. solution%guessed
     searched = controls%line_search .and. .not. (whole .or. frozen)
-    length = 1.0_wp
+    first = 0
+    if (searched .and. controls%in_place) &
+      first = min(max(0, forecast%halvings - fewer_halvings), most_halvings - fewer_halvings)
+    length = 0.5_wp**first
     if (.not. whole) length = min(1.0_wp, &
-      largest_correction*model%cell_size/max(largest_displacement(step, correction), tiny(1.0_wp)))
-    do halving = 0, most_halvings
+      largest_correction*model%cell_size/max(largest_displacement(step, correction), tiny(1.0_wp)))*length
+    do halving = first, most_halvings
       forecast%has_tangent = .not. frozen .and. is_wanted(forecast, halving, before, goal%tolerance, &
         solution%iterations, step%usual_iterations)
       solution%displacement = start + length*correction
@@ -398,9 +405,11 @@ contains
     end do
     forecast%previous = before
     forecast%halvings = halving
+    forecast%raised = merge(forecast%raised + 1, 0, searched .and. controls%in_place .and. halving > most_halvings)
     if (solution%out_of_balance > max(goal%tolerance, stalling*before)) &
       call look_beyond_rounding(model, step, goal%tolerance, residual, solution)
-    call judge_trial(step, residual, max(whole_before, goal%tolerance), frozen, searched, solution)
+    call judge_trial(step, residual, frozen, searched .and. (forecast%raised >= most_raised .or. &
+      solution%whole_imbalance/most_growth > max(whole_before, goal%tolerance)), solution)
   end subroutine search_line
 
   !> A residual that no longer falls may be rounding: judge what is more than that.
@@ -425,12 +434,12 @@ contains
   end subroutine look_beyond_rounding
 
   !> Give up where the trial that was taken leads nowhere.
-  subroutine judge_trial(step, residual, before, frozen, searched, solution)
+  subroutine judge_trial(step, residual, frozen, raised, solution)
     type(step_type), intent(in) :: step
-    !> Residual at the free components (equations), and the out-of-balance as a whole of the iteration before.
-    real(wp), intent(in) :: residual(:), before
-    !> With the matrix of the start of the step; by a line search.
-    logical, intent(in) :: frozen, searched
+    !> Residual at the free components (equations).
+    real(wp), intent(in) :: residual(:)
+    !> With the matrix of the start of the step; a line search leads upwards.
+    logical, intent(in) :: frozen, raised
     type(solution_type), intent(inout) :: solution
 
     if (step%failure%failed) then
@@ -441,7 +450,7 @@ contains
     if (allocated(solution%reason)) return
     if (frozen .and. solution%out_of_balance > divergence) then
       call give_up(step, 'the iteration diverges', solution)
-    else if (searched .and. solution%whole_imbalance/most_growth > before) then
+    else if (raised) then
       call give_up(step, 'the line search finds no lower residual', solution)
     end if
   end subroutine judge_trial

@@ -1,11 +1,11 @@
-!> Where the iterations of a step begin: its share of the phase times the rate of the unknowns in the static step
-!> before, which near a limit load is nearly all of the answer; of a damped sub-step, the changes of the one before
-!> (docs/methods/steps.md).
+!> Where the iterations of a step begin: its share of the phase, or what the factor of a search for the safety grows by
+!> in it, times the rate of the unknowns in the static step before, which near a limit load is nearly all of the answer;
+!> of a damped sub-step, the changes of the one before (docs/methods/steps.md).
 !>
 !> Both are kept as fields are, node by node, so that a restart file has them and new nodes begin with zero. The first
-!> step of a phase begins with nothing, and so does one behind damped sub-steps or an attempt that has failed; what is
-!> prescribed is in force from the start. With laws from elsewhere the second one does too: a law that changes the
-!> stress where nothing is strained is found where nothing is strained yet.
+!> step of a phase begins with nothing, and so does one behind damped sub-steps or an attempt that has failed, but one
+!> at another factor; what is prescribed is in force from the start. With laws from elsewhere the second one does too: a
+!> law that changes the stress where nothing is strained is found where nothing is strained yet.
 module qsmpm_extrapolation
   use qsmpm_agreement, only: any_of
   use qsmpm_equilibrium, only: target_type
@@ -15,12 +15,13 @@ module qsmpm_extrapolation
   use qsmpm_model, only: model_type
   use qsmpm_nodal_fields, only: rate_of, substep_of
   use qsmpm_owner_copies, only: copy_values
+  use qsmpm_safety_factors, only: is_searching
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_unknowns, only: unknowns_type, put_values, values_of
   implicit none
   private
 
-  public :: extrapolate, keep_rates
+  public :: extrapolate, keep_rates, length_of
 
 contains
 
@@ -33,13 +34,16 @@ contains
     real(wp), allocatable :: values(:, :)
     character(len=:), allocatable :: name
     real(wp) :: share
-    logical :: damped
+    logical :: damped, searching
     integer :: f
 
+    searching = is_searching(model)
     damped = attempt%damping > 0.0_wp
-    share = attempt%fraction - model%state%progress%fraction
+    share = length_of(model, attempt)
     if (damped) share = 1.0_wp
-    if (step%from_rest .or. (damped .neqv. step%damped) .or. .not. share > 0.0_wp) return
+    if (.not. share > 0.0_wp) return
+    if ((damped .or. .not. searching) .and. (step%from_rest .or. (damped .neqv. step%damped))) return
+    if (.not. (damped .or. searching .or. model%state%progress%fraction > 0.0_wp)) return
     associate (materials => model%analysis%materials)
       if (.not. damped .and. model%state%progress%phase_steps < merge(2, 1, any(materials%user%given .or. &
         materials%own_law))) return
@@ -63,10 +67,23 @@ contains
     end if
   end subroutine extrapolate
 
-  !> Keep the rates of a static step of some share of the phase, or the changes of one that leaves none.
+  !> How far a static step goes: share of the phase, or what the factor grows by where a search has found one that is
+  !> stable. A re-equilibration of a search goes as far as what was solved before it, one of other steps nowhere.
+  pure real(wp) function length_of(model, attempt)
+    type(model_type), intent(in) :: model
+    type(attempt_type), intent(in) :: attempt
+
+    associate (progress => model%state%progress)
+      length_of = attempt%fraction - progress%fraction
+      if (is_searching(model) .and. progress%bracket%stable > 0.0_wp) &
+        length_of = progress%strength_factor - progress%bracket%stable
+    end associate
+  end function length_of
+
+  !> Keep the rates of a static step of some length, or the changes of one that leaves none.
   subroutine keep_rates(unknowns, leaves_none, share, changes, kept)
     type(unknowns_type), intent(in) :: unknowns
-    !> A damped sub-step, or one of a search for a factor of safety, whose strength falls at the same load.
+    !> A damped sub-step, or the first step of a search for a factor of safety.
     logical, intent(in) :: leaves_none
     !> 0 at constant load, where a static step leaves the rates.
     real(wp), intent(in) :: share

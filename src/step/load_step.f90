@@ -13,7 +13,7 @@ module qsmpm_load_step
   use qsmpm_division, only: migrate_points
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_error, only: error_type
-  use qsmpm_extrapolation, only: extrapolate, keep_rates
+  use qsmpm_extrapolation, only: extrapolate, keep_rates, length_of
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_joint_system, only: leave_joint_system
   use qsmpm_model, only: model_type
@@ -119,8 +119,9 @@ contains
     call switch_timer(step%profile%watch, part_convection)
     if (.not. allocated(error)) then
       call keep_changes(step%unknowns, solution%displacement, model%state%kept)
-      call keep_rates(step%unknowns, attempt%damping > 0.0_wp .or. is_searching(model), &
-        attempt%fraction - model%state%progress%fraction, solution%displacement, model%state%kept)
+      call keep_rates(step%unknowns, attempt%damping > 0.0_wp .or. (is_searching(model) .and. &
+        .not. model%state%progress%bracket%stable > 0.0_wp), length_of(model, attempt), solution%displacement, &
+        model%state%kept)
       call keep_nodal_of_terms(step%terms, solution%displacement, model%state%kept)
     end if
     associate (displacement => solution%displacement(:model%mesh%dimension, :model%space%node_count))

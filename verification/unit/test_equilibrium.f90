@@ -451,6 +451,8 @@ contains
       error_not_converged)
     call check_one('pressed through the base', elastic, 18.0_wp, '*FIX|base, ALL|*PRESCRIBE|head, Y, -3', newton_full, &
       100, 'turns inside out', error_not_converged)
+    call check_one('more than it carries', yielding, 100.0_wp, fixed, newton_full, 400, 'no lower residual', &
+      error_not_converged)
     call check_halved()
     call check_start()
 
@@ -472,6 +474,7 @@ contains
       call build('BASIS=STANDARD', material, weight, phase, model, step, goal, load)
       controls%newton = newton
       controls%max_iterations = iterations
+      controls%in_place = iterations == 400
       call solve_equilibrium(model, step, goal, controls, solution)
       call tests%check(name//': not converged', .not. solution%converged .and. allocated(solution%reason))
       if (.not. allocated(solution%reason)) return

@@ -13,6 +13,7 @@ module test_load_step
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_description, only: phase_loading, phase_safety
   use qsmpm_phase_start, only: start_phase
   use qsmpm_soil_points, only: soil_type, soil_of
   use qsmpm_step_solver, only: attempt_type
@@ -41,6 +42,7 @@ contains
     call check_too_long(tests)
     call check_constant_load_due(tests)
     call check_guess(tests)
+    call check_search_guess(tests)
     call check_damped_guess(tests)
   end subroutine collect_load_step
 
@@ -275,6 +277,44 @@ contains
     call tests%check('EXTRAPOLATION=NO begins with nothing', third%converged .and. .not. third%guessed)
     call end_system(step%system)
   end subroutine check_guess
+
+  !> A step of a search for a factor begins where the rates by the factor lead, also behind a try that has failed; the
+  !> first one, which no factor is known before, leaves none.
+  subroutine check_search_guess(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(step_type), allocatable :: step
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+
+    allocate (model, step)
+    call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
+    call begin_analysis(model, step%terms)
+    call go(model, step, 0.25_wp, 1.0_wp, solution, error)
+    model%analysis%phases(1)%kind = phase_safety
+    model%state%progress%phase_steps = 1
+    call go(model, step, 0.5_wp, 1.0_wp, solution, error)
+    call tests%check('the first step of a search begins where those of the load lead', solution%converged)
+    call tests%close('it leaves no rates', maxval(abs(kept_values(model%state%kept, 'rate of displacement'))), 0.0_wp, &
+      tiny(1.0_wp))
+    model%state%progress%bracket%stable = 1.0_wp
+    model%state%progress%strength_factor = 1.25_wp
+    call go(model, step, 0.75_wp, 1.0_wp, solution, error)
+    call tests%check('the second begins with nothing', solution%converged .and. .not. solution%guessed)
+    call tests%close('its rates are by the factor', maxval(abs(0.25_wp*kept_values(model%state%kept, &
+      'rate of displacement') - solution%displacement)), 0.0_wp, 1.0e-15_wp)
+    model%state%progress%bracket%stable = 1.25_wp
+    model%state%progress%strength_factor = 1.5_wp
+    call go(model, step, 1.0_wp, 1.0e-9_wp, solution, error)
+    call tests%check('a try that moves too far is lost', .not. solution%converged .and. solution%guessed)
+    call go(model, step, 1.0_wp, 1.0_wp, solution, error)
+    call tests%check('the next one begins where the rates lead all the same', solution%converged .and. solution%guessed)
+    model%analysis%phases(1)%kind = phase_loading
+    model%state%progress%fraction = 0.0_wp
+    call go(model, step, 0.25_wp, 1.0_wp, solution, error)
+    call tests%check('what follows a search begins with nothing', solution%converged .and. .not. solution%guessed)
+    call end_system(step%system)
+  end subroutine check_search_guess
 
   !> A damped sub-step begins with the changes of the one before, and leaves no rates to a static step.
   subroutine check_damped_guess(tests)
