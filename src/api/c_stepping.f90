@@ -256,19 +256,17 @@ contains
   end function c_set_pressure
 
   !> Level of water at the end of the coming stage.
-  function c_set_water_level(pointer, name, level) bind(c, name='qsmpm_set_water_level') result(status)
+  integer(c_int) function c_set_water_level(pointer, name, level) bind(c, name='qsmpm_set_water_level') result(status)
     type(c_ptr), value :: pointer
     !> Node set or surface of a row, or a body.
     type(c_ptr), value :: name
     !> Height as a coordinate.
     real(c_double), value :: level
-    integer(c_int) :: status
     type(handle_type), pointer :: handle
-    type(error_type), allocatable :: error
 
     if (.not. is_handle(pointer, handle, status)) return
-    call handle%simulation%set_water_level(text_of(name), level, error)
-    status = keep_error(handle, error)
+    call handle%simulation%set_water_level(text_of(name), level, handle%error)
+    status = status_of(handle)
   end function c_set_water_level
 
   !> Displacement of a node set over the coming stage.

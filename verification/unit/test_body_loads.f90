@@ -41,9 +41,9 @@ module test_body_loads
     '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|2, 1.1, 0, 1.1|*MATERIAL, NAME=soil|*ELASTIC|'// &
     '1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1.1|*METHOD, BASIS=SPLINE2, INTEGRATION=POINTS|'
   character(len=*), parameter :: plate = '*RIGID BODY, NAME=plate, SHAPE=PLANE|0, 1.1, 0, -1|*CONTACT, BODY=plate, '// &
-    'SURFACE=top, FRICTION ANGLE=30|', roller = '*RIGID BODY, NAME=plate, SHAPE=POLYGON|0.3, 1.1|1.7, 1.1|1.7, 2|0.3, 2|'// &
-    '*CONTACT, BODY=plate, SURFACE=top, ', wheel = '*RIGID BODY, NAME=plate, SHAPE=CIRCLE|1, 1.9, 0.81|'// &
-    '*CONTACT, BODY=plate, SURFACE=top, '
+    'SURFACE=top, FRICTION ANGLE=30|', roller = '*RIGID BODY, NAME=plate, SHAPE=POLYGON, ROUND=0.001|'// &
+    '0.25, 1.1|1.75, 1.1|1.75, 2|0.25, 2|*CONTACT, BODY=plate, SURFACE=top, ', &
+    wheel = '*RIGID BODY, NAME=plate, SHAPE=CIRCLE|1, 1.9, 0.81|*CONTACT, BODY=plate, SURFACE=top, '
   character(len=*), parameter :: fix = '*FIX|base, ALL|*CONTROLS, STEPS=2, MAX ITERATIONS=100, TOLERANCE=1e-9|', &
     push = '*PHASE, NAME=push|'//fix//'*MOVE, BODY=plate|0, -0.01|*END PHASE|', &
     load = '*PHASE, NAME=load|*LOAD, BODY=plate, COMPONENT=Y|-40|*END PHASE|', &

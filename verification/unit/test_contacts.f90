@@ -32,7 +32,7 @@ module test_contacts
   use qsmpm_rigid_outline, only: outline_corners
   use qsmpm_rigid_rotation, only: rotation_matrix, followed_by
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
-  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
+  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, face_type, ball, half_space, rounded_polygon, box_polygon, &
     cone_polygon, turned_polygon, rounded_block, kind_turned, completed_by_image, largest_round
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
@@ -68,6 +68,7 @@ contains
     call tests%start('contacts')
     call check_distances(tests)
     call check_polygons(tests)
+    call check_faces(tests)
     call check_outlines(tests)
     call check_rotations(tests)
     call check_blocks(tests)
@@ -222,6 +223,60 @@ contains
     call tests%check('one beside the axis stays', size(completed_by_image(reshape([1.0_wp, 0.0_wp, 2.0_wp, 1.0_wp, &
       1.0_wp, 2.0_wp], [2, 3]), 1.0e-9_wp), 2) == 3)
   end subroutine check_polygons
+
+  !> Pieces of a surface along the faces of a box, drawn and turned: distance, normal and the share that counts.
+  subroutine check_faces(tests)
+    type(tests_type), intent(inout) :: tests
+    type(placed_shape_type) :: placed
+    type(face_type) :: face
+    real(wp), parameter :: up(2) = [0.0_wp, 1.0_wp], left(2) = [-1.0_wp, 0.0_wp], length = 0.08_wp
+    integer :: turn
+
+    placed%shape = rounded_polygon(box_polygon([0.0_wp, 0.0_wp], [2.0_wp, 1.0_wp]), 0.2_wp)
+    placed%reference = [1.0_wp, 0.5_wp, 0.0_wp]
+    do turn = 0, 1
+      placed%pose = rigid_pose_type(turn*[0.3_wp, -0.7_wp, 0.0_wp], turn*[0.0_wp, 0.0_wp, 0.4_wp])
+      face = face_at([1.0_wp, -0.05_wp], up)
+      call tests%check('a piece below the base lies along it', face%found)
+      call tests%close('with all of it', face%share, 1.0_wp, 1.0e-14_wp)
+      call tests%close('its distance', face%distance%value, 0.05_wp, 1.0e-14_wp)
+      call tests%close('the normal of the base, turned with the body', norm2(face%distance%normal(:2) &
+        - [sin(0.4_wp*turn), -cos(0.4_wp*turn)]), 0.0_wp, 1.0e-14_wp)
+      ! The base is flat to 1.8; a quarter of the corner's radius counts too, and 0.75 of the piece is looked at.
+      face = face_at([1.85_wp, -0.05_wp], up)
+      call tests%close('a piece across the end of the base counts half', face%share, 0.5_wp, 1.0e-12_wp)
+      face = face_at([1.87_wp, -0.05_wp], up)
+      call tests%close('and by what of it is along the base', face%share, 1.0_wp/6.0_wp, 1.0e-12_wp)
+      face = face_at([1.95_wp, -0.05_wp], up)
+      call tests%check('beside the round corner it is found and carries nothing', face%found .and. face%share <= 0.0_wp)
+      face = face_at([2.1_wp, -0.05_wp], up)
+      call tests%check('beyond the corner there is no face', .not. face%found)
+      face = face_at([1.0_wp, -0.15_wp], up)
+      call tests%check('nor farther away than what touches', .not. face%found)
+      face = face_at([1.0_wp, 0.15_wp], up)
+      call tests%close('inside of the body the distance is negative', face%distance%value, -0.15_wp, 1.0e-14_wp)
+      face = face_at([1.0_wp, 0.25_wp], up)
+      call tests%check('deep inside there is none', .not. face%found)
+      face = face_at([1.9_wp, 0.5_wp], left)
+      call tests%close('what has folded in at the side lies along the side', face%distance%value, -0.1_wp, 1.0e-14_wp)
+      face = face_at([1.0_wp, -0.05_wp], left)
+      call tests%check('a piece that stands upright below the base lies along no face', .not. face%found)
+    end do
+    placed%shape = ball([1.0_wp, 0.5_wp, 0.0_wp], 0.7_wp)
+    face = face_at([1.0_wp, -0.05_wp], up)
+    call tests%check('a circle has no faces', .not. face%found)
+  contains
+    !> Face at a place and for a normal of the piece as the body is drawn.
+    type(face_type) function face_at(x, outward) result(face)
+      real(wp), intent(in) :: x(2), outward(2)
+      type(rigid_pose_type) :: drawn
+      real(wp) :: place(3), ahead(3)
+
+      place = carry_along(placed%reference, drawn, placed%pose, [x, 0.0_wp])
+      ahead = carry_along(placed%reference, drawn, placed%pose, [x + outward, 0.0_wp])
+      face = placed%face_at(place, ahead - place, length, 0.1_wp, 0.2_wp)
+    end function face_at
+  end subroutine check_faces
 
   !> Blocks in space, turned: outside of a face, an edge, a corner, and inside.
   subroutine check_blocks(tests)
