@@ -23,10 +23,10 @@ module qsmpm_rigid_shape
   public :: rigid_shape_type, distance_type, face_type, half_space, ball, rounded_polygon, cone_polygon, box_polygon, &
     turned_polygon, rounded_block, completed_by_image, largest_round, edge_normal, projection
 
-  !> Cosine between the normal of a face and that of a piece against it from which the piece lies along the face; share of
-  !> the radius of a corner that counts as flat, where it is 3 % of the radius off the face; share of a piece around its
-  !> middle that is looked at, for a point by Gauss at the end of its row is nearer to this than half of what it stands
-  !> for, down to 0.39 of it; share of a piece that is nothing but rounding.
+  !> Cosine between the normal of a face and that of a piece against it from which the piece lies along the face; share
+  !> of the radius of a corner that counts as flat, where it is 3 % of the radius off the face; share of a piece around
+  !> its middle that is looked at, for a point by Gauss at the end of its row is nearer to this than half of what it
+  !> stands for, down to 0.39 of it; share of a piece that is nothing but rounding.
   real(wp), parameter :: least_against = 0.7_wp, flat_share = 0.25_wp, around_middle = 0.75_wp, rounding = 1.0e-6_wp
   integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4, kind_block = 5
 
@@ -323,8 +323,7 @@ contains
       if (.not. overlap(place, length, -self%radius, edge + self%radius) > 0.0_wp) cycle
       straightest = dot_product(normal, outward(:2))
       face%found = .true.
-      face%share = min(1.0_wp, overlap(place, length, -flat_share*self%radius, &
-        edge + flat_share*self%radius))
+      face%share = min(1.0_wp, overlap(place, length, -flat_share*self%radius, edge + flat_share*self%radius))
       face%distance = distance_type(height, [normal, 0.0_wp])
     end do
   end function face_under
