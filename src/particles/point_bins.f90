@@ -1,6 +1,7 @@
 !> Finding the material point nearest to a place, by bins of equal size around all points.
 module qsmpm_point_bins
   use qsmpm_kinds, only: wp
+  use qsmpm_sorting, only: list_by_key
   implicit none
   private
 
@@ -23,8 +24,7 @@ contains
     real(wp), intent(in) :: positions(:, :)
     type(point_bins_type), intent(out) :: bins
     real(wp) :: extent(size(positions, 1))
-    integer :: d, k, p, n
-    integer, allocatable :: held(:)
+    integer :: d, p, n
 
     d = size(positions, 1)
     n = size(positions, 2)
@@ -33,22 +33,8 @@ contains
     bins%edge = max((2.0_wp*product(max(extent, 1.0e-3_wp*maxval(extent)))/n)**(1.0_wp/d), &
       1.0e-3_wp*maxval(extent), tiny(1.0_wp)*1.0e9_wp)
     bins%counts(:d) = 1 + int(extent/bins%edge)
-    allocate (bins%first(product(bins%counts) + 1), held(product(bins%counts)), source=0)
-    allocate (bins%point(n))
-    do p = 1, n
-      k = number_of(bins, bin_at(bins, positions(:, p)))
-      held(k) = held(k) + 1
-    end do
-    bins%first(1) = 1
-    do k = 1, size(held)
-      bins%first(k + 1) = bins%first(k) + held(k)
-    end do
-    held = 0
-    do p = 1, n
-      k = number_of(bins, bin_at(bins, positions(:, p)))
-      bins%point(bins%first(k) + held(k)) = p
-      held(k) = held(k) + 1
-    end do
+    call list_by_key([(number_of(bins, bin_at(bins, positions(:, p))), p=1, n)], product(bins%counts), bins%first, &
+      bins%point)
   end subroutine make_bins
 
   !> Bin of a place, the nearest one for a place beside all bins.

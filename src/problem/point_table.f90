@@ -4,7 +4,7 @@
 module qsmpm_point_table
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
-  use qsmpm_text, only: replaced, string_type, upper, stripped, squeezed, split, without_return, read_real, &
+  use qsmpm_text, only: replaced, string_type, upper, stripped, squeezed, split, without_return, read_real, newline, &
     integer_text, number_good
   use qsmpm_point_test, only: driven_words, driven_stress, driven_axial_stress, driven_deviator, driven_cell_pressure, &
     driven_shear_stress, driven_normal_stress, driven_pressure
@@ -18,7 +18,6 @@ module qsmpm_point_table
     'kN/m^2', 'MN/m^2', 'N/mm^2', 'N/cm^2', 'bar']
   real(wp), parameter :: pascals(10) = [1.0_wp, 1.0e3_wp, 1.0e6_wp, 1.0e9_wp, 1.0_wp, 1.0e3_wp, 1.0e6_wp, 1.0e6_wp, &
     1.0e4_wp, 1.0e5_wp]
-  character(len=1), parameter :: newline = new_line('a')
 
 contains
 
