@@ -146,7 +146,8 @@ contains
     call find_counted(self, model)
   end subroutine lay_scratch
 
-  !> Straight face of the body of a contact that a point of a surface lies along; in axisymmetry areas are per radian.
+  !> Straight face of the body of a contact that a point of a surface lies along; its length from its area, which is per
+  !> radian in axisymmetry; in space pieces are taken as square.
   pure type(face_type) function face_along(self, model, pair, point) result(face)
     type(contact_scratch_type), intent(in) :: self
     type(model_type), intent(in) :: model
@@ -155,6 +156,7 @@ contains
 
     associate (x => model%state%surface%position(:, point), area => model%state%surface%area_vector(:, point))
       length = norm2(area)
+      if (self%dimension == 3) length = sqrt(length)
       if (model%analysis%model == axisymmetric .and. x(1) > 0.0_wp) length = length/x(1)
       if (length > 0.0_wp) face = self%before(self%pairs(pair)%body)%face_at(in_space(x), in_space(area/norm2(area)), &
         length, allowed_gap(model, point)*self%cell_size, deep*self%cell_size)
