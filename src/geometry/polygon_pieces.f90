@@ -134,7 +134,7 @@ contains
       integer, intent(in) :: outer, inner
       real(wp) :: x(2)
 
-      x = polygon(:, inner) + side(inner)/(side(inner) - side(outer)) *(polygon(:, outer) - polygon(:, inner))
+      x = polygon(:, inner) + side(inner)/(side(inner) - side(outer))*(polygon(:, outer) - polygon(:, inner))
     end function crossing
   end subroutine cut_by_line
 

@@ -83,7 +83,7 @@ contains
     part = 0.0_wp
     do k = 1, pieces%count
       chords = 1
-      if (.not. pieces%straight(k)) chords = max(1, nint(of_circle*pieces%length(k)/ (2.0_wp*pi*pieces%aim(1, k))))
+      if (.not. pieces%straight(k)) chords = max(1, nint(of_circle*pieces%length(k)/(2.0_wp*pi*pieces%aim(1, k))))
       do i = 0, chords - 1
         call add_corner(place_along(pieces, part + i*pieces%length(k)/chords))
       end do

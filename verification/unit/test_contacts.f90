@@ -1250,6 +1250,9 @@ contains
       step, cube)
     distance = model%rigid_shapes(1)%distance_at([1.0_wp, 1.2_wp, 7.0_wp])
     call tests%close('a polygon runs on along z', distance%value, 0.2_wp, 1.0e-14_wp)
+    term = contacts_of(step)
+    call tests%close('what lies along its base is counted', sum(term%scratch%area, mask=term%scratch%straight), &
+      0.585_wp, 0.07_wp)
     call end_system(step%system)
   end subroutine check_space
 

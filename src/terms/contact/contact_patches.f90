@@ -15,7 +15,7 @@ module qsmpm_contact_patches
   implicit none
   private
 
-  public :: contact_patches_type, find_patches
+  public :: contact_patches_type, find_patches, extent_of
 
   !> Extent over the size of its cells below which a patch joins another.
   real(wp), parameter :: shortest = 0.6_wp

@@ -3,14 +3,13 @@
 !> the bodies.
 module qsmpm_contact_scratch
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_loads, only: free_components, body_components, turning, load_rows
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points, &
     are_near
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type
   use qsmpm_contact_law, only: tractions_type
-  use qsmpm_contact_patches, only: contact_patches_type, find_patches
+  use qsmpm_contact_patches, only: contact_patches_type, find_patches, extent_of
   use qsmpm_interface_strength, only: interface_strength
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_node_graph, only: connectivity_type
@@ -146,18 +145,15 @@ contains
     call find_counted(self, model)
   end subroutine lay_scratch
 
-  !> Straight face of the body of a contact that a point of a surface lies along; its length from its area, which is per
-  !> radian in axisymmetry; in space pieces are taken as square.
+  !> Straight face of the body of a contact that a point of a surface lies along; in space pieces are taken as square.
   pure type(face_type) function face_along(self, model, pair, point) result(face)
     type(contact_scratch_type), intent(in) :: self
     type(model_type), intent(in) :: model
     integer, intent(in) :: pair, point
     real(wp) :: length
 
+    length = extent_of(model, point)**(1.0_wp/(self%dimension - 1))
     associate (x => model%state%surface%position(:, point), area => model%state%surface%area_vector(:, point))
-      length = norm2(area)
-      if (self%dimension == 3) length = sqrt(length)
-      if (model%analysis%model == axisymmetric .and. x(1) > 0.0_wp) length = length/x(1)
       if (length > 0.0_wp) face = self%before(self%pairs(pair)%body)%face_at(in_space(x), in_space(area/norm2(area)), &
         length, allowed_gap(model, point)*self%cell_size, deep*self%cell_size)
     end associate
