@@ -3,8 +3,9 @@
 
 Usage: footings.py BINARY [FOOTING...] [--cells N] [--markdown FILE]   (two minutes of CPU time; runs go to output/footings)
 
-Half a footing of the width or diameter 2 on ground of 5 by 10 that is stiff (E is 10,000 times the strength, or 100,000 times
-the stress of a metre of soil), so that the limit load is reached while the scene is still as drawn. The deck names its grid of N cells
+Half a footing of the width or diameter 2 on ground of 5 by 10 that is stiff (E is a million times the strength, or ten million times
+the stress of a metre of soil), so that the limit load is reached while the scene is still as drawn: beside the edge soil heaves up to
+thirty times as far as the footing goes, and the load rises with that. The deck names its grid of N cells
 a half width and nothing of the method. A rough footing holds its nodes, a smooth one only pushes them.
 """
 from __future__ import annotations
@@ -85,8 +86,8 @@ def deck_of(kind: str, strength: str, rough: bool, cells: int) -> str:
     width = 10
     return DECK.format(
         model="AXISYMMETRIC" if kind == "circle" else "PLANE STRAIN", near=3 * cells, width=width, cells=3 * cells, growth=3, below=2 * cells, above=2 * cells,
-        stiffness=1e5 if kind == "weight" else 1e4 * cohesion, strength=strength, weight="*UNIT WEIGHT\n1\n" if kind == "weight" else "", ground=GROUND if kind == "weight" else "",
-        rough="plate, X\n" if rough else "", settlement=-0.001 if kind == "weight" else -0.01,
+        stiffness=1e7 if kind == "weight" else 1e6 * cohesion, strength=strength, weight="*UNIT WEIGHT\n1\n" if kind == "weight" else "", ground=GROUND if kind == "weight" else "",
+        rough="plate, X\n" if rough else "", settlement=-0.00001 if kind == "weight" else -0.0001,
     )  # fmt: skip
 
 

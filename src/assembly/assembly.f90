@@ -50,9 +50,11 @@ module qsmpm_assembly
     integer :: bad_status = status_ok
     real(wp) :: bad_share = 0.0_wp
     character(len=:), allocatable :: bad_message
-    !> Pressure of each integration point less the common one of its group, by weight and water [stress]; 0 where
-    !> unallocated (n).
-    real(wp), allocatable :: pressure_offset(:)
+    !> Pressure of each integration point less the common one of its group, by weight and water at the start and the
+    !> end of the step [stress]; 0 where unallocated (n, 2).
+    real(wp), allocatable :: pressure_offset(:, :)
+    !> Points stay in their groups from step to step: what their pressures differ by lasts.
+    logical :: lasting = .false.
     !> Nodal values of the nonlocal strain at the end of the step; unallocated without (nodes).
     real(wp), allocatable :: field(:)
     !> When the step takes place, for the laws.
@@ -198,6 +200,7 @@ contains
     integer :: g, k
 
     evaluation%work(me)%batch%share = 0.0_wp
+    evaluation%work(me)%pressure%lasting = evaluation%lasting
     do g = start, last
       k = before + g - start + 1
       call evaluate_group(integration, points, laws, displacement, tangent, g, evaluation%work(me), &

@@ -103,9 +103,10 @@ contains
     real(wp), intent(inout) :: block(:)
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
-    !> Pressure of the points less the common one of their group [stress] (points); nodal values of the nonlocal strain
-    !> at the end of the step, of which those that points have stay where it is not given (nodes).
-    real(wp), intent(in), optional :: offset(:), field(:)
+    !> Pressure of the points less the common one of their group by weight and water, at the start and the end of the
+    !> step [stress] (points, 2); nodal values of the nonlocal strain at its end, of which those that points have stay
+    !> where it is not given (nodes).
+    real(wp), intent(in), optional :: offset(:, :), field(:)
     integer :: n, d, a, from, to, last
 
     d = size(displacement, 1)
@@ -142,7 +143,7 @@ contains
     real(wp), intent(inout) :: force(:), block(:)
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
-    real(wp), intent(in), optional :: offset(:), field(:)
+    real(wp), intent(in), optional :: offset(:, :), field(:)
     integer :: n, m, b, count
     logical :: treated, wide, symmetric
 
@@ -169,8 +170,7 @@ contains
       batch%state(slot%law%state_count + 1:, :batch%count) = batch%state_start(slot%law%state_count + 1:, :batch%count)
       if (slot%law%asks_where) call load_places(integration, points, slot%law, d, group, from, tensor, batch)
       if (treated) then
-        work%pressure%offset(:count) = 0.0_wp
-        if (present(offset)) work%pressure%offset(:count) = offset(from:to)
+        call load_pressures(from, weight, batch, work%pressure, offset)
         call find_pressure(slot, weight, tangent, batch, work%pressure)
       else
         call slot%update(batch, tangent)
@@ -285,6 +285,27 @@ contains
       end if
     end do
   end subroutine load_states
+
+  !> What pressures of a run of points differ by: g at the end of the step, and s at its start.
+  pure subroutine load_pressures(from, weight, batch, pressure, offset)
+    !> The first point, and start volumes (points).
+    integer, intent(in) :: from
+    real(wp), intent(in) :: weight(:)
+    type(batch_type), intent(in) :: batch
+    type(pressure_type), intent(inout) :: pressure
+    !> g of all points, 0 where it is not given.
+    real(wp), intent(in), optional :: offset(:, :)
+
+    associate (n => batch%count, g => pressure%offset(:batch%count), s => pressure%kept(:batch%count))
+      g = 0.0_wp
+      s = 0.0_wp
+      if (present(offset)) g = offset(from:from + n - 1, 2)
+      if (.not. pressure%lasting) return
+      s = matmul(pressure%direction, batch%stress_start(:3, :n))
+      if (present(offset)) s = s - offset(from:from + n - 1, 1)
+      s = s - sum(weight*s)/sum(weight)
+    end associate
+  end subroutine load_pressures
 
   !> Nonlocal strain at a run of points.
   pure subroutine load_field(integration, group, from, place, field, batch)

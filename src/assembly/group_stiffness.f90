@@ -265,7 +265,7 @@ contains
     real(wp), intent(in) :: gradient(n*directions*points)
     !> Scratch.
     real(wp), intent(inout) :: tensor(dimension*directions*points)
-    !> r, l and k of the points; its vectors and corrections are overwritten.
+    !> r, l and k of the points; its vectors, corrections and omega are overwritten.
     type(pressure_type), intent(inout) :: pressure
     real(wp), intent(inout) :: block(n, dimension, dimension, n)
     real(wp) :: mean
@@ -275,6 +275,8 @@ contains
       call add_product(dimension, directions, n, points, share, pressure%right, share, pressure%left, &
         1.0_wp/sum(share), gradient, tensor, pressure%right_vector, pressure%left_vector, block)
       if (pressure%constant) return
+      ! d(c omega - h s) = dc (omega - h s/c).
+      omega = omega - pressure%kept(:points)*(pressure%left_share/pressure%resistance)
       mean = sum(share*omega)/sum(share)
       call add_product(dimension, directions, n, points, share*(mean - omega), pressure%right, weight, &
         pressure%resistance_by, 1.0_wp, gradient, tensor, pressure%right_vector, pressure%left_vector, block)

@@ -1,5 +1,5 @@
 !> The balance of a group of points under one pressure: the extra volume changes omega for which
-!>   pi + c omega = pbar at all points,   sum V omega = 0
+!>   pi + c omega - g - h s = pbar at all points,   sum V omega = 0
 !> (qsmpm_uniform_pressure says what for). Newton's method for all points together takes two or three
 !> calls of the law; a search in brackets takes over where corners of the yield surface defeat it.
 module qsmpm_pressure_balance
@@ -36,10 +36,14 @@ module qsmpm_pressure_balance
     real(wp), allocatable :: omega(:), correction(:)
     !> Where omega is known to lie (n).
     real(wp), allocatable :: low(:), high(:)
-    !> pi + c omega - g and k (n).
+    !> pi + c omega - g - h s and k (n).
     real(wp), allocatable :: pressure(:), stiffness(:)
-    !> g, pressure of the points less the common one, by weight and water [stress] (n).
-    real(wp), allocatable :: offset(:)
+    !> g + h s, pressure of the points less the common one by weight and water and of what there was at the start
+    !> of the step, s less that at the start, and h, the share of s that is left [stress] (n).
+    real(wp), allocatable :: offset(:), kept(:)
+    real(wp) :: left_share = 1.0_wp
+    !> s counts: the points stay in their group from step to step.
+    logical :: lasting = .false.
     !> r and l, packed (5 or 9, n).
     real(wp), allocatable :: right(:, :), left(:, :)
     !> CR and CL of the group's nodes (dimension*nodes).
@@ -67,7 +71,7 @@ contains
       pressure%left(components, points), pressure%resistance_by(components, points))
     allocate (pressure%omega(points), pressure%correction(points), pressure%pressure(points), &
       pressure%stiffness(points), pressure%low(points), pressure%high(points))
-    allocate (pressure%offset(points), source=0.0_wp)
+    allocate (pressure%offset(points), pressure%kept(points), source=0.0_wp)
     allocate (pressure%right_vector(unknowns), pressure%left_vector(unknowns))
   end subroutine allocate_pressure
 
@@ -227,7 +231,7 @@ contains
     type(batch_type), intent(inout) :: batch
     !> Work space.
     type(pressure_type), intent(inout) :: pressure
-    !> pi + c omega and k are there.
+    !> pi + c omega - g - h s and k are there.
     logical, intent(out) :: ok
 
     pressure%passes = pressure%passes + 1
@@ -295,7 +299,7 @@ contains
     end do
   end subroutine strain_points
 
-  !> pi + c omega and k of all points, from the law's answer at Fbar:
+  !> pi + c omega - g - h s and k of all points, from the law's answer at Fbar:
   !> pi = Qbar : h, kappa = (M Qbar + Abar h) : h with h = M Fbar.
   pure subroutine linearise(batch, pressure)
     !> The points.

@@ -7,10 +7,14 @@
 !>   Q = S Qbar,  A = S Abar S,  pi = Q : M F  (the mean stress, per start volume),
 !>   r = dQ/domega = M Q + A (M F),  l = dpi/dF = M Q + A^T (M F),  kappa = dpi/domega = (M F) : r.
 !> The group is in balance when
-!>   pi + c omega = pbar for all points,   sum V omega = 0,   c = factor * shear modulus G.
-!> In soil that may flow G is that of the secant of the step, t G/(t + 2 G e), with e = sqrt(sum V E':E'/sum V) of
-!> the deviator of Green's strain of the step and t that of the stress at its start: c omega is a share of the strength
-!> then, whatever the length of the step. A group without shear stress keeps the elastic one for a step.
+!>   pi + c omega - g - h s = pbar for all points,   sum V omega = 0,   c = h * factor * shear modulus G.
+!> g is what weight and water make of the pressure inside the group (qsmpm_point_forces), s = pi - g less its mean
+!> at the start of the step where cells go with the ground, else 0. Elastic soil has h = 1: the pressures that
+!> differ in the group are the sum of factor G omega over all steps. Soil that may flow forgets them as it shears,
+!> h = t/(t + 2 G e), with e = sqrt(sum V E':E'/sum V) of the deviator of Green's strain of the step and t that of
+!> the stress at its start, which is d(s)/de = -factor G d(omega)/de - s 2G/t by one implicit step of Euler: they
+!> are a share of the strength in steady flow, whatever the length of the step. A group without shear stress keeps
+!> them for a step.
 !> The condition makes sum V Q : dF stationary in omega, so that Q is the force's stress as it stands,
 !> and with k = kappa + c > 0
 !>   dQ = (A - r l^T/k) dF + r/k dpbar,   dpbar = sum (V/k) l : dF / sum (V/k).
@@ -30,8 +34,9 @@ module qsmpm_uniform_pressure
 
   public :: find_pressure
 
-  !> c is that share of its elastic value at the least.
-  real(wp), parameter :: least = 1.0e-3_wp
+  !> h at the least. What is left of c where soil flows freely must not count beside the strength; where points go from
+  !> group to group and c alone holds them together it must.
+  real(wp), parameter :: least_lasting = 1.0e-5_wp, least_passing = 1.0e-3_wp
 
 contains
 
@@ -46,11 +51,14 @@ contains
     integer, intent(in) :: tangent
     !> In: F. Out: Fbar, results of the law, Q and condensed tangent.
     type(batch_type), intent(inout) :: batch
-    !> Work space.
+    !> Work space with g in the place of g + h s, and s.
     type(pressure_type), intent(inout) :: pressure
     logical :: sound, found
 
     call find_resistance(slot, weight, batch, pressure)
+    associate (n => batch%count)
+      pressure%offset(:n) = pressure%offset(:n) + pressure%left_share*pressure%kept(:n)
+    end associate
     pressure%gradient(:, :batch%count) = batch%gradient(:, :batch%count)
     call even_out_volumes(weight, batch, pressure, sound)
     found = .false.
@@ -68,20 +76,22 @@ contains
     call condense(batch, pressure, tangent /= tangent_none)
   end subroutine find_pressure
 
-  !> c and dc/dF from F and the stresses at the start.
+  !> h, c and dc/dF from F and the stresses at the start.
   pure subroutine find_resistance(slot, weight, batch, pressure)
     type(law_slot_type), intent(in) :: slot
     !> Start volumes V (n).
     real(wp), intent(in) :: weight(:)
     type(batch_type), intent(in) :: batch
     type(pressure_type), intent(inout) :: pressure
-    real(wp) :: f(3, 3), strain(3, 3), stress(3, 3), e, tau, stiff
+    real(wp) :: f(3, 3), strain(3, 3), stress(3, 3), e, tau, stiff, least
     integer :: p
 
     pressure%resistance = slot%pressure_factor*slot%law%shear_scale
     pressure%constant = .true.
+    pressure%left_share = 1.0_wp
     if (.not. slot%flows) return
     stiff = 2.0_wp*slot%law%shear_scale
+    least = merge(least_lasting, least_passing, pressure%lasting)
     e = 0.0_wp
     tau = 0.0_wp
     do p = 1, batch%count
@@ -99,7 +109,8 @@ contains
     associate (by => pressure%resistance_by(:, :batch%count))
       by = -by*pressure%resistance*(1.0_wp - least)*tau*stiff/((tau + stiff*e)**2*e*sum(weight))
     end associate
-    pressure%resistance = pressure%resistance*(tau + least*stiff*e)/(tau + stiff*e)
+    pressure%left_share = (tau + least*stiff*e)/(tau + stiff*e)
+    pressure%resistance = pressure%resistance*pressure%left_share
   end subroutine find_resistance
 
   !> Deviator of a tensor.

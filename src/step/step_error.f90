@@ -68,6 +68,8 @@ contains
     call halve(model%laws, halved)
     whole%step_info = soil%evaluation%step_info
     walk%step_info = soil%evaluation%step_info
+    whole%lasting = soil%evaluation%lasting
+    walk%lasting = soil%evaluation%lasting
     if (allocated(soil%evaluation%pressure_offset)) then
       whole%pressure_offset = soil%evaluation%pressure_offset
       walk%pressure_offset = soil%evaluation%pressure_offset

@@ -3,7 +3,7 @@
 !>
 !> Points under one pressure bear a force b per volume, that of still water under a free surface with it, as a fluid
 !> does, by a pressure that is linear in the place,
-!>   pi_p + c omega_p - g_p = pbar,   g_p = -b (x_p - x_mean),
+!>   pi_p + c omega_p - g_p - h s_p = pbar,   g_p = -b (x_p - x_mean),
 !> so that ground at rest asks nothing of the strength for its weight inside a cell (qsmpm_uniform_pressure).
 module qsmpm_point_forces
   use qsmpm_kinds, only: wp
@@ -41,8 +41,23 @@ contains
     if (allocated(model%loading%point_force)) force = force + model%loading%point_force(:, :model%state%points%count)
   end function point_forces
 
-  !> g of the points of each group and material [stress], 0 where no pressure is shared (n).
+  !> g of the points of each group and material [stress] at the start and the end of a step, 0 where no pressure is
+  !> shared (n, 2).
   pure function pressure_offsets(model, integration, fraction) result(offset)
+    type(model_type), intent(in) :: model
+    type(integration_type), intent(in) :: integration
+    !> Load fraction at the end.
+    real(wp), intent(in) :: fraction
+    real(wp) :: offset(integration%point_count, 2)
+
+    offset = 0.0_wp
+    if (.not. any(model%laws%pressure_factor > 0.0_wp)) return
+    offset(:, 1) = offsets_at(model, integration, model%state%progress%fraction)
+    offset(:, 2) = offsets_at(model, integration, fraction)
+  end function pressure_offsets
+
+  !> g at a load fraction (n).
+  pure function offsets_at(model, integration, fraction) result(offset)
     type(model_type), intent(in) :: model
     type(integration_type), intent(in) :: integration
     real(wp), intent(in) :: fraction
@@ -51,7 +66,6 @@ contains
     integer :: g, from, to
 
     offset = 0.0_wp
-    if (.not. any(model%laws%pressure_factor > 0.0_wp)) return
     gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
     density = cell_densities(model, point_forces(model, fraction) &
       + still_water_forces(model, gravity(:model%mesh%dimension)))
@@ -69,7 +83,7 @@ contains
         from = to + 1
       end do
     end do
-  end function pressure_offsets
+  end function offsets_at
 
   !> Cell of the points behind an integration point: outlines of bodies reach into cells that own no points.
   pure integer function cell_of(model, integration, group, point) result(cell)

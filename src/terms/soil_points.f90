@@ -248,6 +248,7 @@ contains
     real(wp), intent(in) :: fraction
 
     self%fraction = fraction
+    self%evaluation%lasting = model%analysis%method%basis == basis_fem
     if (allocated(self%integration)) then
       self%evaluation%pressure_offset = pressure_offsets(model, self%integration, fraction)
     else
