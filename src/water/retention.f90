@@ -81,9 +81,9 @@ contains
   end subroutine permit
 
   !> k_r of a cell, and its derivative, by what its corners fill over: the mean of theirs by a curve, so that dry ground
-  !> lets in what wets it. Without one a dry corner keeps out no more than one that begins to fill, and k_r falls upwards
-  !> as the cell empties, or water would stay in it, but along the level by the cube of it: over half a cell, as that of
-  !> a steady flow, suction then lets as much water flow.
+  !> lets in what wets it. Without one a dry corner keeps out no more than one that begins to fill. Upwards k_r then
+  !> falls as the cell empties, or water would stay in it, but along the level by the cube of that: in all suction as
+  !> much flows as in a steady flow, which has it over half a cell.
   pure subroutine let_through_in_time(curve, pressure, reach, factor, by_pressure)
     type(curve_type), intent(in) :: curve
     !> Of the corners, and what they are empty at, of one unit.
@@ -91,20 +91,16 @@ contains
     !> Along the level and upwards (2), (corners, 2).
     real(wp), intent(out) :: factor(2), by_pressure(:, :)
     real(wp) :: filling(size(pressure))
-    integer :: k
-    integer, parameter :: power(2) = [3, 1]
 
-    do k = 1, 2
-      if (curve%alpha > 0.0_wp) then
-        call permit(curve, pressure, reach, filling, by_pressure(:, k))
-        factor(k) = sum(filling)/size(filling)
-        by_pressure(:, k) = by_pressure(:, k)/size(filling)
-      else
-        filling = max(pressure, -reach)
-        call relative(filling, sum(reach)/size(reach), power(k), factor(k), by_pressure(:, k))
-        where (pressure < -reach) by_pressure(:, k) = 0.0_wp
-      end if
-    end do
+    if (curve%alpha > 0.0_wp) then
+      call permit(curve, pressure, reach, filling, by_pressure(:, 1))
+      factor = sum(filling)/size(filling)
+      by_pressure = spread(by_pressure(:, 1)/size(filling), 2, 2)
+      return
+    end if
+    filling = max(pressure, -reach)
+    call relative(filling, sum(reach)/size(reach), [3, 1], factor, by_pressure)
+    where (spread(pressure < -reach, 2, 2)) by_pressure = 0.0_wp
   end subroutine let_through_in_time
 
   !> k_r of a cell without a curve, at the middles of its edges, and its derivative, by the pressures of its corners.
@@ -112,9 +108,10 @@ contains
     !> Of the corners, as heights of water.
     real(wp), intent(in) :: pressure(:)
     real(wp), intent(in) :: width
-    !> Of the filled share.
-    integer, intent(in) :: power
-    real(wp), intent(out) :: factor, by_head(:)
+    !> Of what is filled, along the level and upwards.
+    integer, intent(in) :: power(2)
+    !> (2), (corners, 2)
+    real(wp), intent(out) :: factor(2), by_head(:, :)
     real(wp) :: filled, edges
     integer :: a, b, e, n
 
@@ -129,7 +126,8 @@ contains
       filled = max(0.0_wp, min(1.0_wp, 1.0_wp + 0.5_wp*(pressure(a) + pressure(b))/width))
       factor = factor + (1.0_wp - least)*filled**power/edges
       if (filled <= 0.0_wp .or. filled >= 1.0_wp) cycle
-      by_head([a, b]) = by_head([a, b]) + (1.0_wp - least)*power*filled**(power - 1)/(2.0_wp*edges*width)
+      by_head([a, b], :) = by_head([a, b], :) + spread((1.0_wp - least)*power*filled**(power - 1) &
+        /(2.0_wp*edges*width), 1, 2)
     end do
   end subroutine relative
 

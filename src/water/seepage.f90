@@ -438,8 +438,8 @@ contains
     along(:, 1) = flow%permeability(:, c) - along(:, 2)
   end function permeability_along
 
-  !> Relative permeability of a cell, along the level and upwards, and its derivative by the heads of its corners. In a step of time suction acts over
-  !> the height that the cell fills over, or water would stay in it.
+  !> Relative permeability of a cell, along the level and upwards, and its derivative by the heads of its corners. In a
+  !> step of time suction acts over the height that the cell fills over, or water would stay in it.
   pure subroutine let_through(flow, c, width, factor, by_head)
     type(seepage_type), intent(in) :: flow
     integer, intent(in) :: c
@@ -455,9 +455,7 @@ contains
         else if (flow%curve(c)%alpha > 0.0_wp) then
           call let_through_in_time(flow%curve(c), pressure, spread(2.0_wp*width, 1, size(node)), factor, by_head)
         else
-          call relative(pressure, width, 1, factor(1), by_head(:, 1))
-          factor(2) = factor(1)
-          by_head(:, 2) = by_head(:, 1)
+          call relative(pressure, width, [1, 1], factor, by_head)
         end if
       end associate
     end associate
