@@ -40,9 +40,10 @@ module qsmpm_flow_points
     real(wp) :: pressure = 0.0_wp, by_pressure(8) = 1.0_wp, change = 0.0_wp, slope(3) = 0.0_wp, divergence = 0.0_wp
     !> Pressure of the corners.
     real(wp) :: nodal(8) = 0.0_wp
-    !> Filled share of the corners, water in their drainable pores, relative permeability, and their derivatives.
+    !> Filled share of the corners, water in their drainable pores, and their derivatives.
     real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, water(8) = 1.0_wp, by_water(8) = 0.0_wp
-    real(wp) :: factor = 1.0_wp, by_factor(8) = 0.0_wp
+    !> Relative permeability along the axes, and its derivatives (3), (3, corners).
+    real(wp) :: factor(3) = 1.0_wp, by_factor(3, 8) = 0.0_wp
   end type flow_state_type
 
 contains
@@ -100,6 +101,8 @@ contains
     !> Gradient of the pressure of water at rest.
     real(wp), intent(in) :: heavy(3)
     type(flow_state_type), intent(inout) :: here
+    real(wp) :: factor(2), by_pressure(3, 2)
+    integer :: k
 
     here%slope = here%slope + heavy
     call take_up(point%curve, here%nodal, point%suction, here%filled, here%by_filled)
@@ -107,6 +110,10 @@ contains
     here%water = kept_water(point%curve, here%nodal, point%suction)
     here%by_water = here%by_filled
     if (.not. point%curve%alpha > 0.0_wp) where (here%nodal <= -point%suction) here%by_water = dry/point%suction
-    call let_through_in_time(point%curve, here%nodal(:3), point%suction(:3), here%factor, here%by_factor(:3))
+    call let_through_in_time(point%curve, here%nodal(:3), point%suction(:3), factor, by_pressure)
+    do k = 1, 3
+      here%factor(k) = factor(merge(2, 1, abs(heavy(k)) > 0.0_wp))
+      here%by_factor(k, :3) = by_pressure(:, merge(2, 1, abs(heavy(k)) > 0.0_wp))
+    end do
   end subroutine fill_pores
 end module qsmpm_flow_points

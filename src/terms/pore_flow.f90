@@ -313,9 +313,9 @@ contains
           associate (at => self%flow_size(own(point%place%count + a)))
             at = at + abs(leak) + by_pressure*abs(here%nodal(a))
             at = at + point%volume*(point%shape(a)*(self%storage*abs(here%change) + abs(here%divergence) &
-              + point%pores*abs(here%water(a) - point%filled(a))) + here%factor*( &
-              abs(dot_product(conductance(self, point)*(here%slope - self%heavy), point%slope(:, a))) &
-              + abs(dot_product(conductance(self, point)*self%heavy, point%slope(:, a)))))
+              + point%pores*abs(here%water(a) - point%filled(a))) &
+              + abs(dot_product(conductance(self, point, here)*(here%slope - self%heavy), point%slope(:, a))) &
+              + abs(dot_product(conductance(self, point, here)*self%heavy, point%slope(:, a))))
           end associate
         end do
       end associate
@@ -326,12 +326,13 @@ contains
   end subroutine evaluate
 
   !> Permeability over the weight of water, in the time of the step.
-  pure function conductance(self, point)
+  pure function conductance(self, point, here)
     class(pore_flow_type), intent(in) :: self
     type(flow_point_type), intent(in) :: point
+    type(flow_state_type), intent(in) :: here
     real(wp) :: conductance(3)
 
-    conductance = self%duration*point%permeability/self%unit_weight
+    conductance = self%duration*here%factor*point%permeability/self%unit_weight
   end function conductance
 
   !> The pressure on the skeleton, and what flows out of the nodes.
@@ -378,7 +379,7 @@ contains
           associate (at => flow(own(point%place%count + a)))
             at = at + leak + point%volume*(point%shape(a)*(self%storage*here%change + here%filled(a)*here%divergence &
               + point%pores*(here%water(a) - point%filled(a))) &
-              + passes(self, point, a)*here%factor*dot_product(conductance(self, point)*here%slope, point%slope(:, a)))
+              + passes(self, point, a)*dot_product(conductance(self, point, here)*here%slope, point%slope(:, a)))
           end associate
         end do
       end associate
@@ -521,8 +522,8 @@ contains
           end do
           do a = 1, point%corners
             block(1, n + a, 1, n + b) = point%volume*(self%storage*point%shape(a)*point%shape(b) &
-              + passes(self, point, a)*dot_product(conductance(self, point) &
-              *(here%factor*point%slope(:, b) + here%by_factor(b)*here%slope), point%slope(:, a)))
+              + passes(self, point, a)*dot_product(conductance(self, point, here)*point%slope(:, b) &
+              + self%duration*point%permeability/self%unit_weight*here%by_factor(:, b)*here%slope, point%slope(:, a)))
           end do
           block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + point%volume*point%shape(b) &
             *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores)

@@ -211,6 +211,8 @@ contains
     character(len=:), allocatable :: text
     !> Shares of what leaves from which it is a note, and a warning, and the largest that is told.
     real(wp), parameter :: told = 0.05_wp, too_much = 0.5_wp, most = 9.0_wp, long = 1.0e6_wp
+    !> Time over that of a cell from which nothing is told.
+    real(wp), parameter :: crossed = 1.0_wp/(16.0_wp*told)
     logical :: active(size(model%analysis%bodies))
     real(wp), dimension(size(model%analysis%materials)) :: width, fast
     real(wp) :: beside(model%mesh%node_count, size(model%analysis%materials)), k, time, excess
@@ -252,7 +254,8 @@ contains
         text = text//"phase '"//phase%name//"': '"//soil%name//"' drains to soil that lets water go faster, to a "// &
           'set within the ground or by a held face, in cells of '//rounded_text(width(m), 2)//' there, which its '// &
           'front does not cross in the TIME: what leaves there, and settlements by it, may be '// &
-          rounded_text(100.0_wp*min(excess, most), 2)//' % too large; finer lines of *GRID there'//new_line('a')
+          rounded_text(100.0_wp*min(excess, most), 2)//' % too large; lines of *GRID by '// &
+          rounded_text(width(m)*sqrt(time/crossed), 2)//' there, or a longer phase'//new_line('a')
       end associate
     end do
   end function front_notes

@@ -1,7 +1,7 @@
 !> How much water soil holds in suction, and how much of it that lets through. Linear over a height c, or by curves of
 !> the soil, s = -p the suction, u = alpha s (van Genuchten 1980, equations 3 and 9, m = 1 - 1/n, after Mualem 1976):
 !>
-!>   S = 1 + p/c                           k_r = 1 + (1 - k_min) p/c
+!>   S = 1 + p/c                           k_r = k_min + (1 - k_min) S,  in time along the level S^3
 !>   S = (1 + u^n)^(-m)                    k_r = S^(1/2) (1 - u^(n-1) S)^2,  no less than 1e-6
 !>
 !> S is the filled share of the drainable pores. The slope of k_r has no bound at u = 0 for n < 2: below u = 0.01 it is
@@ -81,35 +81,41 @@ contains
   end subroutine permit
 
   !> k_r of a cell, and its derivative, by what its corners fill over: the mean of theirs by a curve, so that dry ground
-  !> lets in what wets it; linear a dry corner keeps out no more than one that begins to fill.
+  !> lets in what wets it. Without one a dry corner keeps out no more than one that begins to fill. Upwards k_r then
+  !> falls as the cell empties, or water would stay in it, but along the level by the cube of that: in all suction as
+  !> much flows as in a steady flow, which has it over half a cell.
   pure subroutine let_through_in_time(curve, pressure, reach, factor, by_pressure)
     type(curve_type), intent(in) :: curve
     !> Of the corners, and what they are empty at, of one unit.
     real(wp), intent(in) :: pressure(:), reach(:)
-    real(wp), intent(out) :: factor, by_pressure(:)
+    !> Along the level and upwards (2), (corners, 2).
+    real(wp), intent(out) :: factor(2), by_pressure(:, :)
     real(wp) :: filling(size(pressure))
 
     if (curve%alpha > 0.0_wp) then
-      call permit(curve, pressure, reach, filling, by_pressure)
+      call permit(curve, pressure, reach, filling, by_pressure(:, 1))
       factor = sum(filling)/size(filling)
-      by_pressure = by_pressure/size(filling)
+      by_pressure = spread(by_pressure(:, 1)/size(filling), 2, 2)
       return
     end if
     filling = max(pressure, -reach)
-    call relative(filling, sum(reach)/size(reach), factor, by_pressure)
-    where (pressure < -reach) by_pressure = 0.0_wp
+    call relative(filling, sum(reach)/size(reach), [3, 1], factor, by_pressure)
+    where (spread(pressure < -reach, 2, 2)) by_pressure = 0.0_wp
   end subroutine let_through_in_time
 
-  !> k_r of a cell, linear, at the middles of its edges, and its derivative, by the pressures of its corners.
-  pure subroutine relative(pressure, width, factor, by_head)
+  !> k_r of a cell without a curve, at the middles of its edges, and its derivative, by the pressures of its corners.
+  pure subroutine relative(pressure, width, power, factor, by_head)
     !> Of the corners, as heights of water.
     real(wp), intent(in) :: pressure(:)
     real(wp), intent(in) :: width
-    real(wp), intent(out) :: factor, by_head(:)
-    real(wp) :: middle, edges
+    !> Of what is filled, along the level and upwards.
+    integer, intent(in) :: power(2)
+    !> (2), (corners, 2)
+    real(wp), intent(out) :: factor(2), by_head(:, :)
+    real(wp) :: filled, edges
     integer :: a, b, e, n
 
-    factor = 0.0_wp
+    factor = least
     by_head = 0.0_wp
     n = size(pressure)
     edges = 0.5_wp*n*(n - 1)
@@ -117,10 +123,11 @@ contains
       ! The fifth and sixth of a tetrahedron join corners that are not beside one another.
       a = modulo(e - 1, n) + 1
       b = modulo(a + (e - 1)/n, n) + 1
-      middle = 0.5_wp*(pressure(a) + pressure(b))
-      factor = factor + max(least, min(1.0_wp, 1.0_wp + (1.0_wp - least)*middle/width))/edges
-      if (middle >= 0.0_wp .or. middle <= -width) cycle
-      by_head([a, b]) = by_head([a, b]) + (1.0_wp - least)/(2.0_wp*edges*width)
+      filled = max(0.0_wp, min(1.0_wp, 1.0_wp + 0.5_wp*(pressure(a) + pressure(b))/width))
+      factor = factor + (1.0_wp - least)*filled**power/edges
+      if (filled <= 0.0_wp .or. filled >= 1.0_wp) cycle
+      by_head([a, b], :) = by_head([a, b], :) + spread((1.0_wp - least)*power*filled**(power - 1) &
+        /(2.0_wp*edges*width), 1, 2)
     end do
   end subroutine relative
 

@@ -4,6 +4,7 @@
 !>   div( k_r(p) K grad h ) = n dS/dt,   p = h - y                                                   Darcy
 !>   S = 1 for p >= 0,  1 + p/c for -c < p < 0,  0 below; n: drainable porosity                      0 = steady
 !>   k_r = 1 for p >= 0,  1 + (1 - k_min) p/w for -w < p < 0,  k_min below                           suction
+!>   in time over c, along the level k_min + (1 - k_min) (1 + p/c)^3, the same sum over p
 !>   or S, k_r by a curve of the soil (qsmpm_retention), no sharper than over 2 w, in time c
 !>   h = H                          below a level of free water
 !>   p <= 0,  q >= 0,  q p = 0      on faces in air: water leaves where it stands at the face        seepage face
@@ -82,8 +83,9 @@ module qsmpm_seepage
     !> Sum of inflows by the present heads, and what a head alone makes of them in full ground, the unit of residuals
     !> (nodes).
     real(wp), allocatable :: inflow(:), scale(:), residual(:)
-    !> Flow between the corners of a cell for unit heads, saturated (corners, corners, cells).
-    real(wp), allocatable :: conductance(:, :, :)
+    !> Flow between the corners of a cell for unit heads, saturated, along the level and upwards (corners, corners, 2,
+    !> cells).
+    real(wp), allocatable :: conductance(:, :, :, :)
     class(linear_solver_type), allocatable :: solver
   end type seepage_newton_type
 
@@ -170,9 +172,9 @@ contains
     allocate (newton%row(size(flow%head)), source=0)
     newton%row(node) = place
     call make_pattern(first, neighbour, place, newton%matrix)
-    allocate (newton%conductance(size(flow%corner, 1), size(flow%corner, 1), cells%count))
+    allocate (newton%conductance(size(flow%corner, 1), size(flow%corner, 1), 2, cells%count))
     do i = 1, cells%count
-      call find_conductance(flow, i, newton%conductance(:, :, i))
+      call find_conductance(flow, i, newton%conductance(:, :, :, i))
     end do
     call kind%make(.false., newton%solver)
     call newton%solver%analyse(newton%matrix, error)
@@ -326,8 +328,8 @@ contains
     type(seepage_type), intent(in) :: flow
     type(seepage_newton_type), intent(inout) :: newton
     real(wp), intent(in) :: width
-    real(wp), dimension(size(flow%corner, 1)) :: by_head, inflow, head
-    real(wp) :: factor
+    real(wp), dimension(size(flow%corner, 1), 2) :: by_head, inflow
+    real(wp) :: factor(2)
     integer :: c, a, b, i
 
     if (.not. allocated(newton%inflow)) allocate (newton%inflow(size(flow%head)), newton%scale(size(flow%head)))
@@ -335,18 +337,17 @@ contains
     newton%scale = tiny(1.0_wp)
     newton%matrix%values = 0.0_wp
     do c = 1, size(flow%corner, 2)
-      associate (node => flow%corner(:, c), conductance => newton%conductance(:, :, c))
+      associate (node => flow%corner(:, c), conductance => newton%conductance(:, :, :, c))
         call let_through(flow, c, width, factor, by_head)
-        head = flow%head(node)
-        do a = 1, size(inflow)
-          inflow(a) = dot_product(conductance(a, :), head)
+        do a = 1, size(node)
+          inflow(a, :) = [(dot_product(conductance(a, :, b), flow%head(node)), b=1, 2)]
         end do
-        newton%inflow(node) = newton%inflow(node) + factor*inflow
-        do a = 1, size(inflow)
-          newton%scale(node(a)) = newton%scale(node(a)) + conductance(a, a)
-          do b = 1, size(inflow)
-            call add_entry(newton%matrix, newton%row(node(a)), newton%row(node(b)), factor*conductance(a, b) &
-              + inflow(a)*by_head(b))
+        newton%inflow(node) = newton%inflow(node) + matmul(inflow, factor)
+        do a = 1, size(node)
+          newton%scale(node(a)) = newton%scale(node(a)) + sum(conductance(a, a, :))
+          do b = 1, size(node)
+            call add_entry(newton%matrix, newton%row(node(a)), newton%row(node(b)), dot_product(factor, &
+              conductance(a, b, :)) + dot_product(inflow(a, :), by_head(b, :)))
           end do
         end do
       end associate
@@ -405,29 +406,47 @@ contains
     end do
   end subroutine water_in
 
-  !> Flow between the corners of a cell for unit heads, saturated.
+  !> Flow between the corners of a cell for unit heads, saturated, along the level and upwards.
   pure subroutine find_conductance(flow, c, conductance)
     type(seepage_type), intent(in) :: flow
     integer, intent(in) :: c
-    real(wp), intent(out) :: conductance(:, :)
-    real(wp) :: gradient(size(flow%position, 1), size(flow%corner, 1)), part
+    real(wp), intent(out) :: conductance(:, :, :)
+    real(wp) :: gradient(size(flow%position, 1), size(flow%corner, 1)), along(size(gradient, 1), 2), part
+    integer :: k
 
     associate (x => flow%position(:, flow%corner(:, c)))
       call find_slopes(x, gradient)
       part = merge(2.0_wp, 6.0_wp, size(x, 1) == 2)*abs(dot_product(gradient(:, 1), x(:, 1) - x(:, 2)))
     end associate
-    conductance = flow%depth(c)*matmul(transpose(gradient), spread(flow%permeability(:, c), 2, size(gradient, 2)) &
-      *gradient)/part
+    along = permeability_along(flow, c)
+    do k = 1, 2
+      conductance(:, :, k) = flow%depth(c)*matmul(transpose(gradient), spread(along(:, k), 2, size(gradient, 2)) &
+        *gradient)/part
+    end do
   end subroutine find_conductance
 
-  !> Relative permeability of a cell and its derivative by the heads of its corners. In a step of time suction acts over
-  !> the height that the cell fills over, or water would stay in it.
+  !> Permeability of a cell along the level and upwards, 0 for the other axes (dimension, 2).
+  pure function permeability_along(flow, c) result(along)
+    type(seepage_type), intent(in) :: flow
+    integer, intent(in) :: c
+    real(wp) :: along(size(flow%position, 1), 2), rise(size(flow%position, 1)), determinant
+
+    associate (node => flow%corner(:, c))
+      call fall_in(flow%position(:, node), flow%height(node), rise, determinant)
+    end associate
+    along(:, 2) = merge(flow%permeability(:, c), 0.0_wp, abs(rise) > 0.5_wp*abs(determinant))
+    along(:, 1) = flow%permeability(:, c) - along(:, 2)
+  end function permeability_along
+
+  !> Relative permeability of a cell, along the level and upwards, and its derivative by the heads of its corners. In a
+  !> step of time suction acts over the height that the cell fills over, or water would stay in it.
   pure subroutine let_through(flow, c, width, factor, by_head)
     type(seepage_type), intent(in) :: flow
     integer, intent(in) :: c
     !> In a steady flow.
     real(wp), intent(in) :: width
-    real(wp), intent(out) :: factor, by_head(:)
+    !> (2), (corners, 2)
+    real(wp), intent(out) :: factor(2), by_head(:, :)
 
     associate (node => flow%corner(:, c))
       associate (pressure => flow%head(node) - flow%height(node))
@@ -436,7 +455,7 @@ contains
         else if (flow%curve(c)%alpha > 0.0_wp) then
           call let_through_in_time(flow%curve(c), pressure, spread(2.0_wp*width, 1, size(node)), factor, by_head)
         else
-          call relative(pressure, width, factor, by_head)
+          call relative(pressure, width, [1, 1], factor, by_head)
         end if
       end associate
     end associate
@@ -470,7 +489,7 @@ contains
   pure subroutine take_velocity(flow, width)
     type(seepage_type), intent(inout) :: flow
     real(wp), intent(in) :: width
-    real(wp) :: factor, by_head(size(flow%corner, 1)), fall(size(flow%position, 1)), determinant
+    real(wp) :: factor(2), by_head(size(flow%corner, 1), 2), fall(size(flow%position, 1)), determinant
     integer :: c
 
     allocate (flow%velocity(size(fall), size(flow%corner, 2)))
@@ -478,7 +497,7 @@ contains
       associate (node => flow%corner(:, c))
         call let_through(flow, c, width, factor, by_head)
         call fall_in(flow%position(:, node), flow%head(node), fall, determinant)
-        flow%velocity(:, c) = -factor*flow%permeability(:, c)*fall/determinant
+        flow%velocity(:, c) = -matmul(permeability_along(flow, c), factor)*fall/determinant
       end associate
     end do
   end subroutine take_velocity

@@ -20,9 +20,9 @@ module qsmpm_transient_seepage
   public :: give_pores, follow_seepage
 
   !> Residual in heads over the height of the ground; by curves heads of dry ground hang on little water.
-  real(wp), parameter :: tolerance = 1.0e-7_wp, tolerance_of_curve = 1.0e-9_wp
+  real(wp), parameter :: tolerance = 1.0e-8_wp, tolerance_of_curve = 1.0e-9_wp
   !> Error of the pressures in a step over the width of suction, half a cell.
-  real(wp), parameter :: largest_error = 0.05_wp
+  real(wp), parameter :: largest_error = 0.02_wp
   !> First step over the time, and the shortest; the next over the last, at most, and what is left of a step at least.
   real(wp), parameter :: first = 1.0e-3_wp, shortest = 1.0e-8_wp, longer = 1.5_wp, shorter = 0.25_wp
 

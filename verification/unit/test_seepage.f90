@@ -203,7 +203,7 @@ contains
     call tests%close('its surface falls from 4 to 2 m', stored(flow)/(porosity*width), 2.0_wp, 0.05_wp)
     call tests%close('water leaves by k (s - 1)/s', sum(flow%inflow, mask=row == 1), -0.5_wp*width, 0.015_wp*width)
     call tests%close('the head is linear', flow%head(minloc(abs(flow%position(2, :) - 1.0_wp), dim=1)), 1.5_wp, 0.02_wp)
-    call tests%check('in some 200 steps', flow%steps > 100 .and. flow%steps < 300 .and. &
+    call tests%check('in some 400 steps', flow%steps > 300 .and. flow%steps < 500 .and. &
       flow%iterations > flow%steps .and. flow%iterations < 10*flow%steps)
   end subroutine check_column
 
@@ -241,7 +241,7 @@ contains
     call begin(at_start)
     row = merge(1, merge(2, 0, full%position(1, :) > 0.5_wp - rounding), full%position(1, :) < rounding)
     steady = dam(16, 1.0_wp)
-    steady%suction = 1.0_wp/16.0_wp
+    steady%suction = 0.5_wp/16.0_wp
     where (steady%position(1, :) < rounding .and. steady%height > 0.5_wp) steady%kind = node_face
     where (steady%position(1, :) < rounding .and. steady%height <= 0.5_wp) steady%head = 0.5_wp
     call solve_seepage(steady, error)
@@ -310,9 +310,9 @@ contains
         call tests%close('of full ground', share(5), 1.0_wp, rounding)
         call tests%close('its derivative', maxval(abs(slope - (up - down)/(2.0_wp*step))), 0.0_wp, 1.0e-6_wp)
         do i = 1, 5
-          call let_through_in_time(curve, pressure(i:i), reach(i:i), factor(i), by(i:i))
-          call let_through_in_time(curve, pressure(i:i) + step, reach(i:i), up(i), unused(i:i))
-          call let_through_in_time(curve, pressure(i:i) - step, reach(i:i), down(i), unused(i:i))
+          call let_level(curve, pressure(i:i), reach(i:i), factor(i), by(i:i))
+          call let_level(curve, pressure(i:i) + step, reach(i:i), up(i), unused(i:i))
+          call let_level(curve, pressure(i:i) - step, reach(i:i), down(i), unused(i:i))
         end do
         call tests%close('k_r', factor(2), sqrt(share(2))*(1.0_wp - (1.0_wp - share(2)**(1.0_wp/m))**m)**2, 1.0e-10_wp)
         call tests%close('of full ground 1', factor(5), 1.0_wp, rounding)
@@ -321,21 +321,33 @@ contains
       end associate
     end do
     do k = 1, size(kinds)
-      call let_through_in_time(curve_type(alpha, kinds(k)), [-0.002_wp], reach(:1), factor(1), by(:1))
-      call let_through_in_time(curve_type(alpha, kinds(k)), [-0.004_wp], reach(:1), factor(2), by(:1))
+      call let_level(curve_type(alpha, kinds(k)), [-0.002_wp], reach(:1), factor(1), by(:1))
+      call let_level(curve_type(alpha, kinds(k)), [-0.004_wp], reach(:1), factor(2), by(:1))
       call tests%close('linear up to u = 0.01', factor(1), 0.5_wp*(1.0_wp + factor(2)), rounding)
       m = 1.0_wp - 1.0_wp/kinds(k)
       call take_up(curve_type(alpha, kinds(k)), -0.004_wp, reach(1), u, by(1))
       call tests%close('from there the curve', factor(2), sqrt(u)*(1.0_wp - (1.0_wp - u**(1.0_wp/m))**m)**2, 1.0e-8_wp)
     end do
     call tests%check('all of it lies between', factor(2) < factor(1) .and. factor(1) < 1.0_wp)
-    call let_through_in_time(curve_type(alpha, 5.0_wp), [-1.0e3_wp, 1.0_wp, 1.0_wp], reach(:3), u, by(:3))
+    call let_level(curve_type(alpha, 5.0_wp), [-1.0e3_wp, 1.0_wp, 1.0_wp], reach(:3), u, by(:3))
     call tests%close('a cell has the mean of its corners', u, (2.0_wp + 1.0e-6_wp)/3.0_wp, rounding)
     call take_up(curve_type(1.0_wp, 20.0_wp), -1.0e30_wp, 1.0_wp, u, m)
     call tests%check('suction without end is a number', u < 1.0e-200_wp .and. m >= 0.0_wp .and. m < 1.0e-200_wp)
     call take_up(curve_type(100.0_wp, 2.0_wp), -0.5_wp, 0.5_wp, u, m)
     call tests%close('no curve is sharper than a cell', u, sqrt(0.5_wp), rounding)
   end subroutine check_curve
+
+  !> k_r along the level.
+  subroutine let_level(curve, pressure, reach, factor, by_pressure)
+    type(curve_type), intent(in) :: curve
+    real(wp), intent(in) :: pressure(:), reach(:)
+    real(wp), intent(out) :: factor, by_pressure(:)
+    real(wp) :: both(2), by_both(size(pressure), 2)
+
+    call let_through_in_time(curve, pressure, reach, both, by_both)
+    factor = both(1)
+    by_pressure = by_both(:, 1)
+  end subroutine let_level
 
   !> Rain of a tenth of k on a column above water: s' = 1 - q/(k k_r(s)) upwards from s = 0, by the rule of the middle on a
   !> fine grid (after Gardner 1958).
@@ -377,7 +389,7 @@ contains
       real(wp), intent(in) :: s
       real(wp) :: by(1)
 
-      call let_through_in_time(curve, [-s], [1.0e-3_wp], factor, by)
+      call let_level(curve, [-s], [1.0e-3_wp], factor, by)
     end function let
   end subroutine check_infiltration
 
@@ -418,7 +430,7 @@ contains
 
       passed = max(p, 0.0_wp)
       do k = 1, parts
-        call let_through_in_time(flow%curve(1), [min(p, 0.0_wp)*(k - 0.5_wp)/parts], [1.0e-3_wp], factor, by)
+        call let_level(flow%curve(1), [min(p, 0.0_wp)*(k - 0.5_wp)/parts], [1.0e-3_wp], factor, by)
         passed = passed + min(p, 0.0_wp)/parts*factor
       end do
     end function passed

@@ -97,15 +97,19 @@ contains
     real(wp), parameter :: pressure(4) = [0.3_wp, -0.5_wp, -0.2_wp, -0.9_wp], reach(4) = [1.0_wp, 0.8_wp, 1.2_wp, 1.0_wp], &
       dry = 1.0e-3_wp
     integer, parameter :: pair(2, 6) = reshape([1, 2, 1, 3, 1, 4, 2, 3, 2, 4, 3, 4], [2, 6])
-    real(wp) :: factor, by_pressure(4), by(4), middle(6)
-    integer :: i
+    real(wp) :: factor(2), by_pressure(4, 2), by(4), filled(6)
+    integer :: i, k
+    integer, parameter :: power(2) = [3, 1]
 
-    middle = [(0.5_wp*sum(pressure(pair(:, i))), i=1, 6)]
-    by = [(count(any(pair == i, dim=1) .and. middle < 0.0_wp), i=1, 4)]*(1.0_wp - dry)/12.0_wp
+    filled = [(1.0_wp + min(0.0_wp, 0.5_wp*sum(pressure(pair(:, i)))), i=1, 6)]
     call let_through_in_time(curve_type(), pressure, reach, factor, by_pressure)
-    call tests%close('k_r is the mean of those at the middles of six edges', factor, sum(1.0_wp + (1.0_wp - dry)*min(0.0_wp, &
-      middle))/6.0_wp, 1.0e-14_wp)
-    call tests%close('and its derivative', maxval(abs(by_pressure - by)), 0.0_wp, 1.0e-14_wp)
+    do k = 1, 2
+      by = [(sum(filled**(power(k) - 1), mask=any(pair == i, dim=1) .and. filled < 1.0_wp), i=1, 4)] &
+        *power(k)*(1.0_wp - dry)/12.0_wp
+      call tests%close('k_r is the mean of those at the middles of six edges, cubes along the level', factor(k), &
+        dry + (1.0_wp - dry)*sum(filled**power(k))/6.0_wp, 1.0e-14_wp)
+      call tests%close('and its derivative', maxval(abs(by_pressure(:, k) - by)), 0.0_wp, 1.0e-14_wp)
+    end do
     flow%position = reshape([0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 2.0_wp, 0.0_wp, 0.3_wp, 0.2_wp, 3.0_wp], &
       [3, 4])
     flow%corner = reshape([1, 2, 3, 4], [4, 1])

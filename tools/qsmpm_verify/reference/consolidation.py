@@ -56,6 +56,28 @@ def ramped_layer_settlement(time_factor: float, rise: float) -> float:
     return (passed(time_factor) - passed(time_factor - rise)) / rise
 
 
+def two_layer_settlement(time_factor: float, contrast: float, share: float = 0.5) -> float:
+    """Settlement of soil below a more permeable layer that drains at its top, of one stiffness, over its settlement at the end.
+
+    Formula: by Laplace transform (K s)^1/2 (t + r)/((1 + r t) s^2), t = tanh(a (s/K)^1/2), r = tanh((1 - a) s^1/2)/K^1/2
+    Units: time_factor T = c t/H^2 of the lower soil [-], contrast K of permeabilities, upper over lower [-], share a of the
+        upper layer in the height H [-]; result [-]
+    Range: T > 0, K > 0, a from 0 to 1
+    Assumes: as layer_settlement
+    Source: Schiffman and Stein 1970, by Talbot's inversion in place of their series
+    Check: layer_settlement for K = 1; finite differences
+    """
+    positive(time_factor=time_factor, contrast=contrast)
+    within("share", share, 0.0, 1.0)
+
+    def transform(s: complex) -> complex:
+        upper = cmath.tanh(share * cmath.sqrt(s / contrast))
+        lower = cmath.tanh((1 - share) * cmath.sqrt(s)) / math.sqrt(contrast)
+        return cmath.sqrt(contrast * s) * (upper + lower) / (1 + lower * upper) / s**2
+
+    return _inverted(transform, time_factor)
+
+
 def layer_pressure(time_factor: float, depth: float = 1.0) -> float:
     """Excess pore pressure in a layer that drains at its top, over the load.
 

@@ -41,6 +41,33 @@ class Layer(unittest.TestCase):
         self.assertAlmostEqual(ref.ramped_layer_settlement(0.001, 0.002), 0.5 * ref.ramped_layer_settlement(0.001, 0.001))
 
 
+class TwoLayers(unittest.TestCase):
+    """Soil below a more permeable layer."""
+
+    def test_one_soil(self) -> None:
+        """One layer, wherever it is cut."""
+        for share in (0.0, 0.3, 1.0):
+            self.assertAlmostEqual(ref.two_layer_settlement(0.2, 1.0, share), ref.layer_settlement(0.2), delta=1e-9)
+
+    def test_differences(self) -> None:
+        """Implicit differences, cells of one soil each, what flows between cells by both of their halves."""
+        end, cells, steps, contrast = 0.02, 400, 4000, 50.0
+        soil = np.where((np.arange(cells) + 0.5) / cells < 0.25, contrast, 1.0)
+        between = 2 / (1 / soil[1:] + 1 / soil[:-1])
+        flow = np.diag(np.append(between, 0.0)) + np.diag(np.append(2 * soil[0], between))
+        flow -= np.diag(between, 1) + np.diag(between, -1)
+        inverse = np.linalg.inv(np.eye(cells) + flow * cells**2 * end / steps)
+        p = np.ones(cells)
+        for _ in range(steps):
+            p = inverse @ p
+        self.assertAlmostEqual(ref.two_layer_settlement(end, contrast, 0.25), 1 - p.mean(), delta=3e-4)
+
+    def test_much(self) -> None:
+        """Sand that holds no pressure: the clay drains alone."""
+        alone = 0.5 + 0.5 * ref.layer_settlement(0.06 / 0.25)
+        self.assertAlmostEqual(ref.two_layer_settlement(0.06, 1e12), alone, delta=1e-5)
+
+
 class ThickLayer(unittest.TestCase):
     """Large strains."""
 
