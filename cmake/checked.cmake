@@ -1,8 +1,7 @@
 # The program qsmpm-checked and the unit tests run_unit_tests-checked: what is compiled without the checks of a debug build beside them,
 # the files where time goes, is compiled once more with them and comes before the library, from which the linker takes the rest.
 add_library(qsmpm_checked OBJECT ${timed_sources})
-set_target_properties(qsmpm_checked PROPERTIES Fortran_MODULE_DIRECTORY ${PROJECT_BINARY_DIR}/modules_checked
-  POSITION_INDEPENDENT_CODE ON)
+set_target_properties(qsmpm_checked PROPERTIES Fortran_MODULE_DIRECTORY ${PROJECT_BINARY_DIR}/modules_checked)
 target_compile_options(qsmpm_checked PRIVATE "$<$<COMPILE_LANGUAGE:Fortran>:${debug_flags}>")
 target_link_libraries(qsmpm_checked PRIVATE qsmpm_flags ${libraries} PUBLIC qsmpm)
 
