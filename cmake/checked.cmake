@@ -1,11 +1,9 @@
-# The library, the program qsmpm-checked and the unit tests run_unit_tests-checked with the checks of a debug build beside the others: the
-# suites, which have these checks in every build, are compiled once for both.
-get_target_property(sources qsmpm SOURCES)
-add_library(qsmpm_checked STATIC ${sources})
-set_target_properties(qsmpm_checked PROPERTIES Fortran_MODULE_DIRECTORY ${PROJECT_BINARY_DIR}/modules_checked LINKER_LANGUAGE Fortran)
-target_include_directories(qsmpm_checked PUBLIC ${PROJECT_BINARY_DIR}/modules_checked ${PROJECT_SOURCE_DIR}/src/api/include)
+# The program qsmpm-checked and the unit tests run_unit_tests-checked: what is compiled without the checks of a debug build beside them,
+# the files where time goes, is compiled once more with them and comes before the library, from which the linker takes the rest.
+add_library(qsmpm_checked OBJECT ${timed_sources})
+set_target_properties(qsmpm_checked PROPERTIES Fortran_MODULE_DIRECTORY ${PROJECT_BINARY_DIR}/modules_checked)
 target_compile_options(qsmpm_checked PRIVATE "$<$<COMPILE_LANGUAGE:Fortran>:${debug_flags}>")
-target_link_libraries(qsmpm_checked PRIVATE qsmpm_flags ${libraries})
+target_link_libraries(qsmpm_checked PRIVATE qsmpm_flags ${libraries} PUBLIC qsmpm)
 
 get_target_property(sources qsmpm_program SOURCES)
 get_target_property(options qsmpm_program LINK_OPTIONS)

@@ -62,6 +62,8 @@ contains
     type(c_ptr), value :: place
     type(c_ptr), pointer :: pointer
     type(handle_type), pointer :: handle
+    ! Freed by one call (qsmpm_model).
+    class(handle_type), pointer :: whole
 
     status = 0
     if (.not. c_associated(place)) return
@@ -70,7 +72,8 @@ contains
     pointer = c_null_ptr
     if (.not. associated(handle)) return
     call handle%simulation%destroy()
-    deallocate (handle)
+    whole => handle
+    deallocate (whole)
   end function c_destroy
 
   !> Sentence of the last call that failed, empty after one that did not; the result is its length.

@@ -67,11 +67,11 @@ contains
     !> Load the libraries of user materials.
     logical, intent(in) :: plugins
     !> The scene as the deck says it, with all defaults, and the way back to it from the model.
-    type(analysis_type), intent(out) :: scene
+    class(analysis_type), allocatable, intent(out) :: scene
     type(expansion_type), intent(out) :: expansion
     !> What was found about its reductions.
     type(reduction_check_type), allocatable, intent(out) :: checks(:)
-    type(model_type), intent(out) :: model
+    class(model_type), allocatable, intent(out) :: model
     !> What the reader has to say, one sentence a line; empty when nothing.
     character(len=:), allocatable, intent(out) :: warnings
     !> Set when the deck or the model is not good.
@@ -79,7 +79,7 @@ contains
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
 
-    allocate (analysis)
+    allocate (analysis, scene, model)
     call read_deck(path, scene, messages, error)
     warnings = message_text(messages)
     if (allocated(error)) return
@@ -130,7 +130,6 @@ contains
 
     exit_code = 0
     summary = ''
-    allocate (model, scene)
     call load_deck(path, plugins, scene, expansion, checks, model, report, error)
     if (scene%point_test%given .and. .not. allocated(error)) then
       call point_law(scene, law, error)
@@ -161,15 +160,14 @@ contains
     class(analysis_type), allocatable :: scene
     type(expansion_type) :: expansion
     type(reduction_check_type), allocatable :: checks(:)
-    type(whole_scene_type) :: whole
+    class(whole_scene_type), allocatable :: whole
     type(plan_items_type) :: items
     type(error_type), allocatable :: error
 
     exit_code = 0
     text = ''
-    allocate (model, scene)
     ! gfortran cannot see that bounds of what is not allocated are not looked at.
-    allocate (checks(0))
+    allocate (checks(0), whole)
     call omp_set_num_threads(1)
     call set_blas_threads(1)
     call load_deck(path, plugins, scene, expansion, checks, model, report, error)

@@ -54,7 +54,8 @@ module qsmpm_stepped_analysis
     !> The scene as it was written, with the stages added since.
     type(analysis_type) :: scene
     !> What is modelled of it: mesh, material points, loads. To be looked at; changed by the procedures below.
-    type(model_type) :: model
+    !> Allocated while it is ready; as a class, it and the recorder are copied and freed by one call (qsmpm_model).
+    class(model_type), allocatable :: model
     !> Threads it may use; the results do not depend on them.
     integer :: threads = 1
     !> How the last accepted step went.
@@ -64,7 +65,7 @@ module qsmpm_stepped_analysis
     !> What was found about reductions of the scene.
     type(reduction_check_type), allocatable :: checks(:)
     !> Where results are written, while they are.
-    type(recorder_type), allocatable :: recorder
+    class(recorder_type), allocatable :: recorder
     !> Time and work so far.
     type(step_loop_type) :: loop
     type(expansion_type), private :: expansion
@@ -133,6 +134,7 @@ contains
     self%scene = problem%scene
     call mark_own(problem%materials, self%scene)
     allocate (analysis)
+    if (.not. allocated(self%model)) allocate (self%model)
     call reduce_scene(self%scene, analysis, self%expansion, self%checks)
     call own_laws(problem%materials, analysis, laws, error)
     ! Results of a scene that is larger than its model are made of the whole model.
@@ -158,14 +160,14 @@ contains
     if (.not. self%ready) return
     call self%finish_record(error)
     call end_step_loop(self%loop, profile)
-    call clear(self%model, self%loop)
+    deallocate (self%model)
+    call clear(self%loop)
     self%ready = .false.
     if (allocated(self%outcome)) deallocate (self%outcome)
   end subroutine destroy
 
-  !> No model, and a loop at rest.
-  subroutine clear(model, loop)
-    type(model_type), intent(out) :: model
+  !> A loop at rest.
+  subroutine clear(loop)
     type(step_loop_type), intent(out) :: loop
   end subroutine clear
 
@@ -347,13 +349,14 @@ contains
     integer, intent(in), optional :: display
     !> The state was loaded, and the directory holds what was written up to it.
     logical, intent(in), optional :: continued
-    type(recorder_options_type) :: options
+    class(recorder_options_type), allocatable :: options
     character(len=:), allocatable :: echo
 
     call need_model(self, error)
     if (.not. allocated(error) .and. allocated(self%recorder)) &
       call fail(error, error_other, 'results are already written to '//self%recorder%directory)
     if (allocated(error)) return
+    allocate (options)
     options%display = display_none
     if (present(display)) options%display = display
     if (present(continued)) options%continued = continued

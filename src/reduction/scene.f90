@@ -37,13 +37,12 @@ contains
     type(expansion_type), intent(out) :: expansion
     !> What was found, one for each try.
     type(reduction_check_type), allocatable, intent(out) :: checks(:)
-    type(analysis_type) :: smaller
+    class(analysis_type), allocatable :: smaller, smallest
     type(reduction_type) :: step
     type(revolved_solid_type) :: figure
     integer :: i
 
-    model = scene
-    smaller = scene
+    allocate (smaller, smallest, source=scene)
     allocate (expansion%steps(0), checks(size(tries, 2)))
     do i = 1, size(checks)
       checks(i)%kind = tries(1, i)
@@ -57,8 +56,9 @@ contains
       call move_stops(step, smaller)
       if (.not. checks(i)%used) cycle
       call append_step(expansion, step)
-      model = smaller
+      smallest = smaller
     end do
+    model = smallest
   end subroutine reduce_scene
 
   !> Prove one reduction, or find why it is not possible.

@@ -9,10 +9,12 @@ Each check is a function of a module of this folder; its first line says what it
 from __future__ import annotations
 
 import argparse
+import concurrent.futures
 import pathlib
 import resource
 import sys
 import tempfile
+from itertools import chain
 
 import faults
 import inside_outlines
@@ -32,6 +34,9 @@ MODULES = [one_rank, many_ranks, migration, shared_scenes, more_scenes, shared_m
            restarts, inside_outlines]
 CHECKS = [check for module in MODULES for check in module.CHECKS]
 LONG_CHECKS = [check for module in MODULES for check in module.LONG_CHECKS]
+AT_ONCE = 2
+"""Checks that run at the same time, since ranks wait for each other as they start and end; those of BY_THE_CLOCK run alone."""
+BY_THE_CLOCK = (faults, joint_files, restarts, many_ranks)
 CPU_SECONDS = 60
 """What the short part may take, all processes together; printed beside what it took."""
 
@@ -39,6 +44,16 @@ CPU_SECONDS = 60
 def name_of(check: Check) -> str:
     """Module and function: two modules may have a check of one name."""
     return f"{check.__module__}.{check.__name__}"
+
+
+def fault_of(check: Check, place: Place) -> str | None:
+    """Run a check in a folder of its own; what is wrong, None for nothing."""
+    place.work.mkdir()
+    try:
+        check(place)
+    except (AssertionError, OSError) as wrong:
+        return str(wrong)
+    return None
 
 
 def main() -> int:
@@ -59,17 +74,16 @@ def main() -> int:
         print(f"0 passed, 0 failed, {len(checks)} skipped")
         return 0
     failed = 0
-    with tempfile.TemporaryDirectory(prefix="qsmpm-ranks-") as folder:
-        for number, check in enumerate(checks):
+    clocked = {module.__name__ for module in BY_THE_CLOCK}
+    checks.sort(key=lambda check: check.__module__ in clocked)
+    beside = [check for check in checks if check.__module__ not in clocked]
+    with tempfile.TemporaryDirectory(prefix="qsmpm-ranks-") as folder, concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
+        places = [Place(build, pathlib.Path(folder) / f"{number}-{check.__name__}") for number, check in enumerate(checks)]
+        found = chain(pool.map(fault_of, beside, places), map(fault_of, checks[len(beside):], places[len(beside):]))
+        for check, wrong in zip(checks, found, strict=True):
             name = (check.__doc__ or check.__name__).splitlines()[0]
-            place = Place(build, pathlib.Path(folder) / f"{number}-{check.__name__}")
-            place.work.mkdir()
-            try:
-                check(place)
-                print(f"ok     {name} ({name_of(check)})", flush=True)
-            except (AssertionError, OSError) as wrong:
-                failed += 1
-                print(f"FAILED {name} ({name_of(check)})\n       {wrong}", flush=True)
+            failed += wrong is not None
+            print(f"ok     {name} ({name_of(check)})" if wrong is None else f"FAILED {name} ({name_of(check)})\n       {wrong}", flush=True)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"{used.ru_utime + used.ru_stime:.1f} CPU seconds{'' if words.long or words.check else f' of {CPU_SECONDS}'}")
     print(f"{len(checks) - failed} passed, {failed} failed")

@@ -19,10 +19,11 @@ sys.path.insert(0, str(TOP / "tools"))
 from qsmpm_verify.cpu_limit import run_limited  # noqa: E402
 
 # mpirun refuses root and more ranks than cores unless it is told. Ranks that wait give way to those that work, also where
-# there are as many cores as ranks: others use them too.
+# there are as many cores as ranks: others use them too. They speak through memory: to look for networks at each start took longer
+# than the runs.
 ENVIRONMENT = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1",
                "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
-               "OMPI_MCA_mpi_yield_when_idle": "1"}
+               "OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self,vader"}
 CPU_SECONDS = int(os.environ.get("QSMPM_CHECK_SECONDS", "120"))
 
 

@@ -516,8 +516,9 @@ contains
   subroutine check_both(tests, model)
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(in) :: model
-    type(model_type) :: two
+    class(model_type), allocatable :: two
 
+    allocate (two)
     two = model
     two%analysis%materials = [model%analysis%materials, model%analysis%materials(1)]
     associate (other => two%analysis%materials(size(two%analysis%materials)), points => two%state%points)

@@ -28,7 +28,7 @@ module test_phase_tree
 
   !> A run with all that belongs to it.
   type :: run_type
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(step_loop_type) :: loop
     type(test_observer_type) :: observer
     type(error_type), allocatable :: error
@@ -127,6 +127,7 @@ contains
     type(run_profile_type) :: profile
 
     allocate (run, analysis)
+    allocate (run%model)
     call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4|'// &
       'X, 0, 2, 4|Y, 0, 1, 2|*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=side, PLANE=X|1|*MATERIAL, NAME=soil|*ELASTIC|'// &
       '1000, 0.3|*UNIT WEIGHT|18|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 0.8|'// &

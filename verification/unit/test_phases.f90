@@ -25,7 +25,7 @@ module test_phases
 
   !> A run with all that belongs to it.
   type :: run_type
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(step_loop_type) :: loop
     type(test_observer_type) :: observer
     type(error_type), allocatable :: error
@@ -146,6 +146,7 @@ contains
     character(len=1), parameter :: nl = new_line('a')
 
     allocate (run, analysis)
+    allocate (run%model)
     call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl// &
       '*METHOD, BASIS=STANDARD'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
       'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*NSET, NSET=side, PLANE=X'//nl//'1'//nl// &

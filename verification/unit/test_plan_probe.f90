@@ -101,11 +101,12 @@ contains
   !> A run that is tried takes the iterations of the run itself and leaves its model as it was.
   subroutine check_trials(tests)
     type(tests_type), intent(inout) :: tests
-    type(problem_type) :: problem
-    type(simulation_type) :: run
+    class(problem_type), allocatable :: problem
+    class(simulation_type), allocatable :: run
     type(trial_type) :: fine, coarse
     type(error_type), allocatable :: error
 
+    allocate (problem, run)
     call problem%parse(deck, 'probe', error)
     if (.not. allocated(error)) call run%create(problem, error)
     call tests%check('the deck of the trials is good', .not. allocated(error))
@@ -126,11 +127,12 @@ contains
   !> What the run refuses the trial tells: here K0 stresses that a cohesion of 0.1 does not carry.
   subroutine check_refused(tests)
     type(tests_type), intent(inout) :: tests
-    type(problem_type) :: problem
-    type(simulation_type) :: run
+    class(problem_type), allocatable :: problem
+    class(simulation_type), allocatable :: run
     type(trial_type) :: trial
     type(error_type), allocatable :: error
 
+    allocate (problem, run)
     call problem%parse(changed(changed(deck, '9, 20, 0', '0.1, 0, 0'), '*PHASE, NAME=w'//nl, '*PHASE, NAME=w'//nl// &
       '*INITIAL, TYPE=K0'//nl//'0.75, 0.2'//nl), 'probe', error)
     if (.not. allocated(error)) call run%create(problem, error)

@@ -43,7 +43,7 @@ module test_safety_search
 
   !> A run with all that belongs to it.
   type :: run_type
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(step_loop_type) :: loop
     type(watching_type) :: observer
     type(error_type), allocatable :: error
@@ -98,6 +98,7 @@ contains
     character(len=:), allocatable :: elastic
 
     allocate (run, analysis)
+    allocate (run%model)
     elastic = '*ELASTIC|1000, 0.3|'
     if (index(material, '*CAM CLAY') == 1) elastic = ''
     call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL|'// &

@@ -488,10 +488,11 @@ contains
       '*PERMEABILITY, DRAINABLE POROSITY=0.1| 2|', box = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 6, 0, 2|', &
       steady = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| right, 1|*END PHASE|', falls = &
       '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| left, 1| right, 1|*END PHASE|'
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     real(wp) :: middle(3)
     integer :: p
 
+    allocate (model)
     call build(sides//sand//box//phase//steady//'*PHASE, NAME=falls, TIME=0.3|'//falls//'*PHASE, NAME=waits, TIME=3|'// &
       falls, model)
     middle = [(head_of_flow(model%analysis%phases(p)%water_levels(1)%field, [3.0_wp, 0.2_wp]), p=1, 3)]
@@ -522,13 +523,14 @@ contains
   !> A river whose part of the bounds is its bed stands on its bank as one that is given both, at rest and as it falls.
   subroutine check_bank(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: bed, both
+    class(model_type), allocatable :: bed, both
     character(len=*), parameter :: porous = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|*PERMEABILITY, '// &
       'DRAINABLE POROSITY=0.2| 0.02|', levels = phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.9| low, 1.8|'// &
       '*END PHASE|*PHASE, NAME=falls, TIME=1|*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| left, 1.9|'// &
       ' low, 1.1|*END PHASE|'
     integer :: p, at
 
+    allocate (bed, both)
     call build(head//porous//ground//levels, bed)
     at = index(head, ' 6, 1, 4, 1|') + len(' 6, 1, 4, 1|') - 1
     call build(head(:at)//' 4, 1, 3, 2|'//head(at + 1:)//porous//ground//levels, both)
@@ -545,7 +547,7 @@ contains
   !> Ground that no water reaches changes nothing for that beside it, whatever it lets through.
   subroutine check_dry_ground(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     character(len=:), allocatable :: said
     character(len=*), parameter :: wet = '*SURFACE, NAME=in, TYPE=SEGMENT| 3, 1, 3, 0|*SURFACE, NAME=out, TYPE=SEGMENT| '// &
       '5, 0, 5, 1|*BODY, NAME=wet, MATERIAL=soil, SHAPE=BOX| 3, 5, 0, 1|', &
@@ -554,6 +556,7 @@ contains
       'SHAPE=BOX| 0, 2, 0, 1|'
     real(wp) :: alone
 
+    allocate (model)
     call build(sides//soil//wet//phase//levels, model)
     alone = model%analysis%phases(1)%water_levels(1)%heads(1)%inflow
     call tests%close('water flows in, as Dupuit has it', alone, 2.0_wp*(0.8_wp**2 - 0.4_wp**2)/4.0_wp, 0.1_wp*alone)
@@ -569,9 +572,10 @@ contains
   !> Bounds of a drawn scene: a level on a surface of the outline, one on segments, air between them.
   subroutine check_scene(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(seepage_field_type) :: field
 
+    allocate (model)
     call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.5| right, 1|*END PHASE|', &
       model)
     field = model%analysis%phases(1)%water_levels(1)%field
@@ -645,9 +649,10 @@ contains
       ring = '*MODEL, TYPE=AXISYMMETRIC|*GRID| X, 2, 6, 16| Y, 0, 3, 6|*NSET, NSET=base, PLANE=Y| 0|'// &
       '*NSET, NSET=left, PLANE=X| 2|*NSET, NSET=right, PLANE=X| 6|', level = &
       '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| ', cap = '*MATERIAL, NAME=cap|*ELASTIC| 1000, 0.3|*PERMEABILITY| 0|'
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     integer :: i
 
+    allocate (model)
     call build(sides//soil//cap//box//'*BODY, NAME=cap, MATERIAL=cap, SHAPE=BOX| 0, 6, 2, 3|'//phase// &
       level//'left, 4| right, 3|*END PHASE|', model)
     call tests%check('the phase is named', index(model%notes, "phase 'flow': water flows in by 'left'") > 0)
@@ -704,7 +709,7 @@ contains
   !> Curves that are sharper than cells are told, steady and in time, and curves that nothing flows by.
   subroutine check_curve_notes(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     character(len=*), parameter :: sand = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|'// &
       '*PERMEABILITY, DRAINABLE POROSITY=0.1, N=2, ALPHA=', box = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 6, 0, 2|', &
       flows = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| right, 1|*END PHASE|', time = '*PHASE, NAME=falls, TIME=1|'// &
@@ -716,6 +721,7 @@ contains
     real(wp) :: discharge(2)
     integer :: i
 
+    allocate (model)
     call build(sides//sand//'50| 2|'//box//phase//flows//time, model)
     call tests%check('a sharp curve', index(model%notes, "'flow': "//said) > 0 .and. index(model%notes, &
       'is taken with ALPHA=2 there') > 0)
@@ -739,8 +745,9 @@ contains
   !> Ground that has moved by more than a cell before its water flows is warned of.
   subroutine check_moved(tests)
     type(tests_type), intent(inout) :: tests
-    type(model_type) :: model
+    class(model_type), allocatable :: model
 
+    allocate (model)
     call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.5|*END PHASE|', model)
     model%state%progress%phase = 1
     model%state%points%position(1, 3) = model%state%points%position(1, 3) + 0.9_wp*model%cell_size
@@ -784,9 +791,10 @@ contains
   subroutine refused_whole(tests, deck, words)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: deck, words
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     character(len=:), allocatable :: said
 
+    allocate (model)
     call build(deck, model, said)
     call tests%check(words, index(said, words) > 0)
   end subroutine refused_whole

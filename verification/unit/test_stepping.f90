@@ -32,7 +32,7 @@ module test_stepping
 
   !> A step that is tried: the model, the script and all that comes back.
   type :: trial_type
-    type(model_type) :: model
+    class(model_type), allocatable :: model
     type(step_type) :: step
     type(controls_type) :: controls
     type(script_type) :: script
@@ -114,6 +114,7 @@ contains
     character(len=1), parameter :: nl = new_line('a')
 
     allocate (it, analysis)
+    allocate (it%model)
     call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl// &
       '*METHOD, BASIS=STANDARD'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
       'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl// &

@@ -219,7 +219,7 @@ class Decks(unittest.TestCase):
         self.assertAlmostEqual(found["beta"], exact, delta=0.02)
         self.assertAlmostEqual(found["design point"]["E"], 7500.0, delta=45.0)
         self.assertEqual(found["alpha"]["E"], -1.0)
-        self.told(0, "--runs", "60", "--jobs", "2")
+        self.told(0, "--runs", "30", "--jobs", "2")
         sampled = json.loads((self.folder / "out" / "reliability.json").read_text())
         self.assertAlmostEqual(sampled["probability"], stats.norm.cdf(-exact), delta=3 * max(sampled["its standard error"], 0.005))
 
