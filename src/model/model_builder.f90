@@ -70,7 +70,7 @@ module qsmpm_model_builder
   real(wp), parameter :: far = 2.0_wp
   !> Poisson's ratio above which a material is cured of locking unasked, and the default factors.
   real(wp), parameter :: locking_poisson = 0.45_wp, usual_resistance = 0.5_wp, &
-    clay_resistance = 0.1_wp, flow_resistance = 1.0_wp
+    clay_resistance = 0.1_wp, lasting_clay_resistance = 0.3_wp, flow_resistance = 1.0_wp
 
 contains
 
@@ -265,6 +265,7 @@ contains
     type(model_type), intent(inout) :: model
     type(law_description_type) :: traits
     logical :: smooth, lowest, linear, pressed
+    real(wp) :: clay
     integer :: m
 
     call settle_grid(model)
@@ -275,6 +276,8 @@ contains
       (.not. smooth .or. model%analysis%method%basis == basis_gimp)
     ! Beside a rigid body splines lock by more than one pressure a cell costs: strip footing +15 % without, +7 % with.
     pressed = smooth .and. size(model%analysis%rigid_bodies) > 0
+    clay = merge(lasting_clay_resistance, clay_resistance, model%analysis%method%basis == basis_fem)
+    if (lowest .and. .not. smooth) clay = usual_resistance
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
         traits = traits_of(material)
@@ -286,8 +289,7 @@ contains
             'where its pressures show that it locks'//new_line('a')
         end if
         if (material%locking_treatment == locking_none) cycle
-        if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, linear, &
-          lowest .and. .not. smooth)
+        if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, linear, clay)
         model%laws(m)%flows = may_yield(material) .and. .not. softens_by_point(material)
         model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
@@ -310,7 +312,7 @@ contains
     if (.not. allocated(model%analysis%backgrounds)) return
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
-        factor(m, :) = merge(material%pressure_factor, resistance_of(material, .false., .false.), &
+        factor(m, :) = merge(material%pressure_factor, resistance_of(material, .false., clay_resistance), &
           material%pressure_factor >= 0.0_wp)
         do k = 1, 2
           if (material%locking_treatment == locking_none .or. (material%locking_treatment == locking_auto .and. &
@@ -332,19 +334,21 @@ contains
   end function smallest
 
   !> Resistance to volume changes inside a cell over the shear modulus. Clay needs little where cells are not bilinear,
+  !> least where pressures of the points of a cell do not last from step to step (qsmpm_uniform_pressure),
   !> but for clay that cracks: what opens keeps no volume, and cells of next to one pressure fall apart there.
   !> Other soil that flows carries less than it should with half of it on splines.
-  pure real(wp) function resistance_of(material, linear, bilinear) result(factor)
+  pure real(wp) function resistance_of(material, linear, clay) result(factor)
     type(material_type), intent(in) :: material
-    !> Displacements are linear in a cell, with a domain of the point or without, or cells fit the ground; of elements
-    !> alone.
-    logical, intent(in) :: linear, bilinear
+    !> Displacements are linear in a cell, with a domain of the point or without, or cells fit the ground.
+    logical, intent(in) :: linear
+    !> That of clay.
+    real(wp), intent(in) :: clay
     type(law_description_type) :: traits
 
     traits = traits_of(material)
     factor = usual_resistance
     if (traits%failure_keeps_volume .and. .not. material%tensile_strength < huge(1.0_wp)) then
-      if (.not. bilinear) factor = clay_resistance
+      factor = clay
     else if (may_yield(material) .and. .not. linear) then
       factor = flow_resistance
     end if
