@@ -435,8 +435,8 @@ contains
     rises = axis > 1 .and. gravity(axis) > 0.0_wp
   end function rises
 
-  !> Warn where a plane that is held across is an end of the grid, and a side of a body looks at it from within a cell of
-  !> it: cells which it fills in part hang it up, and on triangles that fit it is free.
+  !> Warn where a plane that is held across is an end of the grid, and a side of a body looks at it from within a cell:
+  !> cells which it fills in part hang it up, and on triangles that fit it is free.
   subroutine check_held_ends(state)
     type(deck_state_type), intent(inout) :: state
     logical :: said(size(state%analysis%node_sets))

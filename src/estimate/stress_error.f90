@@ -376,7 +376,7 @@ contains
     end associate
   end subroutine applied_traction
 
-  !> Mismatch of stress and traction at loaded surfaces of a material, in the components that no node holds or moves there.
+  !> Mismatch of stress and traction at loaded surfaces of a material, in the components that no node holds or moves.
   pure subroutine compare_surfaces(model, smooth, neighbour, least, estimate, total, covered)
     type(model_type), intent(in) :: model
     !> Smooth stress of the material.

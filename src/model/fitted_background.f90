@@ -1,5 +1,5 @@
 !> The background of *GRID, FIT=YES: triangles whose edges lie on the outlines of bodies and on rigid bodies as they are
-!> drawn, those of later phases included, and on sets of nodes along a line or a plane in the ground. Where a set of nodes or a
+!> drawn, those of later phases included, and on sets of nodes along a line or plane of the ground. Where a set or a
 !> surface ends on an outline there is a node.
 module qsmpm_fitted_background
   use qsmpm_kinds, only: wp

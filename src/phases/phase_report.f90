@@ -37,7 +37,7 @@ module qsmpm_phase_report
   private
 
   public :: phase_report_type, report_step, report_stabilisation, report_length, report_phase, warn_of_lag, &
-    warn_of_initial_strength, advise_on_tangent, all_is_held, excess_of, failure_text, overloaded, start_text
+    warn_of_initial_strength, advise_on_tangent, all_is_held, begin_report, failure_text, overloaded, start_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
@@ -201,6 +201,15 @@ contains
     report%flow_told = len(notes) > 0
   end subroutine report_phase
 
+  !> What is known at the start of a phase.
+  subroutine begin_report(model, report)
+    type(model_type), intent(in) :: model
+    type(phase_report_type), intent(inout) :: report
+
+    report%lag_warned = .false.
+    report%excess = excess_of(model)
+  end subroutine begin_report
+
   !> Largest excess pore pressure of ground that consolidates, and its mean over the volume.
   function excess_of(model) result(excess)
     type(model_type), intent(in) :: model
@@ -214,8 +223,7 @@ contains
     end associate
   end function excess_of
 
-  !> What a phase in which ground consolidates has left of the excess pore pressure; one that waits for nothing is warned
-  !> of.
+  !> What a phase in which ground consolidates has left of the excess pore pressure; one that waits for nothing is told.
   subroutine report_excess(model, before, observer)
     type(model_type), intent(in) :: model
     !> Largest and mean when it began.

@@ -156,7 +156,7 @@ contains
     call note_background(grid, analysis%backgrounds(2))
   end subroutine prepare_grid
 
-  !> The first set whose nodes the grid of the lines has not: one that is pushed, or is held off the lines; else nothing.
+  !> The first set whose nodes the grid of the lines has not: one that is pushed, or held off the lines; else nothing.
   pure function lost_set(analysis) result(name)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: name

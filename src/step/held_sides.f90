@@ -11,7 +11,8 @@
 !>
 !> A slide that is moved by its weight and reaches a held side is carried by it from there on: that is told where soil
 !> within a cell of a side has yielded and moved along it by more than a cell, and not as a column between rollers that
-!> is compressed. Where a phase pushes, or finds a limit load, soil that flows along a side tells that the side may bear.
+!> is compressed. Where a phase pushes, or finds a limit load, it is told of soil that flows along a side, which may
+!> bear.
 module qsmpm_held_sides
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: lowest_rank
