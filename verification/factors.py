@@ -92,7 +92,7 @@ def run(binary: pathlib.Path, name: str, deck: str) -> tuple[float, float, str]:
     path.write_text(deck, encoding="utf-8")
     done = run_limited([binary, "run", path, "--out", FOLDER / name], 600.0)
     found = json.loads((FOLDER / name / "safety.json").read_text(encoding="utf-8"))["phases"][-1]
-    note = "" if found["lost"] is None or found["mechanism"] else "no mechanism seen"
+    note = "" if found.get("refused") is None else "no mechanism seen"
     return float(found["stable"]), done.cpu, note if done.code == 0 else f"exit {done.code}"
 
 

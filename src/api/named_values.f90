@@ -173,7 +173,8 @@ contains
   end function limit_load_of
 
   !> Of every phase: how it has ended (0 not yet, 1 whole load, 2 limit load, 3 a stop, 4 lost), load fraction and
-  !> largest displacement at its end, factors of safety that are stable and lost, 0 for none.
+  !> largest displacement at its end, factors of safety that are stable and lost, 0 for none: it is at least the
+  !> stable one where none is lost.
   pure function phase_results(model) result(values)
     type(model_type), intent(in) :: model
     real(wp) :: values(5*size(model%analysis%phases))

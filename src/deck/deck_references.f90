@@ -15,6 +15,7 @@ module qsmpm_deck_references
   use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_loads, only: acts, consolidation_of, is_loaded
   use qsmpm_phase_tree, only: has_parent, parent_of
+  use qsmpm_polygon, only: polygon_area, polygon_contains
   use qsmpm_text, only: did_you_mean, string_type
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, check_name
@@ -39,7 +40,7 @@ module qsmpm_deck_references
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
   use qsmpm_rounded_text, only: rounded_text
-  use qsmpm_vertical, only: upwards, vertical_of
+  use qsmpm_vertical, only: vertical_of
   implicit none
   private
 
@@ -47,6 +48,8 @@ module qsmpm_deck_references
 
   !> A gap that is none, over the cell beside the base.
   real(wp), parameter :: closed = 1.0e-3_wp
+  !> Cosine of the angle to its normal within which a side looks at an end of the grid.
+  real(wp), parameter :: across = 0.7_wp
 
 contains
 
@@ -90,7 +93,7 @@ contains
     call check_histories(state)
     call check_stops(state)
     if (state%messages%error_count() == 0) call check_magnitudes(state)
-    if (state%messages%error_count() == 0) call check_ground_base(state)
+    if (state%messages%error_count() == 0) call check_held_ends(state)
   end subroutine check_references
 
   !> What every deck must have.
@@ -432,56 +435,105 @@ contains
     rises = axis > 1 .and. gravity(axis) > 0.0_wp
   end function rises
 
-  !> Warn where a set that is held lies in the base of the grid, and the lowest ground less than a cell above it: cells
-  !> which it fills in part hang it up, and the stress there is wrong.
-  subroutine check_ground_base(state)
+  !> Warn where a plane that is held across is an end of the grid, and a side of a body looks at it from within a cell:
+  !> cells which it fills in part hang it up, and on triangles that fit it is free.
+  subroutine check_held_ends(state)
     type(deck_state_type), intent(inout) :: state
-    real(wp) :: base, cell, gap
-    integer :: p, i, s, axis
+    logical :: said(size(state%analysis%node_sets))
+    real(wp) :: gap, cell, side
+    integer :: p, i, s, b
 
+    said = .false.
     associate (analysis => state%analysis)
       if (all(analysis%mesh%kind /= [mesh_grid, mesh_fitted]) .or. .not. all(analysis%bodies%kind == body_box .or. &
         analysis%bodies%kind == body_polygon)) return
-      axis = vertical_of(analysis)
-      if (size(analysis%bodies) == 0 .or. .not. allocated(analysis%mesh%axes(axis)%lines)) return
-      associate (lines => analysis%mesh%axes(axis)%lines)
-        base = merge(lines(1), lines(size(lines)), upwards(analysis) > 0.0_wp)
-        cell = merge(lines(2) - lines(1), lines(size(lines)) - lines(size(lines) - 1), upwards(analysis) > 0.0_wp)
-      end associate
-      gap = lowest(state, axis) - upwards(analysis)*base
-      if (gap <= closed*cell .or. gap >= cell) return
       do p = 1, size(analysis%phases)
         do i = 1, size(analysis%phases(p)%fixities)
           associate (fixity => analysis%phases(p)%fixities(i))
             s = place_named(analysis%node_sets, fixity%set)
-            if (s == 0 .or. .not. fixity%fixed(axis)) cycle
+            if (s == 0) cycle
             associate (set => analysis%node_sets(s))
-              if (set%selection /= select_plane .or. set%axis /= axis) cycle
-              if (abs(set%box(axis, 1) - base) > closed*cell) cycle
+              if (said(s) .or. set%selection /= select_plane) cycle
+              ! A pile on the axis of its scene, with soil drawn around it.
+              if (set%axis /= vertical_of(analysis) .and. size(analysis%rigid_bodies) > 0) cycle
+              if (.not. (fixity%fixed(set%axis) .and. allocated(analysis%mesh%axes(set%axis)%lines))) cycle
+              associate (lines => analysis%mesh%axes(set%axis)%lines)
+                cell = merge(lines(2) - lines(1), lines(size(lines)) - lines(size(lines) - 1), set%box(set%axis, 1) < &
+                  0.5_wp*(lines(1) + lines(size(lines))))
+                side = lines(merge(1, size(lines), set%box(set%axis, 1) < 0.5_wp*(lines(1) + lines(size(lines)))))
+                if (abs(set%box(set%axis, 1) - side) > closed*cell) cycle
+                do b = 1, size(analysis%bodies)
+                  gap = gap_of(state, b, set%axis, side, merge(-1.0_wp, 1.0_wp, side < lines(2)), cell)
+                  if (gap <= closed*cell .or. said(s)) cycle
+                  said(s) = .true.
+                  call state%warn(fixity%where, 'FIX', "node set '"//set%name//"' holds the side "// &
+                    trim(axis_words(set%axis))//' = '//rounded_text(side)//" of the grid, and body '"// &
+                    analysis%bodies(b)%name//"' ends up to "//rounded_text(gap, 3)//' from it: '//trim(merge( &
+                    'it is free there                               ', &
+                    'what it rests on is cells that it fills in part', analysis%mesh%kind == mesh_fitted))// &
+                    '; let the body or the grid end at the other')
+                end do
+              end associate
             end associate
-            call state%warn(fixity%where, 'FIX', "node set '"//fixity%set//"' holds the base of the grid, and the "// &
-              'ground ends '//rounded_text(gap, 3)//' above it, within a cell of '//rounded_text(cell, 3)// &
-              ': what it stands on is cells that it fills in part; let a body or the grid end at the other')
-            return
           end associate
         end do
       end do
     end associate
-  end subroutine check_ground_base
+  end subroutine check_held_ends
 
-  !> Lowest place of all bodies, upwards.
-  pure real(wp) function lowest(state, axis)
+  !> How far the sides of a body are from an end of the grid that they look at from within a cell, with no body between.
+  pure real(wp) function gap_of(state, number, axis, side, out, cell) result(gap)
     type(deck_state_type), intent(in) :: state
-    integer, intent(in) :: axis
-    integer :: b
+    !> The body.
+    integer, intent(in) :: number, axis
+    !> Where the end is, the sense in which it looks out, and the cell beside it.
+    real(wp), intent(in) :: side, out, cell
+    real(wp), allocatable :: corner(:, :)
+    real(wp) :: off(2), middle(3)
+    integer :: k, n, next
 
-    lowest = huge(1.0_wp)
-    do b = 1, size(state%analysis%bodies)
-      associate (body => state%analysis%bodies(b), up => upwards(state%analysis))
-        if (body%kind == body_box) lowest = min(lowest, minval(up*body%box(axis, :)))
-        if (body%kind == body_polygon .and. axis < 3) lowest = min(lowest, minval(up*body%polygon(axis, :)))
-        if (body%kind == body_polygon .and. axis == 3) lowest = -huge(1.0_wp)
+    gap = 0.0_wp
+    associate (body => state%analysis%bodies(number))
+      if (body%kind == body_box) then
+        corner = reshape([body%box(:, 1), body%box(:, 2)], [3, 2])
+        corner(axis, :) = body%box(axis, merge(2, 1, out > 0.0_wp))
+      else
+        if (axis == 3) return
+        corner = body%polygon
+        if (polygon_area(corner) < 0.0_wp) corner = corner(:, size(corner, 2):1:-1)
+      end if
+    end associate
+    n = size(corner, 2)
+    do k = 1, n
+      next = modulo(k, n) + 1
+      associate (along => corner(:, next) - corner(:, k))
+        ! Outwards is to the right of an edge.
+        if (size(along) == 2) then
+          if (out*merge(along(2), -along(1), axis == 1) < across*norm2(along)) cycle
+        end if
       end associate
+      off = out*(side - corner(axis, [k, next]))
+      if (minval(off) >= cell .or. maxval(off) <= gap) cycle
+      middle = 0.0_wp
+      middle(:size(corner, 1)) = 0.5_wp*(corner(:, k) + corner(:, next))
+      middle(axis) = middle(axis) + 0.25_wp*out*sum(off)
+      if (.not. is_filled()) gap = maxval(off)
     end do
-  end function lowest
+
+  contains
+
+    !> Whether a body lies at the middle.
+    pure logical function is_filled()
+      integer :: b
+
+      is_filled = .false.
+      do b = 1, size(state%analysis%bodies)
+        associate (body => state%analysis%bodies(b))
+          if (body%kind == body_polygon) is_filled = is_filled .or. polygon_contains(body%polygon, middle(:2))
+          if (body%kind == body_box) is_filled = is_filled .or. all((middle >= body%box(:, 1) .and. &
+            middle <= body%box(:, 2)) .or. body%box(:, 1) >= body%box(:, 2))
+        end associate
+      end do
+    end function is_filled
+  end function gap_of
 end module qsmpm_deck_references

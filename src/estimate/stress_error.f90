@@ -31,6 +31,7 @@ module qsmpm_stress_error
     stress_norm
   use qsmpm_phase_loads, only: has_consolidation
   use qsmpm_points, only: carried_type, place_of
+  use qsmpm_space, only: functions_at, shape_values_type
   use qsmpm_team, only: team_type, largest, total
   use qsmpm_traction_jump, only: across, add_traction_jump
   implicit none
@@ -43,6 +44,9 @@ module qsmpm_stress_error
   real(wp), parameter :: least_area = 1.0e-3_wp
   !> Stress of a neighbourhood below this share of the largest one: errors there are shares of that.
   real(wp), parameter :: least_level = 1.0e-2_wp
+
+  !> Surfaces whose normals have this cosine or more look the same way.
+  real(wp), parameter :: alike = 0.9_wp
 
   !> Part of the jump of the traction across an interface that either side has.
   real(wp), parameter :: part = 0.5_wp
@@ -269,26 +273,55 @@ contains
     end associate
   end subroutine compare_materials
 
-  !> Material point next to each surface point of a loaded or held surface, 0 for those of others.
+  !> Material point next to each surface point of a loaded or held surface, 0 for those of others and where a rigid body
+  !> or another loaded surface presses too: the stress there carries both.
   subroutine find_neighbours(model, neighbour)
     type(model_type), intent(in) :: model
     !> (surface points)
     integer, allocatable, intent(out) :: neighbour(:)
     type(point_bins_type) :: bins
     real(wp) :: traction(model%mesh%dimension)
-    logical, allocatable :: own(:)
+    logical :: own(model%state%surface%count), acts(model%state%surface%count)
+    integer :: first(model%mesh%cell_count), next(model%state%surface%count)
     integer :: i
 
     allocate (neighbour(model%state%surface%count), source=0)
     if (size(neighbour) == 0 .or. model%state%points%count == 0) return
     own = own_of(model%part%surface, size(neighbour))
-    call make_bins(model%state%points%position, bins)
-    do i = 1, size(neighbour)
-      if (.not. own(i)) cycle
-      call applied_traction(model, i, traction)
-      if (any(abs(traction) > 0.0_wp) .or. is_held(model, i)) &
-        neighbour(i) = nearest_in_bins(bins, model%state%points%position, model%state%surface%position(:, i))
-    end do
+    first = 0
+    associate (surface => model%state%surface, points => model%state%points)
+      do i = 1, size(neighbour)
+        call applied_traction(model, i, traction)
+        acts(i) = any(abs(traction) > 0.0_wp) .or. is_held(model, i) .or. surface%contact_pressure(i) > 0.0_wp
+        if (.not. acts(i) .or. surface%cell(i) == 0) cycle
+        next(i) = first(surface%cell(i))
+        first(surface%cell(i)) = i
+      end do
+      call make_bins(points%position, bins)
+      do i = 1, size(neighbour)
+        if (.not. own(i) .or. .not. acts(i)) cycle
+        if (is_held(model, i) .or. alone(i)) &
+          neighbour(i) = nearest_in_bins(bins, points%position, surface%position(:, i))
+      end do
+    end associate
+
+  contains
+
+    !> Whether nothing but its own load acts on a place: no surface that looks the same way in its cell.
+    pure logical function alone(i)
+      integer, intent(in) :: i
+      integer :: other
+
+      associate (surface => model%state%surface)
+        alone = .not. surface%contact_pressure(i) > 0.0_wp
+        other = first(surface%cell(i))
+        do while (other > 0 .and. alone)
+          alone = surface%surface(other) == surface%surface(i) .or. dot_product(surface%area_vector(:, other), &
+            surface%area_vector(:, i)) < alike*norm2(surface%area_vector(:, other))*norm2(surface%area_vector(:, i))
+          other = next(other)
+        end do
+      end associate
+    end function alone
   end subroutine find_neighbours
 
   !> Root mean square of the areas of all surface points; 0 where there are none.
@@ -343,7 +376,7 @@ contains
     end associate
   end subroutine applied_traction
 
-  !> Mismatch of stress and traction at loaded surfaces of a material.
+  !> Mismatch of stress and traction at loaded surfaces of a material, in the components that no node holds or moves.
   pure subroutine compare_surfaces(model, smooth, neighbour, least, estimate, total, covered)
     type(model_type), intent(in) :: model
     !> Smooth stress of the material.
@@ -357,6 +390,7 @@ contains
     real(wp), intent(inout) :: total(:), covered(:)
     real(wp) :: stress(size(model%state%points%stress, 1)), traction(model%mesh%dimension)
     real(wp) :: mismatch, area, level
+    logical :: free(model%mesh%dimension)
     integer :: i, p
 
     associate (points => model%state%points, surface => model%state%surface)
@@ -364,11 +398,13 @@ contains
         p = neighbour(i)
         if (p == 0 .or. is_held(model, i)) cycle
         area = norm2(surface%area_vector(:, i))
-        if (points%material(p) /= smooth%material .or. area < least) cycle
+        free = free_components(model, i)
+        if (points%material(p) /= smooth%material .or. area < least .or. .not. any(free)) cycle
         call smooth_stress_at(smooth, model%mesh, points%cell(p), points%local(:, p), surface%position(:, i), stress, &
           level)
         call applied_traction(model, i, traction)
-        mismatch = norm2(across(stress, surface%area_vector(:, i)/area) - traction)/max(norm2(traction), level)
+        mismatch = norm2(merge(across(stress, surface%area_vector(:, i)/area) - traction, 0.0_wp, free)) &
+          /max(norm2(traction), level)
         total(surface%surface(i)) = total(surface%surface(i)) + area*mismatch
         covered(surface%surface(i)) = covered(surface%surface(i)) + area
         if (estimate%worst_surface_point > 0 .and. mismatch <= estimate%surface_largest) cycle
@@ -377,6 +413,20 @@ contains
       end do
     end associate
   end subroutine compare_surfaces
+
+  !> Components in which functions that are held or prescribed have less than half of a surface point.
+  pure function free_components(model, i) result(free)
+    type(model_type), intent(in) :: model
+    !> The surface point.
+    integer, intent(in) :: i
+    logical :: free(model%mesh%dimension)
+    type(shape_values_type) :: place
+    integer :: a
+
+    call functions_at(model%space, model%mesh, model%state%surface%cell(i), model%state%surface%local(:, i), place)
+    free = [(2.0_wp*sum(abs(place%shape(:place%count)), mask=model%loading%constrained(a, place%node(:place%count))) &
+      < sum(abs(place%shape(:place%count))), a=1, size(free))]
+  end function free_components
 
   !> Add what the smooth stress of a material, loads and supports do on held surfaces.
   pure subroutine add_resultants(model, smooth, neighbour, held)

@@ -1,11 +1,11 @@
 !> The background of *GRID, FIT=YES: triangles whose edges lie on the outlines of bodies and on rigid bodies as they are
-!> drawn, those of later phases included, and on sets of nodes along a line in the ground. Where a set of nodes or a
+!> drawn, those of later phases included, and on sets of nodes along a line or plane of the ground. Where a set or a
 !> surface ends on an outline there is a node.
 module qsmpm_fitted_background
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_box, body_polygon
-  use qsmpm_mesh_description, only: select_box
+  use qsmpm_mesh_description, only: select_box, select_plane
   use qsmpm_structures, only: rigid_box, rigid_circle, rigid_polygon
   use qsmpm_element, only: element_from_name, element_order, tri3
   use qsmpm_error, only: error_type
@@ -14,6 +14,7 @@ module qsmpm_fitted_background
   use qsmpm_mid_nodes, only: add_mid_nodes
   use qsmpm_outline_graph, only: outline_type
   use qsmpm_phase_description, only: initial_k0
+  use qsmpm_polygon, only: polygon_contains
   use qsmpm_vertical, only: vertical_of
   use qsmpm_singular_corners, only: singular_corners
   implicit none
@@ -167,47 +168,59 @@ contains
     end do
   end subroutine add_ends
 
-  !> Sets of nodes along a line that leaves the outlines drawn: a wall that reaches below the floor of a pit.
+  !> Sets of nodes along a line or plane that leaves the outlines drawn: a wall that reaches below the floor of a pit.
   pure subroutine add_set_lines(analysis, shortest, outlines)
     type(analysis_type), intent(in) :: analysis
     !> Length of a line that is more than a place.
     real(wp), intent(in) :: shortest
     type(outline_type), allocatable, intent(inout) :: outlines(:)
     type(outline_type) :: line
+    real(wp) :: box(2, 2)
     integer :: i, drawn
 
     drawn = size(outlines)
     line%is_closed = .false.
     do i = 1, size(analysis%node_sets)
       associate (set => analysis%node_sets(i), x => analysis%mesh%axes(1)%lines, y => analysis%mesh%axes(2)%lines)
-        if (set%selection /= select_box) cycle
+        if (all(set%selection /= [select_box, select_plane])) cycle
         line%name = set%name
-        line%corner = reshape([max(set%box(1, 1), x(1)), max(set%box(2, 1), y(1)), min(set%box(1, 2), x(size(x))), &
-          min(set%box(2, 2), y(size(y)))], [2, 2])
+        box = set%box(:2, :)
+        if (set%selection == select_plane) box(3 - set%axis, :) = huge(box)*[-1, 1]
+        if (set%selection == select_plane) box(set%axis, 2) = box(set%axis, 1)
+        line%corner = reshape([max(box(1, 1), x(1)), max(box(2, 1), y(1)), min(box(1, 2), x(size(x))), &
+          min(box(2, 2), y(size(y)))], [2, 2])
         associate (along => line%corner(:, 2) - line%corner(:, 1), inside => [line%corner(1, 1) > x(1) .and. &
             line%corner(1, 2) < x(size(x)), line%corner(2, 1) > y(1) .and. line%corner(2, 2) < y(size(y))])
           if (minval(abs(along)) > touching*maxval(abs(along)) .or. maxval(along) < shortest) cycle
           if (.not. inside(minloc(abs(along), dim=1))) cycle
         end associate
-        if (.not. is_drawn(line%corner, outlines(:drawn))) outlines = [outlines, line]
+        if (.not. is_drawn(line%corner, set%selection == select_plane, outlines(:drawn))) outlines = [outlines, line]
       end associate
     end do
   end subroutine add_set_lines
 
-  !> Whether a line lies on outlines all along.
-  pure logical function is_drawn(line, outlines)
+  !> Whether a line lies on outlines all along, or a plane wherever there is a body on both sides of it.
+  pure logical function is_drawn(line, in_ground, outlines)
     !> Ends (2, 2).
     real(wp), intent(in) :: line(:, :)
+    !> It is a plane.
+    logical, intent(in) :: in_ground
     type(outline_type), intent(in) :: outlines(:)
     integer, parameter :: samples = 64
-    real(wp) :: place(2, 2), along(2), share(2)
-    logical :: met
+    real(wp) :: place(2, 2), along(2), share(2), aside(2)
+    logical :: met, beside(2)
     integer :: o, i, k
 
     is_drawn = .true.
+    aside = 1.0e-4_wp/samples*(line([2, 1], 2) - line([2, 1], 1))
     do k = 1, samples
       place = spread(line(:, 1) + (k - 0.5_wp)/samples*(line(:, 2) - line(:, 1)), 2, 2)
-      met = .false.
+      beside = .not. in_ground
+      do o = 1, size(outlines)
+        if (outlines(o)%region > 0) beside = beside .or. [polygon_contains(outlines(o)%corner, place(:, 1) + aside), &
+          polygon_contains(outlines(o)%corner, place(:, 1) - aside)]
+      end do
+      met = .not. all(beside)
       do o = 1, size(outlines)
         do i = 1, size(outlines(o)%corner, 2)
           along = outlines(o)%corner(:, modulo(i, size(outlines(o)%corner, 2)) + 1) - outlines(o)%corner(:, i)

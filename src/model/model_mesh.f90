@@ -10,11 +10,12 @@ module qsmpm_model_mesh
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_body_description, only: body_polygon, body_type
   use qsmpm_mesh_description, only: mesh_grid, mesh_file, mesh_fitted, mesh_inline, select_list, select_box, &
-    select_plane, set_type
+    select_plane, set_type, holds_corner
   use qsmpm_method_description, only: basis_fem
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_source_line, only: source_line_type
   use qsmpm_element, only: element_from_name, local_dimension
-  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic, where_text
   use qsmpm_model, only: model_type
   use qsmpm_grid, only: grid_type, make_grid, whole_window
   use qsmpm_grid_window, only: operator(==), cells_of
@@ -23,7 +24,7 @@ module qsmpm_model_mesh
   use qsmpm_mesh_readers, only: read_mesh
   use qsmpm_inline_mesh, only: inline_mesh
   use qsmpm_mesh_topology, only: build_topology
-  use qsmpm_mesh_sets, only: nodes_in_box, nodes_on_plane, add_set, set_tolerance
+  use qsmpm_mesh_sets, only: faces_in_box, nodes_in_box, nodes_on_plane, add_set, set_tolerance
   implicit none
   private
 
@@ -215,7 +216,8 @@ contains
     found = size(items)
     if (model%windows_built > 0) found = huge(found)
     if (is_missing(set, found) .and. is_part(model)) then
-      if (on_lines(model, set)) then
+      if (holds_corner(set, model%analysis%mesh%axes(:model%mesh%dimension), set_tolerance(model%mesh)) .and. &
+          .not. model%analysis%mesh%perturbation > 0.0_wp) then
         found = 1
       else
         call make_grid(grid_of(model%analysis), whole)
@@ -224,7 +226,10 @@ contains
     end if
     if (is_missing(set, found) .and. set%selection == select_list) &
       call add_diagnostic(diagnostics, set%where, '*NSET', "set '"//set%name//"' names nodes the mesh has not")
-    if (found == 0) call add_diagnostic(diagnostics, set%where, '*NSET', "set '"//set%name//"' finds no node")
+    if (found == 0) call add_diagnostic(diagnostics, set%where, '*NSET', "set '"//set%name//"' finds no node"// &
+      nearest_text(model, set))
+    if (set%selection == select_plane .and. any(model%analysis%mesh%kind == [mesh_file, mesh_inline])) &
+      call note_few_nodes(model, set, items)
     call add_set(model%mesh%node_sets, set%name, items)
   end subroutine make_node_set
 
@@ -246,24 +251,38 @@ contains
     if (is_part) is_part = .not. model%state%window == whole_window(grid_of(model%analysis))
   end function is_part
 
-  !> True when a plane or box surely holds a corner node of the undisturbed grid.
-  pure logical function on_lines(model, set)
+  !> Where the nodes nearest to a plane lie; nothing of other sets, and of grids, whose lines the deck has.
+  pure function nearest_text(model, set) result(text)
     type(model_type), intent(in) :: model
     type(set_type), intent(in) :: set
-    real(wp) :: near
-    integer :: a
+    character(len=:), allocatable :: text
 
-    near = set_tolerance(model%mesh)
-    on_lines = set%selection /= select_list .and. .not. model%analysis%mesh%perturbation > 0.0_wp
-    do a = 1, model%mesh%dimension
-      if (.not. on_lines) exit
-      associate (lines => model%analysis%mesh%axes(a)%lines)
-        if (set%selection == select_box) &
-          on_lines = any(lines >= set%box(a, 1) - near .and. lines <= set%box(a, 2) + near)
-        if (set%selection == select_plane .and. set%axis == a) on_lines = any(abs(lines - set%box(a, 1)) <= near)
-      end associate
-    end do
-  end function on_lines
+    text = ''
+    if (set%selection /= select_plane .or. model%analysis%mesh%kind == mesh_grid) return
+    associate (at => model%mesh%coordinates(set%axis, :))
+      text = '; the nearest lie at '//achar(iachar('x') + set%axis - 1)//' = '// &
+        rounded_text(at(minloc(abs(at - set%box(set%axis, 1)), dim=1)), 9)
+    end associate
+  end function nearest_text
+
+  !> Warn of a plane that no side of a cell lies on: what is held there hangs on single nodes.
+  subroutine note_few_nodes(model, set, items)
+    type(model_type), intent(inout) :: model
+    type(set_type), intent(in) :: set
+    !> Nodes of the set.
+    integer, intent(in) :: items(:)
+    real(wp) :: box(3, 2)
+    integer, allocatable :: faces(:, :)
+
+    box(:, 1) = -huge(box)
+    box(:, 2) = huge(box)
+    box(set%axis, :) = set%box(set%axis, 1)
+    call faces_in_box(model%mesh, box, faces)
+    if (size(items) == 0 .or. size(faces) > 0) return
+    model%notes = model%notes//'warning: '//where_text(set%where)//"*NSET: set '"//set%name//"' finds "// &
+      integer_text(size(items))//' of '//integer_text(model%mesh%node_count)//' nodes and no side of a cell: the '// &
+      'ground does not lie along the plane, and what is held there hangs on single nodes'//new_line('a')
+  end subroutine note_few_nodes
 
   !> Nodes of a mesh that a set of the deck chooses.
   subroutine find_nodes(mesh, set, items)

@@ -40,7 +40,7 @@ contains
     call write_text(directory//'/'//safety_file, text//newline//'  ]'//newline//'}'//newline, error)
   end subroutine write_safety
 
-  !> Factor of safety of a phase.
+  !> Factor of safety of a phase; one at which no equilibrium was found and no mechanism seen is refused, not lost.
   pure function factor_json(model, row) result(text)
     type(model_type), intent(in) :: model
     !> Of qsmpm_safety_factors.
@@ -52,12 +52,13 @@ contains
         trim(flow_words(phase%safety%flow))//'", "geometry": "'// &
         trim(merge('FIXED ', 'MOVING', phase%safety%geometry == geometry_fixed))//'", "stable": '//real_text(stable)// &
         ', "lost": '
-      if (lost > 0.0_wp) then
-        text = text//real_text(lost)
+      if (row(4) > 0.0_wp) then
+        text = text//real_text(lost)//', "mechanism": true}'
       else
-        text = text//'null'
+        text = text//'null, "mechanism": false'
+        if (lost > 0.0_wp) text = text//', "refused": '//real_text(lost)
+        text = text//'}'
       end if
-      text = text//', "mechanism": '//trim(merge('true ', 'false', row(4) > 0.0_wp))//'}'
     end associate
   end function factor_json
 

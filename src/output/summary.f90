@@ -151,13 +151,15 @@ contains
     if (len(analysis%phases(phase)%parent) > 0) text = '"parent": '//json_string(analysis%phases(phase)%parent)//', '
   end function parent_json
 
-  !> The factor, where there is one.
+  !> The factor, where there is one: stable and lost, the latter null where it is at least the former.
   pure function factor_json(factor) result(text)
     real(wp), intent(in) :: factor(2)
     character(len=:), allocatable :: text
 
     text = ''
-    if (factor(1) > 0.0_wp) text = '"factor": ['//real_text(factor(1))//', '//real_text(factor(2))//'], '
+    if (.not. factor(1) > 0.0_wp) return
+    text = '"factor": ['//real_text(factor(1))//', null], '
+    if (factor(2) > 0.0_wp) text = '"factor": ['//real_text(factor(1))//', '//real_text(factor(2))//'], '
   end function factor_json
 
   !> The limit load of the phase that has ended.
@@ -199,25 +201,20 @@ contains
       text = text//newline//line_of(name_of(analysis, p), reason_of(ended, rows(p)%steps, factor), &
         rounded_text(rows(p)%load_factor, 4), integer_text(rows(p)%steps), integer_text(rows(p)%iterations), &
         rounded_text(rows(p)%out_of_balance, 2), rounded_text(ended%displacement, 4)) &
-        //factor_text(model%state%progress%factors, p)
+        //factor_text(factor)
     end do
   end subroutine summary_table
 
   !> A factor of safety in the table: a bracket where the soil was seen to give way, else the least that it is.
-  pure function factor_text(factors, phase) result(text)
-    !> As kept (qsmpm_safety_factors); unallocated for none.
-    real(wp), allocatable, intent(in) :: factors(:, :)
-    integer, intent(in) :: phase
+  pure function factor_text(factor) result(text)
+    !> Stable and lost.
+    real(wp), intent(in) :: factor(2)
     character(len=:), allocatable :: text
-    integer :: i
 
     text = ''
-    if (.not. allocated(factors)) return
-    do i = 1, size(factors, 2)
-      if (nint(factors(1, i)) /= phase .or. .not. factors(2, i) > 0.0_wp) cycle
-      text = '  at least '//rounded_text(factors(2, i), 5)
-      if (factors(4, i) > 0.5_wp) text = '  '//rounded_text(factors(2, i), 5)//' to '//rounded_text(factors(3, i), 5)
-    end do
+    if (.not. factor(1) > 0.0_wp) return
+    text = '  at least '//rounded_text(factor(1), 5)
+    if (factor(2) > 0.0_wp) text = '  '//rounded_text(factor(1), 5)//' to '//rounded_text(factor(2), 5)
   end function factor_text
 
   !> A line of the table.

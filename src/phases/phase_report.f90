@@ -4,11 +4,12 @@
 module qsmpm_phase_report
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of
-  use qsmpm_phase_description, only: phase_type
+  use qsmpm_consolidation, only: excess_pressure
+  use qsmpm_phase_description, only: phase_safety, phase_type
   use qsmpm_contact_report, only: contact_check_type, check_contact, end_contact_check
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
   use qsmpm_error, only: error_type, error_not_converged, error_singular, error_tangled
-  use qsmpm_phase_loads, only: is_body_loaded
+  use qsmpm_phase_loads, only: acts, consolidation_of, free_surface_of, is_body_loaded
   use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
   use qsmpm_grid_window, only: window_type, cells_of, operator(==)
   use qsmpm_initial_strength, only: count_beyond_strength
@@ -36,7 +37,7 @@ module qsmpm_phase_report
   private
 
   public :: phase_report_type, report_step, report_stabilisation, report_length, report_phase, warn_of_lag, &
-    warn_of_initial_strength, advise_on_tangent, all_is_held, failure_text, overloaded, start_text
+    warn_of_initial_strength, advise_on_tangent, all_is_held, begin_report, failure_text, overloaded, start_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
@@ -44,6 +45,8 @@ module qsmpm_phase_report
   real(wp), parameter :: long_step = 5.0e-2_wp
   !> Ground at rest moves by less, in gamma H^2/M.
   real(wp), parameter :: still = 1.0e-4_wp
+  !> Share of the excess pore pressure that a phase leaves which has let next to nothing flow away.
+  real(wp), parameter :: unchanged = 0.99_wp
 
   !> What has been reported so far.
   type :: phase_report_type
@@ -71,6 +74,8 @@ module qsmpm_phase_report
     type(contact_check_type) :: contact
     !> How far points have been carried across held sides of the mesh.
     type(side_check_type) :: sides
+    !> Largest and mean excess pore pressure when the phase begins.
+    real(wp) :: excess(2) = 0.0_wp
   end type phase_report_type
 
 contains
@@ -187,6 +192,7 @@ contains
       if (progress%phase == 1 .and. has_start_move(progress)) &
         call observer%note(start_text(progress, phase%name, model%analysis%length_unit))
     end associate
+    call report_excess(model, report%excess, observer)
     call check_locking(model, observer)
     call observer%note_lines(swollen_note(model)//fallen_note(model))
     if (report%flow_told) return
@@ -194,6 +200,49 @@ contains
     call observer%note_lines(notes)
     report%flow_told = len(notes) > 0
   end subroutine report_phase
+
+  !> What is known at the start of a phase.
+  subroutine begin_report(model, report)
+    type(model_type), intent(in) :: model
+    type(phase_report_type), intent(inout) :: report
+
+    report%lag_warned = .false.
+    report%excess = excess_of(model)
+  end subroutine begin_report
+
+  !> Largest excess pore pressure of ground that consolidates, and its mean over the volume.
+  function excess_of(model) result(excess)
+    type(model_type), intent(in) :: model
+    real(wp) :: excess(2), sums(2)
+
+    associate (points => model%state%points, pressure => abs(excess_pressure(model)), team => model%part%team)
+      associate (volume => merge(points%volume(:points%count), 0.0_wp, own_of(model%part%points, points%count)))
+        sums = total(team, [sum(volume*pressure), sum(volume)])
+        excess = [largest(team, maxval([0.0_wp, pressure])), sums(1)/max(sums(2), tiny(sums))]
+      end associate
+    end associate
+  end function excess_of
+
+  !> What a phase in which ground consolidates has left of the excess pore pressure; one that waits for nothing is told.
+  subroutine report_excess(model, before, observer)
+    type(model_type), intent(in) :: model
+    !> Largest and mean when it began.
+    real(wp), intent(in) :: before(2)
+    class(observer_type), intent(inout) :: observer
+    real(wp) :: now(2)
+
+    associate (phases => model%analysis%phases, number => model%state%progress%phase)
+      if (phases(number)%kind == phase_safety .or. consolidation_of(phases, number) == 0 .or. &
+        free_surface_of(phases, number) > 0) return
+      now = excess_of(model)
+      call observer%note("phase '"//phases(number)%name//"': the excess pore pressure is at most "// &
+        rounded_text(now(1), 4)//' at its end, '//rounded_text(before(1), 4)//' at its start, in the mean '// &
+        rounded_text(now(2), 4)//' and '//rounded_text(before(2), 4))
+      if (now(2) > unchanged*before(2) .and. before(2) > 0.0_wp .and. .not. acts(phases(number))) &
+        call observer%note("warning: phase '"//phases(number)%name//"' waits, and next to no water leaves: are its "// &
+        'TIME and *PERMEABILITY in one unit of time?')
+    end associate
+  end subroutine report_excess
 
   !> How far ground that began with K0 stresses has moved: a length, and a share of what its own weight would settle it.
   pure function start_text(progress, phase, unit) result(text)
@@ -289,6 +338,7 @@ contains
     integer(long) :: points(2)
 
     traits = traits_of(model%analysis%materials(number))
+    if (.not. traits%smallest_pressure > 0.0_wp) return
     associate (of => model%state%points, count_of => model%state%points%count)
       associate (own => own_of(model%part%points, count_of) .and. of%material(:count_of) == number)
         points = [count(own .and. -sum(of%stress(:3, :count_of), dim=1) < 3.0_wp*traits%smallest_pressure, kind=long), &

@@ -22,8 +22,8 @@ module qsmpm_phases
   use qsmpm_joint_system, only: end_joint_system
   use qsmpm_kept_division, only: divide_all, join_all
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
-  use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, all_is_held, failure_text, overloaded, &
-    report_phase, report_length, report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
+  use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, all_is_held, begin_report, failure_text, &
+    overloaded, report_phase, report_length, report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
   use qsmpm_phase_ends, only: is_lost, note_end, note_loss
   use qsmpm_phase_start, only: starts_whole, start_phase, resume_phase, measure_start
   use qsmpm_phase_tree, only: parent_of
@@ -339,7 +339,7 @@ contains
     call hold_water_start(model, loop%step, error)
     if (allocated(error)) return
     call observer%note_lines(notes//moved_note(model))
-    loop%report%lag_warned = .false.
+    call begin_report(model, loop%report)
     call begin_contact_check(model, loop%report%contact)
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%initial%kind /= initial_keep) then

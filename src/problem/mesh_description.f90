@@ -6,7 +6,7 @@ module qsmpm_mesh_description
   implicit none
   private
 
-  public :: axis_type, mesh_source_type, set_type, surface_type, moving_mesh_type
+  public :: axis_type, mesh_source_type, set_type, surface_type, moving_mesh_type, holds_corner
 
   !> Where the mesh comes from.
   integer, parameter, public :: mesh_none = 0, mesh_grid = 1, mesh_file = 2, mesh_inline = 3, mesh_fitted = 4
@@ -88,4 +88,24 @@ module qsmpm_mesh_description
     character(len=:), allocatable :: body
     real(wp) :: near = 0.0_wp
   end type moving_mesh_type
+
+contains
+
+  !> Whether a plane or box surely holds a corner of the grid between some lines.
+  pure logical function holds_corner(set, axes, near) result(holds)
+    type(set_type), intent(in) :: set
+    !> Lines of the grid (axes of the model).
+    type(axis_type), intent(in) :: axes(:)
+    !> Distance below which places count as the same.
+    real(wp), intent(in) :: near
+    integer :: a
+
+    holds = set%selection == select_box .or. set%selection == select_plane
+    do a = 1, size(axes)
+      if (set%selection == select_box) holds = holds .and. any(axes(a)%lines >= set%box(a, 1) - near .and. &
+        axes(a)%lines <= set%box(a, 2) + near)
+      if (set%selection == select_plane .and. set%axis == a) &
+        holds = holds .and. any(abs(axes(a)%lines - set%box(a, 1)) <= near)
+    end do
+  end function holds_corner
 end module qsmpm_mesh_description

@@ -18,7 +18,7 @@ module qsmpm_recommended_method
   use qsmpm_active_bodies, only: leaves_cells
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_body_description, only: body_type, body_box, body_polygon
-  use qsmpm_mesh_description, only: mesh_fitted, mesh_grid, select_list
+  use qsmpm_mesh_description, only: holds_corner, mesh_fitted, mesh_grid, select_list
   use qsmpm_phase_loads, only: has_consolidation
   use qsmpm_method_description, only: background_type, method_type, basis_auto, basis_fem, basis_standard, &
     basis_spline2, basis_spline2g, integrate_points, integrate_cells, stabilise_background, stabilise_ghost, &
@@ -123,6 +123,8 @@ contains
       b = thin_seam(analysis)
       if (b > 0) analysis%method_reason = analysis%method_reason//"; it ends where they are worn, for body '"// &
         analysis%bodies(b)%name//"' is weaker than what it touches and too thin for the grid"
+      if (len(lost_set(analysis)) > 0) analysis%method_reason = analysis%method_reason// &
+        "; it ends where they are worn, for set '"//lost_set(analysis)//"' has nodes there that the grid has not"
     else
       call take(analysis%method, basis_standard, integrate_cells, stabilise_background, &
         analysis%method%stabilisation_factor)
@@ -138,16 +140,10 @@ contains
   pure subroutine prepare_grid(analysis)
     type(analysis_type), intent(inout) :: analysis
     type(analysis_type) :: grid
-    integer :: p, i
 
     if (analysis%mesh%kind /= mesh_fitted .or. .not. (analysis%mesh%refits .and. allocated(analysis%phases))) return
     if (leaves_its_cells(analysis) .or. has_consolidation(analysis%phases)) return
-    if (thin_seam(analysis) > 0) return
-    do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%prescriptions)
-        if (abs(analysis%phases(p)%prescriptions(i)%value) > 0.0_wp) return
-      end do
-    end do
+    if (thin_seam(analysis) > 0 .or. len(lost_set(analysis)) > 0) return
     grid = analysis
     grid%mesh%kind = mesh_grid
     grid%mesh%element = 'QUAD4'
@@ -159,6 +155,44 @@ contains
     call note_background(analysis, analysis%backgrounds(1))
     call note_background(grid, analysis%backgrounds(2))
   end subroutine prepare_grid
+
+  !> The first set whose nodes the grid of the lines has not: one that is pushed, or held off the lines; else nothing.
+  pure function lost_set(analysis) result(name)
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: name
+    integer :: p, i
+
+    name = ''
+    if (.not. (allocated(analysis%phases) .and. allocated(analysis%node_sets))) return
+    do p = 1, size(analysis%phases)
+      associate (phase => analysis%phases(p))
+        do i = 1, size(phase%prescriptions)
+          name = phase%prescriptions(i)%set
+          if (abs(phase%prescriptions(i)%value) > 0.0_wp .or. is_off(name)) return
+        end do
+        do i = 1, size(phase%fixities)
+          name = phase%fixities(i)%set
+          if (any(phase%fixities(i)%fixed) .and. is_off(name)) return
+        end do
+      end associate
+    end do
+    name = ''
+
+  contains
+
+    !> Whether no corner of the grid is in a set.
+    pure logical function is_off(name)
+      character(len=*), intent(in) :: name
+      integer :: s
+
+      s = place_named(analysis%node_sets, name)
+      is_off = s > 0
+      associate (axes => analysis%mesh%axes(:2))
+        if (is_off) is_off = .not. holds_corner(analysis%node_sets(s), axes, on_line*maxval(axes(1)%lines(2:) - &
+          axes(1)%lines(:size(axes(1)%lines) - 1)))
+      end associate
+    end function is_off
+  end function lost_set
 
   !> Mesh and method that an analysis has now.
   pure subroutine note_background(analysis, background)

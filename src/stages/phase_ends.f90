@@ -81,7 +81,8 @@ contains
     if (phase >= 1 .and. phase <= size(progress%ends)) ended = progress%ends(phase)
   end function end_of_phase
 
-  !> Factor of safety of a phase, stable and lost; zeros for none.
+  !> Factor of safety of a phase, stable and lost; zeros for none. Where no mechanism was seen none is lost: it is at
+  !> least the stable one.
   pure function factor_of_phase(progress, phase) result(factor)
     type(progress_type), intent(in) :: progress
     integer, intent(in) :: phase
@@ -91,7 +92,9 @@ contains
     factor = 0.0_wp
     if (.not. allocated(progress%factors)) return
     do i = 1, size(progress%factors, 2)
-      if (nint(progress%factors(1, i)) == phase) factor = progress%factors(2:3, i)
+      if (nint(progress%factors(1, i)) /= phase) cycle
+      factor = progress%factors(2:3, i)
+      if (.not. progress%factors(4, i) > 0.0_wp) factor(2) = 0.0_wp
     end do
   end function factor_of_phase
 

@@ -10,19 +10,22 @@
 !> (qsmpm_point_location).
 !>
 !> A slide that is moved by its weight and reaches a held side is carried by it from there on: that is told where soil
-!> within a cell of a side has yielded and moved along it by more than a cell.
+!> within a cell of a side has yielded and moved along it by more than a cell, and not as a column between rollers that
+!> is compressed. Where a phase pushes, or finds a limit load, it is told of soil that flows along a side, which may
+!> bear.
 module qsmpm_held_sides
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_exchange, only: spread_from
+  use qsmpm_limit_load, only: is_found
   use qsmpm_mesh_search, only: locate
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_own_part, only: own_of
   use qsmpm_points, only: carried_type, points_type, carries_strains
-  use qsmpm_rounded_text, only: rounded_text
-  use qsmpm_space, only: shape_values_type, functions_at
+  use qsmpm_rounded_text, only: rounded_place, rounded_text
+  use qsmpm_space, only: shape_values_type, functions_at, node_position
   use qsmpm_team, only: largest
   implicit none
   private
@@ -33,8 +36,10 @@ module qsmpm_held_sides
   real(wp), parameter :: noticed = 0.1_wp
   !> Functions that are smaller are none at a side.
   real(wp), parameter :: negligible = 1.0e-9_wp
-  !> Plastic shear strain of soil that slides.
-  real(wp), parameter :: sheared = 0.1_wp
+  !> Plastic shear strain of soil that slides, and the share of its way along a smooth side that it goes across it.
+  real(wp), parameter :: sheared = 0.1_wp, turned = 0.1_wp
+  !> Share of the longest way of all soil that soil goes along a side where it flows.
+  real(wp), parameter :: flows = 0.1_wp
 
   !> What has been reported so far.
   type :: side_check_type
@@ -130,36 +135,57 @@ contains
       ' cells across a side of the mesh that is held; they are put back, as far inside: smaller steps')
   end subroutine warn_of_crossing
 
-  !> Warn of the sides that soil has reached which slides by its weight, once each; phases that push are left out.
+  !> Tell of the sides that soil has reached which slides by its weight or flows where the phase pushes, once each.
   subroutine warn_of_reached_sides(model, check, observer)
     type(model_type), intent(in) :: model
     type(side_check_type), intent(inout) :: check
     class(observer_type), intent(inout) :: observer
-    real(wp) :: way, place(model%mesh%dimension)
-    logical :: fully
+    real(wp) :: way, place(model%mesh%dimension), least
+    logical :: fully, pushes
     integer :: axis, side
 
-    associate (phase => model%analysis%phases(model%state%progress%phase))
-      if (size(phase%prescriptions) + size(phase%moves) > 0) return
+    least = model%cell_size
+    associate (phase => model%analysis%phases(model%state%progress%phase), points => model%state%points)
+      pushes = size(phase%prescriptions) + size(phase%moves) > 0 .or. is_found(model%state%progress%limit)
+      if (pushes) least = flows*largest(model%part%team, sqrt(maxval([0.0_wp, &
+        sum((points%position - points%initial_position)**2, dim=1)])))
     end associate
     do axis = 1, model%mesh%dimension
       do side = 1, 2
         if (check%reached(axis, side)) cycle
         if (model%analysis%model == axisymmetric .and. axis == 1 .and. side == 1) cycle
-        call find_slide(model, axis, side, way, place, fully)
-        if (.not. way > model%cell_size) cycle
+        if (pushes .and. is_pushed(model, axis, side)) cycle
+        call find_slide(model, axis, side, pushes, way, place, fully)
+        if (.not. way > least) cycle
         check%reached(axis, side) = .true.
-        call observer%note(reached_text(model, axis, side, way, place, fully))
+        call observer%note(reached_text(model, axis, side, pushes, way, place, fully))
       end do
     end do
   end subroutine warn_of_reached_sides
 
+  !> Whether nodes on a side are pushed: what is pushed there is cut in half by a plane of symmetry.
+  pure logical function is_pushed(model, axis, side)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: axis, side
+    integer :: a
+
+    is_pushed = .false.
+    do a = 1, model%space%node_count
+      if (all(abs(model%loading%prescribed(:, a)) <= 0.0_wp)) cycle
+      associate (at => node_position(model%space, model%mesh, a))
+        is_pushed = is_pushed .or. abs(at(axis) - model%mesh%bounds(axis, side)) <= negligible*model%cell_size
+      end associate
+    end do
+  end function is_pushed
+
   !> Whether a point has sheared plastically; where strains are not carried, whether it yielded in the last step.
-  pure logical function has_yielded(points, p)
+  pure logical function has_yielded(points, p, now)
     type(points_type), intent(in) :: points
     integer, intent(in) :: p
+    !> Only the last step counts.
+    logical, intent(in) :: now
 
-    if (carries_strains(points)) then
+    if (carries_strains(points) .and. .not. now) then
       has_yielded = points%plastic_strain(p) > sheared
     else
       has_yielded = points%plastic(p) > 0
@@ -168,27 +194,32 @@ contains
 
   !> The longest way along a held side of soil within a cell of it that has yielded. Along a smooth side of a slice in
   !> space all of a slide goes: there only sides that hold fully are looked at.
-  subroutine find_slide(model, axis, side, way, place, fully)
+  subroutine find_slide(model, axis, side, now, way, place, fully)
     type(model_type), intent(in) :: model
     !> Normal of the side; 1 for the lower one, 2 for the upper one.
     integer, intent(in) :: axis, side
+    !> Soil counts that has yielded in the last step.
+    logical, intent(in) :: now
     !> 0 where there is none; where it is longest.
     real(wp), intent(out) :: way, place(:)
     !> The side holds all components there.
     logical, intent(out) :: fully
-    real(wp) :: move(size(place)), foot(size(place)), mark(1)
+    real(wp) :: move(size(place)), foot(size(place)), mark(1), across
     logical :: own(model%state%points%count), held
     integer :: p, a, rank
 
     way = 0.0_wp
     place = 0.0_wp
     fully = .false.
+    across = 0.0_wp
     associate (points => model%state%points, bound => model%mesh%bounds(axis, side), team => model%part%team)
       own = own_of(model%part%points, points%count)
       do p = 1, points%count
-        if (.not. own(p) .or. abs(points%position(axis, p) - bound) > model%cell_size) cycle
-        if (.not. has_yielded(points, p)) cycle
+        if (.not. own(p)) cycle
+        if (.not. has_yielded(points, p, now)) cycle
         move = points%position(:, p) - points%initial_position(:, p)
+        across = max(across, abs(move(axis)))
+        if (abs(points%position(axis, p) - bound) > model%cell_size) cycle
         move(axis) = 0.0_wp
         if (.not. norm2(move) > way) cycle
         foot = points%position(:, p)
@@ -205,8 +236,10 @@ contains
       mark = merge(1.0_wp, 0.0_wp, fully)
       call spread_from(team, rank, place)
       call spread_from(team, rank, mark)
+      across = largest(team, across)
     end associate
     fully = mark(1) > 0.0_wp
+    if (.not. fully .and. across < turned*way) way = 0.0_wp
 
   contains
 
@@ -217,23 +250,26 @@ contains
   end subroutine find_slide
 
   !> Which side, how far and where, and what it means.
-  pure function reached_text(model, axis, side, way, place, fully) result(text)
+  pure function reached_text(model, axis, side, pushes, way, place, fully) result(text)
     type(model_type), intent(in) :: model
     integer, intent(in) :: axis, side
+    !> The phase pushes.
+    logical, intent(in) :: pushes
     real(wp), intent(in) :: way, place(:)
     logical, intent(in) :: fully
     character(len=:), allocatable :: text
-    integer :: a
 
-    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name// &
-      "': the slide has reached the side "//achar(iachar('x') + axis - 1)//' = '// &
-      rounded_text(model%mesh%bounds(axis, side))//' of the mesh: soil within a cell of it has yielded and moved '// &
-      'along it by '//rounded_text(way)//', most at ('
-    do a = 1, size(place)
-      text = text//rounded_text(place(a))//merge(', ', ') ', a < size(place))
-    end do
-    text = trim(text)//'. The side carries it from there on, and how far it goes is decided by the grid: '// &
-      'put the side farther away, unless '//trim(merge('the ground is firm there           ', &
+    text = "phase '"//model%analysis%phases(model%state%progress%phase)%name//"': "// &
+      trim(merge('soil flows along     ', 'the slide has reached', pushes))//' the side '// &
+      achar(iachar('x') + axis - 1)//' = '//rounded_text(model%mesh%bounds(axis, side))// &
+      ' of the mesh: soil within a cell of it has yielded and moved along it by '//rounded_text(way)//', most at '// &
+      rounded_place(place)//'. '
+    if (pushes) then
+      text = text//'The side may bear a part of the load'
+    else
+      text = 'warning: '//text//'The side carries it from there on, and how far it goes is decided by the grid'
+    end if
+    text = text//': put the side farther away, unless '//trim(merge('the ground is firm there           ', &
       'it is a plane of symmetry or a wall', fully))
   end function reached_text
 end module qsmpm_held_sides

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from ctypes import POINTER, c_double, c_int, c_void_p
@@ -43,7 +44,7 @@ class PhaseResult:
     displacement: float
     """Largest displacement of a material point at its end."""
     factor_of_safety: tuple[float, float] | None
-    """Factors that are stable and lost, where the phase has looked for them."""
+    """Factors that are stable and lost, where the phase has looked for them; infinity where none is lost: at least the stable one."""
 
 
 class Simulation:
@@ -317,7 +318,7 @@ class Simulation:
     def phase_results(self) -> list[PhaseResult]:
         """How the phases have ended, with their factors of safety."""
         words = ("not ended", "whole load", "limit load", "stop", "lost")
-        return [PhaseResult(name, words[int(ended)], share, displacement, (stable, lost) if stable > 0 else None)
+        return [PhaseResult(name, words[int(ended)], share, displacement, (stable, lost or math.inf) if stable > 0 else None)
                 for name, (ended, share, displacement, stable, lost)
                 in zip(self.names("stage"), self.get("phase_results").tolist(), strict=True)]
 

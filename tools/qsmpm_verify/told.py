@@ -61,7 +61,7 @@ def factor(folder: Path, number: int) -> tuple[float, float] | None:
     """Factor of safety of a phase, stable and lost (0: not lost); None where it has none."""
     phases = _phases(folder)
     found = phases[number - 1].get("factor") if 1 <= number <= len(phases) else None
-    return (float(found[0]), float(found[1])) if found else None
+    return (float(found[0]), float(found[1] or 0.0)) if found else None
 
 
 def factor_text(folder: Path, number: int) -> str:
@@ -70,7 +70,7 @@ def factor_text(folder: Path, number: int) -> str:
     if found is None:
         return ""
     stable, lost = found
-    return f"factor of safety {stable:.4g} to {lost:.4g}" if lost > 0 else f"factor of safety above {stable:.4g}"
+    return f"factor of safety {stable:.4g} to {lost:.4g}" if lost > 0 else f"factor of safety at least {stable:.4g}"
 
 
 def read_phase(word: str) -> int | str:

@@ -55,7 +55,8 @@ def limit_load(folder: Path, which: str = "knee") -> float:
 
 
 def factor_of_safety(folder: Path, phase: str, which: str = "stable") -> float:
-    """Factor of safety of a phase of TYPE=SAFETY [-]: the last stable one, the first lost one, or their difference.
+    """Factor of safety of a phase of TYPE=SAFETY [-]: the last stable one, the first lost one, or their difference, that to the first refused one where
+    none is lost.
 
     A phase that has found none is an error, not a figure.
     """
@@ -69,9 +70,12 @@ def factor_of_safety(folder: Path, phase: str, which: str = "stable") -> float:
     found = [row for row in phases if row["phase"] == phase]
     if not found:
         raise ResultError(f"{path}: no phase '{phase}'; there are {', '.join(row['phase'] for row in phases)}")
-    if which != "stable" and found[0]["lost"] is None:
-        raise ResultError(f"{path}: phase '{phase}' was stable at all factors")
-    return float(found[0]["lost"] - found[0]["stable"] if which == "width" else found[0][which])
+    stable, lost = found[0]["stable"], found[0]["lost"]
+    if which == "width" and lost is None:
+        lost = found[0].get("refused")
+    if which != "stable" and lost is None:
+        raise ResultError(f"{path}: phase '{phase}' has lost no factor: it is at least {stable}")
+    return float({"stable": stable, "lost": lost}[which] if which != "width" else lost - stable)
 
 
 def hold_growth(folder: Path, load_factor: float) -> float:

@@ -87,9 +87,10 @@ def solved(binary: pathlib.Path, file: pathlib.Path, name: str, table: pathlib.P
     tally.check(done.code == 0 and not left, f"{name}: imported, nothing left {'; '.join(left)}{done.errors[-300:]}")
     ran = run_limited([binary, "run", deck, "--out", FOLDER / name, "--quiet"], SECONDS)
     found = json.loads((FOLDER / name / "safety.json").read_text(encoding="utf-8"))["phases"][-1] if ran.code == 0 else {"stable": None, "lost": None}
-    ended = found["lost"] is not None
+    upper = found["lost"] or found.get("refused")
+    ended = upper is not None
     tally.check(ended, f"{name}: a factor is found {ran.errors[-300:]}")
-    return (0.5 * (float(found["stable"]) + float(found["lost"])) if ended else float("nan")), ran.cpu, deck
+    return (0.5 * (float(found["stable"]) + float(upper)) if ended else float("nan")), ran.cpu, deck
 
 
 def shows(picture: pathlib.Path, soils: int) -> bool:

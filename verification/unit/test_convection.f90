@@ -364,8 +364,71 @@ contains
       "warning: phase 'one': the slide has reached the side y = 0 of the mesh: soil within a cell of it has yielded "// &
       'and moved along it by 0.62, most at (') == 1 .and. index(observer%text, '|') == len(observer%text) .and. &
       index(observer%text, 'unless the ground is firm there') > 0)
+    call check_smooth(tests, model)
     call end_system(step%system)
   end subroutine check_reached
+
+  !> Along a smooth side a column that is compressed is no slide; soil that flows there while nodes are pushed is told in
+  !> any case of more than a tenth of the longest way, unless the nodes lie on the side.
+  subroutine check_smooth(tests, model)
+    type(tests_type), intent(inout) :: tests
+    !> Held at its base, its soil has sheared.
+    type(model_type), intent(inout) :: model
+    character(len=*), parameter :: start = "phase 'one': soil flows along the side x = 0 of the mesh: "
+    integer :: a, p
+
+    associate (points => model%state%points, constrained => model%loading%constrained)
+      constrained(2, :) = .false.
+      do a = 1, model%space%node_count
+        constrained(1, a) = constrained(1, a) .or. only_left(a)
+      end do
+      points%initial_position = points%position
+      p = minloc(points%position(1, :) - 1.0e-3_wp*points%position(2, :), dim=1)
+      points%initial_position(2, p) = points%position(2, p) + 0.62_wp
+      call tests%check('a column between rollers does not slide', len(told()) == 0)
+      points%initial_position(1, p) = points%position(1, p) + 0.05_wp
+      call tests%check('nor does one that goes across by a tenth of its way', len(told()) == 0)
+      points%initial_position(1, p) = points%position(1, p) + 0.07_wp
+      call tests%check('soil that turns along the side does', index(told(), 'the slide has reached the side x = 0') > 0)
+      points%plastic = 1
+      points%plastic_strain = 0.0_wp
+      model%state%progress%limit%knee = 1.0_wp
+      points%initial_position(:, maxloc(points%position(1, :), dim=1)) = 0.0_wp
+      call tests%check('a limit load with soil that flows there is told: '//told(), index(told(), start) == 1)
+      points%initial_position(2, p) = points%position(2, p) + 0.08_wp
+      call tests%check('not one that hardly moves', len(told()) == 0)
+      points%initial_position(2, p) = points%position(2, p) + 0.62_wp
+      points%plastic = 0
+      call tests%check('nor one that is elastic', len(told()) == 0)
+      points%plastic = 1
+      do a = 1, model%space%node_count
+        if (only_left(a)) model%loading%prescribed(2, a) = 1.0_wp
+      end do
+      call tests%check('nor one whose nodes there are pushed', len(told()) == 0)
+    end associate
+
+  contains
+
+    !> Whether a node lies on the left side.
+    logical function only_left(a)
+      integer, intent(in) :: a
+      real(wp) :: at(2)
+
+      at = node_position(model%space, model%mesh, a)
+      only_left = abs(at(1) - model%mesh%bounds(1, 1)) <= 1.0e-9_wp
+    end function only_left
+
+    !> What is told.
+    function told() result(text)
+      character(len=:), allocatable :: text
+      type(side_check_type) :: check
+      type(test_observer_type) :: observer
+
+      call warn_of_reached_sides(model, check, observer)
+      text = ''
+      if (allocated(observer%text)) text = observer%text
+    end function told
+  end subroutine check_smooth
 
   !> Whatever leaves the mesh is an error that names it.
   subroutine check_losses(tests)

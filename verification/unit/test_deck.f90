@@ -230,8 +230,15 @@ contains
     call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))
     call silent(block//'*PHASE, NAME=two|*FIX| base, X|*CONTROLS, LIMIT COMPLIANCE=10|*END PHASE|')
     call silent(block//'*PHASE, NAME=two|*GRAVITY| 0, -2|*CONTROLS, LIMIT COMPLIANCE=10|*END PHASE|')
-    call warned('', 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.1, 1|', 'FIX', "node set 'base' holds the base of the grid, "// &
-      'and the ground ends 0.1 above it, within a cell of 0.5: ')
+    call warned('', 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.1, 1|', 'FIX', "node set 'base' holds the side Y = 0 of the grid, "// &
+      "and body 'block' ends up to 0.1 from it: what it rests on is cells that it fills in part")
+    call warned('', 'SHAPE=ALL|', 'SHAPE=POLYGON| 0, 0| 1, 0.3| 1, 1| 0, 1|', 'FIX', "node set 'base' holds the side "// &
+      "Y = 0 of the grid, and body 'block' ends up to 0.3 from it")
+    call silent(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=POLYGON| 0, 0| 0, 1| 1, 1.1| 1, 0|'))
+    call silent(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=POLYGON| 0, 0| 1, 0| 1, 0.1| 0, 0.1|*BODY, NAME=up, '// &
+      'MATERIAL=soil, SHAPE=BOX| 0, 1, 0.1, 1|'))
+    call silent(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0, 0.1|*BODY, NAME=up, MATERIAL=soil, '// &
+      'SHAPE=POLYGON| 0, 0.1| 1, 0.1| 1, 1| 0, 1|'))
     call silent(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0, 1|'))
     call silent(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.5, 1|'))
     call silent(changed(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.1, 1|'), 'base, ALL', 'base, X'))

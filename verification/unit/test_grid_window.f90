@@ -42,6 +42,7 @@ contains
     call check_following(tests, 'ELEMENT=TRI6, DIAGONAL=RANDOM, PERTURB=0.2', 'BASIS=STANDARD')
     call check_following(tests, 'ELEMENT=QUAD4', 'BASIS=SPLINE3')
     call check_sets(tests)
+    call check_planes(tests)
   end subroutine collect_grid_window
 
   !> Ranges of cells.
@@ -311,4 +312,32 @@ contains
       if (allocated(error)) call tests%check(name//' is told', index(error%message, message) > 0)
     end subroutine refused
   end subroutine check_sets
+
+  !> Planes of a mesh of the deck that hold a side of it, and one node.
+  subroutine check_planes(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    class(analysis_type), allocatable :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    allocate (model, analysis)
+    call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*NODE|1, 0, 0|2, 1, 0|3, 1, 1|4, 0, 1|5, 0.5, 0.5|'// &
+      '*ELEMENT, TYPE=TRI3|1, 1, 2, 5|2, 2, 3, 5|3, 3, 4, 5|4, 4, 1, 5|*NSET, NSET=side, PLANE=X|0|'// &
+      '*NSET, NSET=inner, PLANE=X|0.5|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*UNIT WEIGHT|1|'// &
+      '*BODY, NAME=soil, MATERIAL=soil, SHAPE=ALL|*PHASE, NAME=one|*FIX|side, ALL|*GRAVITY|0, -1|*END PHASE|'), &
+      analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    call tests%check('a mesh of four triangles is built', .not. allocated(error))
+    if (allocated(error)) return
+    call tests%check('a plane through a node alone is told: '//model%notes, index(model%notes, &
+      "warning: test.inp:15: *NSET: set 'inner' finds 1 of 5 nodes and no side of a cell") > 0)
+    call tests%check('one through a side is not', index(model%notes, "set 'side'") == 0)
+    analysis%node_sets(2)%box(1, 1) = 0.3_wp
+    deallocate (model)
+    allocate (model)
+    call build_model(analysis, model, error)
+    call tests%check('one beside it is refused, with the nearest', allocated(error))
+    if (allocated(error)) call tests%check(error%message, index(error%message, 'the nearest lie at x = 0.5') > 0)
+  end subroutine check_planes
 end module test_grid_window

@@ -11,7 +11,7 @@ module test_output
   use qsmpm_display, only: display_none
   use qsmpm_element, only: quad4
   use qsmpm_error, only: error_type, fail, error_not_converged
-  use qsmpm_file, only: read_text, file_exists
+  use qsmpm_file, only: read_text, file_exists, write_text
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: real_text, duration_text, numbered
@@ -24,7 +24,9 @@ module test_output
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close
   use qsmpm_restart, only: write_restart, read_restart, text_fingerprint
   use scratch_folder, only: make_folder, remove_folder
+  use qsmpm_safety_files, only: write_safety
   use qsmpm_stress_error, only: stress_error_type
+  use qsmpm_summary, only: summary_table, write_summary
   implicit none
   private
 
@@ -269,6 +271,7 @@ contains
     call tests%check('and its last histories', index(header, '"sigma": -2}') > 0 .and. index(header, '"sigma": -1.25}') > 0)
     call tests%check('the log ends with the word that the run finished', &
       ends_with(directory//'/whole/job.log', 'qsmpm: finished'//newline))
+    call test_factors(tests, directory//'/whole', model)
     call run_steps(model, directory//'/parts', 5, .true., error)
     call tests%check('a run that fails is recorded', .not. allocated(error))
     call tests%check('the log of a run that fails says why', &
@@ -292,6 +295,36 @@ contains
       contents(directory//'/whole/results/000006.h5') == &
       contents(directory//'/parts/results/000006.h5'))
   end subroutine test_recorder
+
+  !> A factor that no mechanism bounds has no upper end in any file, nor in the table.
+  subroutine test_factors(tests, directory, model)
+    type(tests_type), intent(inout) :: tests
+    !> That of a run of the model.
+    character(len=*), intent(in) :: directory
+    type(model_type), intent(inout) :: model
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: summary, safety, table
+    integer :: mechanism
+
+    summary = contents(directory//'/summary.json')
+    do mechanism = 0, 1
+      model%state%progress%factors = reshape([1.0_wp, 1.25_wp, 1.5_wp, real(mechanism, wp)], [4, 1])
+      call write_summary(directory, model%analysis, model, error)
+      call write_safety(directory, model, error)
+      call summary_table(directory, model%analysis, model, table, error)
+      safety = contents(directory//'/safety.json')
+      if (mechanism == 0) then
+        call tests%check('no mechanism: '//table, index(contents(directory//'/summary.json'), &
+          '"factor": [1.25, null]') > 0 .and. index(safety, '"stable": 1.25, "lost": null, "mechanism": false, '// &
+          '"refused": 1.5}') > 0 .and. index(table, '  at least 1.25') > 0)
+      else
+        call tests%check('a mechanism: '//table, index(contents(directory//'/summary.json'), &
+          '"factor": [1.25, 1.5]') > 0 .and. index(safety, '"stable": 1.25, "lost": 1.5, "mechanism": true}') > 0 .and. &
+          index(table, '  1.25 to 1.5') > 0)
+      end if
+    end do
+    call write_text(directory//'/summary.json', summary, error)
+  end subroutine test_factors
 
   !> Record a run from the start.
   subroutine run_steps(model, directory, last, fails, error)

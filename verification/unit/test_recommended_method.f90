@@ -81,6 +81,16 @@ contains
     call check_mesh(tests, 'no grid that follows', ', ELEMENT=TRI6, FIT=YES, REFIT=NO', strength//box, 'TRI6', basis_fem, &
       .false.)
     call check_mesh(tests, 'nodes that are pushed', '', strength//box//'*PRESCRIBE', 'TRI6', basis_fem, .false.)
+    call check_mesh(tests, 'a held line of the grid', '', strength//box//later//'*FIX| top, X|*END PHASE|', 'TRI6', &
+      basis_fem, .true.)
+    call check_mesh(tests, 'a held line off those of the grid', '', strength//box//'*NSET, NSET=in, BOX| 0, 1, 0.3, 0.4|'// &
+      later//'*FIX| in, X|*END PHASE|', 'TRI6', basis_fem, .false.)
+    call check_mesh(tests, 'a held plane off them', '', strength//box//'*NSET, NSET=in, PLANE=X| 0.3|'//later// &
+      '*FIX| in, X|*END PHASE|', 'TRI6', basis_fem, .false.)
+    call check_mesh(tests, 'a plane that is freed', '', strength//box//'*NSET, NSET=in, PLANE=X| 0.3|'//later// &
+      '*FIX| in, FREE|*END PHASE|', 'TRI6', basis_fem, .true.)
+    call check_mesh(tests, 'a plane that is kept where it is', '', strength//box//'*NSET, NSET=in, PLANE=X| 0.3|'//later// &
+      '*PRESCRIBE| in, X, 0|*END PHASE|', 'TRI6', basis_fem, .false.)
   end subroutine check_meshes
 
   !> Read a deck and look at its background.

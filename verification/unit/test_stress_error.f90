@@ -55,6 +55,7 @@ contains
     call check_jump(tests, 'HEX8', 'STANDARD')
     call check_words(tests)
     call check_reaction(tests)
+    call check_left_out(tests)
     call check_few_points(tests)
     call check_threads(tests)
     call build('QUAD4', 'STANDARD', '0, 0.93, 0, 0.81', model)
@@ -84,7 +85,8 @@ contains
     text = text//'*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=lower|*ELASTIC|1000, 0.3|*MATERIAL, NAME=upper|'// &
       '*ELASTIC|500, 0.3|*BODY, NAME=a, MATERIAL=lower, SHAPE=BOX|'//box//merge(', 0, 0.9', '        ', solid)// &
       '|*BODY, NAME=b, MATERIAL=upper, SHAPE=BOX|0, 0.93, 0.81, 1.3'//merge(', 0, 0.9', '        ', solid)
-    if (.not. solid) text = text//'|*SURFACE, NAME=top, TYPE=SEGMENT|0.93, 1.3, 0, 1.3'
+    if (.not. solid) text = text//'|*SURFACE, NAME=top, TYPE=SEGMENT|0.93, 1.3, 0, 1.3|*SURFACE, NAME=side, '// &
+      'TYPE=SEGMENT|0, 1.3, 0, 1|*SURFACE, NAME=strip, TYPE=SEGMENT|0.4, 1.3, 0, 1.3'
     if (present(points)) text = text//'|*POINTS, PER ELEMENT='//integer_text(points)
     text = text//'|*METHOD, BASIS='//basis//'|*PHASE, NAME=one|*FIX|base, ALL|'
     if (.not. solid) text = text//'*TRACTION, SURFACE=top|0, -1|'
@@ -287,7 +289,7 @@ contains
     call build('QUAD4', 'STANDARD', '0, 0.93, 0, 0.81', model)
     model%state%points%stress = 0.0_wp
     model%state%points%stress(2, :) = -1.2_wp
-    model%loading%support = support_normal
+    model%loading%support(1) = support_normal
     model%state%surface%reaction(2, 2) = -0.5_wp*0.93_wp
     call estimate_stress_error(model, estimate)
     call tests%close('a stress of 1.2 for a load of 1 and a reaction of 0.5', estimate%reaction, 0.3_wp/1.5_wp, rounding)
@@ -350,6 +352,63 @@ contains
     call estimate_stress_error(model, estimate)
     call tests%close('the stress that carries the load meets it', estimate%surface_largest, 0.0_wp, rounding)
   end subroutine check_surface
+
+  !> Where nodes are held, a rigid body presses or another loaded surface lies, the traction of a surface is not all that
+  !> acts: the mismatch grows to the left, so that it is largest at the first place that is compared.
+  subroutine check_left_out(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    type(stress_error_type) :: estimate
+    integer :: n
+
+    allocate (model)
+    call build('QUAD4', 'STANDARD', '0, 0.93, 0, 0.81', model)
+    associate (points => model%state%points, surface => model%state%surface, loading => model%loading)
+      points%stress = 0.0_wp
+      points%stress(2, :) = -1.0_wp + 0.3_wp*(0.93_wp - points%position(1, :))
+      points%stress(1, :) = -1.0_wp
+      loading%pressure_final(2)%value = 1.0_wp
+      call estimate_stress_error(model, estimate)
+      call tests%check('a load on a side leaves the top as it is', compared_from(0.0_wp, 0.2_wp))
+      loading%pressure_final(2)%value = 0.0_wp
+      points%stress(4, :) = 0.6_wp
+      call estimate_stress_error(model, estimate)
+      call tests%check('a shear stress is off the traction', estimate%surface_largest > 0.3_wp)
+      do n = 1, model%mesh%node_count
+        loading%constrained(1, n) = model%mesh%coordinates(2, n) > 1.0_wp
+      end do
+      call estimate_stress_error(model, estimate)
+      call tests%check('unless the nodes are held along it', compared_from(0.0_wp, 0.2_wp) .and. &
+        estimate%surface_largest < 0.3_wp)
+      loading%pressure_final(3)%value = 1.0_wp
+      call estimate_stress_error(model, estimate)
+      call tests%check('another load on a part of it leaves that out', compared_from(0.4_wp, 0.6_wp))
+      loading%pressure_final(3)%value = 0.0_wp
+      where (surface%surface == 1 .and. surface%position(1, :) < 0.4_wp) surface%contact_pressure = 1.0_wp
+      call estimate_stress_error(model, estimate)
+      call tests%check('so does a rigid body', compared_from(0.4_wp, 0.6_wp))
+      surface%contact_pressure = 0.0_wp
+      where (surface%surface == 3) surface%contact_pressure = 1.0_wp
+      call estimate_stress_error(model, estimate)
+      call tests%check('and one that touches the other surface', compared_from(0.4_wp, 0.6_wp))
+      surface%contact_pressure = 0.0_wp
+      do n = 1, model%mesh%node_count
+        loading%constrained(2, n) = all(model%mesh%coordinates(:, n) < [0.45_wp, 2.0_wp])
+      end do
+      call estimate_stress_error(model, estimate)
+      call tests%check('and nodes that are held across it', compared_from(0.5_wp, 0.6_wp))
+    end associate
+
+  contains
+
+    !> Whether the mismatch is that of the top and largest between these coordinates.
+    logical function compared_from(low, high)
+      real(wp), intent(in) :: low, high
+
+      compared_from = estimate%worst_surface == 1 .and. estimate%surface_place(1) > low .and. &
+        estimate%surface_place(1) < high
+    end function compared_from
+  end subroutine check_left_out
 
   !> One point a cell, in one row of cells: patches of one or two points.
   subroutine check_few_points(tests)

@@ -66,7 +66,7 @@ def joint_forces(model: Model, nodes: Nodes) -> tuple[sparse.csr_matrix, Array]:
 def upper_joint(model: Model, nodes: Nodes, flow: str) -> Joint | None:
     """Tractions at three places of the edges that are touched or torn, unknowns behind the stresses; none where there are none. Torn soil may be pulled."""
     edges = np.flatnonzero(model.touching)
-    if not len(edges):
+    if not len(edges) and not len(nodes.torn):
         return None
     ends = np.concatenate([model.joint[edges], [_of_soil(model, edge, flow) for edge in nodes.torn]]) if len(nodes.torn) else model.joint[edges]
     stresses, places = 9 * len(model.area), 3 * len(ends)

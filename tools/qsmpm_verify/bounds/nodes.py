@@ -1,7 +1,8 @@
 """Nodes of the upper bound: corners of triangles, then the middles of edges, and how they are held.
 
-Velocities are continuous but where a rigid body moves along ground that is held beside it (the foot of a wall): there every triangle has a node of its
-own, edges between them have two middles, and the soil slips along them by its strength.
+Velocities are continuous but where a rigid body moves along ground that is held beside it (the foot of a wall), or nodes that are pushed meet others
+that are not (the edge of a trapdoor): there every triangle has a node of its own, edges between them have two middles, and the soil slips along them by
+its strength.
 """
 
 from __future__ import annotations
@@ -42,9 +43,22 @@ class Nodes:
 
 
 def feet(model: Model) -> Array:
-    """Corners at which faces that a moving body touches meet held ones."""
+    """Corners at which faces that a moving body touches meet held ones, and those at which a component has two velocities."""
     moving = model.touching & model.pushed.any(axis=1)
-    return np.intersect1d(model.edges[moving].ravel(), model.edges[model.held > 0].ravel())
+    found = np.intersect1d(model.edges[moving].ravel(), model.edges[model.held > 0].ravel())
+    at = model.edges[np.flatnonzero((model.held > 0) & model.pushed.any(axis=1))].ravel()
+    torn = [corner for corner in np.unique(at) if contradict(model, np.flatnonzero((model.held > 0) & (model.edges == corner).any(axis=1)))]
+    return np.union1d(found, np.array(torn, dtype=int))
+
+
+def contradict(model: Model, edges: Array) -> bool:
+    """Whether edges ask for two velocities of a component."""
+    for edge in edges:
+        for axis in np.eye(2) if model.held[edge] == 2 else model.direction[edge][None]:
+            alike = (model.held[edges] == 2) | (np.abs(model.direction[edges] @ axis) > 1.0 - 1e-9)
+            if np.ptp((model.pushed[edges] @ axis)[alike]) > 0.0:
+                return True
+    return False
 
 
 def numbered(model: Model) -> tuple[Array, Array, int]:

@@ -246,7 +246,7 @@ def read_scene(deck: Deck, asked: str | None = None, factor: bool = False) -> Sc
     return Scene(
         {name: places for name, places in reader.bodies.items() if name in phase.state.active}, unfailing(reader), reader.surfaces,
         reader.sets, start, phase.state, phase.name, phase.factor, safety, phase.flow, pushed, reader.units,
-        reader.steps, walls, tuple(prop for name, prop in reader.props.items() if name in phase.state.props),
+        reader.steps, walls, tuple(prop for name, prop in reader.props.items() if name in phase.state.props), tuple(reader.said),
     )  # fmt: skip
 
 

@@ -41,7 +41,7 @@ def bound_points(study: Study, folder: Path) -> list[Other]:
 def point_of(deck: Path, passes: int, exact: float) -> tuple[float, float, float]:
     """Triangles, error of the farther bound, and CPU seconds of both; a mesh is halved so many times before."""
     found = Search(read_scene(read_deck(deck)), passes=passes).run()
-    if not (found.upper.solved and found.lower.solved):
+    if not found.both:
         raise Trouble(f"{deck.name}: the programs of limit analysis were not solved")
     error = max(abs(bound.value / exact - 1.0) for bound in (found.upper, found.lower))
     return float(found.triangles), error, found.upper.seconds + found.lower.seconds

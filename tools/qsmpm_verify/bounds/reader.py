@@ -19,7 +19,7 @@ from qsmpm_verify.results import Array
 from qsmpm_verify.study.cards import Card, Deck, plain
 from qsmpm_verify.trouble import Trouble
 
-# Share of a cell of the grid within which bodies touch: the program's mesh takes nearer places for one.
+# Share of a cell of the grid within which bodies and sets touch: the program's mesh takes nearer places for one.
 TOUCHING = 0.05
 
 
@@ -37,11 +37,13 @@ class Reader:
         self.walls: dict[str, Wall] = {}
         self.props: dict[str, Prop] = {}
         self.touching: set[str] = set()
+        self.said: list[str] = []
         self.units = ("", "")
         grid = deck.find("GRID")
         if grid is None:
             raise Trouble("no *GRID: bounds take bodies that are drawn on one")
         self.steps = grid_lines(grid)
+        self.near = TOUCHING * min(float(np.diff(lines).min()) for lines in self.steps)
         self.on_lines = grid.value("ELEMENT") is not None and grid.value("FIT") != "YES"
         self.material = ""
         words: dict[str, Callable[[Card], None]] = {
@@ -84,8 +86,7 @@ class Reader:
         turn = np.roll(places, -1, axis=0)
         if float(np.sum(places[:, 0] * turn[:, 1] - turn[:, 0] * places[:, 1])) < 0.0:
             places = places[::-1]
-        near = TOUCHING * min(float(np.diff(lines).min()) for lines in self.steps)
-        self.bodies[name], self.body_materials[name] = healed(places, list(self.bodies.values()), near), name_of(card, "MATERIAL")
+        self.bodies[name], self.body_materials[name] = healed(places, list(self.bodies.values()), self.near), name_of(card, "MATERIAL")
         if card.value("ACTIVE") == "NO":
             self.absent.add(name)
 
@@ -193,4 +194,16 @@ class Reader:
                     low[axis], high[axis] = inside[0], inside[-1]
         else:
             raise refuse(card, f"'{name}' by labels of nodes; bounds take PLANE or BOX")
+        self.weld(name, low, high)
         self.sets[name] = (low, high)
+
+    def weld(self, name: str, low: Array, high: Array) -> None:
+        """Ends of a box of nodes put onto those of sets before it that they miss by a hair: no triangle is as narrow, and ground there is held by neither."""
+        for other, ends in self.sets.items():
+            if np.any(low > ends[1] + self.near) or np.any(high < ends[0] - self.near):
+                continue
+            for mine, axis, end in ((mine, axis, end) for mine in (low, high) for axis in range(2) for end in ends):
+                miss = abs(mine[axis] - end[axis])
+                if 0.0 < miss < self.near and end[axis] not in (low[axis], high[axis]):
+                    self.said.append(f"set '{name}' ends {miss:.3g} from set '{other}' along {'XY'[axis]}: taken for touching")
+                    mine[axis] = end[axis]

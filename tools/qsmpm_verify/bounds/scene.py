@@ -119,6 +119,8 @@ class Scene:
     """Lines of the grid along x and y."""
     walls: dict[str, Wall] = field(default_factory=dict)
     props: tuple[Prop, ...] = ()
+    said: tuple[str, ...] = ()
+    """What was read otherwise than it stands."""
 
     @property
     def pushes(self) -> bool:

@@ -29,6 +29,8 @@ CLOSE = 1e-4
 MOST_TRIES = 12
 # Triangles around a place where a load begins, and in half a circle where the face of a body does; loads that differ by less than this share are the same.
 FAN, SAME = 8, 1e-6
+# A lower bound above the upper one by more than this share is none, nor is the other.
+ORDER = 2e-3
 # Units of stress tried, each ten times the one before.
 MOST_SCALES = 2
 
@@ -69,6 +71,12 @@ class Found:
     reduced: bool
     mechanism: Mechanism
     passes: list[tuple[int, float]] = field(default_factory=list)
+
+    @property
+    def both(self) -> bool:
+        """Whether both bounds are there and in their order."""
+        low, high = self.lower.value, self.upper.value
+        return self.upper.solved and self.lower.solved and low - high <= ORDER * max(abs(low), abs(high))
 
 
 class Side:

@@ -65,7 +65,7 @@ def upper_balance(model: Model, nodes: Nodes, before: Loads, live: Loads) -> Bal
     matrix = _divergence(model, nodes)
     dead, more = node_forces(model, nodes, before), node_forces(model, nodes, live)
     figure = matrix.T @ nodes.given if nodes.given.any() else None
-    if model.touching.any():
+    if model.touching.any() or len(nodes.torn):
         forces, power = joint_forces(model, nodes)
         matrix = sparse.csr_matrix(sparse.hstack([matrix, -forces]))
         figure = np.concatenate([np.zeros(matrix.shape[1] - len(power)) if figure is None else figure, power])

@@ -59,11 +59,15 @@ def report(scene: Scene, found: Found) -> None:
     print(f"phase      {scene.phase}: {NAMES[found.kind]}")
     print(f"upper      {bound_text(found.upper)}")
     print(f"lower      {bound_text(found.lower)}")
-    if found.upper.solved and found.lower.solved:
+    if found.upper.solved and found.lower.solved and not found.both:
+        print("bracket    none: the lower one is above the upper one, so that one of them is wrong; take more --triangles, or fewer --passes")
+    if found.both:
         middle = 0.5 * (found.upper.value + found.lower.value)
         print(f"bracket    {middle:.6g} +- {0.5 * abs(found.upper.value - found.lower.value) / abs(middle):.2%} on {found.triangles} triangles")
     if found.reduced:
         print("strength   reduced after Davis where psi < phi: bounds of that soil, an estimate of the one in the deck")
+    for text in scene.said:
+        print(f"read       {text}")
     if flows(scene):
         print("water      pore pressures of the flow that the program finds on the grid of the deck: bounds for them")
 
@@ -72,7 +76,8 @@ def record(scene: Scene, found: Found) -> dict[str, object]:
     """What is written; a figure that is no bound is null."""
 
     def of(bound: Bound) -> dict[str, object]:
-        value = bound.value if bound.solved and math.isfinite(bound.value) else None
+        wrong = found.upper.solved and found.lower.solved and not found.both
+        value = bound.value if bound.solved and math.isfinite(bound.value) and not wrong else None
         return {"value": value, "status": bound.status, "cpu_seconds": round(bound.seconds, 3)}
 
     return {
@@ -104,7 +109,7 @@ def note_of(deck: Deck, safety: bool, value: float | None, history: str = "") ->
         found = Search(scene).run()
     except Trouble as trouble:
         return f"no bounds of limit analysis: {trouble}", None
-    if not (found.upper.solved and found.lower.solved):
+    if not found.both:
         return "no bounds of limit analysis: its programs were not solved", None
     low, high = sorted((scale * found.lower.value, scale * found.upper.value))
     text = f"limit analysis: between {low:.5g} and {high:.5g}" + (", strength reduced after Davis" if found.reduced else "")
@@ -135,4 +140,4 @@ def act(words: argparse.Namespace) -> int:
         words.json.write_text(json.dumps(record(scene, found), indent=1) + "\n", encoding="utf-8")
     if words.out is not None:
         print(draw_mechanism(scene, found, words.out))
-    return 0 if found.upper.solved and found.lower.solved else 1
+    return 0 if found.both else 1

@@ -169,7 +169,7 @@ def answer_in(folder: Path, response: Response) -> float:
         phases = json.loads((folder / "safety.json").read_text(encoding="utf-8"))["phases"]
         stable, lost = phases[-1]["stable"], phases[-1]["lost"]
         if lost is None:
-            raise ResultError(f"no factor was found up to {stable}")
+            raise ResultError(f"no factor was found: it is at least {stable}")
         return 0.5 * (float(stable) + float(lost))
     values = read_curves(folder).column(response.quantity)
     return float({"last": values[-1], "max": values.max(), "min": values.min()}[response.at])

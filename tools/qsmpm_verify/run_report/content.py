@@ -113,6 +113,11 @@ def first_lines(folder: Path, log: Sequence[str]) -> list[str]:
     return [*lines, f"Ended: {ended or last.removeprefix('qsmpm: ') or 'not told'}; {seconds:.3g} CPU s."]
 
 
+def factor_text(factor: list[float | None]) -> str:
+    """Stable and lost, or the least that it is."""
+    return f"at least {number(factor[0])}" if factor[1] is None else " to ".join(number(value) for value in factor)
+
+
 def phase_table(folder: Path) -> Rows:
     """A row a phase."""
     length = units(folder).get("LENGTH", "-")
@@ -121,7 +126,7 @@ def phase_table(folder: Path) -> Rows:
         factor = told.get("factor")
         rows.append((str(told["name"]), str(told.get("ended_by", "")), number(told.get("load_factor")), number(told.get("steps")),
                      number(told.get("iterations")), number(told.get("out_of_balance"), 2), number(told.get("largest_displacement")),
-                     " to ".join(number(value) for value in factor if value) if factor else ""))
+                     factor_text(factor) if factor else ""))
     return Rows(("phase", "ended by", "load factor", "increments", "iterations", "out of balance", f"largest displacement [{length}]",
                  "factor of safety"), tuple(rows))
 

@@ -86,7 +86,7 @@ FACTOR = "F"
 def stable_factor(folder: Path) -> tuple[float, float]:
     """Last stable factor of the last safety phase of a run, and how far above it the lost one is; none where the body was not seen to give way."""
     found = json.loads((folder / "safety.json").read_text(encoding="utf-8"))["phases"][-1]
-    if found["lost"] is not None and not found["mechanism"]:
+    if found.get("refused") is not None:
         raise ResultError(f"at least {found['stable']:.5g}: no equilibrium was found above it, and no mechanism either")
     return float(found["stable"]), float(found["lost"] or found["stable"]) - float(found["stable"])
 

@@ -14,7 +14,7 @@ from unittest import mock
 
 from qsmpm_verify.bounds import cone
 from qsmpm_verify.bounds.reader import Reader
-from qsmpm_verify.bounds.search import Search, Side, find_factor, next_guess
+from qsmpm_verify.bounds.search import Bound, Found, Mechanism, Search, Side, find_factor, next_guess
 from qsmpm_verify.bounds.verb import note_of
 from qsmpm_verify.cli import main
 from qsmpm_verify.study.cards import read_deck
@@ -54,6 +54,9 @@ STRIP = HEAD.format(width=6, height=3, strength="{strength}", weight=0, outline=
 PUSHED = STRIP.format(strength="1, 0, 0").replace(
     "*SURFACE, NAME=footing, TYPE=SEGMENT\n1, 3, 0, 3", "*NSET, NSET=foot, BOX\n0, 1, 3, 3").replace(
     "*TRACTION, SURFACE=footing\n0, -1", "*FIX\nfoot, X\n*PRESCRIBE\nfoot, Y, -0.3")
+# Half of a trapdoor of 2 m below 2 m of clay that goes down, beside a floor that begins {gap} from it.
+DOOR = HEAD.format(width=5, height=2, strength="10, 0, 0", weight=0, outline="0, 0\n5, 0\n5, 2\n0, 2") + (
+    "*NSET, NSET=door, BOX\n0, 1, 0, 0\n*NSET, NSET=floor, BOX\n{begin}, 5, 0, 0\n") + PHASE.replace("base", "floor") + "*PRESCRIBE\ndoor, Y, -0.02\n*END PHASE\n"
 SLOPE = HEAD.format(width=40, height=15, strength="10, 20, 20", weight=20, outline="0, 0\n40, 0\n40, 5\n32, 5\n12, 15\n0, 15") + (
     PHASE + "*GRAVITY\n0, -1\n*END PHASE\n")
 
@@ -279,6 +282,35 @@ class Bounds(unittest.TestCase):
         code, said = self.ask(CUT, "--triangles", "100", "--passes", "0", "--out", str(picture))
         self.assertEqual(code, 0, said)
         self.assertGreater(picture.stat().st_size, 10000)
+
+    def test_a_door_beside_a_floor(self) -> None:
+        """Sets that touch, or miss by less than 0.05 of a cell of 0.5 m, are one scene; 0.03 m apart the ground between is free and bears a little less."""
+        touching = self.bracket(DOOR.format(begin=1))
+        self.assertLess(touching[1] / touching[0] - 1.0, 0.04)
+        for begin in (1.0001, 1.02, 0.98):
+            self.assertEqual(self.bracket(DOOR.format(begin=begin)), touching)
+        code, said = self.ask(DOOR.format(begin=1.0001), "--triangles", "60", "--passes", "0")
+        self.assertEqual((code, "set 'floor' ends 0.0001 from set 'door' along X: taken for touching" in said), (0, True), said)
+        apart = self.bracket(DOOR.format(begin=1.03))
+        self.assertLess(apart[1], touching[1])
+        self.assertGreater(apart[1], touching[0] * 0.98)
+
+    def test_a_door_in_a_corner(self) -> None:
+        """Beside a wall that is held fully it moves as beside a floor: no triangle is asked for two velocities in its corner."""
+        corner = DOOR.format(begin=4).replace("door, BOX\n0, 1", "door, BOX\n0, 4").replace("floor, BOX\n4, 5", "floor, BOX\n4, 5")
+        corner = corner.replace("floor, ALL", "door, ALL\nright, ALL").replace("door, Y", "floor, Y")
+        touching = self.bracket(corner)
+        self.assertLess(touching[1] / touching[0] - 1.0, 0.05)
+
+    def test_bounds_in_the_wrong_order_are_none(self) -> None:
+        bound = Bound(3892.0, "Solved", 1.0)
+        for low, code in ((3892.0, 1), (18.0, 1), (17.59, 0)):
+            with mock.patch.object(Search, "run", lambda self: Found(self.kind, replace(bound, value=17.58), replace(bound, value=low), 9, False, cast(Mechanism, None))):
+                found, said = self.ask(CUT)
+            self.assertEqual((found, "bracket    none" in said), (code, code == 1), said)
+            self.assertEqual(json.loads((self.folder / "bounds.json").read_text())["lower"]["value"] is None, code == 1)
+            with mock.patch.object(Search, "run", lambda self: Found(self.kind, replace(bound, value=17.58), replace(bound, value=low), 9, False, cast(Mechanism, None))):
+                self.assertEqual(note_of(read_deck(self.folder / "scene.inp"), False, None)[1] is None, code == 1)
 
     def test_what_is_not_solved_is_no_bound(self) -> None:
         honest = cone.largest

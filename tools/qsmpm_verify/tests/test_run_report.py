@@ -16,8 +16,10 @@ from docx import Document
 from qsmpm_verify.bounds.search import Search
 from qsmpm_verify.cli import main
 from qsmpm_verify.places import PROGRAM
+from qsmpm_verify.run_report.content import phase_table
 from qsmpm_verify.run_report.word import HEIGHT, WIDTH
 from qsmpm_verify.tests.test_document import Tags
+from qsmpm_verify.told import factor_text
 
 DECK = """*HEADING
 A slope of 10 m at 1:2 <that stands>
@@ -124,6 +126,15 @@ class RunReport(unittest.TestCase):
         self.assertLess(max(map(len, deck)), 110)
         echo = next((self.folder / "out").glob("*.echo.inp")).read_text()
         self.assertEqual(" ".join(deck).split(), echo.split())
+
+    def test_a_factor_that_no_mechanism_bounds_is_at_least_that(self) -> None:
+        folder = self.folder / "least"
+        folder.mkdir(exist_ok=True)
+        (folder / "deck.echo.inp").write_text("*UNITS, LENGTH=m, FORCE=kN\n")
+        for factor, told in (("[1.25, null]", "at least 1.25"), ("[1.25, 1.5]", "1.25 to 1.5")):
+            (folder / "summary.json").write_text('{"phases": [{"name": "one", "factor": %s}, {"name": "two"}]}' % factor)
+            self.assertEqual([row[-1] for row in phase_table(folder).rows], [told, ""])
+            self.assertEqual(factor_text(folder, 1), "factor of safety " + told)
 
     def test_a_folder_without_a_run_is_refused(self) -> None:
         self.assertIn("no run has ended here", self.told(2, str(self.folder)))

@@ -289,7 +289,7 @@ class TestFigure(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             wish = Wish("F", "last", 0.03, 60.0, PROGRAM, folder)
-            (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 1.02, "lost": 1.03, "mechanism": false}]}', encoding="utf-8")
+            (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 1.02, "lost": null, "mechanism": false, "refused": 1.03}]}', encoding="utf-8")
             with self.assertRaisesRegex(ResultError, "at least 1.02: .* no mechanism"):
                 figure_of(folder, wish)
             (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 10, "lost": null, "mechanism": false}]}', encoding="utf-8")

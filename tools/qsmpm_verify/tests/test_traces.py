@@ -62,12 +62,16 @@ class Traces(unittest.TestCase):
         with self.assertRaisesRegex(ResultError, "has found no factor of safety"):
             factor_of_safety(self.folder, "dry")
         (self.folder / "safety.json").write_text(
-            '{"phases": [{"phase": "dry", "stable": 1.25, "lost": 1.5}, {"phase": "wet", "stable": 10, "lost": null}]}\n'
+            '{"phases": [{"phase": "dry", "stable": 1.25, "lost": 1.5}, {"phase": "wet", "stable": 10, "lost": null},'
+            '{"phase": "ice", "stable": 2, "lost": null, "refused": 2.5}]}\n'
         )
         self.assertEqual([factor_of_safety(self.folder, "dry", w) for w in ("stable", "lost", "width")], [1.25, 1.5, 0.25])
         self.assertEqual(factor_of_safety(self.folder, "wet"), 10.0)
-        with self.assertRaisesRegex(ResultError, "'wet' was stable at all factors"):
+        with self.assertRaisesRegex(ResultError, "'wet' has lost no factor: it is at least 10"):
             factor_of_safety(self.folder, "wet", "lost")
+        self.assertEqual(factor_of_safety(self.folder, "ice", "width"), 0.5)
+        with self.assertRaisesRegex(ResultError, "'ice' has lost no factor: it is at least 2"):
+            factor_of_safety(self.folder, "ice", "lost")
         with self.assertRaisesRegex(ResultError, "no phase 'damp'; there are dry, wet"):
             factor_of_safety(self.folder, "damp")
         with self.assertRaisesRegex(ResultError, "'knee' is not stable, lost or width"):
