@@ -36,7 +36,7 @@ module qsmpm_phases
   use qsmpm_seepage_notes, only: moved_note
   use qsmpm_sheared_ground, only: sheared_note, worn_note
   use qsmpm_soil_points, only: inaccurate_points
-  use qsmpm_step_control, only: cause_of_end, outcome_type
+  use qsmpm_step_control, only: cause_of_end, outcome_type, reject_endless, stalls_alike
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, is_load_known, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
@@ -57,6 +57,8 @@ module qsmpm_phases
 
   !> Growth of the largest part over the mean from which a model is divided anew.
   real(wp), parameter :: most_growth = 1.25_wp
+  !> Tries of a step in a row that stall as the one before did, at most.
+  integer, parameter :: most_stalls = 3
 
   !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
   type :: step_loop_type
@@ -419,14 +421,16 @@ contains
     !> False where the limit load is found instead.
     logical, intent(out) :: accepted
     type(error_type), allocatable, intent(out) :: error
-    type(outcome_type) :: outcome
+    type(outcome_type) :: outcome, former
     type(step_before_type) :: before
     real(wp) :: length, last, strength
-    integer :: repeats
-    logical :: leaves
+    integer :: repeats, spent, stalls
+    logical :: leaves, given_up
 
     accepted = .false.
     repeats = 0
+    spent = 0
+    stalls = 0
     if (is_load_known(phase%controls, model%state%progress)) call fail(error, error_not_converged, &
       failure_text(model, loop%step, phase, overloaded(model, phase, loop%step%reported_reason)))
     if (allocated(error)) return
@@ -447,16 +451,22 @@ contains
       end if
       call set_strength(model, strength)
       if (allocated(error)) return
+      spent = spent + record%iterations
+      call reject_endless(model, phase%controls, last - record%start, spent, outcome)
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
-      leaves = may_leave_mesh(model) .and. (outcome%cause == error_tangled .or. is_given_up(phase%controls, &
-        model%state%progress, outcome))
+      stalls = merge(stalls + 1, 0, stalls_alike(former, outcome))
+      former = outcome
+      given_up = stalls >= most_stalls .or. is_given_up(phase%controls, model%state%progress, outcome)
+      leaves = may_leave_mesh(model) .and. (outcome%cause == error_tangled .or. given_up)
       if (leaves) leaves = all_is_held(model, loop%step)
       if (leaves) then
         call change_background(model, loop, outcome%reason//beyond_text(phase, model%state%progress), observer, error)
         if (allocated(error)) return
         model%state%progress%next_step = 0.0_wp
+        spent = 0
+        stalls = 0
         cycle
-      else if (is_given_up(phase%controls, model%state%progress, outcome)) then
+      else if (given_up) then
         call fail(error, cause_of_end(outcome), failure_text(model, loop%step, phase, outcome))
         call note_repeats(observer, repeats)
         return
@@ -466,6 +476,7 @@ contains
     end do
     accepted = .true.
     call note_repeats(observer, repeats)
+    outcome%was_cut = allocated(loop%step%reported_reason)
     call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
     if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     call warn_of_lag(outcome%warning, loop%report, observer)

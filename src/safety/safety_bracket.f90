@@ -15,8 +15,8 @@
 !> there, moving on and on against a drag (qsmpm_safety_search).
 !>
 !> Soil that hardens, or of which that is not known, may find no equilibrium at a factor from afar that it finds from
-!> near. Where the search is to make sure, the lost factor of a narrow bracket is tried again from the stable one, and
-!> the search goes on where it holds.
+!> near, and so may soil beside a wall. Where the search is to make sure, or a lost factor was passed, the lost factor
+!> of a narrow bracket is tried again from the stable one, and the search goes on where it holds.
 module qsmpm_safety_bracket
   use qsmpm_kinds, only: wp
   use qsmpm_rounded_text, only: rounded_text
@@ -27,7 +27,8 @@ module qsmpm_safety_bracket
   public :: bracket_type, next_factor, note_stable, note_lost, take_again, is_closed, bracket_text
 
   !> First dF, its growth, and the ends of the search.
-  real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp, growth_when_passed = 4.0_wp
+  real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp, growth_when_passed = 4.0_wp, &
+    growth_below = 2.0_wp
   !> Factor from which dF is at least this share of it.
   real(wp), parameter :: far_factor = 3.0_wp, least_share = 0.1_wp
   real(wp), parameter, public :: largest_factor = 10.0_wp, smallest_factor = 0.1_wp
@@ -44,6 +45,8 @@ module qsmpm_safety_bracket
     real(wp) :: increment = first_increment
     !> The lost factor was tried from the stable one.
     logical :: from_stable = .false.
+    !> A lost factor was passed.
+    logical :: mistaken = .false.
     !> The body was seen to give way at the lost factor.
     logical :: mechanism = .false.
     !> Lost factors above the smallest one, upwards, 0 for none.
@@ -60,7 +63,7 @@ contains
     real(wp), intent(in) :: tolerance
 
     associate (b => bracket)
-      if (is_closed(b, tolerance, .false.)) then
+      if (is_narrow(b, tolerance)) then
         factor = b%lost
       else if (b%stable > 0.0_wp) then
         factor = min(b%stable + max(b%increment, tolerance), largest_factor)
@@ -81,7 +84,8 @@ contains
     type(bracket_type), intent(inout) :: bracket
 
     if (bracket%lost > 0.0_wp .and. .not. bracket%lost > factor) then
-      bracket%increment = growth_when_passed*bracket%increment
+      bracket%increment = min(growth_when_passed*bracket%increment, max(first_increment, least_share*factor))
+      bracket%mistaken = .true.
     else if (easy .and. bracket%stable > 0.0_wp) then
       bracket%increment = growth*bracket%increment
     end if
@@ -101,7 +105,11 @@ contains
     real(wp), intent(in) :: factor
     type(bracket_type), intent(inout) :: bracket
 
-    if (bracket%stable > 0.0_wp) bracket%increment = 0.5_wp*(factor - bracket%stable)
+    if (bracket%stable > 0.0_wp) then
+      bracket%increment = 0.5_wp*(factor - bracket%stable)
+    else if (factor < 1.0_wp) then
+      bracket%increment = growth_below*bracket%increment
+    end if
     if (bracket%lost > factor) bracket%lost_above = [bracket%lost, bracket%lost_above(:remembered - 1)]
     bracket%lost = factor
     bracket%mechanism = .false.
@@ -125,6 +133,15 @@ contains
     bracket%from_stable = .false.
   end subroutine take_again
 
+  !> Whether the stable and the lost factor are as near as is asked for.
+  pure logical function is_narrow(bracket, tolerance)
+    type(bracket_type), intent(in) :: bracket
+    real(wp), intent(in) :: tolerance
+
+    is_narrow = min(bracket%stable, bracket%lost) > 0.0_wp .and. &
+      bracket%lost - bracket%stable <= tolerance*(1.0_wp + rounding)
+  end function is_narrow
+
   !> Whether the search has ended.
   pure logical function is_closed(bracket, tolerance, makes_sure)
     type(bracket_type), intent(in) :: bracket
@@ -134,7 +151,7 @@ contains
 
     associate (b => bracket)
       if (b%stable > 0.0_wp .and. b%lost > 0.0_wp) then
-        is_closed = b%lost - b%stable <= tolerance*(1.0_wp + rounding) .and. (b%from_stable .or. .not. makes_sure)
+        is_closed = is_narrow(b, tolerance) .and. (b%from_stable .or. .not. (makes_sure .or. b%mistaken))
       else
         is_closed = .not. b%stable < largest_factor .or. &
           (b%lost > 0.0_wp .and. .not. b%lost > smallest_factor*(1.0_wp + rounding))

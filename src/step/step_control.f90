@@ -20,9 +20,12 @@
 !>                rejected and the state before it restored
 !>   cut back     to ds/2, to what a law asks for, or to 0.7 STEP ERROR/e ds (length_after_rejection); an accepted step
 !>                that went past a value of *STOP to where it is reached (length_to_stop, qsmpm_phase_stop)
-!>   grown        x 2 up to ds_1 after few iterations, x 1/2 after many; x 0.7 STEP ERROR/e (length_after_step)
+!>   grown        x 2 up to ds_1 after few iterations, but not where a longer step was just lost, x 1/2 after many;
+!>                x 0.7 STEP ERROR/e (length_after_step)
 !>   limit load   a load rejected for C is bisected; found where ds would be below SMALLEST STEP ds_1 (plan_step)
-!>   given up     ds below SMALLEST STEP ds_1 otherwise; a body without support, a law that cannot go on (is_given_up)
+!>   given up     ds below SMALLEST STEP ds_1 otherwise; a body without support, a law that cannot go on (is_given_up);
+!>                four tries in a row that stall at the same node (stalls_alike); so many iterations on the grid that has
+!>                followed triangles (reject_endless)
 !>   phase ends   with its whole load, its limit load, or a value of *STOP (phase_is_complete)
 !>
 !> Not here: the iterations (qsmpm_equilibrium), and what ends a run as an error of the model (qsmpm_pushed_material,
@@ -30,8 +33,9 @@
 module qsmpm_step_control
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
+  use qsmpm_background_in_use, only: is_after_start
   use qsmpm_method_description, only: basis_fem
-  use qsmpm_phase_description, only: controls_type, newton_full
+  use qsmpm_phase_description, only: controls_type, newton_full, phase_safety
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_left_mesh, error_not_converged, error_singular, error_tangled
   use qsmpm_limit_load, only: compliance_type, limit_load_type, compliance_of
@@ -49,7 +53,7 @@ module qsmpm_step_control
   public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
   public :: must_equilibrate, is_borne, lacks_support, reject, reject_solve, cause_of_end
   public :: is_balanced, judge_stabilisation, reject_compliant, exceeds, reject_flowing, reject_overloaded
-  public :: reject_first, fades_slowly
+  public :: reject_first, reject_endless, stalls_alike, fades_slowly
 
   !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
   real(wp), parameter :: substep_residual = 1.0e-3_wp
@@ -75,6 +79,8 @@ module qsmpm_step_control
   !> on bodies has no equilibrium to be found.
   real(wp), parameter :: overloaded = 10.0_wp
   integer, parameter :: most_work = 2
+  !> The same on the grid that follows triangles which go with the ground: of a step of the first length, and of any.
+  real(wp), parameter :: most_beyond = 20.0_wp, least_beyond = 5.0_wp
   !> The smallest step is so up to this share of it: round-off.
   real(wp), parameter :: same_length = 1.0e-9_wp
 
@@ -84,6 +90,8 @@ module qsmpm_step_control
     !> The static step was taken, without damping; its iterations.
     logical :: static = .false.
     integer :: static_iterations = 0
+    !> A longer step from the same state was rejected.
+    logical :: was_cut = .false.
     !> A smaller step will not help.
     logical :: unrecoverable = .false.
     !> Why it is rejected: code, sentence, and figures of the solve where there are any.
@@ -447,6 +455,35 @@ contains
     outcome%reason = 'the ground gives way and flows out of the mesh: '//outcome%reason
     outcome%at_limit = .true.
   end subroutine reject_flowing
+
+  !> Whether two tries of a step have ended at the same node with the same residual: a shorter one will end there too.
+  pure logical function stalls_alike(former, outcome)
+    type(outcome_type), intent(in) :: former, outcome
+    real(wp), parameter :: alike = 0.1_wp
+
+    stalls_alike = outcome%worst_label > 0 .and. outcome%worst_label == former%worst_label .and. &
+      abs(outcome%out_of_balance - former%out_of_balance) <= alike*former%out_of_balance
+  end function stalls_alike
+
+  !> Give a step up on the grid that has followed triangles which carried no more, where so many iterations bring no rest.
+  !> What a search tries has its own bounds.
+  pure subroutine reject_endless(model, controls, length, iterations, outcome)
+    type(model_type), intent(in) :: model
+    type(controls_type), intent(in) :: controls
+    !> Load fraction of the step.
+    real(wp), intent(in) :: length
+    !> Of all solves of the step.
+    integer, intent(in) :: iterations
+    type(outcome_type), intent(inout) :: outcome
+
+    if (.not. is_after_start(model)) return
+    if (model%analysis%phases(model%state%progress%phase)%kind == phase_safety) return
+    if (iterations <= max(least_beyond, most_beyond*length*controls%steps)*controls%max_iterations) return
+    outcome%accepted = .false.
+    outcome%unrecoverable = .true.
+    outcome%reason = 'the ground gives way and does not come to rest within '//integer_text(iterations)// &
+      ' iterations on the grid that has followed its triangles'
+  end subroutine reject_endless
 
   !> Whether a step is too compliant to be accepted.
   pure logical function exceeds(step, limit, allowed)
