@@ -4,7 +4,7 @@
 module qsmpm_phase_report
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of
-  use qsmpm_phase_description, only: phase_type
+  use qsmpm_phase_description, only: phase_type, phase_safety
   use qsmpm_contact_report, only: contact_check_type, check_contact, end_contact_check
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
   use qsmpm_error, only: error_type, error_not_converged, error_singular, error_tangled
@@ -36,7 +36,7 @@ module qsmpm_phase_report
   private
 
   public :: phase_report_type, report_step, report_stabilisation, report_length, report_phase, warn_of_lag, &
-    warn_of_initial_strength, advise_on_tangent, all_is_held, failure_text, overloaded, start_text
+    warn_of_initial_strength, advise_on_tangent, all_is_held, failure_text, overloaded, beyond_text, start_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
@@ -349,6 +349,20 @@ contains
       ', next to it, was refused'
     if (present(reason)) outcome%reason = outcome%reason//': '//reason
   end function overloaded
+
+  !> Up to where the triangles have carried the load of their phase, and how compliant they were.
+  pure function beyond_text(phase, progress) result(text)
+    type(phase_type), intent(in) :: phase
+    type(progress_type), intent(in) :: progress
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (phase%kind == phase_safety) return
+    text = ' beyond load factor '//rounded_text(progress%load_factor, 6)
+    if (.not. relative_compliance(progress%limit) > 1.0_wp) return
+    text = text//', up to which they carry; there the same load moved the ground '// &
+      rounded_text(relative_compliance(progress%limit), 2)//' times as far as in the first step'
+  end function beyond_text
 
   !> Whether no piece hangs on nothing: on a grid a gap narrower than its functions would hold one up unseen.
   logical function all_is_held(model, step) result(held)

@@ -51,8 +51,7 @@ module qsmpm_safety_search
 
 contains
 
-  !> Try factors until one is stable, or the bracket found: then no step is accepted. Where a lost factor was passed
-  !> before, another one is tried by damped sub-steps too.
+  !> Try factors until one is stable, or the bracket found: then no step is accepted.
   subroutine find_stable_factor(model, step, solver, phase, observer, record, outcome, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -63,7 +62,6 @@ contains
     type(outcome_type), intent(out) :: outcome
     !> What ends the run; the state is that of the last stable factor.
     type(error_type), allocatable, intent(out) :: error
-    type(outcome_type) :: settled
 
     do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance, has_named_strength(model)))
       if (any_of(model%part%team, observer%stop_requested())) exit
@@ -74,10 +72,6 @@ contains
       end if
       call try_factor(model, step, solver, search_phase(phase), next_factor(model%state%progress%bracket, &
         phase%safety%tolerance), observer, record, outcome, error)
-      if (allocated(error) .or. outcome%accepted) return
-      if (.not. model%state%progress%bracket%mistaken) cycle
-      call settle_lost_factor(model, step, solver, phase, observer, record, settled, error)
-      if (settled%accepted) outcome = settled
       if (allocated(error) .or. outcome%accepted) return
     end do
   end subroutine find_stable_factor

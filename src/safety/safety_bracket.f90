@@ -5,7 +5,8 @@
 !>   stable    F + dF next; dF grows by half where equilibrium was easily found, fourfold where F had been lost before,
 !>             and is F/10 at the least from F = 3 on where none was lost
 !>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less
-!>   between   never beyond the middle of the bracket
+!>   between   never beyond the middle of the bracket; at its lost end again where a lost factor was passed before and
+!>             the last stable one was easily found
 !>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1; after 60 stable factors
 !>             without any of these what is known (qsmpm_safety_search)
 !>
@@ -67,7 +68,11 @@ contains
         factor = b%lost
       else if (b%stable > 0.0_wp) then
         factor = min(b%stable + max(b%increment, tolerance), largest_factor)
-        if (b%lost > 0.0_wp) factor = min(factor, 0.5_wp*(b%stable + b%lost))
+        if (b%mistaken .and. b%lost > 0.0_wp .and. b%increment > (b%lost - b%stable)*(1.0_wp + rounding)) then
+          factor = b%lost
+        else if (b%lost > 0.0_wp) then
+          factor = min(factor, 0.5_wp*(b%stable + b%lost))
+        end if
       else if (b%lost > 0.0_wp) then
         factor = max(b%lost - b%increment, smallest_factor)
       else
@@ -86,8 +91,9 @@ contains
     if (bracket%lost > 0.0_wp .and. .not. bracket%lost > factor) then
       bracket%increment = min(growth_when_passed*bracket%increment, max(first_increment, least_share*factor))
       bracket%mistaken = .true.
-    else if (easy .and. bracket%stable > 0.0_wp) then
-      bracket%increment = growth*bracket%increment
+    else if (bracket%stable > 0.0_wp) then
+      if (bracket%mistaken) bracket%increment = min(bracket%increment, factor - bracket%stable)
+      if (easy) bracket%increment = growth*bracket%increment
     end if
     if (factor >= far_factor .and. .not. bracket%lost > 0.0_wp) bracket%increment = max(bracket%increment, &
       least_share*factor)

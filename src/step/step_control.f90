@@ -24,8 +24,8 @@
 !>                x 0.7 STEP ERROR/e (length_after_step)
 !>   limit load   a load rejected for C is bisected; found where ds would be below SMALLEST STEP ds_1 (plan_step)
 !>   given up     ds below SMALLEST STEP ds_1 otherwise; a body without support, a law that cannot go on (is_given_up);
-!>                four tries in a row that stall at the same node (stalls_alike); so many iterations on the grid that has
-!>                followed triangles (reject_endless)
+!>                four tries in a row that stall at the same node (note_try); so many iterations on the grid that
+!>                has followed triangles (reject_endless)
 !>   phase ends   with its whole load, its limit load, or a value of *STOP (phase_is_complete)
 !>
 !> Not here: the iterations (qsmpm_equilibrium), and what ends a run as an error of the model (qsmpm_pushed_material,
@@ -47,13 +47,13 @@ module qsmpm_step_control
   implicit none
   private
 
-  public :: outcome_type, substep_damping_type
+  public :: outcome_type, tries_type, substep_damping_type
   public :: largest_move, static_attempt, substep_attempt, reequilibration_attempt, reequilibration_controls
   public :: has_length_error, is_too_long, retries_line_search
   public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
   public :: must_equilibrate, is_borne, lacks_support, reject, reject_solve, cause_of_end
   public :: is_balanced, judge_stabilisation, reject_compliant, exceeds, reject_flowing, reject_overloaded
-  public :: reject_first, reject_endless, stalls_alike, fades_slowly
+  public :: reject_first, reject_endless, note_try, fades_slowly
 
   !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
   real(wp), parameter :: substep_residual = 1.0e-3_wp
@@ -81,6 +81,9 @@ module qsmpm_step_control
   integer, parameter :: most_work = 2
   !> The same on the grid that follows triangles which go with the ground: of a step of the first length, and of any.
   real(wp), parameter :: most_beyond = 20.0_wp, least_beyond = 5.0_wp
+  !> Tries of a step in a row that stall as the one before did, at most, and how much their residuals differ.
+  integer, parameter :: most_stalls = 3
+  real(wp), parameter :: alike = 0.1_wp
   !> The smallest step is so up to this share of it: round-off.
   real(wp), parameter :: same_length = 1.0e-9_wp
 
@@ -110,6 +113,13 @@ module qsmpm_step_control
     !> Warning of an accepted step; unallocated for none.
     character(len=:), allocatable :: warning
   end type outcome_type
+
+  !> How the tries of a step were lost: iterations of all, those in a row that have stalled as the one before, and node
+  !> and residual of the last.
+  type :: tries_type
+    integer :: iterations = 0, stalls = 0, node = 0
+    real(wp) :: residual = 0.0_wp
+  end type tries_type
 
   !> Damping of the sub-steps of a step.
   type :: substep_damping_type
@@ -456,17 +466,28 @@ contains
     outcome%at_limit = .true.
   end subroutine reject_flowing
 
-  !> Whether two tries of a step have ended at the same node with the same residual: a shorter one will end there too.
-  pure logical function stalls_alike(former, outcome)
-    type(outcome_type), intent(in) :: former, outcome
-    real(wp), parameter :: alike = 0.1_wp
+  !> Note how a try of a step was lost. One that ends at the same node with the same residual as three before it says
+  !> that a shorter one will end there too; with reject_endless it is the end of the step.
+  pure subroutine note_try(model, controls, length, iterations, tries, outcome)
+    type(model_type), intent(in) :: model
+    type(controls_type), intent(in) :: controls
+    !> Load fraction of the try, and iterations of all of its solves.
+    real(wp), intent(in) :: length
+    integer, intent(in) :: iterations
+    type(tries_type), intent(inout) :: tries
+    type(outcome_type), intent(inout) :: outcome
 
-    stalls_alike = outcome%worst_label > 0 .and. outcome%worst_label == former%worst_label .and. &
-      abs(outcome%out_of_balance - former%out_of_balance) <= alike*former%out_of_balance
-  end function stalls_alike
+    tries%iterations = tries%iterations + iterations
+    tries%stalls = merge(tries%stalls + 1, 0, outcome%worst_label > 0 .and. outcome%worst_label == tries%node .and. &
+      abs(outcome%out_of_balance - tries%residual) <= alike*tries%residual)
+    tries%node = outcome%worst_label
+    tries%residual = outcome%out_of_balance
+    if (tries%stalls >= most_stalls) outcome%unrecoverable = .true.
+    call reject_endless(model, controls, length, tries%iterations, outcome)
+  end subroutine note_try
 
-  !> Give a step up on the grid that has followed triangles which carried no more, where so many iterations bring no rest.
-  !> What a search tries has its own bounds.
+  !> Give a step up on the grid that has followed triangles which carried no more, where so many iterations bring no
+  !> rest. What a search tries has its own bounds.
   pure subroutine reject_endless(model, controls, length, iterations, outcome)
     type(model_type), intent(in) :: model
     type(controls_type), intent(in) :: controls
