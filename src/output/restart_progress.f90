@@ -43,7 +43,6 @@ contains
       call put_attribute(image, group, 'lost_factor_above_'//integer_text(i), progress%bracket%lost_above(i))
     end do
     call put_attribute(image, group, 'factor_increment', progress%bracket%increment)
-    call put_attribute(image, group, 'factor_passed', merge(1, 0, progress%bracket%mistaken))
     if (allocated(progress%factors)) call put_array(image, group//'/factors', progress%factors)
     call put_attribute(image, group, 'stopped', merge(1, 0, progress%stopped))
     call put_ends(image, group, progress)
@@ -106,8 +105,6 @@ contains
       call get_attribute(reader, group, 'lost_factor_above_'//integer_text(i), progress%bracket%lost_above(i))
     end do
     call get_attribute(reader, group, 'factor_increment', progress%bracket%increment)
-    call get_attribute(reader, group, 'factor_passed', whole)
-    progress%bracket%mistaken = whole == 1
     if (allocated(progress%factors)) deallocate (progress%factors)
     call get_array(reader, group//'/factors', progress%factors)
     call get_attribute(reader, group, 'stopped', stopped)

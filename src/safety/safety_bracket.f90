@@ -2,11 +2,10 @@
 !> which it was lost.
 !>
 !>   first     F = 1
-!>   stable    F + dF next; dF grows by half where equilibrium was easily found, fourfold where F had been lost before,
-!>             and is F/10 at the least from F = 3 on where none was lost
-!>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less
-!>   between   never beyond the middle of the bracket; at its lost end again where a lost factor was passed before and
-!>             the last stable one was easily found
+!>   stable    F + dF next; dF grows by half where equilibrium was easily found, fourfold where F had been lost before
+!>             but to 0.1 or F/10 at the most, and is F/10 at the least from F = 3 on where none was lost
+!>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less, twice as much each time
+!>   between   never beyond the middle of the bracket
 !>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1; after 60 stable factors
 !>             without any of these what is known (qsmpm_safety_search)
 !>
@@ -16,8 +15,8 @@
 !> there, moving on and on against a drag (qsmpm_safety_search).
 !>
 !> Soil that hardens, or of which that is not known, may find no equilibrium at a factor from afar that it finds from
-!> near, and so may soil beside a wall. Where the search is to make sure, or a lost factor was passed, the lost factor
-!> of a narrow bracket is tried again from the stable one, and the search goes on where it holds.
+!> near. Where the search is to make sure, the lost factor of a narrow bracket is tried again from the stable one, and
+!> the search goes on where it holds.
 module qsmpm_safety_bracket
   use qsmpm_kinds, only: wp
   use qsmpm_rounded_text, only: rounded_text
@@ -46,8 +45,6 @@ module qsmpm_safety_bracket
     real(wp) :: increment = first_increment
     !> The lost factor was tried from the stable one.
     logical :: from_stable = .false.
-    !> A lost factor was passed.
-    logical :: mistaken = .false.
     !> The body was seen to give way at the lost factor.
     logical :: mechanism = .false.
     !> Lost factors above the smallest one, upwards, 0 for none.
@@ -64,15 +61,11 @@ contains
     real(wp), intent(in) :: tolerance
 
     associate (b => bracket)
-      if (is_narrow(b, tolerance)) then
+      if (is_closed(b, tolerance, .false.)) then
         factor = b%lost
       else if (b%stable > 0.0_wp) then
         factor = min(b%stable + max(b%increment, tolerance), largest_factor)
-        if (b%mistaken .and. b%lost > 0.0_wp .and. b%increment > (b%lost - b%stable)*(1.0_wp + rounding)) then
-          factor = b%lost
-        else if (b%lost > 0.0_wp) then
-          factor = min(factor, 0.5_wp*(b%stable + b%lost))
-        end if
+        if (b%lost > 0.0_wp) factor = min(factor, 0.5_wp*(b%stable + b%lost))
       else if (b%lost > 0.0_wp) then
         factor = max(b%lost - b%increment, smallest_factor)
       else
@@ -90,10 +83,8 @@ contains
 
     if (bracket%lost > 0.0_wp .and. .not. bracket%lost > factor) then
       bracket%increment = min(growth_when_passed*bracket%increment, max(first_increment, least_share*factor))
-      bracket%mistaken = .true.
-    else if (bracket%stable > 0.0_wp) then
-      if (bracket%mistaken) bracket%increment = min(bracket%increment, factor - bracket%stable)
-      if (easy) bracket%increment = growth*bracket%increment
+    else if (easy .and. bracket%stable > 0.0_wp) then
+      bracket%increment = growth*bracket%increment
     end if
     if (factor >= far_factor .and. .not. bracket%lost > 0.0_wp) bracket%increment = max(bracket%increment, &
       least_share*factor)
@@ -139,15 +130,6 @@ contains
     bracket%from_stable = .false.
   end subroutine take_again
 
-  !> Whether the stable and the lost factor are as near as is asked for.
-  pure logical function is_narrow(bracket, tolerance)
-    type(bracket_type), intent(in) :: bracket
-    real(wp), intent(in) :: tolerance
-
-    is_narrow = min(bracket%stable, bracket%lost) > 0.0_wp .and. &
-      bracket%lost - bracket%stable <= tolerance*(1.0_wp + rounding)
-  end function is_narrow
-
   !> Whether the search has ended.
   pure logical function is_closed(bracket, tolerance, makes_sure)
     type(bracket_type), intent(in) :: bracket
@@ -157,7 +139,7 @@ contains
 
     associate (b => bracket)
       if (b%stable > 0.0_wp .and. b%lost > 0.0_wp) then
-        is_closed = is_narrow(b, tolerance) .and. (b%from_stable .or. .not. (makes_sure .or. b%mistaken))
+        is_closed = b%lost - b%stable <= tolerance*(1.0_wp + rounding) .and. (b%from_stable .or. .not. makes_sure)
       else
         is_closed = .not. b%stable < largest_factor .or. &
           (b%lost > 0.0_wp .and. .not. b%lost > smallest_factor*(1.0_wp + rounding))

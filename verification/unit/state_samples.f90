@@ -123,7 +123,6 @@ contains
     call alter(progress%bracket%lost_above)
     call alter(progress%bracket%increment)
     progress%bracket%increment = 1.0_wp + abs(progress%bracket%increment)
-    progress%bracket%mistaken = .not. progress%bracket%mistaken
     progress%factors = reshape([1.0_wp, 1.25_wp, 1.5_wp, 1.0_wp], [4, 1])
     progress%stopped = .not. progress%stopped
     progress%ends = [phase_end_type()]
@@ -259,7 +258,6 @@ contains
     call note(names, 'bracket%stable', same_reals([a%bracket%stable], [b%bracket%stable]))
     call note(names, 'bracket%lost', &
       same_reals([a%bracket%lost, a%bracket%lost_above], [b%bracket%lost, b%bracket%lost_above]))
-    call note(names, 'bracket%mistaken', a%bracket%mistaken .eqv. b%bracket%mistaken)
     call note(names, 'bracket%increment', same_reals([a%bracket%increment], [b%bracket%increment]))
     call note(names, 'factors', allocated(a%factors) .eqv. allocated(b%factors))
     if (allocated(a%factors) .and. allocated(b%factors)) call note(names, 'factors', &
