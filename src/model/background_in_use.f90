@@ -10,7 +10,7 @@ module qsmpm_background_in_use
   implicit none
   private
 
-  public :: take_background, take_treatment, is_at_start, number_of
+  public :: take_background, take_treatment, is_at_start, is_after_start, number_of
 
 contains
 
@@ -27,6 +27,13 @@ contains
 
     is_at_start = allocated(model%analysis%backgrounds) .and. number_of(model%state%window) == 1
   end function is_at_start
+
+  !> Whether it stands on one that has followed.
+  pure logical function is_after_start(model)
+    type(model_type), intent(in) :: model
+
+    is_after_start = allocated(model%analysis%backgrounds) .and. number_of(model%state%window) > 1
+  end function is_after_start
 
   !> Kind of mesh, element, method, size of the cells and treatment of locking of a background.
   pure subroutine take_background(number, model)

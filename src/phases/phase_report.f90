@@ -37,7 +37,8 @@ module qsmpm_phase_report
   private
 
   public :: phase_report_type, report_step, report_stabilisation, report_length, report_phase, warn_of_lag, &
-    warn_of_initial_strength, advise_on_tangent, all_is_held, begin_report, failure_text, overloaded, start_text
+    warn_of_initial_strength, advise_on_tangent, all_is_held, begin_report, failure_text, overloaded, beyond_text, &
+    start_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
@@ -399,6 +400,20 @@ contains
       ', next to it, was refused'
     if (present(reason)) outcome%reason = outcome%reason//': '//reason
   end function overloaded
+
+  !> Up to where the triangles have carried the load of their phase, and how compliant they were.
+  pure function beyond_text(phase, progress) result(text)
+    type(phase_type), intent(in) :: phase
+    type(progress_type), intent(in) :: progress
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (phase%kind == phase_safety) return
+    text = ' beyond load factor '//rounded_text(progress%load_factor, 6)
+    if (.not. relative_compliance(progress%limit) > 1.0_wp) return
+    text = text//', up to which they carry; there the same load moved the ground '// &
+      rounded_text(relative_compliance(progress%limit), 2)//' times as far as in the first step'
+  end function beyond_text
 
   !> Whether no piece hangs on nothing: on a grid a gap narrower than its functions would hold one up unseen.
   logical function all_is_held(model, step) result(held)

@@ -13,22 +13,22 @@ module qsmpm_phases
   use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_initialisation, only: step_type, begin_analysis
-  use qsmpm_limit_load, only: is_found, limit_loads, limit_report, relative_compliance, jump_note
+  use qsmpm_limit_load, only: is_found, limit_loads, limit_report, jump_note
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
-  use qsmpm_model, only: model_type, progress_type
+  use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_joint_system, only: end_joint_system
   use qsmpm_kept_division, only: divide_all, join_all
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
   use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, all_is_held, begin_report, failure_text, &
-    overloaded, report_phase, report_length, report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
+    overloaded, beyond_text, report_phase, report_length, report_stabilisation, report_step, warn_of_initial_strength, &
+    warn_of_lag
   use qsmpm_phase_ends, only: is_lost, note_end, note_loss
   use qsmpm_phase_start, only: starts_whole, start_phase, resume_phase, measure_start
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_rigid_bodies, only: placed_bodies
-  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_safety_factors, only: is_running_out, is_searching
   use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, settle_lost_factor, &
@@ -36,7 +36,7 @@ module qsmpm_phases
   use qsmpm_seepage_notes, only: moved_note
   use qsmpm_sheared_ground, only: sheared_note, worn_note
   use qsmpm_soil_points, only: inaccurate_points
-  use qsmpm_step_control, only: cause_of_end, outcome_type
+  use qsmpm_step_control, only: cause_of_end, outcome_type, tries_type, note_try
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, is_load_known, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
@@ -420,6 +420,7 @@ contains
     logical, intent(out) :: accepted
     type(error_type), allocatable, intent(out) :: error
     type(outcome_type) :: outcome
+    type(tries_type) :: tries
     type(step_before_type) :: before
     real(wp) :: length, last, strength
     integer :: repeats
@@ -447,6 +448,7 @@ contains
       end if
       call set_strength(model, strength)
       if (allocated(error)) return
+      call note_try(model, phase%controls, last - record%start, record%iterations, tries, outcome)
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
       leaves = may_leave_mesh(model) .and. (outcome%cause == error_tangled .or. is_given_up(phase%controls, &
         model%state%progress, outcome))
@@ -455,6 +457,7 @@ contains
         call change_background(model, loop, outcome%reason//beyond_text(phase, model%state%progress), observer, error)
         if (allocated(error)) return
         model%state%progress%next_step = 0.0_wp
+        tries = tries_type()
         cycle
       else if (is_given_up(phase%controls, model%state%progress, outcome)) then
         call fail(error, cause_of_end(outcome), failure_text(model, loop%step, phase, outcome))
@@ -466,24 +469,11 @@ contains
     end do
     accepted = .true.
     call note_repeats(observer, repeats)
+    outcome%was_cut = allocated(loop%step%reported_reason)
     call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
     if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     call warn_of_lag(outcome%warning, loop%report, observer)
   end subroutine reach_load
-
-  !> Up to where the triangles have carried the load of their phase, and how compliant they were.
-  pure function beyond_text(phase, progress) result(text)
-    type(phase_type), intent(in) :: phase
-    type(progress_type), intent(in) :: progress
-    character(len=:), allocatable :: text
-
-    text = ''
-    if (phase%kind == phase_safety) return
-    text = ' beyond load factor '//rounded_text(progress%load_factor, 6)
-    if (.not. relative_compliance(progress%limit) > 1.0_wp) return
-    text = text//', up to which they carry; there the same load moved the ground '// &
-      rounded_text(relative_compliance(progress%limit), 2)//' times as far as in the first step'
-  end function beyond_text
 
   !> Tell why an increment is cut back, once where the reason stays the same.
   subroutine note_cut(observer, reason, step, repeats)

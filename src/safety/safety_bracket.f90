@@ -2,9 +2,9 @@
 !> which it was lost.
 !>
 !>   first     F = 1
-!>   stable    F + dF next; dF grows by half where equilibrium was easily found, fourfold where F had been lost before,
-!>             and is F/10 at the least from F = 3 on where none was lost
-!>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less
+!>   stable    F + dF next; dF grows by half where equilibrium was easily found, fourfold where F had been lost before
+!>             but to 0.1 or F/10 at the most, and is F/10 at the least from F = 3 on where none was lost
+!>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less, twice as much each time
 !>   between   never beyond the middle of the bracket
 !>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1; after 60 stable factors
 !>             without any of these what is known (qsmpm_safety_search)
@@ -27,7 +27,8 @@ module qsmpm_safety_bracket
   public :: bracket_type, next_factor, note_stable, note_lost, take_again, is_closed, bracket_text
 
   !> First dF, its growth, and the ends of the search.
-  real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp, growth_when_passed = 4.0_wp
+  real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp, growth_when_passed = 4.0_wp, &
+    growth_below = 2.0_wp
   !> Factor from which dF is at least this share of it.
   real(wp), parameter :: far_factor = 3.0_wp, least_share = 0.1_wp
   real(wp), parameter, public :: largest_factor = 10.0_wp, smallest_factor = 0.1_wp
@@ -81,7 +82,7 @@ contains
     type(bracket_type), intent(inout) :: bracket
 
     if (bracket%lost > 0.0_wp .and. .not. bracket%lost > factor) then
-      bracket%increment = growth_when_passed*bracket%increment
+      bracket%increment = min(growth_when_passed*bracket%increment, max(first_increment, least_share*factor))
     else if (easy .and. bracket%stable > 0.0_wp) then
       bracket%increment = growth*bracket%increment
     end if
@@ -101,7 +102,11 @@ contains
     real(wp), intent(in) :: factor
     type(bracket_type), intent(inout) :: bracket
 
-    if (bracket%stable > 0.0_wp) bracket%increment = 0.5_wp*(factor - bracket%stable)
+    if (bracket%stable > 0.0_wp) then
+      bracket%increment = 0.5_wp*(factor - bracket%stable)
+    else if (factor < 1.0_wp) then
+      bracket%increment = growth_below*bracket%increment
+    end if
     if (bracket%lost > factor) bracket%lost_above = [bracket%lost, bracket%lost_above(:remembered - 1)]
     bracket%lost = factor
     bracket%mechanism = .false.

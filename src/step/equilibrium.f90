@@ -152,7 +152,8 @@ contains
         call take_shares(step, goal%tolerance, residual, solution)
         return
       end if
-      if (solution%iterations >= controls%max_iterations) then
+      if (solution%iterations >= controls%max_iterations .and. .not. is_ending(forecast, controls%max_iterations, &
+        goal%tolerance, solution)) then
         call give_up(step, 'no convergence in the iterations allowed', solution)
         return
       end if
@@ -163,8 +164,24 @@ contains
       solution%iterations = solution%iterations + 1
       call count_iteration(step%profile, model%state%points%count)
       call search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
+      if (begins_softly(solution, forecast)) then
+        forecast = forecast_type()
+        deallocate (solution%displacement)
+        if (allocated(solution%reason)) deallocate (solution%reason)
+        call evaluate_start(model, step, goal, tangent_elastic, residual, solution)
+      end if
     end do
   end subroutine solve_equilibrium
+
+  !> Whether the first correction from rest leads upwards, however short: soil at the tip of its cone, without cohesion
+  !> and stress, has next to no stiffness. It is found anew from the elastic one.
+  pure logical function begins_softly(solution, forecast)
+    type(solution_type), intent(in) :: solution
+    type(forecast_type), intent(in) :: forecast
+
+    begins_softly = solution%iterations == 1 .and. forecast%halvings > most_halvings .and. .not. &
+      (solution%guessed .or. solution%pushed .or. solution%broken)
+  end function begins_softly
 
   !> Whether an iteration has answered what the step asks for: a second one where displacements are prescribed, for the
   !> matrix of the first is that of before the push, but one from a guess that has them; none is needed behind one that
@@ -177,6 +194,20 @@ contains
     least = merge(1, merge(2, 0, solution%pushed), solution%guessed)
     is_answered = solution%iterations >= least .or. (solution%iterations == 1 .and. solution%out_of_balance <= rounding)
   end function is_answered
+
+  !> Whether iterations that are at their bound go on: the residual is near to what is allowed and falls, up to twice as
+  !> many.
+  pure logical function is_ending(forecast, most, tolerance, solution)
+    type(forecast_type), intent(in) :: forecast
+    !> Iterations allowed, and residual.
+    integer, intent(in) :: most
+    real(wp), intent(in) :: tolerance
+    type(solution_type), intent(in) :: solution
+    real(wp), parameter :: near = 100.0_wp, falls = 0.5_wp
+
+    is_ending = solution%iterations < 2*most .and. solution%out_of_balance <= min(near*tolerance, &
+      falls*forecast%previous)
+  end function is_ending
 
   !> Forces and tangent at the start of the step, with the force that prescribed displacements will call up.
   subroutine evaluate_start(model, step, goal, tangent, residual, solution)

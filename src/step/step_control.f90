@@ -20,9 +20,12 @@
 !>                rejected and the state before it restored
 !>   cut back     to ds/2, to what a law asks for, or to 0.7 STEP ERROR/e ds (length_after_rejection); an accepted step
 !>                that went past a value of *STOP to where it is reached (length_to_stop, qsmpm_phase_stop)
-!>   grown        x 2 up to ds_1 after few iterations, x 1/2 after many; x 0.7 STEP ERROR/e (length_after_step)
+!>   grown        x 2 up to ds_1 after few iterations, but not where a longer step was just lost, x 1/2 after many;
+!>                x 0.7 STEP ERROR/e (length_after_step)
 !>   limit load   a load rejected for C is bisected; found where ds would be below SMALLEST STEP ds_1 (plan_step)
-!>   given up     ds below SMALLEST STEP ds_1 otherwise; a body without support, a law that cannot go on (is_given_up)
+!>   given up     ds below SMALLEST STEP ds_1 otherwise; a body without support, a law that cannot go on (is_given_up);
+!>                four tries in a row that stall at the same node (note_try); so many iterations on the grid that
+!>                has followed triangles (reject_endless)
 !>   phase ends   with its whole load, its limit load, or a value of *STOP (phase_is_complete)
 !>
 !> Not here: the iterations (qsmpm_equilibrium), and what ends a run as an error of the model (qsmpm_pushed_material,
@@ -30,8 +33,9 @@
 module qsmpm_step_control
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
+  use qsmpm_background_in_use, only: is_after_start
   use qsmpm_method_description, only: basis_fem
-  use qsmpm_phase_description, only: controls_type, newton_full
+  use qsmpm_phase_description, only: controls_type, newton_full, phase_safety
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_left_mesh, error_not_converged, error_singular, error_tangled
   use qsmpm_limit_load, only: compliance_type, limit_load_type, compliance_of
@@ -43,13 +47,13 @@ module qsmpm_step_control
   implicit none
   private
 
-  public :: outcome_type, substep_damping_type
+  public :: outcome_type, tries_type, substep_damping_type
   public :: largest_move, static_attempt, substep_attempt, reequilibration_attempt, reequilibration_controls
   public :: has_length_error, is_too_long, retries_line_search
   public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
   public :: must_equilibrate, is_borne, lacks_support, reject, reject_solve, cause_of_end
   public :: is_balanced, judge_stabilisation, reject_compliant, exceeds, reject_flowing, reject_overloaded
-  public :: reject_first, fades_slowly
+  public :: reject_first, reject_endless, note_try, fades_slowly
 
   !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
   real(wp), parameter :: substep_residual = 1.0e-3_wp
@@ -75,6 +79,11 @@ module qsmpm_step_control
   !> on bodies has no equilibrium to be found.
   real(wp), parameter :: overloaded = 10.0_wp
   integer, parameter :: most_work = 2
+  !> The same on the grid that follows triangles which go with the ground: of a step of the first length, and of any.
+  real(wp), parameter :: most_beyond = 20.0_wp, least_beyond = 5.0_wp
+  !> Tries of a step in a row that stall as the one before did, at most, and how much their residuals differ.
+  integer, parameter :: most_stalls = 3
+  real(wp), parameter :: alike = 0.1_wp
   !> The smallest step is so up to this share of it: round-off.
   real(wp), parameter :: same_length = 1.0e-9_wp
 
@@ -84,6 +93,8 @@ module qsmpm_step_control
     !> The static step was taken, without damping; its iterations.
     logical :: static = .false.
     integer :: static_iterations = 0
+    !> A longer step from the same state was rejected.
+    logical :: was_cut = .false.
     !> A smaller step will not help.
     logical :: unrecoverable = .false.
     !> Why it is rejected: code, sentence, and figures of the solve where there are any.
@@ -102,6 +113,13 @@ module qsmpm_step_control
     !> Warning of an accepted step; unallocated for none.
     character(len=:), allocatable :: warning
   end type outcome_type
+
+  !> How the tries of a step were lost: iterations of all, those in a row that have stalled as the one before, and node
+  !> and residual of the last.
+  type :: tries_type
+    integer :: iterations = 0, stalls = 0, node = 0
+    real(wp) :: residual = 0.0_wp
+  end type tries_type
 
   !> Damping of the sub-steps of a step.
   type :: substep_damping_type
@@ -447,6 +465,46 @@ contains
     outcome%reason = 'the ground gives way and flows out of the mesh: '//outcome%reason
     outcome%at_limit = .true.
   end subroutine reject_flowing
+
+  !> Note how a try of a step was lost. One that ends at the same node with the same residual as three before it says
+  !> that a shorter one will end there too; with reject_endless it is the end of the step.
+  pure subroutine note_try(model, controls, length, iterations, tries, outcome)
+    type(model_type), intent(in) :: model
+    type(controls_type), intent(in) :: controls
+    !> Load fraction of the try, and iterations of all of its solves.
+    real(wp), intent(in) :: length
+    integer, intent(in) :: iterations
+    type(tries_type), intent(inout) :: tries
+    type(outcome_type), intent(inout) :: outcome
+
+    tries%iterations = tries%iterations + iterations
+    tries%stalls = merge(tries%stalls + 1, 0, outcome%worst_label > 0 .and. outcome%worst_label == tries%node .and. &
+      abs(outcome%out_of_balance - tries%residual) <= alike*tries%residual)
+    tries%node = outcome%worst_label
+    tries%residual = outcome%out_of_balance
+    if (tries%stalls >= most_stalls) outcome%unrecoverable = .true.
+    call reject_endless(model, controls, length, tries%iterations, outcome)
+  end subroutine note_try
+
+  !> Give a step up on the grid that has followed triangles which carried no more, where so many iterations bring no
+  !> rest. What a search tries has its own bounds.
+  pure subroutine reject_endless(model, controls, length, iterations, outcome)
+    type(model_type), intent(in) :: model
+    type(controls_type), intent(in) :: controls
+    !> Load fraction of the step.
+    real(wp), intent(in) :: length
+    !> Of all solves of the step.
+    integer, intent(in) :: iterations
+    type(outcome_type), intent(inout) :: outcome
+
+    if (.not. is_after_start(model)) return
+    if (model%analysis%phases(model%state%progress%phase)%kind == phase_safety) return
+    if (iterations <= max(least_beyond, most_beyond*length*controls%steps)*controls%max_iterations) return
+    outcome%accepted = .false.
+    outcome%unrecoverable = .true.
+    outcome%reason = 'the ground gives way and does not come to rest within '//integer_text(iterations)// &
+      ' iterations on the grid that has followed its triangles'
+  end subroutine reject_endless
 
   !> Whether a step is too compliant to be accepted.
   pure logical function exceeds(step, limit, allowed)

@@ -150,8 +150,8 @@ contains
 
     growth = growth_of(controls)
     next = growth*length
-    if (outcome%static_iterations <= controls%few_iterations) next = min(planned_length(controls, fraction), &
-      max(2.0_wp, growth)*length)
+    if (outcome%static_iterations <= controls%few_iterations .and. .not. outcome%was_cut) next = &
+      min(planned_length(controls, fraction), max(2.0_wp, growth)*length)
     if (controls%step_error > 0.0_wp .and. outcome%static) next = min(controls%largest_step, &
       length*length_ratio(outcome%step_error, controls%step_error))
     if (outcome%static_iterations > controls%many_iterations) next = min(0.5_wp*length, next)

@@ -19,7 +19,7 @@ module qsmpm_stepping
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, fades_slowly, &
     first_damping, is_balanced, is_beyond_help, is_dampable, judge_stabilisation, lacks_support, largest_move, &
     may_be_damped, must_equilibrate, reequilibration_attempt, reequilibration_controls, reject, reject_compliant, &
-    reject_first, reject_flowing, reject_overloaded, reject_solve, static_attempt, substep_attempt
+    reject_endless, reject_first, reject_flowing, reject_overloaded, reject_solve, static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_team, only: team_type
   use qsmpm_term_share, only: add_solves, share_named, stabilisation_share
@@ -77,12 +77,19 @@ contains
     type(outcome_type), intent(inout) :: outcome
     type(error_type), allocatable, intent(out) :: error
 
-    call take_static_step(model, step, solver, controls, fraction, record, outcome, error)
-    if (allocated(error)) return
+    ! A search is damped at a lost factor alone.
+    if (is_searching(model) .and. is_dampable(model, controls) .and. model%state%progress%bracket%from_stable) then
+      call reject('there is no force to damp', outcome)
+    else
+      call take_static_step(model, step, solver, controls, fraction, record, outcome, error)
+      if (allocated(error)) return
+      if (.not. outcome%accepted) then
+        if (.not. may_be_damped(model, controls, fraction, outcome)) return
+        if (.not. is_reported(step, outcome%reason)) &
+          call observer%note('static step rejected ('//outcome%reason//'); damped sub-steps')
+      end if
+    end if
     if (.not. outcome%accepted) then
-      if (.not. may_be_damped(model, controls, fraction, outcome)) return
-      if (.not. is_reported(step, outcome%reason)) &
-        call observer%note('static step rejected ('//outcome%reason//'); damped sub-steps')
       call take_substeps(model, step, solver, controls, fraction, observer, record, outcome, error)
       if (allocated(error) .or. .not. outcome%accepted) return
     end if
@@ -175,6 +182,8 @@ contains
     if (is_beyond_help(damping)) return
     do substep = 1, controls%max_substeps
       if (is_stopped(model%part%team, observer, error)) return
+      call reject_endless(model, controls, fraction - record%start, record%iterations, outcome)
+      if (outcome%unrecoverable) return
       call solve(model, step, solver, controls, substep_attempt(controls, damping, fraction, record%start, move), &
         record, outcome, solution, error)
       if (allocated(error)) return
@@ -217,6 +226,8 @@ contains
     fadings = 0
     do while (must_equilibrate(controls, record%shares, record%reequilibrations))
       if (is_stopped(model%part%team, observer, error)) return
+      call reject_endless(model, controls, load - record%start, record%iterations, outcome)
+      if (outcome%unrecoverable) return
       record%reequilibrations = record%reequilibrations + 1
       share = share_named(record%shares, stabilisation_share)
       call solve(model, step, solver, reequilibration_controls(controls), &

@@ -4,7 +4,7 @@
 module test_step_control
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use qsmpm_method_description, only: basis_fem
-  use qsmpm_phase_description, only: controls_type, newton_modified
+  use qsmpm_phase_description, only: controls_type, newton_modified, phase_safety
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_left_mesh, error_not_converged, error_singular
   use qsmpm_kinds, only: wp
@@ -12,7 +12,7 @@ module test_step_control
   use qsmpm_model, only: model_type
   use qsmpm_step_control, only: substep_damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
     has_length_error, reequilibration_attempt, fades_slowly, reject_first, reject_flowing, reject_overloaded, &
-    reequilibration_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
+    reequilibration_controls, note_try, tries_type, is_balanced, is_beyond_help, is_dampable, is_too_long, &
     reject_compliant, cause_of_end, lacks_support, largest_move, is_borne, must_equilibrate, retries_line_search, static_attempt, &
       substep_attempt
   use qsmpm_step_solver, only: attempt_type
@@ -40,7 +40,54 @@ contains
     call check_damping(tests)
     call check_equilibration(tests)
     call check_compliance(tests)
+    call check_tries(tests)
   end subroutine collect_step_control
+
+  !> Tries that stall alike, and what has no end on the grid that has followed triangles.
+  subroutine check_tries(tests)
+    type(tests_type), intent(inout) :: tests
+    class(model_type), allocatable :: model
+    type(outcome_type) :: outcome
+    type(tries_type) :: tries
+    integer :: i, node
+
+    allocate (model)
+    allocate (model%analysis%phases(1), model%analysis%backgrounds(2))
+    model%state%progress%phase = 1
+    outcome%worst_label = 7
+    do i = 1, 4
+      call tests%check('a try that stalls is followed by a shorter one', .not. outcome%unrecoverable)
+      outcome%out_of_balance = 0.5_wp*1.09_wp**i
+      call note_try(model, four, 0.25_wp, 1000, tries, outcome)
+    end do
+    call tests%check('three that stall as the one before are enough', outcome%unrecoverable)
+    do node = 0, 7, 7
+      tries = tries_type()
+      outcome = outcome_type(worst_label=node)
+      do i = 1, 6
+        outcome%out_of_balance = 0.5_wp*merge(1.11_wp, 1.0_wp, node > 0)**i
+        call note_try(model, four, 0.25_wp, 1000, tries, outcome)
+      end do
+      call tests%check('not with another residual, nor without a node', .not. outcome%unrecoverable)
+    end do
+    model%state%window%last(1) = 2
+    tries = tries_type()
+    call note_try(model, four, 0.125_wp, 200, tries, outcome)
+    call tests%check('ten times MAX ITERATIONS for half of a first step', .not. outcome%unrecoverable)
+    call note_try(model, four, 0.125_wp, 1, tries, outcome)
+    call tests%check('in all of its tries', outcome%unrecoverable .and. .not. outcome%accepted .and. index(outcome%reason, &
+      'does not come to rest within 201 iterations') > 0)
+    outcome = outcome_type()
+    tries = tries_type()
+    call note_try(model, four, 0.01_wp, 100, tries, outcome)
+    call tests%check('five times for any', .not. outcome%unrecoverable)
+    model%analysis%phases(1)%kind = phase_safety
+    call note_try(model, four, 0.01_wp, 1, tries, outcome)
+    call tests%check('but in a search', .not. outcome%unrecoverable)
+    model%analysis%phases(1)%kind = 0
+    call note_try(model, four, 0.01_wp, 0, tries, outcome)
+    call tests%check('and no more', outcome%unrecoverable)
+  end subroutine check_tries
 
   !> What is asked for.
   subroutine check_attempts(tests)

@@ -138,6 +138,8 @@ contains
       outcome_type(static_iterations=12)), 0.03_wp, rounding)
     call tests%close('an easy one by one twice as long', after(ten, 0.03_wp, &
       outcome_type(static_iterations=6)), 0.06_wp, rounding)
+    call tests%close('but by its like where a longer one was just lost', after(ten, 0.03_wp, &
+      outcome_type(static_iterations=6, was_cut=.true.)), 0.03_wp, rounding)
     call tests%close('but not longer than the first', after(ten, 0.08_wp, &
       outcome_type(static_iterations=1)), 0.1_wp, rounding)
     call tests%close('a hard one by half', after(ten, 0.03_wp, outcome_type(static_iterations=13)), &
