@@ -68,9 +68,10 @@ module qsmpm_model_builder
   real(wp), parameter :: elastic_blend = 1.0e-5_wp
   !> Cells from which a plate of nodes goes far.
   real(wp), parameter :: far = 2.0_wp
-  !> Poisson's ratio above which a material is cured of locking unasked, and the default factors.
-  real(wp), parameter :: locking_poisson = 0.45_wp, usual_resistance = 0.5_wp, &
-    clay_resistance = 0.1_wp, lasting_clay_resistance = 0.3_wp, flow_resistance = 1.0_wp
+  !> Poisson's ratio above which a material is cured of locking unasked, and the default factors; those of clay and of
+  !> other soil on cells that go with the ground (docs/methods/uniform_pressure.md).
+  real(wp), parameter :: locking_poisson = 0.45_wp, usual_resistance = 0.5_wp, clay_resistance = 0.1_wp, &
+    flow_resistance = 1.0_wp, clay_that_stays = 0.22_wp, soil_that_stays = 0.45_wp
 
 contains
 
@@ -265,7 +266,6 @@ contains
     type(model_type), intent(inout) :: model
     type(law_description_type) :: traits
     logical :: smooth, lowest, linear, pressed
-    real(wp) :: clay
     integer :: m
 
     call settle_grid(model)
@@ -276,8 +276,6 @@ contains
       (.not. smooth .or. model%analysis%method%basis == basis_gimp)
     ! Beside a rigid body splines lock by more than one pressure a cell costs: strip footing +15 % without, +7 % with.
     pressed = smooth .and. size(model%analysis%rigid_bodies) > 0
-    clay = merge(lasting_clay_resistance, clay_resistance, model%analysis%method%basis == basis_fem)
-    if (lowest .and. .not. smooth) clay = usual_resistance
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
         traits = traits_of(material)
@@ -289,7 +287,8 @@ contains
             'where its pressures show that it locks'//new_line('a')
         end if
         if (material%locking_treatment == locking_none) cycle
-        if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, linear, clay)
+        if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, linear, &
+          lowest .and. .not. smooth, model%analysis%method%basis == basis_fem)
         model%laws(m)%flows = may_yield(material) .and. .not. softens_by_point(material)
         model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
@@ -312,7 +311,7 @@ contains
     if (.not. allocated(model%analysis%backgrounds)) return
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
-        factor(m, :) = merge(material%pressure_factor, resistance_of(material, .false., clay_resistance), &
+        factor(m, :) = merge(material%pressure_factor, resistance_of(material, .false., .false., .false.), &
           material%pressure_factor >= 0.0_wp)
         do k = 1, 2
           if (material%locking_treatment == locking_none .or. (material%locking_treatment == locking_auto .and. &
@@ -337,20 +336,21 @@ contains
   !> least where pressures of the points of a cell do not last from step to step (qsmpm_uniform_pressure),
   !> but for clay that cracks: what opens keeps no volume, and cells of next to one pressure fall apart there.
   !> Other soil that flows carries less than it should with half of it on splines.
-  pure real(wp) function resistance_of(material, linear, clay) result(factor)
+  pure real(wp) function resistance_of(material, linear, bilinear, stays) result(factor)
     type(material_type), intent(in) :: material
-    !> Displacements are linear in a cell, with a domain of the point or without, or cells fit the ground.
-    logical, intent(in) :: linear
-    !> That of clay.
-    real(wp), intent(in) :: clay
+    !> Displacements are linear in a cell, with a domain of the point or without, or cells fit the ground; of elements
+    !> alone; points stay in their cells.
+    logical, intent(in) :: linear, bilinear, stays
     type(law_description_type) :: traits
 
     traits = traits_of(material)
     factor = usual_resistance
     if (traits%failure_keeps_volume .and. .not. material%tensile_strength < huge(1.0_wp)) then
-      factor = clay
+      if (.not. bilinear) factor = merge(clay_that_stays, clay_resistance, stays)
     else if (may_yield(material) .and. .not. linear) then
       factor = flow_resistance
+    else if (may_yield(material) .and. stays .and. .not. bilinear) then
+      factor = soil_that_stays
     end if
   end function resistance_of
 

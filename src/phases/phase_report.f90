@@ -239,7 +239,8 @@ contains
       call observer%note("phase '"//phases(number)%name//"': the excess pore pressure is at most "// &
         rounded_text(now(1), 4)//' at its end, '//rounded_text(before(1), 4)//' at its start, in the mean '// &
         rounded_text(now(2), 4)//' and '//rounded_text(before(2), 4))
-      if (now(2) > unchanged*before(2) .and. before(2) > 0.0_wp .and. .not. acts(phases(number))) &
+      if (now(2) > unchanged*before(2) .and. before(2) > 0.0_wp .and. .not. acts(phases(number)) .and. &
+        size(phases(number)%activations) + size(phases(number)%deactivations) == 0) &
         call observer%note("warning: phase '"//phases(number)%name//"' waits, and next to no water leaves: are its "// &
         'TIME and *PERMEABILITY in one unit of time?')
     end associate

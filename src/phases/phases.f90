@@ -469,7 +469,7 @@ contains
     end do
     accepted = .true.
     call note_repeats(observer, repeats)
-    outcome%was_cut = allocated(loop%step%reported_reason)
+    outcome%was_cut = allocated(loop%step%reported_reason) .and. allocated(model%analysis%backgrounds)
     call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
     if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     call warn_of_lag(outcome%warning, loop%report, observer)

@@ -19,6 +19,7 @@ module test_free_surface
   use qsmpm_phase_start, only: start_phase
   use qsmpm_pore_water, only: discharge_in
   use qsmpm_retention, only: curve_type
+  use qsmpm_soil_points, only: soil_type, soil_of
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: increment_type, term_type
   use qsmpm_term_sums, only: begin_terms, set_loads
@@ -391,11 +392,15 @@ contains
       integer, intent(in) :: number
       real(wp), intent(in) :: fraction
       real(wp), allocatable, intent(out) :: force(:, :)
+      type(soil_type), pointer :: soil
 
       call make_step('PLANE STRAIN', '*MATERIAL, NAME=clay|*ELASTIC| 100, 0.49|*UNIT WEIGHT| 18, 20|'// &
         '*PERMEABILITY, DRAINABLE POROSITY=0.2| 0.3|*BODY, NAME=bank, MATERIAL=clay, SHAPE=BOX| 1, 2, 2, 2.5|'//full, &
         number, model, step)
       call set_loads(step%terms, model, step%configuration_type, fraction)
+      ! Stresses are those of ground without weight, and must not last.
+      soil => soil_of(step%terms)
+      soil%evaluation%lasting = .false.
       call evaluate_step(model, step, 0.0_wp*step%forces%internal, tangent_none)
       associate (d => size(model%loading%constrained, 1), n => size(model%loading%constrained, 2))
         allocate (force, source=merge(0.0_wp, step%forces%internal(:d, :n) - step%forces%external(:d, :n), &

@@ -190,7 +190,8 @@ contains
         first=locking_none)
       call fields%number('FACTOR', material%pressure_factor, 'resistance to volume changes inside a cell over '// &
         'the shear modulus, of the secant of a step in which soil flows; when not given 1, 0.1 for phi = 0 '// &
-        'that does not crack, and 0.5 for elasticity, on linear elements and, but for phi = 0, with GIMP', &
+        'that does not crack, on cells that go with the ground 0.45 and 0.22, and 0.5 for elasticity, on linear '// &
+        'elements and, but for phi = 0, with GIMP', &
         range='(0, inf)', needs='TYPE=AUTO|UNIFORM PRESSURE')
     end associate
   end subroutine locking_fields
