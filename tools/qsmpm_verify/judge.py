@@ -15,6 +15,7 @@ from qsmpm_verify.reference import REFERENCES
 from qsmpm_verify.results import Array, Curves, ResultError, read_cpu_seconds, read_curves, read_points
 from qsmpm_verify.runner import Run
 from qsmpm_verify.traces import TRACES
+from qsmpm_verify.trouble import Trouble
 
 
 @dataclass(frozen=True)
@@ -192,7 +193,7 @@ def judge_quantity(run: Run, quantity: Quantity, runs: Mapping[str, Run]) -> Ver
             bool(errors[index] <= allowed[index]),
             cpu,
         )
-    except (ResultError, TypeError, ValueError, ArithmeticError) as error:
+    except (Trouble, TypeError, ValueError, ArithmeticError) as error:
         return Verdict(name, quantity.name, math.nan, "-", None, "-", False, cpu, str(error))
 
 

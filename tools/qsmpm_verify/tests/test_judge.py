@@ -44,6 +44,11 @@ class Judging(unittest.TestCase):
     def test_a_value_beyond_the_curve_is_a_miss(self) -> None:
         self.assertFalse(self.verdict(at={"load_factor": 9.0}, reference=1.0, tolerance=1.0).held)
 
+    def test_a_phase_that_a_run_did_not_reach_is_a_miss(self) -> None:
+        verdict = self.verdict(phase="up", reference=1.0, tolerance=1.0)
+        self.assertFalse(verdict.held)
+        self.assertIn("no phase 'up'", verdict.note)
+
     def test_a_miss_is_a_miss(self) -> None:
         self.assertFalse(self.verdict(reference=2.1, tolerance=0.01).held)
         self.assertTrue(self.verdict(reference=2.01, tolerance=0.01).held)
