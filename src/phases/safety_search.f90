@@ -205,7 +205,8 @@ contains
       call tell_factor(model, phase, observer)
       if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%mechanism) call observer%note("phase '"// &
         phase%name//"': at strength/"//rounded_text(progress%bracket%lost, 6)//' neither equilibrium nor '// &
-        'a mechanism was found ('//lost_for(outcome)//'): whether the soil is stable there is not known')
+        'a mechanism was found ('//lost_for(outcome)//'): whether the soil is stable there is not known'// &
+        cohesion_note(model))
       if (progress%bracket%lost > 0.0_wp) call observer%tell_result( &
         'the factor is that of this grid: `qsmpm-verify study DECK --history F` tells it with its grid error')
       if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%lost > 1.0_wp) call observer%note("warning: "// &
@@ -217,6 +218,25 @@ contains
       if (.not. phase%safety%runout < huge(1.0_wp)) progress%fraction = 1.0_wp
     end associate
   end subroutine end_search
+
+  !> What helps where soil has no strength at its surface; empty where all have a cohesion.
+  pure function cohesion_note(model) result(text)
+    type(model_type), intent(in) :: model
+    !> Cohesion over the weight of a cell.
+    real(wp), parameter :: share = 0.015_wp
+    character(len=:), allocatable :: text
+    integer :: m
+
+    text = ''
+    do m = 1, size(model%analysis%materials)
+      associate (material => model%analysis%materials(m))
+        if (.not. (material%mohr_coulomb .and. material%friction_angle > 0.0_wp) .or. material%cohesion > 0.0_wp) cycle
+        text = "; '"//material%name//"' has no cohesion, and no strength where it is free: try "// &
+          rounded_text(share*material%unit_weight*model%cell_size, 1)
+        return
+      end associate
+    end do
+  end function cohesion_note
 
   !> Why the last try was lost.
   pure function lost_for(outcome) result(reason)

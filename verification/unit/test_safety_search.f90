@@ -2,6 +2,7 @@
 !> the end, the mechanism, the run-out, a run that is resumed. And with the method itself: places that stay, the factor
 !> of a vertical cut, the parent left as it was.
 module test_safety_search
+  use qsmpm_rounded_text, only: rounded_text
   use qsmpm_analysis, only: analysis_type
   use qsmpm_phase_description, only: ended_by_stop
   use qsmpm_deck, only: parse_deck, message_list_type
@@ -337,7 +338,13 @@ contains
       [2.0_wp, 1.1_wp, 1.2_wp, 0.0_wp]) <= rounding))
     call tests%check('and told so: '//run%observer%text, index(run%observer%text, 'factor of safety at least 1.1 '// &
       '(stable); at 1.2 no equilibrium was found|') > 0 .and. index(run%observer%text, &
-      "phase 'factor': at strength/1.2 neither equilibrium nor a mechanism was found (the script says no)") > 0)
+      "phase 'factor': at strength/1.2 neither equilibrium nor a mechanism was found (the script says no)") > 0 .and. &
+      index(run%observer%text, 'no cohesion') == 0)
+    call make_run('*MOHR COULOMB|0, 15, 15|', fixed, run, [good, good, good, good, lost])
+    call search(run)
+    call tests%check('soil without cohesion is named, with what helps', index(run%observer%text, "is not known; 'soil' "// &
+      'has no cohesion, and no strength where it is free: try '// &
+      rounded_text(0.015_wp*18.0_wp*run%model%cell_size, 1)//'|') > 0)
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, scripted_outcome_type( &
       damping_share=0.4_wp, undamped=0.4_wp, move=1.0_wp), lost])
     call search(run)
