@@ -84,7 +84,8 @@ class Flows(unittest.TestCase):
         hour, day, ever, steady = (float(water.at(np.array([[21.0, 3.0]]))[0]) for water in waters if water is not None)
         self.assertGreater(hour, day + 0.1)
         self.assertGreater(day, ever + 1.0)
-        self.assertAlmostEqual(ever, steady, delta=0.05)
+        # k_r upwards differs between the two by half a cell's suction (docs/methods/seepage.md): 0.050 kPa of the 39 that the lake falls.
+        self.assertAlmostEqual(ever, steady, delta=0.06)
         berm = FALLS.replace("*HISTORY, NAME=crest_x", "*BODY, NAME=berm, MATERIAL=fill, SHAPE=BOX, ACTIVE=NO\n36, 38, 2, 3\n*HISTORY, NAME=crest_x")
         with self.assertRaisesRegex(RunFailed, "flows on from other bodies"):
             self.scene(berm.replace("*RESET DISPLACEMENTS", "*ACTIVATE\nberm")).after.water[""].at(np.zeros((1, 2)))  # type: ignore[union-attr]
