@@ -333,9 +333,10 @@ contains
   end function smallest
 
   !> Resistance to volume changes inside a cell over the shear modulus. Clay needs little where cells are not bilinear,
-  !> least where pressures of the points of a cell do not last from step to step (qsmpm_uniform_pressure),
-  !> but for clay that cracks: what opens keeps no volume, and cells of next to one pressure fall apart there.
-  !> Other soil that flows carries less than it should with half of it on splines.
+  !> least where pressures of the points of a cell do not last from step to step (qsmpm_uniform_pressure) or it softens:
+  !> with more a biaxial sample shears in another pattern. Clay that cracks is as other soil: what opens keeps no
+  !> volume, and cells of next to one pressure fall apart there. Other soil that flows carries less than it should with
+  !> half of it on splines.
   pure real(wp) function resistance_of(material, linear, bilinear, stays) result(factor)
     type(material_type), intent(in) :: material
     !> Displacements are linear in a cell, with a domain of the point or without, or cells fit the ground; of elements
@@ -346,7 +347,8 @@ contains
     traits = traits_of(material)
     factor = usual_resistance
     if (traits%failure_keeps_volume .and. .not. material%tensile_strength < huge(1.0_wp)) then
-      if (.not. bilinear) factor = merge(clay_that_stays, clay_resistance, stays)
+      if (.not. bilinear) factor = merge(clay_that_stays, clay_resistance, &
+        stays .and. .not. material%softening%given)
     else if (may_yield(material) .and. .not. linear) then
       factor = flow_resistance
     else if (may_yield(material) .and. stays .and. .not. bilinear) then

@@ -15,7 +15,7 @@
 !> bear.
 module qsmpm_held_sides
   use qsmpm_kinds, only: wp
-  use qsmpm_agreement, only: lowest_rank
+  use qsmpm_agreement, only: any_of, lowest_rank
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_exchange, only: spread_from
   use qsmpm_limit_load, only: is_found
@@ -154,7 +154,9 @@ contains
       do side = 1, 2
         if (check%reached(axis, side)) cycle
         if (model%analysis%model == axisymmetric .and. axis == 1 .and. side == 1) cycle
-        if (pushes .and. is_pushed(model, axis, side)) cycle
+        if (pushes) then
+          if (any_of(model%part%team, is_pushed(model, axis, side))) cycle
+        end if
         call find_slide(model, axis, side, pushes, way, place, fully)
         if (.not. way > least) cycle
         check%reached(axis, side) = .true.

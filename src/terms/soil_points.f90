@@ -248,7 +248,9 @@ contains
     real(wp), intent(in) :: fraction
 
     self%fraction = fraction
-    self%evaluation%lasting = model%analysis%method%basis == basis_fem
+    ! Ground that softens picks its bands by the least of what its cells bear besides.
+    self%evaluation%lasting = model%analysis%method%basis == basis_fem .and. &
+      .not. any(model%analysis%materials%softening%given)
     if (allocated(self%integration)) then
       self%evaluation%pressure_offset = pressure_offsets(model, self%integration, fraction)
     else
