@@ -4,13 +4,14 @@
 module qsmpm_background_in_use
   use qsmpm_kinds, only: wp
   use qsmpm_material_description, only: locking_none, locking_uniform_pressure
+  use qsmpm_method_description, only: basis_fem
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_model, only: model_type
   use qsmpm_phase_description, only: phase_safety
   implicit none
   private
 
-  public :: take_background, take_treatment, is_at_start, is_after_start, number_of
+  public :: take_background, take_treatment, is_at_start, is_after_start, number_of, pressures_last
 
 contains
 
@@ -34,6 +35,14 @@ contains
 
     is_after_start = allocated(model%analysis%backgrounds) .and. number_of(model%state%window) > 1
   end function is_after_start
+
+  !> Whether the pressures by which points of a cell differ last from step to step (qsmpm_uniform_pressure): cells go
+  !> with the ground, and nothing softens. Ground that softens picks its bands by the least of what its cells bear.
+  pure logical function pressures_last(model)
+    type(model_type), intent(in) :: model
+
+    pressures_last = model%analysis%method%basis == basis_fem .and. .not. any(model%analysis%materials%softening%given)
+  end function pressures_last
 
   !> Kind of mesh, element, method, size of the cells and treatment of locking of a background.
   pure subroutine take_background(number, model)

@@ -11,6 +11,7 @@ module qsmpm_model_builder
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_material_description, only: material_type, locking_none, locking_auto, locking_uniform_pressure
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
+  use qsmpm_background_in_use, only: pressures_last
   use qsmpm_method_description, only: basis_standard, basis_fem, basis_gimp
   use qsmpm_phase_description, only: initial_k0, phase_safety
   use qsmpm_basis_traits, only: usual_factor
@@ -69,7 +70,7 @@ module qsmpm_model_builder
   !> Cells from which a plate of nodes goes far.
   real(wp), parameter :: far = 2.0_wp
   !> Poisson's ratio above which a material is cured of locking unasked, and the default factors; those of clay and of
-  !> other soil on cells that go with the ground (docs/methods/uniform_pressure.md).
+  !> other soil where pressures last (docs/methods/uniform_pressure.md).
   real(wp), parameter :: locking_poisson = 0.45_wp, usual_resistance = 0.5_wp, clay_resistance = 0.1_wp, &
     flow_resistance = 1.0_wp, clay_that_stays = 0.22_wp, soil_that_stays = 0.45_wp
 
@@ -288,7 +289,7 @@ contains
         end if
         if (material%locking_treatment == locking_none) cycle
         if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, linear, &
-          lowest .and. .not. smooth, model%analysis%method%basis == basis_fem)
+          lowest .and. .not. smooth, pressures_last(model))
         model%laws(m)%flows = may_yield(material) .and. .not. softens_by_point(material)
         model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
@@ -333,22 +334,20 @@ contains
   end function smallest
 
   !> Resistance to volume changes inside a cell over the shear modulus. Clay needs little where cells are not bilinear,
-  !> least where pressures of the points of a cell do not last from step to step (qsmpm_uniform_pressure) or it softens:
-  !> with more a biaxial sample shears in another pattern. Clay that cracks is as other soil: what opens keeps no
-  !> volume, and cells of next to one pressure fall apart there. Other soil that flows carries less than it should with
-  !> half of it on splines.
+  !> least where pressures of the points of a cell do not last from step to step (qsmpm_uniform_pressure). Clay that
+  !> cracks is as other soil: what opens keeps no volume, and cells of next to one pressure fall apart there. Other soil
+  !> that flows carries less than it should with half of it on splines.
   pure real(wp) function resistance_of(material, linear, bilinear, stays) result(factor)
     type(material_type), intent(in) :: material
     !> Displacements are linear in a cell, with a domain of the point or without, or cells fit the ground; of elements
-    !> alone; points stay in their cells.
+    !> alone; pressures last.
     logical, intent(in) :: linear, bilinear, stays
     type(law_description_type) :: traits
 
     traits = traits_of(material)
     factor = usual_resistance
     if (traits%failure_keeps_volume .and. .not. material%tensile_strength < huge(1.0_wp)) then
-      if (.not. bilinear) factor = merge(clay_that_stays, clay_resistance, &
-        stays .and. .not. material%softening%given)
+      if (.not. bilinear) factor = merge(clay_that_stays, clay_resistance, stays)
     else if (may_yield(material) .and. .not. linear) then
       factor = flow_resistance
     else if (may_yield(material) .and. stays .and. .not. bilinear) then

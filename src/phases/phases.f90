@@ -469,6 +469,7 @@ contains
     end do
     accepted = .true.
     call note_repeats(observer, repeats)
+    ! Where a grid was asked for, steps that grow find what follows a collapse (wide_ground/cavity_collapses).
     outcome%was_cut = allocated(loop%step%reported_reason) .and. allocated(model%analysis%backgrounds)
     call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
     if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction

@@ -20,8 +20,8 @@
 !>                rejected and the state before it restored
 !>   cut back     to ds/2, to what a law asks for, or to 0.7 STEP ERROR/e ds (length_after_rejection); an accepted step
 !>                that went past a value of *STOP to where it is reached (length_to_stop, qsmpm_phase_stop)
-!>   grown        x 2 up to ds_1 after few iterations, but not where a longer step was just lost, x 1/2 after many;
-!>                x 0.7 STEP ERROR/e (length_after_step)
+!>   grown        x 2 up to ds_1 after few iterations, x 1/2 after many; x 0.7 STEP ERROR/e (length_after_step);
+!>                not by 2 where a longer step was just lost on triangles that fit, nor on the grid that follows them
 !>   limit load   a load rejected for C is bisected; found where ds would be below SMALLEST STEP ds_1 (plan_step)
 !>   given up     ds below SMALLEST STEP ds_1 otherwise; a body without support, a law that cannot go on (is_given_up);
 !>                four tries in a row that stall at the same node (note_try); so many iterations on the grid that

@@ -10,6 +10,7 @@ module qsmpm_soil_points
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: axisymmetric
+  use qsmpm_background_in_use, only: pressures_last
   use qsmpm_method_description, only: basis_fem, integrate_cells
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_cell_average, only: integrate_in_cells
@@ -248,9 +249,7 @@ contains
     real(wp), intent(in) :: fraction
 
     self%fraction = fraction
-    ! Ground that softens picks its bands by the least of what its cells bear besides.
-    self%evaluation%lasting = model%analysis%method%basis == basis_fem .and. &
-      .not. any(model%analysis%materials%softening%given)
+    self%evaluation%lasting = pressures_last(model)
     if (allocated(self%integration)) then
       self%evaluation%pressure_offset = pressure_offsets(model, self%integration, fraction)
     else
