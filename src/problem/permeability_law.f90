@@ -9,7 +9,7 @@ module qsmpm_permeability_law
   implicit none
   private
 
-  public :: permeability_law_type, permeability_ratio
+  public :: permeability_law_type, permeability_ratio, permeability_slope
 
   !> Laws, and their words.
   integer, parameter, public :: permeability_constant = 1, permeability_kozeny = 2, permeability_logarithm = 3
@@ -42,4 +42,22 @@ contains
       ratio = 1.0_wp
     end select
   end function permeability_ratio
+
+  !> Its derivative by the change of volume.
+  elemental real(wp) function permeability_slope(law, stretch) result(slope)
+    type(permeability_law_type), intent(in) :: law
+    !> J.
+    real(wp), intent(in) :: stretch
+    real(wp) :: e
+
+    slope = 0.0_wp
+    e = (1.0_wp + law%void_ratio)*stretch - 1.0_wp
+    if (law%kind == permeability_constant .or. e < 0.0_wp) return
+    slope = permeability_ratio(law, stretch)*(1.0_wp + law%void_ratio)
+    if (law%kind == permeability_logarithm) then
+      slope = slope*log(10.0_wp)/law%index
+    else
+      slope = slope*(3.0_wp/max(e, tiny(e)) - 1.0_wp/(1.0_wp + e))
+    end if
+  end function permeability_slope
 end module qsmpm_permeability_law

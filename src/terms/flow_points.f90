@@ -1,5 +1,5 @@
 !> What a material point sees where pore water flows (qsmpm_pore_flow): functions of the displacement and of the
-!> pressure, permeability, drainable pores, of the start of the step; and what the unknowns make of it.
+!> pressure, permeability before any strain, drainable pores, of the start of the step; and what the unknowns make of it.
 module qsmpm_flow_points
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -7,7 +7,7 @@ module qsmpm_flow_points
   use qsmpm_free_surface, only: dry, kept_water
   use qsmpm_material_description, only: permeability_at
   use qsmpm_model, only: model_type
-  use qsmpm_permeability_law, only: permeability_ratio
+  use qsmpm_permeability_law, only: permeability_law_type, permeability_ratio
   use qsmpm_retention, only: curve_of, curve_type, let_through_in_time, take_up
   use qsmpm_space, only: functions_at, shape_values_type
   implicit none
@@ -18,6 +18,9 @@ module qsmpm_flow_points
   !> What a point sees.
   type :: flow_point_type
     real(wp) :: volume = 0.0_wp, permeability(3) = 0.0_wp
+    !> How it follows the void ratio, and the change of volume so far.
+    type(permeability_law_type) :: law
+    real(wp) :: stretch = 1.0_wp
     type(shape_values_type) :: place
     !> 1/r in axisymmetry, else 0.
     real(wp) :: hoop = 0.0_wp
@@ -44,6 +47,8 @@ module qsmpm_flow_points
     real(wp) :: filled(8) = 1.0_wp, by_filled(8) = 0.0_wp, water(8) = 1.0_wp, by_water(8) = 0.0_wp
     !> Relative permeability along the axes, and its derivatives (3), (3, corners).
     real(wp) :: factor(3) = 1.0_wp, by_factor(3, 8) = 0.0_wp
+    !> Permeability over that before any strain, and its derivative by the divergence.
+    real(wp) :: let = 1.0_wp, by_divergence = 0.0_wp
   end type flow_state_type
 
 contains
@@ -60,8 +65,9 @@ contains
 
     associate (points => model%state%points, soil => model%analysis%materials(model%state%points%material(p)))
       point%volume = points%volume(p)
-      point%permeability = permeability_at(soil, points%initial_position(:, p)) &
-        *permeability_ratio(soil%permeability_law, points%volume(p)/points%initial_volume(p))
+      point%permeability = permeability_at(soil, points%initial_position(:, p))
+      point%law = soil%permeability_law
+      point%stretch = points%volume(p)/points%initial_volume(p)
       if (model%analysis%model == axisymmetric) point%hoop = 1.0_wp/points%position(1, p)
       call functions_at(model%space, model%mesh, points%cell(p), points%local(:, p), point%place)
       kind = model%mesh%cell_kind(points%cell(p))
@@ -91,7 +97,8 @@ contains
       point%curve = curve_of(soil%permeability_law, unit_weight)
       point%filled(:n) = kept_water(point%curve, point%kept(:n), point%suction(:n))
       if (soil%young > 0.0_wp) point%yields = 1.0_wp/soil%young
-      point%conducts(:n) = maxval(point%permeability)*unit_weight/point%suction(:n)**2
+      point%conducts(:n) = maxval(point%permeability)*permeability_ratio(point%law, point%stretch)*unit_weight &
+        /point%suction(:n)**2
     end associate
   end subroutine see_pores
 

@@ -13,7 +13,8 @@ module qsmpm_pore_flow
   use qsmpm_consolidation, only: drained_nodes, excess_field, permeable_points
   use qsmpm_equations, only: equations_type
   use qsmpm_face_leak, only: face_layers_type, find_layers, layer_name, terms_of_layer
-  use qsmpm_flow_points, only: fill_pores, flow_point_type, flow_state_type, see_point, see_pores
+  use qsmpm_flow_balance, only: flow_balance_type
+  use qsmpm_flow_points, only: flow_state_type, see_point, see_pores
   use qsmpm_free_surface, only: filling_pressure, find_bounds, water_bounds_type
   use qsmpm_kept_arrays, only: kept_arrays_type, keep_values, kept_values, lay_array
   use qsmpm_load_path, only: between
@@ -31,24 +32,19 @@ module qsmpm_pore_flow
 
   public :: new_pore_flow
 
+  !> Names of what is kept of the step before.
+  character(len=*), parameter :: uptake_name = 'water taken up by nodes in the step before', &
+    time_name = 'time of the step before'
+
   type, extends(term_type) :: pore_flow_type
-    !> Weight of water, compressibility of water and grains, time of the step; pressures stay.
-    real(wp) :: unit_weight = 1.0_wp, storage = 0.0_wp, duration = 0.0_wp, phase_time = 1.0_wp
-    integer :: dimension = 2, field = 0, axis = 2
-    !> The pressure is all that there is, under a free surface; sense of upwards, gravity as it stands.
-    logical :: total = .false.
-    real(wp) :: up = 1.0_wp, gravity(3) = 0.0_wp
-    !> Gradient of the pressure of water at rest, upwards.
-    real(wp) :: heavy(3) = 0.0_wp
-    logical, allocatable :: open(:)
-    type(water_bounds_type) :: bounds
-    !> Pressure at the start of the step, and whether that of the bounds is there at the last evaluation (nodes).
-    real(wp), allocatable :: kept(:)
-    logical, allocatable :: held(:)
-    !> Faces by which water leaves from within a cell, and whether their nodes are such (mesh nodes).
-    type(face_layers_type) :: layers
-    logical, allocatable :: leaks(:)
-    type(flow_point_type), allocatable :: points(:)
+    !> Time of the phase, and of the step before where it is of the same phase, else 0.
+    real(wp) :: phase_time = 1.0_wp, before = 0.0_wp
+    integer :: field = 0
+    type(flow_balance_type) :: water
+    !> Nodes at which water leaves, and whether the pressure of the bounds is there at the last evaluation (nodes).
+    logical, allocatable :: open(:), held(:)
+    !> What nodes have taken up in the step before (nodes).
+    real(wp), allocatable :: taken_up(:)
     !> Sizes of the flows at the last evaluation (columns).
     real(wp), allocatable :: flow_size(:)
   contains
@@ -85,13 +81,16 @@ contains
     if (has_consolidation(model%analysis%phases)) call self%need_field(excess_field, 1)
   end subroutine choose_fields
 
-  !> What the layers at faces keep.
+  !> What the layers at faces keep, and what nodes have taken up in the step before, in its time.
   subroutine start(self, model)
     class(pore_flow_type), intent(in) :: self
     type(model_type), intent(inout) :: model
 
-    if (allocated(self%needs%fields)) call lay_array(model%state%kept, layer_name, &
-      reshape([real(wp) ::], [terms_of_layer, model%space%node_count], pad=[0.0_wp]), nodal=.true.)
+    if (.not. allocated(self%needs%fields)) return
+    call lay_array(model%state%kept, layer_name, spread(spread(0.0_wp, 1, terms_of_layer), 2, model%space%node_count), &
+      nodal=.true.)
+    call lay_array(model%state%kept, uptake_name, spread([0.0_wp], 2, model%space%node_count), nodal=.true.)
+    call lay_array(model%state%kept, time_name, spread([0.0_wp], 2, 1))
   end subroutine start
 
   !> No pressure where water leaves; where time stands still all stay.
@@ -126,58 +125,72 @@ contains
     end do
   end subroutine prescribe
 
-  !> Functions at the points of soil that water flows through.
+  !> The water of the soil that it flows through, at the start of the step.
   subroutine prepare(self, model, configuration)
     class(pore_flow_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
-    integer, allocatable :: wet(:)
-    real(wp) :: kept(model%space%node_count), suction(model%mesh%node_count)
-    logical :: taken(model%mesh%node_count)
-    integer :: from, p, i
+    real(wp) :: suction(model%mesh%node_count)
+    integer :: from, a
 
     from = consolidation_of(model%analysis%phases, model%state%progress%phase)
-    self%total = free_surface_of(model%analysis%phases, model%state%progress%phase) > 0
-    self%heavy = 0.0_wp
-    suction = 1.0_wp
-    taken = .false.
     self%symmetric = from == 0
-    self%dimension = model%mesh%dimension
-    allocate (wet(0))
+    self%water = flow_balance_type(dimension=model%mesh%dimension, &
+      total=free_surface_of(model%analysis%phases, model%state%progress%phase) > 0)
+    suction = 1.0_wp
     if (from > 0) then
-      self%unit_weight = model%analysis%phases(from)%consolidation%unit_weight
-      self%storage = model%analysis%phases(from)%consolidation%storage
       self%phase_time = model%analysis%phases(model%state%progress%phase)%duration
       self%field = find_field(self%unknowns, excess_field)
-      wet = pack([(p, p=1, model%state%points%count)], permeable_points(model))
-      kept = reshape(kept_values(model%state%kept, excess_field), shape(kept))
+      self%before = 0.0_wp
+      if (model%state%progress%phase_steps > 0) self%before = sum(kept_values(model%state%kept, time_name))
+      self%taken_up = pack(kept_values(model%state%kept, uptake_name), .true.)
+      self%water%unit_weight = model%analysis%phases(from)%consolidation%unit_weight
+      self%water%storage = model%analysis%phases(from)%consolidation%storage
+      self%water%kept = pack(kept_values(model%state%kept, excess_field), .true.)
+      self%water%carried = 0.0_wp*self%water%kept
+      self%water%column = joint_node(self%unknowns, [(a, a=1, size(self%water%kept))], self%field)
+      call see_faces(model, self%water%total, self%water%layers)
+      self%water%leaks = self%water%layers%capacity > 0.0_wp
     end if
-    if (self%total) then
-      self%axis = vertical_of(model%analysis)
-      self%up = upwards(model%analysis)
-      self%heavy(self%axis) = self%up*self%unit_weight
+    if (self%water%total) then
+      self%water%axis = vertical_of(model%analysis)
+      self%water%up = upwards(model%analysis)
+      self%water%heavy(self%water%axis) = self%water%up*self%water%unit_weight
       suction = filling_pressure(model)
-      self%kept = kept
-      self%held = [(.false., p=1, size(kept))]
+      self%held = [(.false., a=1, size(suction))]
       self%open = drained_nodes(model, model%analysis%phases(from)%consolidation)
     else
-      self%bounds = water_bounds_type(open=.not. taken, held=.not. taken, pressure=0.0_wp*suction)
+      self%water%bounds = water_bounds_type(open=suction > 0.0_wp, held=suction > 0.0_wp, pressure=0.0_wp*suction)
     end if
-    self%leaks = taken
-    if (from > 0) call see_faces(model, self%total, self%layers)
-    if (from > 0) self%leaks = self%layers%capacity > 0.0_wp
-    if (allocated(self%points)) deallocate (self%points)
-    allocate (self%points(size(wet)))
-    do i = 1, size(wet)
-      call see_point(model, wet(i), kept, self%points(i))
-      if (self%total) call see_pores(model, wet(i), self%unit_weight, suction, self%points(i))
-      associate (node => self%points(i)%place%node(:self%points(i)%corners))
-        self%points(i)%leaks(:size(node)) = self%leaks(node) .and. .not. taken(node)
-        taken(node) = .true.
-      end associate
-    end do
+    call see_points(model, suction, self%water)
     call connect(self)
   end subroutine prepare
+
+  !> Functions at the points of soil that water flows through.
+  subroutine see_points(model, suction, water)
+    type(model_type), intent(in) :: model
+    !> Under which the pores at a node are empty (nodes).
+    real(wp), intent(in) :: suction(:)
+    type(flow_balance_type), intent(inout) :: water
+    integer, allocatable :: wet(:)
+    logical :: taken(model%mesh%node_count)
+    integer :: p, i
+
+    allocate (wet(0))
+    if (allocated(water%kept)) wet = pack([(p, p=1, model%state%points%count)], permeable_points(model))
+    allocate (water%points(size(wet)))
+    taken = .false.
+    do i = 1, size(wet)
+      associate (point => water%points(i))
+        call see_point(model, wet(i), water%kept, point)
+        if (water%total) call see_pores(model, wet(i), water%unit_weight, suction, point)
+        associate (node => point%place%node(:point%corners))
+          point%leaks(:size(node)) = water%leaks(node) .and. .not. taken(node)
+          taken(node) = .true.
+        end associate
+      end associate
+    end do
+  end subroutine see_points
 
   !> Drained faces, under a free surface all, in phases whose water stays within the cells there.
   subroutine see_faces(model, total, layers)
@@ -204,18 +217,19 @@ contains
     integer :: i, n
 
     associate (graph => self%connectivity)
-      graph%count = size(self%points)
+      graph%count = size(self%water%points)
       graph%first = [1, (0, i=1, graph%count)]
       do i = 1, graph%count
-        graph%first(i + 1) = graph%first(i) + self%points(i)%place%count + self%points(i)%corners
+        graph%first(i + 1) = graph%first(i) + self%water%points(i)%place%count + self%water%points(i)%corners
       end do
       if (allocated(graph%nodes)) deallocate (graph%nodes)
       allocate (graph%nodes(graph%first(graph%count + 1) - 1))
       do i = 1, graph%count
-        n = self%points(i)%place%count
-        associate (own => graph%nodes(graph%first(i):), node => self%points(i)%place%node)
+        n = self%water%points(i)%place%count
+        associate (own => graph%nodes(graph%first(i):), corners => self%water%points(i)%corners, &
+            node => self%water%points(i)%place%node)
           own(:n) = node(:n)
-          own(n + 1:n + self%points(i)%corners) = joint_node(self%unknowns, node(:self%points(i)%corners), self%field)
+          own(n + 1:n + corners) = self%water%column(node(:corners))
         end associate
       end do
     end associate
@@ -226,8 +240,8 @@ contains
     class(pore_flow_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
 
-    self%duration = increment%step_info%duration*self%phase_time
-    if (size(self%points) > 0) call self%layers%set_time(self%duration)
+    if (size(self%water%points) > 0) &
+      call self%water%set_time(increment%step_info%duration*self%phase_time, self%before, self%taken_up)
   end subroutine begin
 
   !> Levels, rain and gravity as they stand.
@@ -237,54 +251,10 @@ contains
     type(configuration_type), intent(in) :: configuration
     real(wp), intent(in) :: fraction
 
-    if (.not. self%total) return
-    self%gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
-    call find_bounds(model, self%open, fraction, self%bounds)
+    if (.not. self%water%total) return
+    self%water%gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
+    call find_bounds(model, self%open, fraction, self%water%bounds)
   end subroutine set_load
-
-  !> What the unknowns make of a point.
-  pure subroutine values_at(self, i, table, here)
-    class(pore_flow_type), intent(in) :: self
-    integer, intent(in) :: i
-    real(wp), intent(in) :: table(:, :)
-    type(flow_state_type), intent(out) :: here
-    integer :: a, n
-
-    n = self%points(i)%place%count
-    associate (own => self%connectivity%nodes(self%connectivity%first(i):), point => self%points(i))
-      do a = 1, point%corners
-        here%change = here%change + point%shape(a)*table(1, own(n + a))
-        here%nodal(a) = point%kept(a) + table(1, own(n + a))
-        here%slope = here%slope + point%slope(:, a)*here%nodal(a)
-      end do
-      do a = 1, n
-        here%divergence = here%divergence + dot_product(volume_of(self, point, a), table(:self%dimension, own(a)))
-      end do
-      if (self%total) call fill_pores(point, self%heavy, here)
-      here%pressure = sum(point%shape*here%filled*here%nodal)
-    end associate
-  end subroutine values_at
-
-  !> Change of volume by the displacement of a node.
-  pure function volume_of(self, point, a) result(volume)
-    class(pore_flow_type), intent(in) :: self
-    type(flow_point_type), intent(in) :: point
-    integer, intent(in) :: a
-    real(wp) :: volume(self%dimension)
-
-    volume = point%place%gradient(:self%dimension, a)
-    volume(1) = volume(1) + point%hoop*point%place%shape(a)
-  end function volume_of
-
-  !> Weight that a point has more where its pores are full.
-  pure function weight_of(self, point) result(weight)
-    class(pore_flow_type), intent(in) :: self
-    type(flow_point_type), intent(in) :: point
-    real(wp) :: weight(3)
-
-    weight = point%mass*self%gravity
-    weight(self%axis) = weight(self%axis) - self%up*point%gained
-  end function weight_of
 
   !> Sizes of the flows.
   subroutine evaluate(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
@@ -299,41 +269,32 @@ contains
     real(wp), intent(in), optional :: prescribed(:, :)
     type(flow_state_type) :: here
     logical, allocatable :: held(:)
-    real(wp) :: leak, by_pressure
+    real(wp) :: leak, by_pressure, by_slope(3)
     integer :: i, a
 
     if (present(prescribed)) continue
     if (allocated(self%flow_size)) deallocate (self%flow_size)
     allocate (self%flow_size(size(displacement, 2)), source=0.0_wp)
-    do i = 1, size(self%points)
-      call values_at(self, i, displacement, here)
-      associate (point => self%points(i), own => self%connectivity%nodes(self%connectivity%first(i):))
+    do i = 1, size(self%water%points)
+      associate (point => self%water%points(i), water => self%water)
+        call water%values_at(point, displacement, here)
+        by_slope = water%conductance(point, here)
         do a = 1, point%corners
-          call leave(self, point, here, a, leak, by_pressure)
-          associate (at => self%flow_size(own(point%place%count + a)))
+          call water%leave(point, here, a, leak, by_pressure)
+          associate (at => self%flow_size(water%column(point%place%node(a))))
             at = at + abs(leak) + by_pressure*abs(here%nodal(a))
-            at = at + point%volume*(point%shape(a)*(self%storage*abs(here%change) + abs(here%divergence) &
+            at = at + point%volume*(point%shape(a)*(water%storage*abs(here%change) + abs(here%divergence) &
               + point%pores*abs(here%water(a) - point%filled(a))) &
-              + abs(dot_product(conductance(self, point, here)*(here%slope - self%heavy), point%slope(:, a))) &
-              + abs(dot_product(conductance(self, point, here)*self%heavy, point%slope(:, a))))
+              + abs(dot_product(by_slope*(here%slope - water%heavy), point%slope(:, a))) &
+              + abs(dot_product(by_slope*water%heavy, point%slope(:, a))))
           end associate
         end do
       end associate
     end do
-    if (.not. self%total) return
-    call hold_bounds(self, displacement, net_flow(self, displacement), held)
+    if (.not. self%water%total) return
+    call self%water%hold_bounds(displacement, self%water%net_flow(displacement), held)
     self%held = held
   end subroutine evaluate
-
-  !> Permeability over the weight of water, in the time of the step.
-  pure function conductance(self, point, here)
-    class(pore_flow_type), intent(in) :: self
-    type(flow_point_type), intent(in) :: point
-    type(flow_state_type), intent(in) :: here
-    real(wp) :: conductance(3)
-
-    conductance = self%duration*here%factor*point%permeability/self%unit_weight
-  end function conductance
 
   !> The pressure on the skeleton, and what flows out of the nodes.
   subroutine add_force(self, displacement, force)
@@ -342,147 +303,42 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(inout) :: force(:, :)
     type(flow_state_type) :: here
-    real(wp) :: weight(3), flow(size(displacement, 2))
+    real(wp), allocatable :: flow(:)
+    real(wp) :: weight(3)
     integer :: i, a
 
-    do i = 1, size(self%points)
-      call values_at(self, i, displacement, here)
-      associate (point => self%points(i), own => self%connectivity%nodes(self%connectivity%first(i):), &
-          d => self%dimension)
-        weight = weight_of(self, point)
+    if (size(self%water%points) == 0) return
+    do i = 1, size(self%water%points)
+      associate (point => self%water%points(i), water => self%water, d => self%water%dimension)
+        call water%values_at(point, displacement, here)
+        weight = water%weight_of(point)
         do a = 1, point%place%count
-          force(:d, own(a)) = force(:d, own(a)) - point%volume*here%pressure*volume_of(self, point, a) &
-            - sum(point%shape*here%filled)*point%place%shape(a)*weight(:d)
-        end do
-      end associate
-    end do
-    flow = net_flow(self, displacement)
-    force(1, :) = force(1, :) + flow
-    if (self%total) call add_bounds(self, displacement, flow, force)
-  end subroutine add_force
-
-  !> What flows out of the nodes and is taken up there, rain taken off, in the time of the step (columns).
-  pure function net_flow(self, table) result(flow)
-    class(pore_flow_type), intent(in) :: self
-    real(wp), intent(in) :: table(:, :)
-    real(wp) :: flow(size(table, 2))
-    type(flow_state_type) :: here
-    real(wp) :: leak, by_pressure
-    integer :: i, a
-
-    flow = 0.0_wp
-    do i = 1, size(self%points)
-      call values_at(self, i, table, here)
-      associate (point => self%points(i), own => self%connectivity%nodes(self%connectivity%first(i):))
-        do a = 1, point%corners
-          call leave(self, point, here, a, leak, by_pressure)
-          associate (at => flow(own(point%place%count + a)))
-            at = at + leak + point%volume*(point%shape(a)*(self%storage*here%change + here%filled(a)*here%divergence &
-              + point%pores*(here%water(a) - point%filled(a))) &
-              + passes(self, point, a)*dot_product(conductance(self, point, here)*here%slope, point%slope(:, a)))
+          associate (at => force(:d, point%place%node(a)))
+            at = at - point%volume*here%pressure*water%volume_of(point, a) &
+              - sum(point%shape*here%filled)*point%place%shape(a)*weight(:d)
           end associate
         end do
       end associate
     end do
-    if (.not. self%total) return
-    do a = 1, size(self%kept)
-      associate (at => flow(joint_node(self%unknowns, a, self%field)))
-        at = at - self%duration*self%bounds%rain(a)
-      end associate
-    end do
-  end function net_flow
-
-  !> 0 at nodes of faces, by which what flows to them leaves; else, and in short phases under a free surface, 1.
-  pure real(wp) function passes(self, point, a)
-    class(pore_flow_type), intent(in) :: self
-    type(flow_point_type), intent(in) :: point
-    integer, intent(in) :: a
-
-    passes = merge(0.0_wp, 1.0_wp, self%leaks(point%place%node(a)) .and. .not. self%total)
-  end function passes
-
-  !> What leaves by a face at a corner in the time of the step, and its derivative by the pressure there: under a free
-  !> surface by what is beyond that of its bounds, and into the air alone where no water stands.
-  pure subroutine leave(self, point, here, a, flow, by_pressure)
-    class(pore_flow_type), intent(in) :: self
-    type(flow_point_type), intent(in) :: point
-    type(flow_state_type), intent(in) :: here
-    integer, intent(in) :: a
-    real(wp), intent(out) :: flow, by_pressure
-
-    flow = 0.0_wp
-    by_pressure = 0.0_wp
-    if (.not. point%leaks(a)) return
-    associate (node => point%place%node(a))
-      if (.not. self%bounds%open(node)) return
-      call self%layers%outflow(node, start_of(self, node, point%kept(a)), here%nodal(a) - self%bounds%pressure(node), &
-        flow, by_pressure)
-      if (self%bounds%held(node) .or. flow > 0.0_wp) return
-      flow = 0.0_wp
-      by_pressure = 0.0_wp
-    end associate
-  end subroutine leave
-
-  !> Pressure at the start of the step beyond that outside.
-  pure real(wp) function start_of(self, node, kept) result(start)
-    class(pore_flow_type), intent(in) :: self
-    integer, intent(in) :: node
-    real(wp), intent(in) :: kept
-
-    start = kept - self%bounds%pressure(node)
-    if (.not. self%bounds%held(node)) start = max(0.0_wp, start)
-  end function start_of
-
-  !> What a unit of pressure makes flow at the nodes, of the size of the matrix (nodes).
-  pure function own_flow(self) result(flow)
-    class(pore_flow_type), intent(in) :: self
-    real(wp) :: flow(size(self%kept))
-    integer :: i
-
-    flow = 0.0_wp
-    do i = 1, size(self%points)
-      associate (point => self%points(i), n => self%points(i)%corners)
-        associate (node => point%place%node(:n))
-          flow(node) = flow(node) + point%volume*point%shape(:n)*(self%duration*point%conducts(:n) + point%yields)
-        end associate
-      end associate
-    end do
-  end function own_flow
-
-  !> Where the pressure of the bounds is there: below free water, and where water leaves into the air, or would.
-  pure subroutine hold_bounds(self, table, flow, held, residual)
-    class(pore_flow_type), intent(in) :: self
-    real(wp), intent(in) :: table(:, :)
-    !> Net flow (columns).
-    real(wp), intent(in) :: flow(:)
-    logical, allocatable, intent(out) :: held(:)
-    !> Pressure beyond that of the bounds, as a flow (nodes).
-    real(wp), intent(out), optional :: residual(:)
-    real(wp) :: beyond(size(self%kept))
-    integer :: column(size(self%kept)), a
-
-    column = [(joint_node(self%unknowns, a, self%field), a=1, size(column))]
-    beyond = own_flow(self)
-    held = self%bounds%open .and. beyond > 0.0_wp .and. .not. self%leaks
-    beyond = beyond*(self%kept + table(1, column) - self%bounds%pressure)
-    held = held .and. (self%bounds%held .or. beyond > flow(column))
-    if (present(residual)) residual = beyond
-  end subroutine hold_bounds
+    flow = self%water%net_flow(displacement)
+    force(1, self%water%column) = force(1, self%water%column) + flow
+    if (self%water%total) call add_bounds(self, displacement, flow, force)
+  end subroutine add_force
 
   !> The load of free water; nodes that hold the pressure of the bounds let flow what does.
   pure subroutine add_bounds(self, table, flow, force)
     class(pore_flow_type), intent(in) :: self
-    !> Of all unknowns; net flow (columns).
+    !> Of all unknowns; net flow (nodes).
     real(wp), intent(in) :: table(:, :), flow(:)
     real(wp), intent(inout) :: force(:, :)
     logical, allocatable :: held(:)
-    real(wp) :: residual(size(self%kept))
+    real(wp) :: residual(size(self%water%kept))
     integer :: a
 
-    call hold_bounds(self, table, flow, held, residual)
+    call self%water%hold_bounds(table, flow, held, residual)
     do a = 1, size(held)
-      force(:self%dimension, a) = force(:self%dimension, a) - self%bounds%load(:, a)
-      if (held(a)) force(1, joint_node(self%unknowns, a, self%field)) = residual(a)
+      force(:self%water%dimension, a) = force(:self%water%dimension, a) - self%water%bounds%load(:, a)
+      if (held(a)) force(1, self%water%column(a)) = residual(a)
     end do
   end subroutine add_bounds
 
@@ -491,7 +347,7 @@ contains
     class(pore_flow_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
 
-    if (size(self%points) > 0) sizes%force(1, :) = sizes%force(1, :) + self%flow_size
+    if (size(self%water%points) > 0) sizes%force(1, :) = sizes%force(1, :) + self%flow_size
   end subroutine add_sizes
 
   !> All derivatives; the other components of the pressure are no unknowns.
@@ -502,70 +358,79 @@ contains
     type(sparse_matrix_type), intent(inout) :: matrix
     real(wp), allocatable :: block(:, :, :, :)
     type(flow_state_type) :: here
-    real(wp) :: weight(3), leak, by_pressure
+    real(wp) :: weight(3), by_slope(3), by_factor(3), by_volume(3), leak, by_pressure
     integer :: i, a, b, n
 
-    do i = 1, size(self%points)
-      call values_at(self, i, displacement, here)
-      associate (point => self%points(i), d => self%dimension)
+    do i = 1, size(self%water%points)
+      associate (point => self%water%points(i), water => self%water, d => self%water%dimension)
+        call water%values_at(point, displacement, here)
         n = point%place%count
         if (allocated(block)) then
           if (size(block, 2) /= n + point%corners) deallocate (block)
         end if
         if (.not. allocated(block)) allocate (block(d, n + point%corners, d, n + point%corners), source=0.0_wp)
-        weight = weight_of(self, point)
+        weight = water%weight_of(point)
+        by_slope = water%conductance(point, here)
+        by_factor = water%flow_time*here%let*point%permeability/water%unit_weight*here%slope
+        by_volume = water%flow_time*here%by_divergence*here%factor*point%permeability/water%unit_weight*here%slope
         do b = 1, point%corners
           do a = 1, n
-            block(:, a, 1, n + b) = -point%shape(b)*(point%volume*volume_of(self, point, a)*here%by_pressure(b) &
+            block(:, a, 1, n + b) = -point%shape(b)*(point%volume*water%volume_of(point, a)*here%by_pressure(b) &
               + here%by_filled(b)*point%place%shape(a)*weight(:d))
-            block(1, n + b, :, a) = point%shape(b)*point%volume*here%filled(b)*volume_of(self, point, a)
+            block(1, n + b, :, a) = point%volume*(point%shape(b)*here%filled(b) + water%passes(point, b) &
+              *dot_product(by_volume, point%slope(:, b)))*water%volume_of(point, a)
           end do
           do a = 1, point%corners
-            block(1, n + a, 1, n + b) = point%volume*(self%storage*point%shape(a)*point%shape(b) &
-              + passes(self, point, a)*dot_product(conductance(self, point, here)*point%slope(:, b) &
-              + self%duration*point%permeability/self%unit_weight*here%by_factor(:, b)*here%slope, point%slope(:, a)))
+            block(1, n + a, 1, n + b) = point%volume*(water%storage*point%shape(a)*point%shape(b) &
+              + water%passes(point, a)*dot_product(by_slope*point%slope(:, b) + by_factor*here%by_factor(:, b), &
+              point%slope(:, a)))
           end do
           block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + point%volume*point%shape(b) &
             *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores)
-          call leave(self, point, here, b, leak, by_pressure)
+          call water%leave(point, here, b, leak, by_pressure)
           block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + by_pressure
         end do
-        do a = 1, merge(point%corners, 0, self%total)
+        do a = 1, merge(point%corners, 0, water%total)
           if (.not. self%held(point%place%node(a))) cycle
           block(1, n + a, :, :) = 0.0_wp
-          block(1, n + a, 1, n + a) = point%volume*point%shape(a)*(self%duration*point%conducts(a) + point%yields)
+          block(1, n + a, 1, n + a) = point%volume*point%shape(a)*(water%flow_time*point%conducts(a) + point%yields)
         end do
       end associate
       call add_block(equations, self%first_stencil + i - 1, block, matrix)
     end do
   end subroutine add_blocks
 
-  !> What the layers at faces remember; where pressures stay, or no water leaves, there is nothing new.
+  !> What nodes have taken up, and what the layers at faces remember; where pressures stay, or no water leaves, there is
+  !> nothing new.
   subroutine keep_nodal(self, displacement, kept)
     class(pore_flow_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
     type(kept_arrays_type), intent(inout) :: kept
-    real(wp), allocatable :: beyond(:, :)
+    real(wp), allocatable :: beyond(:, :), uptake(:, :)
     type(flow_state_type) :: here
     real(wp) :: flow, by_pressure
     integer :: i, a
 
-    if (size(self%points) == 0 .or. .not. self%duration > 0.0_wp) return
-    allocate (beyond, source=0.0_wp*self%layers%beyond)
-    do i = 1, size(self%points)
-      call values_at(self, i, displacement, here)
-      associate (point => self%points(i))
+    if (size(self%water%points) == 0 .or. .not. self%water%duration > 0.0_wp) return
+    allocate (beyond, source=0.0_wp*self%water%layers%beyond)
+    uptake = spread(0.0_wp*self%water%kept, 1, 1)
+    do i = 1, size(self%water%points)
+      associate (point => self%water%points(i), water => self%water)
+        call water%values_at(point, displacement, here)
         do a = 1, point%corners
-          call leave(self, point, here, a, flow, by_pressure)
-          if (.not. by_pressure > 0.0_wp) cycle
           associate (node => point%place%node(a))
-            beyond(:, node) = self%layers%beyond_after(node, start_of(self, node, point%kept(a)), &
-              here%nodal(a) - self%bounds%pressure(node))
+            uptake(1, node) = uptake(1, node) + water%taken_up(point, here, a)
+            call water%leave(point, here, a, flow, by_pressure)
+            if (.not. by_pressure > 0.0_wp) cycle
+            beyond(:, node) = water%layers%beyond_after(node, water%start_of(node, point%kept(a)), &
+              here%nodal(a) - water%bounds%pressure(node))
           end associate
         end do
       end associate
     end do
     call keep_values(kept, layer_name, beyond)
+    call keep_values(kept, uptake_name, uptake)
+    call keep_values(kept, time_name, spread([self%water%duration], 2, 1))
   end subroutine keep_nodal
 
   !> The points know their pressure; that of the nodes is kept by the step.
@@ -574,8 +439,8 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(model_type), intent(inout) :: model
 
-    if (self%total .and. self%duration > 0.0_wp) call tell_inflow(self, displacement, model)
-    if (size(self%points) > 0) call update_pore_pressure(model)
+    if (self%water%total .and. self%water%duration > 0.0_wp) call tell_inflow(self, displacement, model)
+    if (size(self%water%points) > 0) call update_pore_pressure(model)
   end subroutine commit
 
   !> What has come in by each row of the levels in a unit of time.
@@ -583,16 +448,15 @@ contains
     class(pore_flow_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
     type(model_type), intent(inout) :: model
-    real(wp) :: flow(size(displacement, 2)), inflow(size(self%kept))
-    integer :: a, k, r
+    real(wp) :: inflow(size(self%water%kept))
+    integer :: k, r
 
-    flow = net_flow(self, displacement)
-    inflow = self%bounds%rain + [(flow(joint_node(self%unknowns, a, self%field)), a=1, size(inflow))]/self%duration
+    inflow = self%water%bounds%rain + self%water%net_flow(displacement)/self%water%duration
     associate (levels => model%analysis%phases(free_surface_of(model%analysis%phases, model%state%progress%phase)) &
         %water_levels)
       do k = 1, size(levels)
         do r = 1, merge(size(levels(k)%heads), 0, levels(k)%coupled)
-          levels(k)%heads(r)%inflow = sum(inflow, mask=self%bounds%row == r)
+          levels(k)%heads(r)%inflow = sum(inflow, mask=self%water%bounds%row == r)
         end do
       end do
     end associate
