@@ -35,6 +35,9 @@ module qsmpm_phase_description
     !> (FIRST TIME over TIME); 0: all are even.
     integer :: steps = 10
     real(wp) :: first_share = 0.0_wp
+    !> Pore water flows in time: without FIRST TIME steps begin short and grow up to those of `steps`, as the pressures
+    !> allow.
+    logical :: by_water = .false.
     integer :: newton = newton_full
     !> Relative out-of-balance (eq. 27).
     real(wp) :: tolerance = 1.0e-4_wp

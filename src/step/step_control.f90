@@ -106,6 +106,8 @@ module qsmpm_step_control
     !> Error by the length of the static step, and whether it was rejected for it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
+    !> That of the pore pressures.
+    real(wp) :: water_error = 0.0_wp
     !> Rejected for its compliance.
     logical :: at_limit = .false.
     !> Share of the step that a law asks for; 0 for none.

@@ -21,6 +21,9 @@ module qsmpm_step_length
   !> Share of the load carried, and of the first step, to which a load beyond what the ground carries is found where
   !> none asks for more: the grid itself is not as near.
   real(wp), parameter :: nearest_load = 0.02_wp, nearest_limit = 0.12_wp
+  !> First step of a phase in which pore water flows, over those that its steps grow to, and the error of pressures that
+  !> is aimed at as they do.
+  real(wp), parameter :: short_start = 0.01_wp, water_allowed = 0.1_wp
   !> Lengths as near as this share of the first one are the same, and so are these load fractions.
   real(wp), parameter :: same_length = 1.0e-9_wp, same_fraction = 1.0e-12_wp
 
@@ -41,6 +44,13 @@ contains
     is_graded = controls%first_share > 0.0_wp .and. controls%steps > 1 .and. &
       controls%first_share*controls%steps < 1.0_wp
   end function is_graded
+
+  !> Whether they begin short and grow as the pressures of the pore water allow.
+  pure logical function is_by_water(controls)
+    type(controls_type), intent(in) :: controls
+
+    is_by_water = controls%by_water .and. controls%steps > 1 .and. .not. controls%first_share > 0.0_wp
+  end function is_by_water
 
   !> r, by which steps grow, s_1 (1 + r + ... + r^(N-1)) = 1: 1 where all are even.
   pure real(wp) function growth_of(controls) result(growth)
@@ -70,6 +80,7 @@ contains
     real(wp), intent(in) :: fraction
 
     length = first_length(controls) + (growth_of(controls) - 1.0_wp)*fraction
+    if (is_by_water(controls)) length = short_start*length
   end function planned_length
 
   !> The smallest step.
@@ -125,6 +136,8 @@ contains
     first = first_length(controls)
     last = min(1.0_wp, fraction + length)
     whole = (aint(fraction/first + same_length) + 1.0_wp)*first
+    if (is_by_water(controls)) last = min(1.0_wp, fraction + (whole - fraction)/ceiling((whole - fraction)/length &
+      - same_length))
     if (last > whole - same_length*first .and. length <= first*(1.0_wp + same_length)) last = min(1.0_wp, whole)
     if (last > 1.0_wp - same_length*max(first, length)) last = 1.0_wp
   end function end_of_step
@@ -152,6 +165,8 @@ contains
     next = growth*length
     if (outcome%static_iterations <= controls%few_iterations .and. .not. outcome%was_cut) next = &
       min(planned_length(controls, fraction), max(2.0_wp, growth)*length)
+    if (is_by_water(controls)) next = min(first_length(controls), length*length_ratio(sqrt(outcome%water_error), &
+      sqrt(water_allowed)))
     if (controls%step_error > 0.0_wp .and. outcome%static) next = min(controls%largest_step, &
       length*length_ratio(outcome%step_error, controls%step_error))
     if (outcome%static_iterations > controls%many_iterations) next = min(0.5_wp*length, next)
@@ -182,7 +197,8 @@ contains
 
     progress%step = progress%step + 1
     progress%phase_steps = progress%phase_steps + 1
-    progress%next_step = length_after_step(controls, length, outcome, progress%fraction)
+    progress%next_step = length_after_step(controls, merge(progress%fraction - start, length, &
+      is_by_water(controls)), outcome, progress%fraction)
     call note_accepted(compliance, controls%limit_compliance, start, progress%fraction, progress%limit)
   end subroutine go_on
 

@@ -18,6 +18,7 @@ module qsmpm_step_outcome
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_stopwatch, only: switch_timer, part_control, part_step_error
   use qsmpm_team, only: largest, total
+  use qsmpm_water_error, only: water_error
   implicit none
   private
 
@@ -35,6 +36,7 @@ contains
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
 
+    if (controls%by_water) solution%water_error = water_error(model, step, attempt, solution%displacement)
     if (solution%largest_move > attempt%largest_move) then
       solution%converged = .false.
       solution%reason = 'the step moves a node too far'

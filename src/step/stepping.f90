@@ -152,6 +152,7 @@ contains
     if (allocated(error)) return
     record%step_error = solution%step_error
     outcome%step_error = solution%step_error
+    outcome%water_error = solution%water_error
     outcome%too_long = solution%too_long
     outcome%static_iterations = solution%iterations
     outcome%static = solution%converged

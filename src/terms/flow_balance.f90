@@ -4,10 +4,9 @@
 !>   C_n+1 + dt' q(p_n+1) = C',     C = sum V (S dp + div du + n dS) M_a,     q = sum V K/gamma_w p,i M_a,i
 !>
 !> The first step of a phase is backward Euler's, dt' = dt, C' = 0. Those behind it take backward differences of second
-!> order in what nodes take up (Curtiss and Hirschfelder 1952; Hairer, Norsett and Wanner 1993, section III.5, for steps
-!> that grow by r): dt' = dt (1 + r)/(1 + 2 r), C' = C_n r^2/(1 + 2 r). C does not jump where a load does. The rows of
-!> faces whose layers know their time (qsmpm_face_leak) need no such, and ground under a free surface has backward Euler:
-!> faces open and close there.
+!> order in what nodes take up (Curtiss and Hirschfelder 1952; Hairer, Norsett and Wanner 1993, section III.5, for
+!> steps that grow by r): dt' = dt (1 + r)/(1 + 2 r), C' = C_n r^2/(1 + 2 r). C does not jump where a load does. The
+!> rows of faces whose layers know their time (qsmpm_face_leak) need no such.
 module qsmpm_flow_balance
   use qsmpm_kinds, only: wp
   use qsmpm_face_leak, only: face_layers_type
@@ -68,7 +67,7 @@ contains
     self%duration = duration
     call self%layers%set_time(duration)
     growth = 0.0_wp
-    if (before > 0.0_wp .and. .not. self%total) growth = duration/before
+    if (before > 0.0_wp) growth = duration/before
     if (growth > most_growth) growth = 0.0_wp
     self%flow_time = duration*(1.0_wp + growth)/(1.0_wp + 2.0_wp*growth)
     self%carried = taken_up*growth**2/(1.0_wp + 2.0_wp*growth)

@@ -1,11 +1,12 @@
 !> Excess pore pressure p of soil that consolidates (Biot 1941), implicit in time:
 !>
 !>   displacement   sum V p N_a,i                                                   taken off the stress of the soil
-!>   pressure       sum V (S dp + div du) M_a  +  dt sum V K/gamma_w p,i M_a,i  =  0
+!>   pressure       sum V (S dp + div du) M_a  +  dt' sum V K/gamma_w p,i M_a,i  =  C'
 !>
 !> N are the functions of the displacement, M those of the corners of a cell alone, which is stable when nothing flows
-!> (Taylor and Hood 1973). Volumes, functions and permeability are those of the start of the step. p counts beside the
-!> pressure of the water at rest or in a steady flow (qsmpm_pore_water); where time stands still it stays as it is.
+!> (Taylor and Hood 1973); dt' and C' are those of qsmpm_flow_balance. Volumes and functions are those of the start of
+!> the step, the permeability K is that of its end. p counts beside the pressure of the water at rest or in a steady
+!> flow (qsmpm_pore_water); where time stands still it stays as it is.
 !> docs/methods/consolidation.md
 module qsmpm_pore_flow
   use qsmpm_kinds, only: wp
@@ -32,13 +33,16 @@ module qsmpm_pore_flow
 
   public :: new_pore_flow
 
-  !> Names of what is kept of the step before.
-  character(len=*), parameter :: uptake_name = 'water taken up by nodes in the step before', &
-    time_name = 'time of the step before'
+  !> Time of the step before, and the largest pressure in its phase.
+  character(len=*), parameter, public :: course_name = 'course of the pore pressures'
+
+  !> Name of what is kept of the step before.
+  character(len=*), parameter :: uptake_name = 'water taken up by nodes in the step before'
 
   type, extends(term_type) :: pore_flow_type
-    !> Time of the phase, and of the step before where it is of the same phase, else 0.
-    real(wp) :: phase_time = 1.0_wp, before = 0.0_wp
+    real(wp) :: phase_time = 1.0_wp
+    !> Time of the step before where it is of the same phase, else 0, and the largest pressure in the phase until now.
+    real(wp) :: course(2) = 0.0_wp
     integer :: field = 0
     type(flow_balance_type) :: water
     !> Nodes at which water leaves, and whether the pressure of the bounds is there at the last evaluation (nodes).
@@ -90,7 +94,7 @@ contains
     call lay_array(model%state%kept, layer_name, spread(spread(0.0_wp, 1, terms_of_layer), 2, model%space%node_count), &
       nodal=.true.)
     call lay_array(model%state%kept, uptake_name, spread([0.0_wp], 2, model%space%node_count), nodal=.true.)
-    call lay_array(model%state%kept, time_name, spread([0.0_wp], 2, 1))
+    call lay_array(model%state%kept, course_name, spread([0.0_wp, 0.0_wp], 2, 1))
   end subroutine start
 
   !> No pressure where water leaves; where time stands still all stay.
@@ -141,12 +145,12 @@ contains
     if (from > 0) then
       self%phase_time = model%analysis%phases(model%state%progress%phase)%duration
       self%field = find_field(self%unknowns, excess_field)
-      self%before = 0.0_wp
-      if (model%state%progress%phase_steps > 0) self%before = sum(kept_values(model%state%kept, time_name))
       self%taken_up = pack(kept_values(model%state%kept, uptake_name), .true.)
       self%water%unit_weight = model%analysis%phases(from)%consolidation%unit_weight
       self%water%storage = model%analysis%phases(from)%consolidation%storage
       self%water%kept = pack(kept_values(model%state%kept, excess_field), .true.)
+      self%course = [0.0_wp, maxval(abs(self%water%kept))]
+      if (model%state%progress%phase_steps > 0) self%course = pack(kept_values(model%state%kept, course_name), .true.)
       self%water%carried = 0.0_wp*self%water%kept
       self%water%column = joint_node(self%unknowns, [(a, a=1, size(self%water%kept))], self%field)
       call see_faces(model, self%water%total, self%water%layers)
@@ -241,7 +245,7 @@ contains
     type(increment_type), intent(in) :: increment
 
     if (size(self%water%points) > 0) &
-      call self%water%set_time(increment%step_info%duration*self%phase_time, self%before, self%taken_up)
+      call self%water%set_time(increment%step_info%duration*self%phase_time, self%course(1), self%taken_up)
   end subroutine begin
 
   !> Levels, rain and gravity as they stand.
@@ -430,7 +434,8 @@ contains
     end do
     call keep_values(kept, layer_name, beyond)
     call keep_values(kept, uptake_name, uptake)
-    call keep_values(kept, time_name, spread([self%water%duration], 2, 1))
+    call keep_values(kept, course_name, spread([self%water%duration, max(self%course(2), &
+      maxval(abs(self%water%kept + displacement(1, self%water%column))))], 2, 1))
   end subroutine keep_nodal
 
   !> The points know their pressure; that of the nodes is kept by the step.
@@ -451,7 +456,7 @@ contains
     real(wp) :: inflow(size(self%water%kept))
     integer :: k, r
 
-    inflow = self%water%bounds%rain + self%water%net_flow(displacement)/self%water%duration
+    inflow = self%water%bounds%rain + self%water%net_flow(displacement)/self%water%flow_time
     associate (levels => model%analysis%phases(free_surface_of(model%analysis%phases, model%state%progress%phase)) &
         %water_levels)
       do k = 1, size(levels)

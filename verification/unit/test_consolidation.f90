@@ -7,6 +7,7 @@ module test_consolidation
   use qsmpm_element, only: corner_count
   use qsmpm_error, only: error_type
   use qsmpm_confined_modulus, only: confined_modulus
+  use qsmpm_flow_balance, only: flow_balance_type
   use qsmpm_face_leak, only: face_layers_type, find_layers, terms_of_layer
   use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
   use qsmpm_kept_arrays, only: keep_values, kept_values
@@ -15,7 +16,8 @@ module test_consolidation
   use qsmpm_linear_system, only: end_system
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_permeability_law, only: permeability_law_type, permeability_ratio, permeability_kozeny, permeability_logarithm
+  use qsmpm_permeability_law, only: permeability_law_type, permeability_ratio, permeability_slope, &
+    permeability_kozeny, permeability_logarithm
   use qsmpm_phase_start, only: start_phase
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: force_sizes_type, increment_type, term_type
@@ -52,6 +54,9 @@ contains
     call check_tangent(tests, 'PLANE STRAIN')
     call check_tangent(tests, 'AXISYMMETRIC')
     call check_tangent(tests, 'PLANE STRAIN', brief)
+    call check_tangent(tests, 'PLANE STRAIN', law=', LAW=KOZENY, VOID RATIO=1.8')
+    call check_tangent(tests, 'AXISYMMETRIC', law=', LAW=LOGARITHM, VOID RATIO=1.8, CK=0.7')
+    call check_times(tests)
     call check_forces(tests)
     call check_layer(tests)
     call check_leak(tests, 'PLANE STRAIN', 2.0_wp)
@@ -66,22 +71,42 @@ contains
   end subroutine collect_consolidation
 
   !> The matrix times a direction of displacements and pressures is the change of the residual along it.
-  subroutine check_tangent(tests, kind, time)
+  subroutine check_tangent(tests, kind, time, law)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: kind
-    character(len=*), intent(in), optional :: time
+    character(len=*), intent(in), optional :: time, law
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
     real(wp), allocatable :: product(:), change(:)
 
     allocate (model, step)
-    call make_step(kind, flow, model, step, time=time)
+    call make_step(kind, flow, model, step, time=time, law=law)
     call matrix_and_difference(model, step, waves(step, 0.3_wp), waves(step, 1.1_wp), 1.0e-5_wp, product, change)
     call tests%close('the matrix is the derivative of the residual, '//kind, maxval(abs(product - change)), 0.0_wp, &
       1.0e-6_wp*maxval(abs(product)))
     call tests%check('which has pressures in it', count(step%field_of == 2) > 3)
     call end_system(step%system)
   end subroutine check_tangent
+
+  !> What nodes take up as t^2 flows in at the rate of the end of a step, 2 t, whatever it was before; a first step has
+  !> the mean rate, and so has one that is much longer than that before.
+  subroutine check_times(tests)
+    type(tests_type), intent(inout) :: tests
+    type(flow_balance_type) :: water
+    real(wp), parameter :: t(3) = [0.2_wp, 0.5_wp, 1.1_wp]
+    real(wp) :: taken(2)
+
+    taken = t(2:)**2 - t(:2)**2
+    water%leaks = [.false., .true.]
+    water%layers%capacity = [0.0_wp, 0.0_wp]
+    call water%set_time(t(3) - t(2), t(2) - t(1), [taken(1), taken(1)])
+    call tests%close('the rate at the end of a step', (taken(2) - water%carried(1))/water%flow_time, 2.0_wp*t(3), 1.0e-14_wp)
+    call tests%close('layers at faces know their time', water%carried(2), 0.0_wp, 0.0_wp)
+    call water%set_time(t(3) - t(2), 0.0_wp, [taken(1), taken(1)])
+    call tests%close('the mean one in a first step', (taken(2) - water%carried(1))/water%flow_time, t(2) + t(3), 1.0e-14_wp)
+    call water%set_time(0.75_wp, 0.3_wp, [taken(1), taken(1)])
+    call tests%close('and in one 2.5 times as long as that before', water%carried(1), 0.0_wp, 0.0_wp)
+  end subroutine check_times
 
   !> An even pressure presses on the outline alone; one that falls evenly flows evenly; a stretch draws water.
   subroutine check_forces(tests)
@@ -404,6 +429,8 @@ contains
       (1.1_wp/1.8_wp)**3*2.8_wp/2.1_wp, 1.0e-14_wp)
     call tests%close('logarithm', permeability_ratio(permeability_law_type(permeability_logarithm, 1.8_wp, 0.7_wp), 0.75_wp), &
       0.1_wp, 1.0e-14_wp)
+    call tests%close('the slope of Kozeny''s', permeability_slope(permeability_law_type(permeability_kozeny, 1.8_wp), &
+      0.75_wp), (1.1_wp/1.8_wp)**3*2.8_wp**2/2.1_wp*(3.0_wp/1.1_wp - 1.0_wp/2.1_wp), 1.0e-14_wp)
     call tests%close('soil without voids is tight', permeability_ratio(permeability_law_type(permeability_kozeny, 1.8_wp), &
       0.3_wp), 0.0_wp, 0.0_wp)
     allocate (model, step)

@@ -28,6 +28,7 @@ contains
     call tests%start('step_length')
     call check_ends(tests)
     call check_graded(tests)
+    call check_by_water(tests)
     call check_growth(tests)
     call check_error(tests)
     call check_cuts(tests)
@@ -101,6 +102,49 @@ contains
     graded%steps = 1
     call tests%check('one step is one', count_steps(graded) == 1)
   end subroutine check_graded
+
+  !> Steps of a phase in which pore water flows begin with a hundredth, grow as the pressures allow, and end at multiples
+  !> of the even ones: 0.001 2^k up to 0.1 where nothing bends.
+  subroutine check_by_water(tests)
+    type(tests_type), intent(inout) :: tests
+    type(controls_type) :: timed
+    type(progress_type) :: progress
+    type(compliance_type) :: none
+    type(outcome_type) :: easy
+    real(wp) :: length, last
+    integer :: k
+
+    timed = ten
+    timed%by_water = .true.
+    easy%static_iterations = 3
+    do k = 1, 7
+      call plan_step(timed, 1.0_wp, progress, length, last)
+      length = progress%fraction
+      progress%fraction = last
+      ! Of the length that it had, not of that it was allowed.
+      call go_on(timed, none, length, 0.1_wp, easy, progress)
+      if (k == 1) call tests%close('the first is a hundredth', last, 0.001_wp, rounding)
+      if (k == 2) call tests%close('the next are twice as long, or what fills an even one in so many', last, &
+        0.001_wp + 0.099_wp/50.0_wp, rounding)
+    end do
+    call tests%close('an even one is filled', progress%fraction, 0.1_wp, rounding)
+    call tests%check('until then as many as doubling takes', progress%phase_steps == 7)
+    call plan_step(timed, 1.0_wp, progress, length, last)
+    call tests%check('and none is longer', length <= 0.1_wp*(1.0_wp + rounding))
+    easy%water_error = 0.4_wp
+    call tests%close('steps that bend pressures by four times what is allowed are shorter', &
+      length_after_step(timed, 0.05_wp, easy, 0.5_wp), 0.7_wp*0.5_wp*0.05_wp, rounding)
+    easy%water_error = 0.1_wp/4.0_wp
+    call tests%close('by a quarter of it longer', length_after_step(timed, 0.05_wp, easy, 0.5_wp), 0.07_wp, rounding)
+    timed%first_share = 0.02_wp
+    call plan_step(timed, 1.0_wp, progress, length, last)
+    progress = progress_type()
+    call plan_step(timed, 1.0_wp, progress, length, last)
+    call tests%close('FIRST TIME is the first one', last, 0.02_wp, rounding)
+    timed%first_share = 0.0_wp
+    timed%steps = 1
+    call tests%check('one step is one', count_steps(timed) == 1)
+  end subroutine check_by_water
 
   !> Steps from the start of a phase to its end.
   integer function count_steps(controls)

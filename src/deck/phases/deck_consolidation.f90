@@ -74,6 +74,7 @@ contains
       associate (phase => state%analysis%phases(p))
         if (consolidation_of(state%analysis%phases, p) > 0) &
           phase%water_levels%coupled = phase%water_levels%flows .and. phase%water_levels%transient
+        phase%controls%by_water = consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety
         if (consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety .and. .not. &
           phase%duration_given) &
           call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' does not say how long it lasts, "// &

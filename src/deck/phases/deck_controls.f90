@@ -45,7 +45,8 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(controls_type), intent(inout) :: c
 
-    call fields%whole('STEPS', c%steps, 'load steps the phase is first cut into', range='[1, 1000000]')
+    call fields%whole('STEPS', c%steps, 'load steps the phase is first cut into; where pore water flows in '// &
+      'time (*CONSOLIDATION) they begin with a hundredth of that and grow as the pressures allow', range='[1, 1000000]')
     call fields%choice('NEWTON', c%newton, 'MODIFIED|FULL', 'MODIFIED keeps the stiffness of the start of the '// &
       'step, FULL takes the consistent tangent')
     call fields%number('TOLERANCE', c%tolerance, 'allowed out-of-balance force over what the phase moves, and at '// &

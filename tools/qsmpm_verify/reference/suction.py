@@ -91,11 +91,19 @@ def draining_column(
 
 @functools.cache
 def _drained(time: float, porosity: float, alpha: float, n: float, modulus: float, loss: float) -> tuple[float, float]:
-    """What flows out, and the settlement."""
+    """What flows out, and the settlement: steps of first order, extrapolated from those twice as long."""
+    long, short = (_drained_in(steps, time, porosity, alpha, n, modulus, loss) for steps in (STEPS // 2, STEPS))
+    return 2 * short[0] - long[0], 2 * short[1] - long[1]
+
+
+def _drained_in(
+    steps: int, time: float, porosity: float, alpha: float, n: float, modulus: float, loss: float
+) -> tuple[float, float]:  # fmt: skip
+    """The same in so many steps."""
     h = 1.0 / CELLS
     p, lost, flow = [0.0] * CELLS, [0.0] * CELLS, 1.0
-    for step in range(1, STEPS + 1):
-        dt = time * 2 * step / (STEPS * (STEPS + 1))
+    for step in range(1, steps + 1):
+        dt = time * 2 * step / (steps * (steps + 1))
         p, flow = _drain(p, lost, dt, (porosity, alpha, n, modulus))
         above = 0.0
         for i in range(CELLS - 1, -1, -1):
