@@ -1,5 +1,6 @@
 !> What a material point sees where pore water flows (qsmpm_pore_flow): functions of the displacement and of the
-!> pressure, permeability before any strain, drainable pores, of the start of the step; and what the unknowns make of it.
+!> pressure, permeability before any strain, drainable pores, of the start of the step; and what the unknowns make of
+!> it.
 module qsmpm_flow_points
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
