@@ -162,9 +162,11 @@ contains
     !> Its notes tell of steps that are short.
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
+    logical :: checked(size(model%analysis%materials))
     integer :: p
 
     call note_idle_laws(model)
+    checked = .false.
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         if (phase%consolidation%given .and. (model%analysis%method%basis /= basis_fem .or. &
@@ -176,7 +178,7 @@ contains
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
             "' is of TYPE=SAFETY: time stands still in it")
         else if (consolidation_of(model%analysis%phases, p) > 0) then
-          call check_soil(model%analysis, p, diagnostics)
+          call check_soil(model%analysis, p, checked, diagnostics)
           call check_free_surface(model, p, diagnostics)
           if (phase%kind /= phase_safety) model%notes = model%notes//front_notes(model, p)
         end if
@@ -324,9 +326,11 @@ contains
   end function early_excess
 
   !> Every body has a permeability, and water has one way to take pressure.
-  subroutine check_soil(analysis, number, diagnostics)
+  subroutine check_soil(analysis, number, checked, diagnostics)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: number
+    !> Materials of which it has been said.
+    logical, intent(inout) :: checked(:)
     type(diagnostics_type), intent(inout) :: diagnostics
     logical :: active(size(analysis%bodies))
     integer :: material(size(analysis%bodies)), b
@@ -334,7 +338,8 @@ contains
     active = bodies_active(analysis, number)
     material = body_materials(analysis, number)
     do b = 1, size(active)
-      if (.not. active(b)) cycle
+      if (.not. active(b) .or. checked(material(b))) cycle
+      checked(material(b)) = .true.
       associate (soil => analysis%materials(material(b)), name => analysis%phases(number)%name)
         if (soil%permeability(1) < 0.0_wp) call add_diagnostic(diagnostics, soil%where, '*MATERIAL', &
           "body '"//analysis%bodies(b)%name//"' consolidates in phase '"//name//"', but material '"//soil%name// &
