@@ -11,8 +11,9 @@ module qsmpm_jaumann_solid
   use qsmpm_jaumann_increment, only: rotated_increment_type, make_increment, is_cauchy
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
+  use qsmpm_principal_point, only: keep_update, elastic_share
   use qsmpm_spectral, only: spectral
+  use qsmpm_tensor, only: inverse_of => inverse
   implicit none
   private
 
@@ -46,7 +47,7 @@ contains
       batch%plastic(p) = 0
       if (.not. model%elastic) then
         call spectral(increment%trial, trial, n)
-        if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+        if (model%asks_cell_size .and. allocated(batch%cell_size)) cell_size = batch%cell_size(p)
         call model%update(modulus, trial, batch%state_start(1:, p), cell_size, tangent /= tangent_none, result)
         batch%plastic(p) = merge(1, 0, result%yields)
         if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, &
@@ -98,7 +99,7 @@ contains
     ! A gradient that is not finite has no finite determinant.
     if (.not. ieee_is_finite(det)) return
     if (.not. det > 0.0_wp) return
-    call invert(f, det, inverse)
+    inverse = inverse_of(f, det)
     start = full(stress)
     if (.not. model%hookean) then
       call spectral(start, value, n)
@@ -108,25 +109,6 @@ contains
     call make_increment(rate, model%trial_lame, model%trial_shear, f, start, increment, ok)
     if (ok) status = status_ok
   end subroutine start_point
-
-  !> Inverse of a tensor of known determinant.
-  pure subroutine invert(f, det, inverse)
-    !> The tensor; its determinant.
-    real(wp), intent(in) :: f(3, 3), det
-    real(wp), intent(out) :: inverse(3, 3)
-    integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
-    real(wp) :: scale
-    integer :: j
-
-    scale = 1.0_wp/det
-    do j = 1, 3
-      associate (a => f(:, next(j)), b => f(:, last(j)))
-        inverse(j, 1) = scale*(a(2)*b(3) - a(3)*b(2))
-        inverse(j, 2) = scale*(a(3)*b(1) - a(1)*b(3))
-        inverse(j, 3) = scale*(a(1)*b(2) - a(2)*b(1))
-      end associate
-    end do
-  end subroutine invert
 
   !> Full tensor of components in stress order.
   pure function full(a) result(b)

@@ -14,7 +14,7 @@ module qsmpm_logarithmic_solid
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
+  use qsmpm_principal_point, only: keep_update, elastic_share
   use qsmpm_spectral, only: spectral, jacobi_spectral
   use qsmpm_tensor, only: cofactor, determinant
   implicit none
@@ -59,7 +59,7 @@ contains
         batch%volume_ratio(p), modulus, trial, b, batch%status(p))
       if (batch%status(p) /= status_ok) cycle
       if (model%hookean) batch%state(1:6, p) = b
-      if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+      if (model%asks_cell_size .and. allocated(batch%cell_size)) cell_size = batch%cell_size(p)
       call model%update(modulus, trial%trial, batch%state_start(first:, p), cell_size, tangent /= tangent_none, result)
       batch%plastic(p) = merge(1, 0, result%yields)
       if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, &
