@@ -10,7 +10,7 @@ module qsmpm_triangle_refinement
   use qsmpm_leaf_sizes, only: leaf_sizes_type, finest_size, leaf_size
   use qsmpm_outline_graph, only: outline_graph_type
   use qsmpm_triangulation, only: triangulation_type, cells_around, insert_node, insert_on_edge, locate, next_of, &
-    previous_of, signed_area
+    place_of_neighbour, previous_of, signed_area
   implicit none
   private
 
@@ -262,20 +262,12 @@ contains
     if (.not. has_room(scene%t, cell, k, place)) return
     other = scene%t%neighbour(k, cell)
     if (other /= 0) then
-      if (.not. has_room(scene%t, other, place_of(scene%t, other, cell), place)) return
+      if (.not. has_room(scene%t, other, place_of_neighbour(scene%t, other, cell), place)) return
     end if
     call insert_on_edge(scene%t, cell, k, place, node)
     call look_around(scene, node, edge, cells, lines)
     if (present(is_halved)) is_halved = .true.
   end subroutine halve_line
-
-  !> Opposite which corner another cell lies.
-  pure integer function place_of(t, cell, other)
-    type(triangulation_type), intent(in) :: t
-    integer, intent(in) :: cell, other
-
-    place_of = minloc(abs(t%neighbour(:, cell) - other), dim=1)
-  end function place_of
 
   !> Whether both halves of a cell have an area when the edge opposite a corner is cut at a place.
   pure logical function has_room(t, cell, k, place)

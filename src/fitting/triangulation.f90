@@ -424,14 +424,11 @@ contains
     type(triangulation_type), intent(inout) :: t
     integer(long), intent(in) :: place(2)
     integer, intent(out) :: node
-    integer(long), allocatable :: longer(:, :)
 
     node = t%node_count + 1
     if (node > size(t%node, 2)) then
-      allocate (longer(2, 2*node), source=0_long)
-      longer(:, :t%node_count) = t%node(:, :t%node_count)
-      call move_alloc(longer, t%node)
-      t%cell_at = [t%cell_at, spread(0, 1, 2*node - size(t%cell_at))]
+      t%node = reshape(t%node, [2, 2*node], pad=[0_long])
+      t%cell_at = reshape(t%cell_at, [2*node], pad=[0])
     end if
     t%node_count = node
     t%node(:, node) = place
@@ -443,17 +440,8 @@ contains
     integer, intent(in) :: count
 
     if (t%cell_count + count <= size(t%corner, 2)) return
-    call widen(t%corner)
-    call widen(t%neighbour)
-    call widen(t%line)
+    t%corner = reshape(t%corner, 2*shape(t%corner) - [3, 0], pad=[0])
+    t%neighbour = reshape(t%neighbour, shape(t%corner), pad=[0])
+    t%line = reshape(t%line, shape(t%corner), pad=[0])
   end subroutine make_room
-
-  pure subroutine widen(table)
-    integer, allocatable, intent(inout) :: table(:, :)
-    integer, allocatable :: wider(:, :)
-
-    allocate (wider(size(table, 1), 2*size(table, 2)), source=0)
-    wider(:, :size(table, 2)) = table
-    call move_alloc(wider, table)
-  end subroutine widen
 end module qsmpm_triangulation

@@ -19,7 +19,7 @@ module qsmpm_mohr_coulomb_return
   private
 
   public :: mohr_coulomb_type, active_planes_type, make_mohr_coulomb, set_strength, make_set, plane, inside, &
-    falling_order, return_outside, size_of, stress_ratio, try_set
+    falling_order, return_outside, stress_ratio
 
   !> Planes by number: shear 1-3, 2-3, 1-2, then cut-off of 1, 2, 3.
   integer, parameter, public :: set_count = 10

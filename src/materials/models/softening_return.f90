@@ -6,8 +6,8 @@
 !>   N^T D M dl = dN^T s - dc - N^T D dM l,   ds = -D M dl - D dM l.
 module qsmpm_softening_return
   use qsmpm_kinds, only: wp
-  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, active_planes_type, set_count, set_planes, falling_order, &
-    make_set, plane, inside, size_of, try_set, round_off, near_tolerance
+  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, active_planes_type, set_count, set_planes, make_set, plane, &
+    falling_order, inside, round_off, near_tolerance
   use qsmpm_softening, only: strength_change_type
   use qsmpm_tensor, only: determinant, inverse, identity
   implicit none
@@ -63,13 +63,14 @@ contains
     real(wp) :: candidate(3), miss, least, scale
     integer :: i, best
 
-    scale = size_of(strength, trial)
+    scale = maxval(abs(trial)) + strength%sc
     least = huge(1.0_wp)
     best = 0
     do i = 1, set_count
       if (any(set_planes(:, i) > 3) .and. .not. strength%has_cut_off) cycle
       call make_set(strength, set_planes(:, i), lame, shear, set)
-      call try_set(strength, set, trial, candidate, miss)
+      candidate = set%slope(:, 1)*trial(1) + set%slope(:, 2)*trial(2) + set%slope(:, 3)*trial(3) + set%shift
+      miss = max(excess(strength, candidate), least_multiplier(set, trial))
       if (miss >= least) cycle
       least = miss
       best = i
@@ -86,6 +87,30 @@ contains
       rate = set_rate(strength, change, lame, shear, set_planes(:, best), nearest, trial, stress)
     end if
   end subroutine find_set
+
+  !> How far a stress lies outside the strength: that of qsmpm_mohr_coulomb_return, which is kept to itself so that the
+  !> compiler opens it up where perfect plasticity spends its time.
+  pure real(wp) function excess(strength, stress)
+    type(mohr_coulomb_type), intent(in) :: strength
+    !> Principal stresses in any order (3).
+    real(wp), intent(in) :: stress(3)
+
+    excess = strength%k*maxval(stress) - minval(stress) - strength%sc
+    if (strength%has_cut_off) excess = max(excess, maxval(stress) - strength%cut_off)
+  end function excess
+
+  !> By how much the multipliers of a set are negative; <= 0 where none is.
+  pure real(wp) function least_multiplier(set, trial) result(miss)
+    type(active_planes_type), intent(in) :: set
+    !> Principal trial stresses, falling (3).
+    real(wp), intent(in) :: trial(3)
+    integer :: i
+
+    miss = -huge(1.0_wp)
+    do i = 1, set%planes
+      miss = max(miss, -dot_product(set%weights(i, :), trial) - set%offsets(i))
+    end do
+  end function least_multiplier
 
   !> Change of the answer of a set with the strength.
   pure function set_rate(strength, change, lame, shear, planes, set, trial, stress) result(rate)
