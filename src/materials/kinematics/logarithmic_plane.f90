@@ -54,8 +54,9 @@ contains
     integer, intent(in) :: tangent
 
     call update_points(model, elastic_share(tangent, blend), tangent /= tangent_none, batch%count, &
-      size(batch%state, 1), batch%gradient, batch%volume_ratio, batch%stress_start, batch%state_start, batch%cell_size, &
-      batch%stress, batch%state, batch%piola, batch%tangent, batch%status, batch%plastic, batch%message)
+      size(batch%state, 1), batch%gradient, batch%volume_ratio, batch%stress_start, batch%state_start, &
+      batch%cell_size, batch%stress, batch%state, batch%piola, batch%tangent, batch%status, batch%plastic, &
+      batch%message)
   end subroutine update_plane
 
   !> Update points. b_e of a Hookean model is state, and its trial is the stress where nothing yields; b_e of one that

@@ -12,12 +12,12 @@
 module qsmpm_udsm
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call, check_arguments, take_user
+  use qsmpm_user_adapter, only: adapter_type, call_model, check_arguments, take_user
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut, start_time, time_increment
   use qsmpm_marked_room, only: room_size, first_places, put_marks
-  use qsmpm_plugin, only: load_procedure, guarded_call, may_write
+  use qsmpm_plugin, only: load_procedure, may_write
   use qsmpm_soil_model, only: soil_increment_type, soil_response_type
   use qsmpm_text, only: integer_text, string_type
   use qsmpm_udsm_words, only: check_parameters, name_states
@@ -370,14 +370,12 @@ contains
     integer(c_int), intent(in) :: task
     type(udsm_call_type), intent(inout), target :: arguments
     type(soil_response_type), intent(inout) :: response
-    integer(c_int) :: what, saved, sent(whole_arguments)
+    integer(c_int) :: sent(whole_arguments)
 
     arguments%task = task
     sent = whole_numbers(arguments)
-    call begin_silence(self, saved)
-    what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
-    call end_silence(saved)
-    call check_call(self, what, array_sizes(self), array_names, arguments%room, response)
+    call call_model(self, self%address, c_funloc(make_call), c_loc(arguments), array_sizes(self), array_names, &
+      arguments%room, response)
     if (response%status == status_ok) call check_arguments(self, sent, whole_numbers(arguments), whole_names, response)
   end subroutine perform
 
