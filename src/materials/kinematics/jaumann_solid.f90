@@ -17,7 +17,7 @@ module qsmpm_jaumann_solid
   implicit none
   private
 
-  public :: update_solid, spin_columns, product_of, full, contract, piola_tangent
+  public :: update_solid, spin_columns, by_gradient, product_of, full, contract, piola_tangent
 
 contains
 
@@ -263,7 +263,7 @@ contains
     real(wp), intent(in) :: stress(3, 3)
     real(wp), intent(out) :: change(6, 3, 3)
     real(wp) :: part(6, 9), spin(6, 3), back(3, 3), volume(3, 3), start(3, 3)
-    integer :: i, c
+    integer :: i
 
     start = increment%start
     volume = increment%volume_stress
@@ -284,16 +284,25 @@ contains
       back = product_of(increment%spin, transpose(increment%rotation))
       spin = spin + 0.5_wp*spin_columns(stress, back)
     end if
-    do c = 1, 3
-      change(:, c, c) = part(:, c)
-    end do
-    change(:, 2, 1) = part(:, 4) + spin(:, 3)
-    change(:, 1, 2) = part(:, 4) - spin(:, 3)
-    change(:, 1, 3) = part(:, 5) + spin(:, 2)
-    change(:, 3, 1) = part(:, 5) - spin(:, 2)
-    change(:, 3, 2) = part(:, 6) + spin(:, 1)
-    change(:, 2, 3) = part(:, 6) - spin(:, 1)
+    call by_gradient(part(:, :6), spin, change)
   end subroutine stress_change
+
+  !> Change with dG from those with its symmetric part, shear gamma, and with half the axial vector of its skew part.
+  pure subroutine by_gradient(strain, spin, change)
+    real(wp), intent(in) :: strain(6, 6), spin(6, 3)
+    real(wp), intent(out) :: change(6, 3, 3)
+    integer :: i
+
+    do i = 1, 3
+      change(:, i, i) = strain(:, i)
+    end do
+    change(:, 2, 1) = strain(:, 4) + spin(:, 3)
+    change(:, 1, 2) = strain(:, 4) - spin(:, 3)
+    change(:, 1, 3) = strain(:, 5) + spin(:, 2)
+    change(:, 3, 1) = strain(:, 5) - spin(:, 2)
+    change(:, 3, 2) = strain(:, 6) + spin(:, 1)
+    change(:, 2, 3) = strain(:, 6) - spin(:, 1)
+  end subroutine by_gradient
 
   !> Change W s - s W of a stress, W the skew tensor of `turn` times a unit vector, for the three of them.
   pure function spin_columns(s, turn) result(columns)
