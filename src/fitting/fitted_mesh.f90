@@ -12,7 +12,7 @@ module qsmpm_fitted_mesh
   use qsmpm_spatial_lists, only: list_by_box
   use qsmpm_triangle_refinement, only: refined_scene_type, is_dictated, refine_triangles
   use qsmpm_triangulation, only: insert_node, restore_delaunay, signed_area, start_triangulation, triangulation_type, &
-    cells_around, next_of, place_in_cell, previous_of
+    cells_around, edge_squares, next_of, place_in_cell
   implicit none
   private
 
@@ -349,12 +349,8 @@ contains
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell
     real(wp) :: square(3)
-    integer :: k
 
-    do k = 1, 3
-      square(k) = sum(real(t%node(:, t%corner(next_of(k), cell)) - t%node(:, t%corner(previous_of(k), cell)), wp)**2)
-    end do
-    k = minloc(square, dim=1)
-    smallest_angle = atan2(real(abs(signed_area(t, cell)), wp), 0.5_wp*(sum(square) - 2.0_wp*square(k)))
+    square = edge_squares(t, cell)
+    smallest_angle = atan2(real(abs(signed_area(t, cell)), wp), 0.5_wp*(sum(square) - 2.0_wp*minval(square)))
   end function smallest_angle
 end module qsmpm_fitted_mesh

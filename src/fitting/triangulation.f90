@@ -7,14 +7,14 @@
 !>
 !> Corners are counter-clockwise; neighbour and line k of a cell are those of the edge opposite corner k.
 module qsmpm_triangulation
-  use qsmpm_kinds, only: long
+  use qsmpm_kinds, only: long, wp
   use qsmpm_lattice, only: in_circle, orientation
   implicit none
   private
 
   public :: triangulation_type, start_triangulation, insert_node, insert_on_edge, restore_delaunay, locate, &
     cells_around, find_edge, flip, is_illegal, mark, other_corner, place_in_cell, place_of_neighbour, next_of, &
-    previous_of, signed_area
+    previous_of, signed_area, edge_squares
 
   !> Place in a cell behind and before a place.
   integer, parameter :: next_of(3) = [2, 3, 1], previous_of(3) = [3, 1, 2]
@@ -379,6 +379,18 @@ contains
     if (t%neighbour(1, cell) == other) place_of_neighbour = 1
     if (t%neighbour(2, cell) == other) place_of_neighbour = 2
   end function place_of_neighbour
+
+  !> Squares of the lengths of the edges of a cell, each opposite its corner.
+  pure function edge_squares(t, cell) result(square)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: cell
+    real(wp) :: square(3)
+    integer :: k
+
+    do k = 1, 3
+      square(k) = sum(real(t%node(:, t%corner(next_of(k), cell)) - t%node(:, t%corner(previous_of(k), cell)), wp)**2)
+    end do
+  end function edge_squares
 
   !> Twice the area of a cell.
   pure integer(long) function signed_area(t, cell)

@@ -110,12 +110,14 @@ contains
     !> error_user_material: it cannot be loaded.
     type(error_type), allocatable, intent(out) :: error
     procedure(umat_interface), pointer :: routine
-    type(c_funptr) :: address
     type(error_type), allocatable :: no_sdvini
     character(len=len(name)) :: large
     integer :: i
 
-    call take_user(model, user, name)
+    call take_user(model, user, name, error)
+    if (allocated(error)) return
+    call c_f_procpointer(model%address, routine)
+    model%routine => routine
     model%state_count = max(0, user%states)
     model%reads_gradient = .true.
     model%tells_yield = .false.
@@ -125,11 +127,6 @@ contains
     end do
     allocate (model%props(max(1, size(model%user%constants))), source=0.0_c_double)
     model%props(:size(model%user%constants)) = model%user%constants
-    call load_procedure(user%library, user%symbol, address, error)
-    if (allocated(error)) return
-    call c_f_procpointer(address, routine)
-    model%routine => routine
-    model%address = address
     call load_procedure(user%library, 'sdvini', model%sdvini, no_sdvini)
     if (allocated(no_sdvini)) model%sdvini = c_null_funptr
     if (user%shows_state) call number_states(model%state_count, model%state_names)

@@ -9,7 +9,7 @@ module qsmpm_user_adapter
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_unrecoverable
   use qsmpm_marked_room, only: find_damage
-  use qsmpm_plugin, only: guarded_call, silence, model_abandoned, guard_words
+  use qsmpm_plugin, only: load_procedure, guarded_call, silence, model_abandoned, guard_words
   use qsmpm_rest_check, only: changes_at_rest, what_changes, rest_flows
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_rounded_text, only: rounded_text
@@ -42,12 +42,14 @@ contains
     call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
   end subroutine start
 
-  !> What the deck says; lists it does not give are empty.
-  subroutine take_user(adapter, user, name)
+  !> What the deck says, lists it does not give empty, and the procedure in the library.
+  subroutine take_user(adapter, user, name, error)
     class(adapter_type), intent(inout) :: adapter
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
+    !> error_user_material: there is no such procedure.
+    type(error_type), allocatable, intent(out) :: error
 
     adapter%user = user
     adapter%name = name
@@ -56,6 +58,7 @@ contains
     adapter%reads_strain = .true.
     if (.not. allocated(adapter%user%constants)) allocate (adapter%user%constants(0))
     if (.not. allocated(adapter%user%start)) allocate (adapter%user%start(0))
+    call load_procedure(user%library, user%symbol, adapter%address, error)
   end subroutine take_user
 
   !> Call a procedure of the model, its output to nowhere where that is wished; what the unit holds back is written
