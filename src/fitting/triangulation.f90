@@ -208,7 +208,7 @@ contains
     call legalise(t, t%cell_count)
   end subroutine restore_delaunay
 
-  !> Flip what is illegal in the cells on the stack, and in those that come of it; beside a new node the edge opposite it.
+  !> Flip what is illegal in the cells on the stack and in those that come of it; with a node only edges opposite it.
   pure subroutine legalise(t, count, node)
     type(triangulation_type), intent(inout) :: t
     !> Cells on the stack.

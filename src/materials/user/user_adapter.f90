@@ -66,8 +66,8 @@ contains
   subroutine call_model(adapter, address, caller, arguments, sizes, names, room, response)
     class(adapter_type), intent(in) :: adapter
     !> The procedure, what calls it, and with what.
-    type(c_funptr), intent(in) :: address, caller
-    type(c_ptr), intent(in) :: arguments
+    type(c_funptr), value :: address, caller
+    type(c_ptr), value :: arguments
     !> Sizes and names of the arrays the model is handed, the state first, and their room.
     integer, intent(in) :: sizes(:)
     character(len=*), intent(in) :: names(:)
