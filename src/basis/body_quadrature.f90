@@ -269,15 +269,14 @@ contains
     integer, intent(out) :: next(:)
     integer :: c, n
 
-    allocate (joint%cell, source=pack([(c, c=1, size(number))], number > 0))
-    allocate (joint%first(size(joint%cell) + 1))
-    joint%first(1) = 1
-    next = 0
-    do c = 1, size(joint%cell)
-      joint%first(c + 1) = joint%first(c) + number(joint%cell(c))
-      next(joint%cell(c)) = joint%first(c)
+    joint%cell = pack([(c, c=1, size(number))], number > 0)
+    n = 1
+    do c = 1, size(number)
+      next(c) = n
+      n = n + number(c)
     end do
-    n = sum(number)
+    joint%first = [next(joint%cell), n]
+    n = n - 1
     allocate (joint%point(n), joint%share(n), joint%local(dimension, n))
     allocate (joint%of_body(n), joint%at_place(n), source=.false.)
     allocate (joint%low(size(pieces%low, 1), merge(n, 0, size(pieces%low, 1) > 0)), source=0.0_wp)

@@ -7,9 +7,10 @@
 module qsmpm_domain_pieces
   use qsmpm_kinds, only: wp
   use qsmpm_point_location, only: activation_type
-  use qsmpm_space, only: space_type
+  use qsmpm_space, only: space_type, cell_position
+  use qsmpm_spatial_lists, only: list_by_box
   use qsmpm_spline_axis, only: interval_cells
-  use qsmpm_domains, only: domains_type, cells_of, cell_at
+  use qsmpm_domains, only: domains_type, cells_of
   implicit none
   private
 
@@ -55,64 +56,29 @@ contains
     logical, intent(in) :: axisymmetric
     type(domains_type), intent(in) :: domains
     type(pieces_type), intent(out) :: pieces
-    integer :: number(cell_count), from(3), to(3), p, i, j, k, c, g, n
+    integer, dimension(3, size(domains%low, 2)) :: from, to
+    integer, allocatable :: first(:)
+    integer :: p, c, g, n
 
-    number = 0
-    do p = 1, size(domains%low, 2)
-      call cells_of(space, domains, p, from, to)
-      do k = from(3), to(3)
-        do j = from(2), to(2)
-          do i = from(1), to(1)
-            c = cell_at(space, i, j, k)
-            number(c) = number(c) + 1
-          end do
-        end do
-      end do
+    do p = 1, size(from, 2)
+      call cells_of(space, domains, p, from(:, p), to(:, p))
     end do
-    call open_lists(number, size(domains%low, 1), pieces)
-    ! From here on number(c) is the next free place of cell c.
+    call list_by_box(from, to, space%axis%cell_count, first, pieces%point)
+    pieces%cell = pack([(c, c=1, cell_count)], first(2:) > first(:cell_count))
+    pieces%first = [first(pieces%cell), size(pieces%point) + 1]
+    n = size(pieces%point)
+    allocate (pieces%share(n), pieces%low(size(domains%low, 1), n), pieces%high(size(domains%low, 1), n))
     do g = 1, size(pieces%cell)
-      number(pieces%cell(g)) = pieces%first(g)
-    end do
-    do p = 1, size(domains%low, 2)
-      call cells_of(space, domains, p, from, to)
-      do k = from(3), to(3)
-        do j = from(2), to(2)
-          do i = from(1), to(1)
-            c = cell_at(space, i, j, k)
-            n = number(c)
-            number(c) = n + 1
-            pieces%point(n) = p
-            call cut(space, domains, p, [i, j, k], pieces%low(:, n), pieces%high(:, n), pieces%share(n))
-            if (axisymmetric) pieces%share(n) = pieces%share(n)*(pieces%low(1, n) + pieces%high(1, n)) &
-              /(domains%low(1, p) + domains%high(1, p))
-          end do
+      associate (at => cell_position(space, size(domains%low, 1), pieces%cell(g)))
+        do n = pieces%first(g), pieces%first(g + 1) - 1
+          p = pieces%point(n)
+          call cut(space, domains, p, at, pieces%low(:, n), pieces%high(:, n), pieces%share(n))
+          if (axisymmetric) pieces%share(n) = pieces%share(n)*(pieces%low(1, n) + pieces%high(1, n)) &
+            /(domains%low(1, p) + domains%high(1, p))
         end do
-      end do
+      end associate
     end do
   end subroutine cut_domains
-
-  !> Lists with room for the pieces of every cell.
-  pure subroutine open_lists(number, dimension, pieces)
-    !> Pieces in each cell (cell_count); 2 or 3.
-    integer, intent(in) :: number(:), dimension
-    type(pieces_type), intent(inout) :: pieces
-    integer :: c, g
-
-    allocate (pieces%cell(count(number > 0)))
-    allocate (pieces%first(size(pieces%cell) + 1))
-    pieces%first(1) = 1
-    g = 0
-    do c = 1, size(number)
-      if (number(c) == 0) cycle
-      g = g + 1
-      pieces%cell(g) = c
-      pieces%first(g + 1) = pieces%first(g) + number(c)
-    end do
-    allocate (pieces%point(sum(number)))
-    allocate (pieces%share(sum(number)))
-    allocate (pieces%low(dimension, sum(number)), pieces%high(dimension, sum(number)))
-  end subroutine open_lists
 
   !> The part of a domain in one cell. Ends beyond the outermost cells stay: their share is theirs.
   pure subroutine cut(space, domains, p, at, low, high, share)

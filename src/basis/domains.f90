@@ -17,7 +17,7 @@ module qsmpm_domains
   implicit none
   private
 
-  public :: domains_type, place_domains, touch_cells, cells_of, cell_at
+  public :: domains_type, place_domains, touch_cells, cells_of
 
   !> Boxes of all points.
   type :: domains_type

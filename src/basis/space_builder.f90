@@ -5,6 +5,7 @@
 !> Greville points lie in its box, and a constraint on it is exact. Sets that are not boxes of grid
 !> nodes have no such functions and can carry no constraint.
 module qsmpm_space_builder
+  use qsmpm_grid_window, only: place_of
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_space, only: space_type, tensor_nodes, refresh_space
@@ -108,16 +109,12 @@ contains
     !> First and last line along each axis.
     integer, intent(out) :: low(3), high(3)
     logical, intent(out) :: box
-    integer :: i, rest, at(3)
+    integer :: i, at(3)
 
     low = huge(1)
     high = 0
     do i = 1, size(mesh%node_sets(set)%items)
-      rest = mesh%node_sets(set)%items(i) - 1
-      at(1) = mod(rest, cells(1) + 1) + 1
-      rest = rest/(cells(1) + 1)
-      at(2) = mod(rest, cells(2) + 1) + 1
-      at(3) = rest/(cells(2) + 1) + 1
+      at = place_of(mesh%node_sets(set)%items(i), cells + 1)
       low = min(low, at)
       high = max(high, at)
     end do

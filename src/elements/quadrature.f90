@@ -6,8 +6,7 @@ module qsmpm_quadrature
   use qsmpm_kinds, only: wp
   use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, wedge15, linear_kind, elements
   use qsmpm_line_rule, only: line_gauss
-  use qsmpm_triangle_rule, only: triangle_degree, triangle_gauss
-  use qsmpm_tet_rule, only: tet_degree
+  use qsmpm_simplex_rule, only: simplex_degree, simplex_gauss
   implicit none
   private
 
@@ -26,9 +25,9 @@ contains
 
     select case (linear_kind(kind))
     case (tri3)
-      call triangle_degree(degree, points, weights)
+      call simplex_degree(2, degree, points, weights)
     case (tet4)
-      call tet_degree(degree, points, weights)
+      call simplex_degree(3, degree, points, weights)
     case (quad4)
       call line_gauss(degree/2 + 1, x, w)
       call square_rule(x, w, points, weights)
@@ -36,7 +35,7 @@ contains
       call line_gauss(degree/2 + 1, x, w)
       call cube_rule(x, w, points, weights)
     case (wedge6)
-      call triangle_degree(degree, triangle, triangle_weights)
+      call simplex_degree(2, degree, triangle, triangle_weights)
       call line_gauss(degree/2 + 1, x, w)
       call layer_rule(triangle, triangle_weights, x, w, points, weights)
     end select
@@ -56,7 +55,7 @@ contains
       return
     end if
     ! Two layers leave a wedge15 with three modes too many; one more layer is enough.
-    call triangle_gauss(3, triangle, triangle_weights)
+    call simplex_gauss(2, 3, triangle, triangle_weights)
     call line_gauss(3, x, w)
     call layer_rule(triangle, triangle_weights, x, w, points, weights)
   end subroutine full_rule

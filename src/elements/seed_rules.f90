@@ -12,8 +12,7 @@ module qsmpm_seed_rules
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, linear_kind, element_name, elements
   use qsmpm_line_rule, only: line_gauss, line_even
-  use qsmpm_triangle_rule, only: triangle_gauss, triangle_even
-  use qsmpm_tet_rule, only: tet_gauss, tet_even
+  use qsmpm_simplex_rule, only: simplex_gauss, triangle_even, tet_even
   use qsmpm_quadrature, only: square_rule, cube_rule, layer_rule
   implicit none
   private
@@ -30,19 +29,11 @@ contains
     default_count = elements(kind)%points
   end function default_count
 
-  !> Number of numbers of points there is a rule for.
-  pure integer function allowed_size(kind)
-    !> Element kind.
-    integer, intent(in) :: kind
-
-    allowed_size = count(elements(kind)%counts > 0)
-  end function allowed_size
-
   !> Numbers of points there is a rule for, rising.
   pure function allowed_counts(kind) result(counts)
     !> Element kind.
     integer, intent(in) :: kind
-    integer :: counts(allowed_size(kind))
+    integer :: counts(count(elements(kind)%counts > 0))
 
     counts = elements(kind)%counts(:size(counts))
   end function allowed_counts
@@ -76,7 +67,7 @@ contains
       if (n == 8 .and. .not. gauss) then
         call tet_even(points, weights)
       else
-        call tet_gauss(n, points, weights)
+        call simplex_gauss(3, n, points, weights)
       end if
     case (hex8)
       call line_seed(nint(real(n, wp)**(1.0_wp/3.0_wp)), gauss, x, w)
@@ -114,7 +105,7 @@ contains
     if (any(count == [4, 9, 16]) .and. .not. gauss) then
       call triangle_even(nint(sqrt(real(count, wp))), points, weights)
     else
-      call triangle_gauss(count, points, weights)
+      call simplex_gauss(2, count, points, weights)
     end if
   end subroutine triangle_seed
 
@@ -150,7 +141,7 @@ contains
 
     integer :: i, last
 
-    last = allowed_size(kind)
+    last = size(allowed_counts(kind))
     message = element_name(kind)//' takes '
     do i = 1, last
       if (i > 1 .and. i < last) message = message//', '

@@ -28,21 +28,23 @@ contains
     real(wp), intent(in) :: local(:)
     !> One value a node.
     real(wp), intent(out) :: shape(:)
-    real(wp) :: a(3, 0:2), b(3, 0:2)
-    integer :: i
+    real(wp) :: l(3, 0:2, 2), p, q
+    integer :: i, a
 
-    select case (nodes)
-    case (4)
-      do i = 1, 4
-        shape(i) = 0.25_wp*(1.0_wp + corners(1, i)*local(1))*(1.0_wp + corners(2, i)*local(2))
-      end do
-    case (8)
-      call quad8_shape(local, shape)
-    case (9)
-      a = lagrange(local(1))
-      b = lagrange(local(2))
-      shape(:9) = a(third(1, :), 0)*b(third(2, :), 0)
-    end select
+    if (nodes == 9) then
+      l = lagrange(local)
+      shape(:9) = l(third(1, :), 0, 1)*l(third(2, :), 0, 2)
+      return
+    end if
+    do i = 1, 4
+      p = corners(1, i)*local(1)
+      q = corners(2, i)*local(2)
+      shape(i) = 0.25_wp*(1.0_wp + p)*(1.0_wp + q)
+      if (nodes == 4) cycle
+      shape(i) = shape(i)*(p + q - 1.0_wp)
+      a = along(i)
+      shape(4 + i) = 0.5_wp*(1.0_wp - local(a)**2)*(1.0_wp + side(i)*local(3 - a))
+    end do
   end subroutine quad_shape
 
   !> Their derivatives.
@@ -51,23 +53,27 @@ contains
     real(wp), intent(in) :: local(:)
     !> dN/dlocal (2, nodes).
     real(wp), intent(out) :: gradients(:, :)
-    real(wp) :: a(3, 0:2), b(3, 0:2)
-    integer :: i
+    real(wp) :: l(3, 0:2, 2), p, q
+    integer :: i, a
 
-    select case (nodes)
-    case (4)
-      do i = 1, 4
-        gradients(1, i) = 0.25_wp*corners(1, i)*(1.0_wp + corners(2, i)*local(2))
-        gradients(2, i) = 0.25_wp*corners(2, i)*(1.0_wp + corners(1, i)*local(1))
-      end do
-    case (8)
-      call quad8_gradients(local, gradients)
-    case (9)
-      a = lagrange(local(1))
-      b = lagrange(local(2))
-      gradients(1, :9) = a(third(1, :), 1)*b(third(2, :), 0)
-      gradients(2, :9) = a(third(1, :), 0)*b(third(2, :), 1)
-    end select
+    if (nodes == 9) then
+      l = lagrange(local)
+      gradients(1, :9) = l(third(1, :), 1, 1)*l(third(2, :), 0, 2)
+      gradients(2, :9) = l(third(1, :), 0, 1)*l(third(2, :), 1, 2)
+      return
+    end if
+    do i = 1, 4
+      p = corners(1, i)*local(1)
+      q = corners(2, i)*local(2)
+      gradients(1, i) = 0.25_wp*corners(1, i)*(1.0_wp + q)
+      gradients(2, i) = 0.25_wp*corners(2, i)*(1.0_wp + p)
+      if (nodes == 4) cycle
+      gradients(1, i) = gradients(1, i)*(2.0_wp*p + q)
+      gradients(2, i) = gradients(2, i)*(p + 2.0_wp*q)
+      a = along(i)
+      gradients(a, 4 + i) = -local(a)*(1.0_wp + side(i)*local(3 - a))
+      gradients(3 - a, 4 + i) = 0.5_wp*side(i)*(1.0_wp - local(a)**2)
+    end do
   end subroutine quad_gradients
 
   !> Their second derivatives.
@@ -76,94 +82,44 @@ contains
     real(wp), intent(in) :: local(:)
     !> d2N/dlocal2 (2, 2, nodes).
     real(wp), intent(out) :: second(:, :, :)
-    real(wp) :: a(3, 0:2), b(3, 0:2)
+    real(wp) :: l(3, 0:2, 2), p, q
+    integer :: i, a
 
-    select case (nodes)
-    case (4)
-      second(1, 1, :4) = 0.0_wp
-      second(2, 2, :4) = 0.0_wp
-      second(1, 2, :4) = 0.25_wp*corners(1, :)*corners(2, :)
-      second(2, 1, :4) = second(1, 2, :4)
-    case (8)
-      call quad8_second(local, second)
-    case (9)
-      a = lagrange(local(1))
-      b = lagrange(local(2))
-      second(1, 1, :9) = a(third(1, :), 2)*b(third(2, :), 0)
-      second(2, 2, :9) = a(third(1, :), 0)*b(third(2, :), 2)
-      second(1, 2, :9) = a(third(1, :), 1)*b(third(2, :), 1)
-      second(2, 1, :9) = second(1, 2, :9)
-    end select
+    second(1:2, 1:2, :nodes) = 0.0_wp
+    if (nodes == 9) then
+      l = lagrange(local)
+      second(1, 1, :9) = l(third(1, :), 2, 1)*l(third(2, :), 0, 2)
+      second(2, 2, :9) = l(third(1, :), 0, 1)*l(third(2, :), 2, 2)
+      second(1, 2, :9) = l(third(1, :), 1, 1)*l(third(2, :), 1, 2)
+    else
+      do i = 1, 4
+        p = corners(1, i)*local(1)
+        q = corners(2, i)*local(2)
+        second(1, 2, i) = 0.25_wp*corners(1, i)*corners(2, i)
+        if (nodes == 4) cycle
+        second(1, 1, i) = 0.5_wp*(1.0_wp + q)
+        second(2, 2, i) = 0.5_wp*(1.0_wp + p)
+        second(1, 2, i) = second(1, 2, i)*(1.0_wp + 2.0_wp*(p + q))
+        a = along(i)
+        second(a, a, 4 + i) = -(1.0_wp + side(i)*local(3 - a))
+        second(1, 2, 4 + i) = -side(i)*local(a)
+      end do
+    end if
+    second(2, 1, :nodes) = second(1, 2, :nodes)
   end subroutine quad_second
 
-  !> Values of the quadratic functions.
-  pure subroutine quad8_shape(local, shape)
-    !> Local coordinates (2).
+  !> Polynomials of Lagrange through -1, 0, 1, their first and second derivatives (polynomial, order from 0, axis).
+  pure function lagrange(local) result(l)
     real(wp), intent(in) :: local(:)
-    !> One value a node (8).
-    real(wp), intent(out) :: shape(:)
-    real(wp) :: p, q
-    integer :: i, a
+    real(wp) :: l(3, 0:2, 2)
+    integer :: a
 
-    do i = 1, 4
-      p = corners(1, i)*local(1)
-      q = corners(2, i)*local(2)
-      shape(i) = 0.25_wp*(1.0_wp + p)*(1.0_wp + q)*(p + q - 1.0_wp)
-      a = along(i)
-      shape(4 + i) = 0.5_wp*(1.0_wp - local(a)**2)*(1.0_wp + side(i)*local(3 - a))
+    do a = 1, 2
+      associate (x => local(a))
+        l(:, 0, a) = [0.5_wp*x*(x - 1.0_wp), 1.0_wp - x*x, 0.5_wp*x*(x + 1.0_wp)]
+        l(:, 1, a) = [x - 0.5_wp, -2.0_wp*x, x + 0.5_wp]
+        l(:, 2, a) = [1.0_wp, -2.0_wp, 1.0_wp]
+      end associate
     end do
-  end subroutine quad8_shape
-
-  !> Derivatives of the quadratic functions.
-  pure subroutine quad8_gradients(local, gradients)
-    !> Local coordinates (2).
-    real(wp), intent(in) :: local(:)
-    !> dN/dlocal (2, 8).
-    real(wp), intent(out) :: gradients(:, :)
-    real(wp) :: p, q
-    integer :: i, a
-
-    do i = 1, 4
-      p = corners(1, i)*local(1)
-      q = corners(2, i)*local(2)
-      gradients(1, i) = 0.25_wp*corners(1, i)*(1.0_wp + q)*(2.0_wp*p + q)
-      gradients(2, i) = 0.25_wp*corners(2, i)*(1.0_wp + p)*(p + 2.0_wp*q)
-      a = along(i)
-      gradients(a, 4 + i) = -local(a)*(1.0_wp + side(i)*local(3 - a))
-      gradients(3 - a, 4 + i) = 0.5_wp*side(i)*(1.0_wp - local(a)**2)
-    end do
-  end subroutine quad8_gradients
-
-  !> Second derivatives of the quadratic functions.
-  pure subroutine quad8_second(local, second)
-    !> Local coordinates (2).
-    real(wp), intent(in) :: local(:)
-    !> d2N/dlocal2 (2, 2, 8).
-    real(wp), intent(out) :: second(:, :, :)
-    real(wp) :: p, q
-    integer :: i, a
-
-    do i = 1, 4
-      p = corners(1, i)*local(1)
-      q = corners(2, i)*local(2)
-      second(1, 1, i) = 0.5_wp*(1.0_wp + q)
-      second(2, 2, i) = 0.5_wp*(1.0_wp + p)
-      second(1, 2, i) = 0.25_wp*corners(1, i)*corners(2, i)*(1.0_wp + 2.0_wp*(p + q))
-      a = along(i)
-      second(a, a, 4 + i) = -(1.0_wp + side(i)*local(3 - a))
-      second(3 - a, 3 - a, 4 + i) = 0.0_wp
-      second(1, 2, 4 + i) = -side(i)*local(a)
-    end do
-    second(2, 1, 1:8) = second(1, 2, 1:8)
-  end subroutine quad8_second
-
-  !> Polynomials of Lagrange through -1, 0, 1, their first and second derivatives (polynomial, order from 0).
-  pure function lagrange(x) result(l)
-    real(wp), intent(in) :: x
-    real(wp) :: l(3, 0:2)
-
-    l(:, 0) = [0.5_wp*x*(x - 1.0_wp), 1.0_wp - x*x, 0.5_wp*x*(x + 1.0_wp)]
-    l(:, 1) = [x - 0.5_wp, -2.0_wp*x, x + 0.5_wp]
-    l(:, 2) = [1.0_wp, -2.0_wp, 1.0_wp]
   end function lagrange
 end module qsmpm_shape_quad

@@ -25,16 +25,21 @@ contains
     real(wp), intent(in) :: local(:)
     !> One value a node.
     real(wp), intent(out) :: shape(:)
-    real(wp) :: l(3)
+    real(wp) :: l(3), t
+    integer :: i, level, corner
 
-    select case (nodes)
-    case (6)
-      call linear_shape(local, l)
-      shape(1:3) = 0.5_wp*(1.0_wp - local(3))*l
-      shape(4:6) = 0.5_wp*(1.0_wp + local(3))*l
-    case (15)
-      call wedge15_shape(local, shape)
-    end select
+    call linear_shape(local, l)
+    do level = 1, 2
+      t = signs(level)*local(3)
+      do i = 1, 3
+        corner = 3*level - 3 + i
+        shape(corner) = 0.5_wp*l(i)*(1.0_wp + t)
+        if (nodes == 6) cycle
+        shape(corner) = shape(corner)*(2.0_wp*l(i) - 2.0_wp + t)
+        shape(corner + 6) = 2.0_wp*l(edges(1, i))*l(edges(2, i))*(1.0_wp + t)
+      end do
+    end do
+    if (nodes == 15) shape(13:15) = l*(1.0_wp - local(3)**2)
   end subroutine wedge_shape
 
   !> Their derivatives.
@@ -43,18 +48,30 @@ contains
     real(wp), intent(in) :: local(:)
     !> dN/dlocal (3, nodes).
     real(wp), intent(out) :: gradients(:, :)
-    real(wp) :: l(3)
+    real(wp) :: l(3), s, t, along
+    integer :: i, a, b, level, corner
 
-    select case (nodes)
-    case (6)
-      call linear_shape(local, l)
-      gradients(1:2, 1:3) = 0.5_wp*(1.0_wp - local(3))*dl
-      gradients(1:2, 4:6) = 0.5_wp*(1.0_wp + local(3))*dl
-      gradients(3, 1:3) = -0.5_wp*l
-      gradients(3, 4:6) = 0.5_wp*l
-    case (15)
-      call wedge15_gradients(local, gradients)
-    end select
+    call linear_shape(local, l)
+    do level = 1, 2
+      s = signs(level)
+      t = s*local(3)
+      do i = 1, 3
+        corner = 3*level - 3 + i
+        along = 0.5_wp*(1.0_wp + t)
+        if (nodes == 15) along = along*(4.0_wp*l(i) - 2.0_wp + t)
+        gradients(1:2, corner) = along*dl(:, i)
+        gradients(3, corner) = 0.5_wp*s*l(i)
+        if (nodes == 6) cycle
+        gradients(3, corner) = gradients(3, corner)*(2.0_wp*l(i) - 1.0_wp + 2.0_wp*t)
+        a = edges(1, i)
+        b = edges(2, i)
+        gradients(1:2, corner + 6) = 2.0_wp*(1.0_wp + t)*(l(a)*dl(:, b) + l(b)*dl(:, a))
+        gradients(3, corner + 6) = 2.0_wp*s*l(a)*l(b)
+      end do
+    end do
+    if (nodes == 6) return
+    gradients(1:2, 13:15) = (1.0_wp - local(3)**2)*dl
+    gradients(3, 13:15) = -2.0_wp*local(3)*l
   end subroutine wedge_gradients
 
   !> Their second derivatives; those of the linear functions are constant in the element.
@@ -63,97 +80,35 @@ contains
     real(wp), intent(in) :: local(:)
     !> d2N/dlocal2 (3, 3, nodes).
     real(wp), intent(out) :: second(:, :, :)
-
-    select case (nodes)
-    case (6)
-      second(1:3, 1:3, 1:6) = 0.0_wp
-      second(1:2, 3, 1:3) = -0.5_wp*dl
-      second(1:2, 3, 4:6) = 0.5_wp*dl
-      second(3, 1:2, 1:6) = second(1:2, 3, 1:6)
-    case (15)
-      call wedge15_second(local, second)
-    end select
-  end subroutine wedge_second
-
-  !> Values of the quadratic functions.
-  pure subroutine wedge15_shape(local, shape)
-    !> Local coordinates (3).
-    real(wp), intent(in) :: local(:)
-    !> One value a node (15).
-    real(wp), intent(out) :: shape(:)
-    real(wp) :: l(3), t
-    integer :: i, level
-
-    call linear_shape(local, l)
-    do level = 1, 2
-      t = signs(level)*local(3)
-      do i = 1, 3
-        shape(3*level - 3 + i) = 0.5_wp*l(i)*(1.0_wp + t)*(2.0_wp*l(i) - 2.0_wp + t)
-        shape(3*level + 3 + i) = 2.0_wp*l(edges(1, i))*l(edges(2, i))*(1.0_wp + t)
-      end do
-    end do
-    shape(13:15) = l*(1.0_wp - local(3)**2)
-  end subroutine wedge15_shape
-
-  !> Derivatives of the quadratic functions.
-  pure subroutine wedge15_gradients(local, gradients)
-    !> Local coordinates (3).
-    real(wp), intent(in) :: local(:)
-    !> dN/dlocal (3, 15).
-    real(wp), intent(out) :: gradients(:, :)
     real(wp) :: l(3), s, t
-    integer :: i, a, b, level, corner, mid
+    integer :: i, j, a, b, level, corner
 
     call linear_shape(local, l)
+    second(1:3, 1:3, 1:nodes) = 0.0_wp
     do level = 1, 2
       s = signs(level)
       t = s*local(3)
       do i = 1, 3
         corner = 3*level - 3 + i
-        mid = corner + 6
-        a = edges(1, i)
-        b = edges(2, i)
-        gradients(1:2, corner) = 0.5_wp*(1.0_wp + t)*(4.0_wp*l(i) - 2.0_wp + t)*dl(:, i)
-        gradients(3, corner) = 0.5_wp*s*l(i)*(2.0_wp*l(i) - 1.0_wp + 2.0_wp*t)
-        gradients(1:2, mid) = 2.0_wp*(1.0_wp + t)*(l(a)*dl(:, b) + l(b)*dl(:, a))
-        gradients(3, mid) = 2.0_wp*s*l(a)*l(b)
-      end do
-    end do
-    gradients(1:2, 13:15) = (1.0_wp - local(3)**2)*dl
-    gradients(3, 13:15) = -2.0_wp*local(3)*l
-  end subroutine wedge15_gradients
-
-  !> Second derivatives of the quadratic functions.
-  pure subroutine wedge15_second(local, second)
-    !> Local coordinates (3).
-    real(wp), intent(in) :: local(:)
-    !> d2N/dlocal2 (3, 3, 15).
-    real(wp), intent(out) :: second(:, :, :)
-    real(wp) :: l(3), s, t
-    integer :: i, j, a, b, level, corner, mid
-
-    call linear_shape(local, l)
-    do level = 1, 2
-      s = signs(level)
-      t = s*local(3)
-      do i = 1, 3
-        corner = 3*level - 3 + i
-        mid = corner + 6
+        if (nodes == 6) then
+          second(1:2, 3, corner) = 0.5_wp*s*dl(:, i)
+          cycle
+        end if
         a = edges(1, i)
         b = edges(2, i)
         do j = 1, 2
           second(1:2, j, corner) = 2.0_wp*(1.0_wp + t)*dl(j, i)*dl(:, i)
-          second(1:2, j, mid) = 2.0_wp*(1.0_wp + t)*(dl(j, a)*dl(:, b) + dl(j, b)*dl(:, a))
+          second(1:2, j, corner + 6) = 2.0_wp*(1.0_wp + t)*(dl(j, a)*dl(:, b) + dl(j, b)*dl(:, a))
         end do
         second(1:2, 3, corner) = 0.5_wp*s*(4.0_wp*l(i) - 1.0_wp + 2.0_wp*t)*dl(:, i)
-        second(1:2, 3, mid) = 2.0_wp*s*(l(a)*dl(:, b) + l(b)*dl(:, a))
+        second(1:2, 3, corner + 6) = 2.0_wp*s*(l(a)*dl(:, b) + l(b)*dl(:, a))
         second(3, 3, corner) = l(i)
-        second(3, 3, mid) = 0.0_wp
       end do
     end do
-    second(1:2, 1:2, 13:15) = 0.0_wp
-    second(1:2, 3, 13:15) = -2.0_wp*local(3)*dl
-    second(3, 3, 13:15) = -2.0_wp*l
-    second(3, 1:2, 1:15) = second(1:2, 3, 1:15)
-  end subroutine wedge15_second
+    if (nodes == 15) then
+      second(1:2, 3, 13:15) = -2.0_wp*local(3)*dl
+      second(3, 3, 13:15) = -2.0_wp*l
+    end if
+    second(3, 1:2, 1:nodes) = second(1:2, 3, 1:nodes)
+  end subroutine wedge_second
 end module qsmpm_shape_wedge

@@ -9,9 +9,10 @@ module qsmpm_fitted_mesh
   use qsmpm_outline_graph, only: make_outline_graph, outline_type, outline_graph_type
   use qsmpm_polygon, only: polygon_contains
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_spatial_lists, only: list_by_box
   use qsmpm_triangle_refinement, only: refined_scene_type, is_dictated, refine_triangles
   use qsmpm_triangulation, only: insert_node, restore_delaunay, signed_area, start_triangulation, triangulation_type, &
-    cells_around, next_of, place_in_cell, previous_of
+    cells_around, edge_squares, next_of, place_in_cell
   implicit none
   private
 
@@ -146,38 +147,19 @@ contains
   pure subroutine edges_by_root(scene, first, edge)
     type(refined_scene_type), intent(in) :: scene
     integer, allocatable, intent(out) :: first(:), edge(:)
-    integer :: e, i, j, pass, low(2), high(2), root
-    integer :: next(product(scene%sizes%roots) + 1)
+    integer, dimension(3, size(scene%graph%ends, 2)) :: low, high
+    integer :: e
 
-    next = 0
+    low = 1
+    high = 1
     associate (sizes => scene%sizes, graph => scene%graph)
-      allocate (first(product(sizes%roots) + 1), source=0)
-      do pass = 1, 2
-        do e = 1, size(graph%ends, 2)
-          associate (a => graph%vertex(:, graph%ends(1, e)), b => graph%vertex(:, graph%ends(2, e)))
-            low = max(0, floor((min(a, b) - sizes%low)/sizes%side) - 1)
-            high = min(sizes%roots - 1, floor((max(a, b) - sizes%low)/sizes%side) + 1)
-          end associate
-          do j = low(2), high(2)
-            do i = low(1), high(1)
-              root = j*sizes%roots(1) + i + 1
-              if (pass == 1) then
-                first(root + 1) = first(root + 1) + 1
-              else
-                edge(next(root)) = e
-                next(root) = next(root) + 1
-              end if
-            end do
-          end do
-        end do
-        if (pass == 2) exit
-        first(1) = 1
-        do root = 1, size(first) - 1
-          first(root + 1) = first(root + 1) + first(root)
-        end do
-        next = first
-        allocate (edge(first(size(first)) - 1))
+      do e = 1, size(graph%ends, 2)
+        associate (a => graph%vertex(:, graph%ends(1, e)), b => graph%vertex(:, graph%ends(2, e)))
+          low(:2, e) = max(1, floor((min(a, b) - sizes%low)/sizes%side))
+          high(:2, e) = min(sizes%roots, floor((max(a, b) - sizes%low)/sizes%side) + 2)
+        end associate
       end do
+      call list_by_box(low, high, [sizes%roots, 1], first, edge)
     end associate
   end subroutine edges_by_root
 
@@ -367,12 +349,8 @@ contains
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: cell
     real(wp) :: square(3)
-    integer :: k
 
-    do k = 1, 3
-      square(k) = sum(real(t%node(:, t%corner(next_of(k), cell)) - t%node(:, t%corner(previous_of(k), cell)), wp)**2)
-    end do
-    k = minloc(square, dim=1)
-    smallest_angle = atan2(real(abs(signed_area(t, cell)), wp), 0.5_wp*(sum(square) - 2.0_wp*square(k)))
+    square = edge_squares(t, cell)
+    smallest_angle = atan2(real(abs(signed_area(t, cell)), wp), 0.5_wp*(sum(square) - 2.0_wp*minval(square)))
   end function smallest_angle
 end module qsmpm_fitted_mesh

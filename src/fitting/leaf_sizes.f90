@@ -140,15 +140,12 @@ contains
     type(leaf_sizes_type), intent(inout) :: sizes
     integer, intent(in) :: q
     integer :: i, n
-    integer, allocatable :: place(:, :)
 
     n = sizes%count
     if (n + 4 > size(sizes%level)) then
       sizes%level = [sizes%level, spread(0, 1, n + 64)]
       sizes%child = [sizes%child, spread(0, 1, n + 64)]
-      allocate (place(2, size(sizes%level)))
-      place(:, :n) = sizes%place(:, :n)
-      call move_alloc(place, sizes%place)
+      sizes%place = reshape(sizes%place, [2, size(sizes%level)], pad=[0])
     end if
     sizes%child(q) = n + 1
     do i = 0, 3

@@ -82,13 +82,9 @@ contains
       side = orientation(t%node(:, from), t%node(:, to), t%node(:, apex))
       if (apex == to .or. side == 0_long) exit
       ! In the cell beyond, the left end stands behind the apex, the right one before it.
-      if (side > 0_long) then
-        left = apex
-        k = place_in_cell(t, cell, other_corner(t, cell, right, left))
-      else
-        right = apex
-        k = place_in_cell(t, cell, other_corner(t, cell, right, left))
-      end if
+      if (side > 0_long) left = apex
+      if (side < 0_long) right = apex
+      k = place_in_cell(t, cell, other_corner(t, cell, right, left))
     end do
     edges = found(:, :count)
   end subroutine edges_across

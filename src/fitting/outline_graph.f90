@@ -8,7 +8,8 @@ module qsmpm_outline_graph
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_leaf_sizes, only: leaf_sizes_type, wished_size
   use qsmpm_rounded_text, only: rounded_text
-  use qsmpm_sorting, only: order_columns
+  use qsmpm_sorting, only: list_by_key, order_columns
+  use qsmpm_spatial_lists, only: order_rising
   implicit none
   private
 
@@ -260,32 +261,15 @@ contains
   pure subroutine cut_edges(cuts, ends)
     type(cuts_type), intent(in) :: cuts
     integer, allocatable, intent(inout) :: ends(:, :)
-    integer :: pieces(2, size(ends, 2) + cuts%count), order(cuts%count), e, c, i, n, last
-    integer :: first(size(ends, 2) + 1)
+    integer, allocatable :: first(:), order(:)
+    integer :: pieces(2, size(ends, 2) + cuts%count), along(cuts%count), e, c, i, n, last
 
-    first = 0
-    do c = 1, cuts%count
-      first(cuts%edge(c) + 1) = first(cuts%edge(c) + 1) + 1
-    end do
-    first(1) = 1
+    call list_by_key(cuts%edge(:cuts%count), size(ends, 2), first, order)
     do e = 1, size(ends, 2)
-      first(e + 1) = first(e + 1) + first(e)
-    end do
-    ! Cuts of an edge by their place along it.
-    last = 0
-    do e = 1, size(ends, 2)
-      if (first(e + 1) == first(e)) cycle
-      do c = 1, cuts%count
-        if (cuts%edge(c) /= e) cycle
-        last = last + 1
-        i = last
-        do while (i > first(e))
-          if (cuts%share(order(i - 1)) <= cuts%share(c)) exit
-          order(i) = order(i - 1)
-          i = i - 1
-        end do
-        order(i) = c
-      end do
+      associate (own => order(first(e):first(e + 1) - 1))
+        call order_rising(cuts%share(own), along(:size(own)))
+        own = own(along(:size(own)))
+      end associate
     end do
     n = 0
     do e = 1, size(ends, 2)
@@ -309,7 +293,7 @@ contains
     integer, allocatable, intent(inout) :: ends(:, :)
     logical :: is_inside(size(ends, 2))
     real(wp) :: slack
-    integer :: e, kept(2, size(ends, 2))
+    integer :: e
 
     slack = 1.0e-9_wp*sizes%size
     do e = 1, size(ends, 2)
@@ -317,8 +301,7 @@ contains
         is_inside(e) = all(min(a, b) >= box(:, 1) - slack) .and. all(max(a, b) <= box(:, 2) + slack)
       end associate
     end do
-    kept(1, :) = pack([(e, e=1, size(ends, 2))], is_inside, spread(0, 1, size(ends, 2)))
-    ends = ends(:, kept(1, :count(is_inside)))
+    ends = reshape(pack(ends, spread(is_inside, 1, 2)), [2, count(is_inside)])
   end subroutine drop_outside
 
   !> Vertices where two edges meet and do not turn, or hardly, go; corners of the box stay.
@@ -359,7 +342,6 @@ contains
         changed = .true.
       end do
     end do
-    edge(1, :) = 0
     ends = reshape(pack(ends, spread(.not. is_gone, 1, 2)), [2, count(.not. is_gone)])
     call keep_one_of_each(ends)
   end subroutine drop_flat
@@ -384,19 +366,15 @@ contains
     real(wp), intent(in) :: vertex(:, :)
     integer, intent(in) :: ends(:, :)
     type(outline_graph_type), intent(out) :: graph
-    integer :: number(size(vertex, 2)), v, n
+    integer :: number(size(vertex, 2)), v
+    integer, allocatable :: used(:)
 
     number = 0
     number(ends(1, :)) = 1
     number(ends(2, :)) = 1
-    n = 0
-    allocate (graph%vertex(2, sum(number)))
-    do v = 1, size(number)
-      if (number(v) == 0) cycle
-      n = n + 1
-      number(v) = n
-      graph%vertex(:, n) = vertex(:, v)
-    end do
+    used = pack([(v, v=1, size(number))], number > 0)
+    number(used) = [(v, v=1, size(used))]
+    graph%vertex = vertex(:, used)
     allocate (graph%ends(2, size(ends, 2)))
     graph%ends(1, :) = number(ends(1, :))
     graph%ends(2, :) = number(ends(2, :))

@@ -9,8 +9,8 @@ module qsmpm_triangle_refinement
   use qsmpm_lattice, only: lattice_type, in_circle, orientation, plane_place
   use qsmpm_leaf_sizes, only: leaf_sizes_type, finest_size, leaf_size
   use qsmpm_outline_graph, only: outline_graph_type
-  use qsmpm_triangulation, only: triangulation_type, cells_around, insert_node, insert_on_edge, locate, next_of, &
-    previous_of, signed_area
+  use qsmpm_triangulation, only: triangulation_type, cells_around, edge_squares, insert_node, insert_on_edge, locate, &
+    next_of, place_of_neighbour, previous_of, signed_area
   implicit none
   private
 
@@ -262,20 +262,12 @@ contains
     if (.not. has_room(scene%t, cell, k, place)) return
     other = scene%t%neighbour(k, cell)
     if (other /= 0) then
-      if (.not. has_room(scene%t, other, place_of(scene%t, other, cell), place)) return
+      if (.not. has_room(scene%t, other, place_of_neighbour(scene%t, other, cell), place)) return
     end if
     call insert_on_edge(scene%t, cell, k, place, node)
     call look_around(scene, node, edge, cells, lines)
     if (present(is_halved)) is_halved = .true.
   end subroutine halve_line
-
-  !> Opposite which corner another cell lies.
-  pure integer function place_of(t, cell, other)
-    type(triangulation_type), intent(in) :: t
-    integer, intent(in) :: cell, other
-
-    place_of = minloc(abs(t%neighbour(:, cell) - other), dim=1)
-  end function place_of
 
   !> Whether both halves of a cell have an area when the edge opposite a corner is cut at a place.
   pure logical function has_room(t, cell, k, place)
@@ -324,9 +316,7 @@ contains
 
     step = scene%lattice%step
     associate (t => scene%t)
-      do k = 1, 3
-        square(k) = sum(real(t%node(:, t%corner(next_of(k), cell)) - t%node(:, t%corner(previous_of(k), cell)), wp)**2)
-      end do
+      square = edge_squares(t, cell)
       k = minloc(square, dim=1)
       area = real(signed_area(t, cell), wp)
       ! The square of the radius of the circle.
@@ -348,14 +338,13 @@ contains
     type(refined_scene_type), intent(in) :: scene
     integer, intent(in) :: cell
     integer :: k
-    real(wp) :: length, x(2)
+    real(wp) :: square(3), x(2)
 
     is_dictated = .false.
     x = plane_place(scene%lattice, sum(scene%t%node(:, scene%t%corner(:, cell)), dim=2)/3_long)
+    square = edge_squares(scene%t, cell)
     do k = 1, 3
-      length = scene%lattice%step*norm2(real(scene%t%node(:, scene%t%corner(next_of(k), cell)) - &
-        scene%t%node(:, scene%t%corner(previous_of(k), cell)), wp))
-      is_dictated = is_dictated .or. length < finest_edge*finest_size(scene%sizes, x)
+      is_dictated = is_dictated .or. scene%lattice%step*sqrt(square(k)) < finest_edge*finest_size(scene%sizes, x)
       associate (node => scene%t%corner(k, cell))
         if (scene%lies_on(node) < 0) is_dictated = is_dictated .or. &
           any(scene%wedges%vertex(:scene%wedges%count) == -scene%lies_on(node))

@@ -7,14 +7,14 @@
 !>
 !> Corners are counter-clockwise; neighbour and line k of a cell are those of the edge opposite corner k.
 module qsmpm_triangulation
-  use qsmpm_kinds, only: long
+  use qsmpm_kinds, only: long, wp
   use qsmpm_lattice, only: in_circle, orientation
   implicit none
   private
 
   public :: triangulation_type, start_triangulation, insert_node, insert_on_edge, restore_delaunay, locate, &
     cells_around, find_edge, flip, is_illegal, mark, other_corner, place_in_cell, place_of_neighbour, next_of, &
-    previous_of, signed_area
+    previous_of, signed_area, edge_squares
 
   !> Place in a cell behind and before a place.
   integer, parameter :: next_of(3) = [2, 3, 1], previous_of(3) = [3, 1, 2]
@@ -151,7 +151,7 @@ contains
     call replace_neighbour(t, neighbour(2), cell, u)
     call replace_neighbour(t, neighbour(3), cell, v)
     t%stack(1:3) = [cell, u, v]
-    call legalise(t, node, 3)
+    call legalise(t, 3, node)
   end subroutine split_cell
 
   !> A node on the edge opposite a corner; a line stays one in both halves.
@@ -195,53 +195,48 @@ contains
       t%stack(3:4) = [other, other_half]
       count = 4
     end if
-    call legalise(t, node, count)
+    call legalise(t, count, node)
   end subroutine insert_on_edge
 
-  !> Flip what is around a new node until it is Delaunay; the cells at it stand on the stack.
-  pure subroutine legalise(t, node, count)
+  !> Flip edges everywhere until none is illegal, as after nodes have moved.
+  pure subroutine restore_delaunay(t)
     type(triangulation_type), intent(inout) :: t
-    integer, intent(in) :: node, count
-    integer :: cell, k, top, other
+    integer :: cell
+
+    if (size(t%stack) < t%cell_count) t%stack = [t%stack, t%corner(1, :t%cell_count)]
+    t%stack(:t%cell_count) = [(cell, cell=1, t%cell_count)]
+    call legalise(t, t%cell_count)
+  end subroutine restore_delaunay
+
+  !> Flip what is illegal in the cells on the stack and in those that come of it; with a node only edges opposite it.
+  pure subroutine legalise(t, count, node)
+    type(triangulation_type), intent(inout) :: t
+    !> Cells on the stack.
+    integer, intent(in) :: count
+    integer, intent(in), optional :: node
+    integer :: cell, k, last, top, other
 
     top = count
     do while (top > 0)
       cell = t%stack(top)
       top = top - 1
-      k = place_in_cell(t, cell, node)
-      if (.not. is_illegal(t, cell, k)) cycle
+      k = 1
+      last = 3
+      if (present(node)) then
+        k = place_in_cell(t, cell, node)
+        last = k
+      end if
+      do while (k <= last)
+        if (is_illegal(t, cell, k)) exit
+        k = k + 1
+      end do
+      if (k > last) cycle
       call flip(t, cell, k, other)
       if (top + 2 > size(t%stack)) t%stack = [t%stack, t%stack]
       t%stack(top + 1:top + 2) = [cell, other]
       top = top + 2
     end do
   end subroutine legalise
-
-  !> Flip edges everywhere until none is illegal, as after nodes have moved.
-  pure subroutine restore_delaunay(t)
-    type(triangulation_type), intent(inout) :: t
-    integer :: cell, k, top, other
-    logical :: flipped
-
-    if (size(t%stack) < t%cell_count) t%stack = [t%stack, t%corner(1, :t%cell_count)]
-    t%stack(:t%cell_count) = [(cell, cell=1, t%cell_count)]
-    top = t%cell_count
-    do while (top > 0)
-      cell = t%stack(top)
-      top = top - 1
-      flipped = .false.
-      do k = 1, 3
-        if (.not. is_illegal(t, cell, k)) cycle
-        call flip(t, cell, k, other)
-        flipped = .true.
-        exit
-      end do
-      if (.not. flipped) cycle
-      if (top + 2 > size(t%stack)) t%stack = [t%stack, t%stack]
-      t%stack(top + 1:top + 2) = [cell, other]
-      top = top + 2
-    end do
-  end subroutine restore_delaunay
 
   !> Whether the edge opposite a corner should be the other diagonal.
   pure logical function is_illegal(t, cell, k)
@@ -333,11 +328,10 @@ contains
     type(triangulation_type), intent(in) :: t
     integer, intent(in) :: node
     integer, allocatable, intent(out) :: cells(:)
-    integer :: found(64), count, cell
-    integer, allocatable :: more(:)
+    integer :: count, cell
 
     count = 0
-    allocate (more(0))
+    allocate (cells(16))
     cell = t%cell_at(node)
     ! Clockwise to the side of the rectangle, if there is one, else round to where it began.
     do
@@ -346,21 +340,13 @@ contains
       if (cell == t%cell_at(node)) exit
     end do
     do
-      if (count == size(found)) then
-        more = [more, found]
-        count = 0
-      end if
+      if (count == size(cells)) cells = [cells, cells]
       count = count + 1
-      found(count) = cell
+      cells(count) = cell
       cell = t%neighbour(next_of(place_in_cell(t, cell, node)), cell)
-      if (cell == 0) exit
-      if (size(more) > 0) then
-        if (cell == more(1)) exit
-      else if (cell == found(1)) then
-        exit
-      end if
+      if (cell == 0 .or. cell == cells(1)) exit
     end do
-    cells = [more, found(:count)]
+    cells = cells(:count)
   end subroutine cells_around
 
   !> Number the edge opposite a corner, in both cells.
@@ -394,6 +380,18 @@ contains
     if (t%neighbour(2, cell) == other) place_of_neighbour = 2
   end function place_of_neighbour
 
+  !> Squares of the lengths of the edges of a cell, each opposite its corner.
+  pure function edge_squares(t, cell) result(square)
+    type(triangulation_type), intent(in) :: t
+    integer, intent(in) :: cell
+    real(wp) :: square(3)
+    integer :: k
+
+    do k = 1, 3
+      square(k) = sum(real(t%node(:, t%corner(next_of(k), cell)) - t%node(:, t%corner(previous_of(k), cell)), wp)**2)
+    end do
+  end function edge_squares
+
   !> Twice the area of a cell.
   pure integer(long) function signed_area(t, cell)
     type(triangulation_type), intent(in) :: t
@@ -424,14 +422,11 @@ contains
     type(triangulation_type), intent(inout) :: t
     integer(long), intent(in) :: place(2)
     integer, intent(out) :: node
-    integer(long), allocatable :: longer(:, :)
 
     node = t%node_count + 1
     if (node > size(t%node, 2)) then
-      allocate (longer(2, 2*node), source=0_long)
-      longer(:, :t%node_count) = t%node(:, :t%node_count)
-      call move_alloc(longer, t%node)
-      t%cell_at = [t%cell_at, spread(0, 1, 2*node - size(t%cell_at))]
+      t%node = reshape(t%node, [2, 2*node], pad=[0_long])
+      t%cell_at = reshape(t%cell_at, [2*node], pad=[0])
     end if
     t%node_count = node
     t%node(:, node) = place
@@ -443,17 +438,8 @@ contains
     integer, intent(in) :: count
 
     if (t%cell_count + count <= size(t%corner, 2)) return
-    call widen(t%corner)
-    call widen(t%neighbour)
-    call widen(t%line)
+    t%corner = reshape(t%corner, 2*shape(t%corner) - [3, 0], pad=[0])
+    t%neighbour = reshape(t%neighbour, shape(t%corner), pad=[0])
+    t%line = reshape(t%line, shape(t%corner), pad=[0])
   end subroutine make_room
-
-  pure subroutine widen(table)
-    integer, allocatable, intent(inout) :: table(:, :)
-    integer, allocatable :: wider(:, :)
-
-    allocate (wider(size(table, 1), 2*size(table, 2)), source=0)
-    wider(:, :size(table, 2)) = table
-    call move_alloc(wider, table)
-  end subroutine widen
 end module qsmpm_triangulation

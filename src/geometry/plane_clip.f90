@@ -2,6 +2,7 @@
 module qsmpm_plane_clip
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: tet4, wedge6, hex8, face_count, face_corners, max_faces
+  use qsmpm_tensor, only: cross
   implicit none
   private
 
@@ -34,7 +35,7 @@ contains
       a = corners(:, at(3)) - corners(:, at(1))
       b = corners(:, at(n)) - corners(:, at(2))
       if (n == 3) b = corners(:, at(3)) - corners(:, at(2))
-      normals(:, f) = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+      normals(:, f) = cross(a, b)
       sizes(f) = sqrt(norm2(normals(:, f)))
       normals(:, f) = normals(:, f)/norm2(normals(:, f))
     end do

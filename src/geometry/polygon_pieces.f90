@@ -7,6 +7,7 @@
 !> to rounding even where vertices lie on the line.
 module qsmpm_polygon_pieces
   use qsmpm_kinds, only: wp
+  use qsmpm_spatial_lists, only: order_rising
   implicit none
   private
 
@@ -153,8 +154,8 @@ contains
     integer :: entry_order(size(start)), exit_rank(size(start)), order(size(start)), k, m, vertex
     logical :: done(size(start))
 
-    call sort_along(enter, along, entry_order)
-    call sort_along(leave, along, order)
+    call order_rising(matmul(along, enter), entry_order)
+    call order_rising(matmul(along, leave), order)
     do k = 1, size(start)
       exit_rank(order(k)) = k
     end do
@@ -176,25 +177,4 @@ contains
       call close_polygon(list)
     end do
   end subroutine join_chains
-
-  !> Order of places along a direction.
-  pure subroutine sort_along(places, along, order)
-    !> Places (2,n); direction (2).
-    real(wp), intent(in) :: places(:, :), along(2)
-    !> Numbers of the places in rising order (n).
-    integer, intent(out) :: order(:)
-    real(wp) :: distance(size(order))
-    integer :: i, k
-
-    do i = 1, size(order)
-      distance(i) = dot_product(places(:, i), along)
-      k = i
-      do while (k > 1)
-        if (distance(order(k - 1)) <= distance(i)) exit
-        order(k) = order(k - 1)
-        k = k - 1
-      end do
-      order(k) = i
-    end do
-  end subroutine sort_along
 end module qsmpm_polygon_pieces

@@ -10,6 +10,8 @@ module qsmpm_polyhedron
   use qsmpm_kinds, only: wp
   use qsmpm_sorting, only: sort
   use qsmpm_polygon, only: polygon_contains
+  use qsmpm_spatial_lists, only: list_by_box
+  use qsmpm_tensor, only: cross
   use qsmpm_tet_list, only: tet_list_type, cut_tets, add_moments
   implicit none
   private
@@ -38,35 +40,20 @@ contains
     !> Corners, counter-clockwise seen from outside (3, 3, n).
     real(wp), intent(in) :: facets(:, :, :)
     type(polyhedron_type), intent(out) :: solid
-    integer :: f, i, j, k, pass, range(2, 2)
-    integer, allocatable :: place(:)
+    integer :: from(3, size(facets, 3)), to(3, size(facets, 3)), f
 
     allocate (solid%facets, source=facets)
     if (size(facets, 3) == 0) return
     solid%low = minval(minval(facets, dim=3), dim=2)
     solid%high = maxval(maxval(facets, dim=3), dim=2)
     solid%bins = max(1, min(most_bins, int(sqrt(0.5_wp*size(facets, 3)))))
-    allocate (solid%first(solid%bins**2 + 1), place(solid%bins**2), source=0)
-    do pass = 1, 2
-      do f = 1, size(facets, 3)
-        range(:, 1) = bin_of(solid, minval(facets(:2, :, f), dim=2))
-        range(:, 2) = bin_of(solid, maxval(facets(:2, :, f), dim=2))
-        do j = range(2, 1), range(2, 2)
-          do i = range(1, 1), range(1, 2)
-            k = i + solid%bins*(j - 1)
-            place(k) = place(k) + 1
-            if (pass == 2) solid%member(place(k)) = f
-          end do
-        end do
-      end do
-      if (pass == 2) exit
-      solid%first(1) = 1
-      do k = 1, size(place)
-        solid%first(k + 1) = solid%first(k) + place(k)
-        place(k) = solid%first(k) - 1
-      end do
-      allocate (solid%member(solid%first(size(place) + 1) - 1))
+    from = 1
+    to = 1
+    do f = 1, size(facets, 3)
+      from(:2, f) = bin_of(solid, minval(facets(:2, :, f), dim=2))
+      to(:2, f) = bin_of(solid, maxval(facets(:2, :, f), dim=2))
     end do
+    call list_by_box(from, to, [solid%bins, solid%bins, 1], solid%first, solid%member)
   end subroutine make_polyhedron
 
   !> Bin of a place.
@@ -133,11 +120,9 @@ contains
   pure function facet_normal(corners) result(normal)
     !> Corners (3,3).
     real(wp), intent(in) :: corners(3, 3)
-    real(wp) :: normal(3), a(3), b(3)
+    real(wp) :: normal(3)
 
-    a = corners(:, 2) - corners(:, 1)
-    b = corners(:, 3) - corners(:, 1)
-    normal = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+    normal = cross(corners(:, 2) - corners(:, 1), corners(:, 3) - corners(:, 1))
   end function facet_normal
 
   !> Volume and centroid by the divergence theorem; positive when the normals look outward.

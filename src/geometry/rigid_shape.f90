@@ -211,14 +211,9 @@ contains
     !> Three components, the third 0 in the plane.
     real(wp), intent(in) :: displacement(3)
 
-    shape%kind = self%kind
+    shape = self
     shape%place = self%place + displacement
-    shape%normal = self%normal
-    shape%radius = self%radius
-    shape%half = self%half
-    shape%axes = self%axes
     if (.not. allocated(self%core)) return
-    shape%core = self%core
     ! A turned polygon keeps its distances from the line.
     if (self%kind /= kind_turned) shape%core(1, :) = self%core(1, :) + displacement(1)
     shape%core(2, :) = self%core(2, :) + displacement(2)

@@ -6,6 +6,7 @@
 !> hold the head of the free water there. How heads are found is left to qsmpm_seepage.
 module qsmpm_seepage_field
   use qsmpm_kinds, only: wp
+  use qsmpm_spatial_lists, only: box_number, list_by_box
   use qsmpm_tensor, only: cofactor
   implicit none
   private
@@ -32,36 +33,17 @@ contains
   !> List the cells of each box.
   pure subroutine index_cells(field)
     type(seepage_field_type), intent(inout) :: field
-    integer :: c, i, j, k, d, turn, from(3), to(3), box
-    integer, allocatable :: filled(:)
+    integer :: from(3, size(field%corner, 2)), to(3, size(field%corner, 2)), c, d
 
     d = size(field%position, 1)
     field%low = minval(field%position, dim=2)
     field%boxes(:d) = max(1, nint((0.5_wp*size(field%corner, 2))**(1.0_wp/d)))
     field%width = (maxval(field%position, dim=2) - field%low)/field%boxes(:d)
-    allocate (filled(product(field%boxes)))
-    do turn = 1, 2
-      filled = 0
-      do c = 1, size(field%corner, 2)
-        from = box_at(field, minval(field%position(:, field%corner(:, c)), dim=2))
-        to = box_at(field, maxval(field%position(:, field%corner(:, c)), dim=2))
-        do k = from(3), to(3)
-          do j = from(2), to(2)
-            do i = from(1), to(1)
-              box = box_number(field, [i, j, k])
-              if (turn == 2) field%found(field%first(box) + filled(box)) = c
-              filled(box) = filled(box) + 1
-            end do
-          end do
-        end do
-      end do
-      if (turn == 2) exit
-      allocate (field%first(size(filled) + 1), source=1)
-      do i = 1, size(filled)
-        field%first(i + 1) = field%first(i) + filled(i)
-      end do
-      allocate (field%found(sum(filled)))
+    do c = 1, size(field%corner, 2)
+      from(:, c) = box_at(field, minval(field%position(:, field%corner(:, c)), dim=2))
+      to(:, c) = box_at(field, maxval(field%position(:, field%corner(:, c)), dim=2))
     end do
+    call list_by_box(from, to, field%boxes, field%first, field%found)
   end subroutine index_cells
 
   !> Numbers of the box of a place along the axes.
@@ -76,14 +58,6 @@ contains
     end associate
   end function box_at
 
-  !> Number of a box by its numbers along the axes.
-  pure integer function box_number(field, box) result(number)
-    type(seepage_field_type), intent(in) :: field
-    integer, intent(in) :: box(3)
-
-    number = box(1) + (box(2) - 1 + (box(3) - 1)*field%boxes(2))*field%boxes(1)
-  end function box_number
-
   !> The cell of a place, that which it lies outside of least where it lies in none, and its shares in it.
   pure subroutine cell_of_place(field, place, cell, share)
     type(seepage_field_type), intent(in) :: field
@@ -95,7 +69,7 @@ contains
     real(wp) :: here(size(share)), corner(size(place), size(share)), inside
     integer :: i, k
 
-    k = box_number(field, box_at(field, place))
+    k = box_number(box_at(field, place), field%boxes)
     inside = -huge(1.0_wp)
     cell = field%found(field%first(k))
     share = 0.0_wp

@@ -126,6 +126,8 @@ module qsmpm_law
     real(wp) :: stiffness_scale = 0.0_wp
     !> Shear modulus that scales the resistance to volume changes inside a group of uniform pressure.
     real(wp) :: shear_scale = 0.0_wp
+    !> Where a point is that is nowhere in particular.
+    real(wp) :: usual_place(3) = 0.0_wp
     !> Share of the elastic tangent blended into the consistent one, about 1e-5; 0 gives the
     !> exact one.
     real(wp) :: elastic_blend = 0.0_wp
@@ -134,10 +136,9 @@ module qsmpm_law
   !> A constitutive law with its parameters. It holds no state: two models may share one.
   type, abstract, extends(law_traits_type) :: law_type
   contains
-    !> State of an unstressed or prestressed point.
-    procedure(start_interface), deferred :: start
-    !> The same at a place, for laws whose state differs from place to place.
-    procedure :: start_at => start_anywhere
+    !> State of an unstressed or prestressed point, at its usual place, and at any.
+    procedure :: start
+    procedure(start_interface), deferred :: start_at
     !> Update the strength from the effective stress of a point, where it follows that.
     procedure :: strengthen => keep_strength
     !> One step.
@@ -180,11 +181,11 @@ module qsmpm_law
 
   abstract interface
     !> State that belongs to a given Cauchy stress at volume ratio 1.
-    subroutine start_interface(self, stress, state)
+    subroutine start_interface(self, stress, place, state)
       import :: law_type, wp
       class(law_type), intent(in) :: self
-      !> Cauchy stress (4 or 6).
-      real(wp), intent(in) :: stress(:)
+      !> Cauchy stress (4 or 6), and position (3).
+      real(wp), intent(in) :: stress(:), place(3)
       !> State (state_count).
       real(wp), intent(out) :: state(:)
     end subroutine start_interface
@@ -269,15 +270,15 @@ contains
   end function time_increment
 
   !> State of a point whose place does not matter.
-  subroutine start_anywhere(self, stress, place, state)
+  subroutine start(self, stress, state)
     class(law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6), and position (3).
-    real(wp), intent(in) :: stress(:), place(3)
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(in) :: stress(:)
     !> State (state_count).
     real(wp), intent(out) :: state(:)
 
-    call self%start(stress, state)
-  end subroutine start_anywhere
+    call self%start_at(stress, self%usual_place, state)
+  end subroutine start
 
   !> The strength is no matter of the stress.
   pure subroutine keep_strength(self, stress, state)
@@ -339,13 +340,13 @@ contains
   end function usual_shear
 
   !> c at the start and at the end of a step, for which c s' is the deviator of the elastic strain of the Cauchy stress
-  !> s: 1/2G of linear elasticity in Cauchy stress; of a user's model with the G that scales stabilisation.
+  !> s: 1/2G of linear elasticity in Cauchy stress.
   pure function usual_compliance(self, stress, state, volume_ratio, volume_change) result(compliance)
     class(law_type), intent(in) :: self
     !> Cauchy stress, state and V/V0 at the start, and the volume at the end over that at the start (4 or 6).
     real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
     real(wp) :: compliance(2)
 
-    compliance = 0.5_wp/self%shear_scale
+    compliance = 0.5_wp/self%shear_modulus(stress, state)
   end function usual_compliance
 end module qsmpm_law

@@ -13,7 +13,7 @@ module qsmpm_outer_law
     class(law_type), allocatable :: law
   contains
     procedure :: describe_as
-    procedure :: start
+    procedure :: start_at
     procedure :: blend
     procedure :: fit_count
     procedure :: to_fields
@@ -40,13 +40,13 @@ contains
   end subroutine blend
 
   !> State of a point.
-  subroutine start(self, stress, state)
+  subroutine start_at(self, stress, place, state)
     class(outer_law_type), intent(in) :: self
-    real(wp), intent(in) :: stress(:)
+    real(wp), intent(in) :: stress(:), place(3)
     real(wp), intent(out) :: state(:)
 
-    call self%law%start(stress, state)
-  end subroutine start
+    call self%law%start_at(stress, place, state)
+  end subroutine start_at
 
   !> Number of fields that are averaged.
   pure integer function fit_count(self)

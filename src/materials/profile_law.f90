@@ -36,7 +36,6 @@ module qsmpm_profile_law
     integer :: at = 1
     logical :: varies_friction = .false.
   contains
-    procedure :: start
     procedure :: start_at
     procedure :: strengthen
     procedure :: update
@@ -85,22 +84,11 @@ contains
     if (profile%mean_young > 0.0_wp) made%scale = profile%mean_young/made%young
     made%at = made%law%state_count - (model%state_count - model%at)
     call made%describe_as(made%law)
+    made%usual_place(profile%along) = profile%level
     made%stiffness_scale = made%scale*made%stiffness_scale
     made%shear_scale = made%scale*made%shear_scale
     call move_alloc(made, law)
   end subroutine new_profile_law
-
-  !> State of a point at the level of the profile.
-  subroutine start(self, stress, state)
-    class(profile_law_type), intent(in) :: self
-    real(wp), intent(in) :: stress(:)
-    real(wp), intent(out) :: state(:)
-    real(wp) :: place(3)
-
-    place = 0.0_wp
-    place(self%profile%along) = self%profile%level
-    call self%start_at(stress, place, state)
-  end subroutine start
 
   !> State of a point at a place.
   subroutine start_at(self, stress, place, state)

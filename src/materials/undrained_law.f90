@@ -36,7 +36,6 @@ module qsmpm_undrained_law
     !> One of drainage_* of each phase; unallocated: undrained in all of them (phases).
     integer, allocatable :: drainage(:)
   contains
-    procedure :: start
     procedure :: start_at
     procedure :: strengthen
     procedure :: update
@@ -92,16 +91,6 @@ contains
   end subroutine name_states
 
   !> A given stress is effective: no excess pressure.
-  subroutine start(self, stress, state)
-    class(undrained_law_type), intent(in) :: self
-    real(wp), intent(in) :: stress(:)
-    real(wp), intent(out) :: state(:)
-
-    call self%law%start(stress, state(:self%law%state_count))
-    state(self%state_count) = 0.0_wp
-  end subroutine start
-
-  !> The same at a place.
   subroutine start_at(self, stress, place, state)
     class(undrained_law_type), intent(in) :: self
     real(wp), intent(in) :: stress(:), place(3)

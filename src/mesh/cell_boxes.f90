@@ -9,7 +9,7 @@ module qsmpm_cell_boxes
   use qsmpm_kinds, only: wp, long
   use qsmpm_cell_owners, only: cell_owners_type
   use qsmpm_grid, only: grid_type, grid_axis_type, pieces_of, whole_window
-  use qsmpm_grid_window, only: window_type, cell_place, cells_of, cells_over, widen
+  use qsmpm_grid_window, only: window_type, cell_place, cells_of, cells_over, number_at, widen
   use qsmpm_mesh, only: mesh_type
   use qsmpm_team, only: team_type, total
   implicit none
@@ -88,15 +88,14 @@ contains
     class(box_owners_type), intent(in) :: self
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: places(:, :)
-    integer :: cell(size(places, 2)), at(3), cells(3), below, a, i
+    integer :: cell(size(places, 2)), at(3), below, a, i
 
-    cells = cells_of(self%whole)
     at = 1
     do i = 1, size(cell)
       do a = 1, mesh%dimension
         call cells_over(self%axes(a)%lines, places(a, i), places(a, i), below, at(a))
       end do
-      cell(i) = (((at(3) - 1)*cells(2) + at(2) - 1)*cells(1) + at(1) - 1)*self%pieces + 1
+      cell(i) = (number_at(at, cells_of(self%whole)) - 1)*self%pieces + 1
     end do
   end function homes
 

@@ -5,11 +5,11 @@
 !> along each axis and dx, dy, dz are 1 for the axes it runs along. Elements count as the corner nodes do.
 module qsmpm_grid_labels
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_grid_window, only: window_type, cells_of
+  use qsmpm_grid_window, only: window_type, cells_of, number_at, place_of
   implicit none
   private
 
-  public :: label_mesh, place_of, row_of
+  public :: label_mesh, row_of
 
 contains
 
@@ -60,23 +60,4 @@ contains
     at = place_of(mod(label - 1, corners) + 1, lines)
     row_of = 2*at(axis) + mod((label - 1)/corners/2**(axis - 1), 2)
   end function row_of
-
-  !> Place along the axes of a number that counts x fastest.
-  pure function place_of(number, counts) result(at)
-    !> The number, and how many there are along each axis.
-    integer, intent(in) :: number, counts(3)
-    integer :: at(3)
-
-    at(1) = mod(number - 1, counts(1)) + 1
-    at(2) = mod((number - 1)/counts(1), counts(2)) + 1
-    at(3) = (number - 1)/(counts(1)*counts(2)) + 1
-  end function place_of
-
-  !> Number of a place, x fastest.
-  pure integer function number_at(at, counts)
-    !> The place, and how many there are along each axis.
-    integer, intent(in) :: at(3), counts(3)
-
-    number_at = ((at(3) - 1)*counts(2) + at(2) - 1)*counts(1) + at(1)
-  end function number_at
 end module qsmpm_grid_labels

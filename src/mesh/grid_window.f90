@@ -7,7 +7,8 @@ module qsmpm_grid_window
   implicit none
   private
 
-  public :: window_type, operator(==), cells_of, hull, widen, holds, cells_over, cell_place, renumber
+  public :: window_type, operator(==), cells_of, hull, widen, holds, cells_over, cell_place, renumber, place_of, &
+    number_at
 
   !> First and last cell along each axis; 1 and 1 along z in the plane.
   type :: window_type
@@ -102,15 +103,9 @@ contains
     type(window_type), intent(in) :: window
     !> Mesh cells a brick is cut into; number of the mesh cell in the window.
     integer, intent(in) :: pieces, cell
-    integer :: at(3), rest, cells(3)
+    integer :: at(3)
 
-    cells = cells_of(window)
-    rest = (cell - 1)/pieces
-    at(1) = mod(rest, cells(1))
-    rest = rest/cells(1)
-    at(2) = mod(rest, cells(2))
-    at(3) = rest/cells(2)
-    at = at + window%first
+    at = place_of((cell - 1)/pieces + 1, cells_of(window)) + window%first - 1
   end function cell_place
 
   !> Number in one window of a mesh cell of another; both hold it.
@@ -118,10 +113,27 @@ contains
     type(window_type), intent(in) :: from, to
     !> Mesh cells a brick is cut into; number of the mesh cell in the first window.
     integer, intent(in) :: pieces, cell
-    integer :: at(3), cells(3)
 
-    at = cell_place(from, pieces, cell) - to%first
-    cells = cells_of(to)
-    number = ((at(3)*cells(2) + at(2))*cells(1) + at(1))*pieces + mod(cell - 1, pieces) + 1
+    number = (number_at(cell_place(from, pieces, cell) - to%first + 1, cells_of(to)) - 1)*pieces &
+      + mod(cell - 1, pieces) + 1
   end function renumber
+
+  !> Place along the axes of a number that counts x fastest.
+  pure function place_of(number, counts) result(at)
+    !> The number, and how many there are along each axis.
+    integer, intent(in) :: number, counts(3)
+    integer :: at(3)
+
+    at(1) = mod(number - 1, counts(1)) + 1
+    at(2) = mod((number - 1)/counts(1), counts(2)) + 1
+    at(3) = (number - 1)/(counts(1)*counts(2)) + 1
+  end function place_of
+
+  !> Number of a place, x fastest.
+  pure integer function number_at(at, counts)
+    !> The place, and how many there are along each axis.
+    integer, intent(in) :: at(3), counts(3)
+
+    number_at = ((at(3) - 1)*counts(2) + at(2) - 1)*counts(1) + at(1)
+  end function number_at
 end module qsmpm_grid_window

@@ -7,7 +7,7 @@ module qsmpm_mesh_topology
     mid_edges, max_faces, element_name, element_geometry, linear_kind, local_nodes, shape_functions
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: cell_volume, cell_size, find_bounds
-  use qsmpm_sorting, only: sort, order_columns
+  use qsmpm_sorting, only: list_by_key, order_columns, sort
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -191,8 +191,7 @@ contains
   !> Cells that share a corner.
   subroutine find_corner_neighbours(mesh)
     type(mesh_type), intent(inout) :: mesh
-    integer :: first(mesh%node_count + 1)
-    integer, allocatable :: cells(:), list(:)
+    integer, allocatable :: first(:), cells(:), list(:)
     logical :: seen(mesh%cell_count)
     integer :: c, i, j, k, node, count
 
@@ -226,30 +225,19 @@ contains
   !> Cells at every corner node: cells(first(n):first(n + 1) - 1) are those at node n.
   pure subroutine find_cells_at_corners(mesh, first, cells)
     type(mesh_type), intent(in) :: mesh
-    !> (node_count + 1)
-    integer, intent(out) :: first(:)
-    integer, allocatable, intent(out) :: cells(:)
-    integer :: place(mesh%node_count), c, i, node
+    integer, allocatable, intent(out) :: first(:), cells(:)
+    integer, allocatable :: node(:), cell(:), entry(:)
+    integer :: c, n, corners
 
-    first = 0
+    allocate (node(size(mesh%cell_nodes)), cell(size(mesh%cell_nodes)))
+    n = 0
     do c = 1, mesh%cell_count
-      do i = 1, corner_count(mesh%cell_kind(c))
-        node = mesh%cell_nodes(mesh%cell_first(c) + i - 1)
-        first(node + 1) = first(node + 1) + 1
-      end do
+      corners = corner_count(mesh%cell_kind(c))
+      node(n + 1:n + corners) = mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + corners - 1)
+      cell(n + 1:n + corners) = c
+      n = n + corners
     end do
-    first(1) = 1
-    do node = 1, mesh%node_count
-      first(node + 1) = first(node + 1) + first(node)
-    end do
-    place = first(:mesh%node_count)
-    allocate (cells(first(mesh%node_count + 1) - 1))
-    do c = 1, mesh%cell_count
-      do i = 1, corner_count(mesh%cell_kind(c))
-        node = mesh%cell_nodes(mesh%cell_first(c) + i - 1)
-        cells(place(node)) = c
-        place(node) = place(node) + 1
-      end do
-    end do
+    call list_by_key(node(:n), mesh%node_count, first, entry)
+    cells = cell(entry)
   end subroutine find_cells_at_corners
 end module qsmpm_mesh_topology

@@ -12,7 +12,7 @@ module qsmpm_model_space
   use qsmpm_mesh_sets, only: set_tolerance
   use qsmpm_model, only: model_type
   use qsmpm_space_builder, only: element_space, spline_space, reduced_knots_type
-  use qsmpm_grid_labels, only: place_of
+  use qsmpm_grid_window, only: place_of
   use qsmpm_grid_window, only: cells_of
   implicit none
   private

@@ -10,7 +10,7 @@ module qsmpm_facet_seeding
   use qsmpm_cell_share, only: corners_of
   use qsmpm_plane_clip, only: planes_of_cell, planes_of_box, clip_facet, most_corners
   use qsmpm_polyhedron, only: polyhedron_type, facets_over, facet_normal
-  use qsmpm_triangle_rule, only: triangle_degree
+  use qsmpm_simplex_rule, only: simplex_degree
   use qsmpm_surface_owner, only: owner_of_piece, exactly_on
   use qsmpm_seed_list, only: seed_list_type, add_seed
   implicit none
@@ -42,7 +42,7 @@ contains
     integer, allocatable :: near(:)
     integer :: c, i, n
 
-    call triangle_degree(degree, places, weights)
+    call simplex_degree(2, degree, places, weights)
     do c = 1, mesh%cell_count
       n = corner_count(mesh%cell_kind(c))
       corners(:, :n) = corners_of(mesh, c)

@@ -13,7 +13,7 @@ module qsmpm_outline_quadrature
   use qsmpm_cell_share, only: corners_of
   use qsmpm_polygon, only: polygon_area, polygon_centroid, polygon_contains
   use qsmpm_polygon_pieces, only: polygon_list_type, pieces_in_convex, begin_list
-  use qsmpm_triangle_rule, only: triangle_degree
+  use qsmpm_simplex_rule, only: simplex_degree
   use qsmpm_seed_list, only: seed_list_type, add_seed
   implicit none
   private
@@ -113,7 +113,7 @@ contains
     scale = volume_of(mesh, axisymmetric, cell)/area
     if (axisymmetric) scale = scale/sum(polygon_centroid(corners_of(mesh, cell))*[1, 0])
     if (abs(scale - 1.0_wp) <= nothing) scale = 1.0_wp
-    call triangle_degree(degree, places, weights)
+    call simplex_degree(2, degree, places, weights)
     do k = 1, pieces%count
       associate (polygon => pieces%vertices(:, pieces%first(k):pieces%first(k + 1) - 1))
         if (abs(polygon_area(polygon)) > nothing*area) &

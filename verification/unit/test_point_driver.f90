@@ -30,7 +30,7 @@ module test_point_driver
     !> Largest component of f - 1 at which it works at all.
     real(wp) :: breaks_at = huge(1.0_wp)
   contains
-    procedure :: start => crude_start
+    procedure :: start_at => crude_start
     procedure :: update => crude_update
     procedure :: fit_count => crude_count
     procedure :: to_fields => crude_to_fields
@@ -178,12 +178,12 @@ contains
     call tests%check('a table may have no times', .not. allocated(error) .and. .not. allocated(times))
   end subroutine test_tables
 
-  subroutine crude_start(self, stress, state)
+  subroutine crude_start(self, stress, place, state)
     class(crude_law_type), intent(in) :: self
-    real(wp), intent(in) :: stress(:)
+    real(wp), intent(in) :: stress(:), place(3)
     real(wp), intent(out) :: state(:)
 
-    call self%inner%start(stress, state)
+    call self%inner%start_at(stress, place, state)
   end subroutine crude_start
 
   subroutine crude_update(self, batch, tangent)

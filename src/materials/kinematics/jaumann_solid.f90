@@ -11,12 +11,13 @@ module qsmpm_jaumann_solid
   use qsmpm_jaumann_increment, only: rotated_increment_type, make_increment, is_cauchy
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
+  use qsmpm_principal_point, only: keep_update, elastic_share
   use qsmpm_spectral, only: spectral
+  use qsmpm_tensor, only: inverse_of => inverse
   implicit none
   private
 
-  public :: update_solid, spin_columns, product_of, full, contract, piola_tangent
+  public :: update_solid, spin_columns, by_gradient, product_of, full, contract, piola_tangent
 
 contains
 
@@ -46,7 +47,7 @@ contains
       batch%plastic(p) = 0
       if (.not. model%elastic) then
         call spectral(increment%trial, trial, n)
-        if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+        if (model%asks_cell_size .and. allocated(batch%cell_size)) cell_size = batch%cell_size(p)
         call model%update(modulus, trial, batch%state_start(1:, p), cell_size, tangent /= tangent_none, result)
         batch%plastic(p) = merge(1, 0, result%yields)
         if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, &
@@ -98,7 +99,7 @@ contains
     ! A gradient that is not finite has no finite determinant.
     if (.not. ieee_is_finite(det)) return
     if (.not. det > 0.0_wp) return
-    call invert(f, det, inverse)
+    inverse = inverse_of(f, det)
     start = full(stress)
     if (.not. model%hookean) then
       call spectral(start, value, n)
@@ -108,25 +109,6 @@ contains
     call make_increment(rate, model%trial_lame, model%trial_shear, f, start, increment, ok)
     if (ok) status = status_ok
   end subroutine start_point
-
-  !> Inverse of a tensor of known determinant.
-  pure subroutine invert(f, det, inverse)
-    !> The tensor; its determinant.
-    real(wp), intent(in) :: f(3, 3), det
-    real(wp), intent(out) :: inverse(3, 3)
-    integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
-    real(wp) :: scale
-    integer :: j
-
-    scale = 1.0_wp/det
-    do j = 1, 3
-      associate (a => f(:, next(j)), b => f(:, last(j)))
-        inverse(j, 1) = scale*(a(2)*b(3) - a(3)*b(2))
-        inverse(j, 2) = scale*(a(3)*b(1) - a(1)*b(3))
-        inverse(j, 3) = scale*(a(1)*b(2) - a(2)*b(1))
-      end associate
-    end do
-  end subroutine invert
 
   !> Full tensor of components in stress order.
   pure function full(a) result(b)
@@ -281,7 +263,7 @@ contains
     real(wp), intent(in) :: stress(3, 3)
     real(wp), intent(out) :: change(6, 3, 3)
     real(wp) :: part(6, 9), spin(6, 3), back(3, 3), volume(3, 3), start(3, 3)
-    integer :: i, c
+    integer :: i
 
     start = increment%start
     volume = increment%volume_stress
@@ -302,16 +284,25 @@ contains
       back = product_of(increment%spin, transpose(increment%rotation))
       spin = spin + 0.5_wp*spin_columns(stress, back)
     end if
-    do c = 1, 3
-      change(:, c, c) = part(:, c)
-    end do
-    change(:, 2, 1) = part(:, 4) + spin(:, 3)
-    change(:, 1, 2) = part(:, 4) - spin(:, 3)
-    change(:, 1, 3) = part(:, 5) + spin(:, 2)
-    change(:, 3, 1) = part(:, 5) - spin(:, 2)
-    change(:, 3, 2) = part(:, 6) + spin(:, 1)
-    change(:, 2, 3) = part(:, 6) - spin(:, 1)
+    call by_gradient(part(:, :6), spin, change)
   end subroutine stress_change
+
+  !> Change with dG from those with its symmetric part, shear gamma, and with half the axial vector of its skew part.
+  pure subroutine by_gradient(strain, spin, change)
+    real(wp), intent(in) :: strain(6, 6), spin(6, 3)
+    real(wp), intent(out) :: change(6, 3, 3)
+    integer :: i
+
+    do i = 1, 3
+      change(:, i, i) = strain(:, i)
+    end do
+    change(:, 2, 1) = strain(:, 4) + spin(:, 3)
+    change(:, 1, 2) = strain(:, 4) - spin(:, 3)
+    change(:, 1, 3) = strain(:, 5) + spin(:, 2)
+    change(:, 3, 1) = strain(:, 5) - spin(:, 2)
+    change(:, 3, 2) = strain(:, 6) + spin(:, 1)
+    change(:, 2, 3) = strain(:, 6) - spin(:, 1)
+  end subroutine by_gradient
 
   !> Change W s - s W of a stress, W the skew tensor of `turn` times a unit vector, for the three of them.
   pure function spin_columns(s, turn) result(columns)

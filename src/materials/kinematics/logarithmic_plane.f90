@@ -52,26 +52,17 @@ contains
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
-    real(wp) :: share
-    integer :: n, m
 
-    n = batch%count
-    m = size(batch%state, 1)
-    share = elastic_share(tangent, blend)
-    if (model%hookean) then
-      call update_hookean(model, share, tangent /= tangent_none, n, m, batch%gradient, batch%volume_ratio, &
-        batch%state_start, batch%cell_size, batch%stress, batch%state, batch%piola, batch%tangent, batch%status, &
-        batch%plastic, batch%message)
-    else
-      call update_cauchy(model, share, tangent /= tangent_none, n, m, batch%gradient, batch%stress_start, &
-        batch%state_start, batch%cell_size, batch%stress, batch%state, batch%piola, batch%tangent, batch%status, &
-        batch%plastic, batch%message)
-    end if
+    call update_points(model, elastic_share(tangent, blend), tangent /= tangent_none, batch%count, &
+      size(batch%state, 1), batch%gradient, batch%volume_ratio, batch%stress_start, batch%state_start, &
+      batch%cell_size, batch%stress, batch%state, batch%piola, batch%tangent, batch%status, batch%plastic, &
+      batch%message)
   end subroutine update_plane
 
-  !> Points of a Hookean model: b_e is state, and the trial is the stress where nothing yields.
-  pure subroutine update_hookean(model, share, with_tangent, n, m, gradient, volume_ratio, state_start, cell_size, &
-    stress, state, piola, a, status, plastic, message)
+  !> Update points. b_e of a Hookean model is state, and its trial is the stress where nothing yields; b_e of one that
+  !> bounds the Cauchy stress follows from the stress of the start.
+  pure subroutine update_points(model, share, with_tangent, n, m, gradient, volume_ratio, stress_start, state_start, &
+    cell_size, stress, state, piola, a, status, plastic, message)
     class(principal_model_type), intent(in) :: model
     !> Share of the elastic tangent.
     real(wp), intent(in) :: share
@@ -79,7 +70,7 @@ contains
     !> Points, and state variables of a point.
     integer, intent(in) :: n, m
     !> As of batch_type.
-    real(wp), intent(in) :: gradient(5, n), volume_ratio(n), state_start(m, n)
+    real(wp), intent(in) :: gradient(5, n), volume_ratio(n), stress_start(4, n), state_start(m, n)
     real(wp), intent(in), optional :: cell_size(n)
     real(wp), intent(inout) :: stress(4, n), state(m, n), piola(5, n)
     real(wp), intent(inout), optional :: a(5, 5, n)
@@ -87,36 +78,47 @@ contains
     character(len=:), allocatable, intent(inout) :: message
     type(plane_trial_type) :: trial
     type(stress_update_type) :: result
-    real(wp) :: tau(4), b(4), k(4, 4), lame, shear, width, value(3), strain(3), c, s
-    integer :: p
-    logical :: may_yield
+    real(wp) :: start(4), part(2), tau(4), b(4), k(4, 4), lame, shear, modulus, width, value(3), c, s
+    integer :: p, first
+    logical :: hookean, may_yield
 
+    hookean = model%hookean
+    may_yield = .not. model%elastic
     lame = model%trial_lame
     shear = model%trial_shear
-    may_yield = .not. model%elastic
+    modulus = model%shear
+    first = merge(5, 1, hookean)
+    part = 0.0_wp
     width = 0.0_wp
     result%yields = .false.
     do p = 1, n
-      call make_trial(lame, shear, gradient(:, p), state_start(:, p), [0.0_wp, 0.0_wp], volume_ratio(p), trial, &
-        state(:, p), status(p))
+      if (hookean) then
+        call make_trial(lame, shear, gradient(:, p), state_start(:, p), [0.0_wp, 0.0_wp], volume_ratio(p), trial, &
+          state(:, p), status(p))
+      else
+        call start_tensor(model, stress_start(:, p), modulus, start, part)
+        call make_trial(lame, shear, gradient(:, p), start, part, 1.0_wp, trial, b, status(p))
+        trial%jacobian = trial%det
+      end if
       if (status(p) /= status_ok) cycle
       if (may_yield) then
         value = principal_values(trial%trial(1), trial%trial(2), trial%trial(3), trial%trial(4))
         if (model%asks_cell_size .and. present(cell_size)) width = cell_size(p)
-        call model%update(shear, value, state_start(5:, p), width, with_tangent, result)
-        if (m > 4 .or. result%status /= status_ok) call keep_update(model, result, state_start(5:, p), state(5:, p), &
-          status(p), message)
+        call model%update(modulus, value, state_start(first:, p), width, with_tangent, result)
+        if (m >= first .or. result%status /= status_ok) call keep_update(model, result, state_start(first:, p), &
+          state(first:, p), status(p), message)
         if (status(p) /= status_ok) cycle
       end if
       plastic(p) = merge(1, 0, result%yields)
-      if (result%yields) then
+      if (result%yields .or. .not. hookean) then
         call to_principal(trial%trial(1), trial%trial(2), trial%trial(3), trial%trial(4), value, c, s)
-        tau = from_principal(result%stress, c, s)
-        strain = model%elastic_strain(shear, result%stress)
-        b = from_principal(exp(2.0_wp*strain), c, s)
-        state(:4, p) = [b(1) + b(2), b(1) - b(2), b(4), b(3)]
+        tau = from_principal(trial%jacobian*result%stress, c, s)
+        if (hookean) then
+          b = from_principal(exp(2.0_wp*model%elastic_strain(modulus, result%stress)), c, s)
+          state(:4, p) = [b(1) + b(2), b(1) - b(2), b(4), b(3)]
+        end if
         call store_stress(trial%scale, tau(1), tau(2), tau(3), tau(4), gradient(:, p), stress(:, p), piola(:, p))
-        if (with_tangent) call principal_tangent(model, shear, share, value, c, s, trial, result, gradient(:, p), &
+        if (with_tangent) call principal_tangent(model, modulus, share, value, c, s, trial, result, gradient(:, p), &
           a(:, :, p))
       else
         associate (t => trial%trial)
@@ -127,49 +129,7 @@ contains
         end associate
       end if
     end do
-  end subroutine update_hookean
-
-  !> Points of a model that bounds the Cauchy stress: b_e follows from the stress of the start.
-  pure subroutine update_cauchy(model, share, with_tangent, n, m, gradient, stress_start, state_start, cell_size, &
-    stress, state, piola, a, status, plastic, message)
-    class(principal_model_type), intent(in) :: model
-    !> Share of the elastic tangent.
-    real(wp), intent(in) :: share
-    logical, intent(in) :: with_tangent
-    !> Points, and state variables of a point.
-    integer, intent(in) :: n, m
-    !> As of batch_type.
-    real(wp), intent(in) :: gradient(5, n), stress_start(4, n), state_start(m, n)
-    real(wp), intent(in), optional :: cell_size(n)
-    real(wp), intent(inout) :: stress(4, n), state(m, n), piola(5, n)
-    real(wp), intent(inout), optional :: a(5, 5, n)
-    integer, intent(inout) :: status(n), plastic(n)
-    character(len=:), allocatable, intent(inout) :: message
-    type(plane_trial_type) :: trial
-    type(stress_update_type) :: result
-    real(wp) :: start(4), part(2), b(4), tau(4), modulus, width, value(3), c, s
-    integer :: p
-
-    part = 0.0_wp
-    modulus = model%shear
-    width = 0.0_wp
-    do p = 1, n
-      call start_tensor(model, stress_start(:, p), modulus, start, part)
-      call make_trial(model%trial_lame, model%trial_shear, gradient(:, p), start, part, 1.0_wp, trial, b, status(p))
-      if (status(p) /= status_ok) cycle
-      trial%jacobian = trial%det
-      call to_principal(trial%trial(1), trial%trial(2), trial%trial(3), trial%trial(4), value, c, s)
-      if (model%asks_cell_size .and. present(cell_size)) width = cell_size(p)
-      call model%update(modulus, value, state_start(:, p), width, with_tangent, result)
-      plastic(p) = merge(1, 0, result%yields)
-      call keep_update(model, result, state_start(:, p), state(:, p), status(p), message)
-      if (status(p) /= status_ok) cycle
-      tau = from_principal(trial%jacobian*result%stress, c, s)
-      call store_stress(trial%scale, tau(1), tau(2), tau(3), tau(4), gradient(:, p), stress(:, p), piola(:, p))
-      if (with_tangent) call principal_tangent(model, modulus, share, value, c, s, trial, result, gradient(:, p), &
-        a(:, :, p))
-    end do
-  end subroutine update_cauchy
+  end subroutine update_points
 
   !> A of a point whose stress is that of the model in principal values.
   pure subroutine principal_tangent(model, modulus, share, value, c, s, trial, result, f, a)

@@ -14,9 +14,9 @@ module qsmpm_logarithmic_solid
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
+  use qsmpm_principal_point, only: keep_update, elastic_share
   use qsmpm_spectral, only: spectral, jacobi_spectral
-  use qsmpm_tensor, only: cofactor, determinant
+  use qsmpm_tensor, only: cofactor, determinant, unpack_symmetric
   implicit none
   private
 
@@ -59,7 +59,7 @@ contains
         batch%volume_ratio(p), modulus, trial, b, batch%status(p))
       if (batch%status(p) /= status_ok) cycle
       if (model%hookean) batch%state(1:6, p) = b
-      if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+      if (model%asks_cell_size .and. allocated(batch%cell_size)) cell_size = batch%cell_size(p)
       call model%update(modulus, trial%trial, batch%state_start(first:, p), cell_size, tangent /= tangent_none, result)
       batch%plastic(p) = merge(1, 0, result%yields)
       if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, &
@@ -118,7 +118,7 @@ contains
       trial%jacobian = trial%det
     end if
     b = push_forward(f, start)
-    full = unpacked(b)
+    full = unpack_symmetric(b)
     if (.not. ieee_is_finite(sum(b))) then
       if (.not. positive_definite(start)) status = status_failed
       return
@@ -148,7 +148,7 @@ contains
 
     b = 0.0_wp
     if (.not. all(ieee_is_finite(stress))) return
-    call spectral(unpacked(stress), value, direction)
+    call spectral(unpack_symmetric(stress), value, direction)
     modulus = model%shear_modulus(value)
     b = compose_packed(exp(2.0_wp*model%elastic_strain(modulus, value)), direction)
   end subroutine start_tensor
@@ -170,17 +170,6 @@ contains
     b(6) = fb(2, 1)*f(3, 1) + fb(2, 2)*f(3, 2) + fb(2, 3)*f(3, 3)
   end function push_forward
 
-  !> Full tensor of components in stress order.
-  pure function unpacked(b) result(a)
-    !> Components (6).
-    real(wp), intent(in) :: b(6)
-    real(wp) :: a(3, 3)
-
-    a(:, 1) = [b(1), b(4), b(5)]
-    a(:, 2) = [b(4), b(2), b(6)]
-    a(:, 3) = [b(5), b(6), b(3)]
-  end function unpacked
-
   !> Whether b_e is a positive definite tensor of finite numbers.
   pure logical function positive_definite(b)
     !> b_e in stress order.
@@ -188,7 +177,7 @@ contains
 
     positive_definite = all(ieee_is_finite(b))
     if (positive_definite) positive_definite = b(1) > 0.0_wp .and. b(1)*b(2) - b(4)**2 > 0.0_wp &
-      .and. determinant(unpacked(b)) > 0.0_wp
+      .and. determinant(unpack_symmetric(b)) > 0.0_wp
   end function positive_definite
 
   !> Tensor in stress order of principal values and directions.

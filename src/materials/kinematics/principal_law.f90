@@ -53,7 +53,7 @@ module qsmpm_principal_law
     !> Components of b_e in the state, before the model's state variables.
     integer :: strains = 0
   contains
-    procedure :: start
+    procedure :: start_at
     procedure :: update
     procedure :: fit_count
     procedure :: to_fields
@@ -126,11 +126,11 @@ contains
     end if
   end subroutine check_kinematics
 
-  !> State of a given Cauchy stress at volume ratio 1.
-  subroutine start(self, stress, state)
+  !> State of a given Cauchy stress at volume ratio 1, whatever the place.
+  subroutine start_at(self, stress, place, state)
     class(principal_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
+    !> Cauchy stress (4 or 6), and position (3).
+    real(wp), intent(in) :: stress(:), place(3)
     !> b_e where it is state, and the model's state variables (state_count).
     real(wp), intent(out) :: state(:)
     real(wp) :: values(3), vectors(3, 3)
@@ -140,7 +140,7 @@ contains
     if (self%strains == 0) return
     values = exp(2.0_wp*self%model%elastic_strain(self%model%shear, values))
     call pack_symmetric(compose(values, vectors), state(:self%strains))
-  end subroutine start
+  end subroutine start_at
 
   !> Update a batch.
   subroutine update(self, batch, tangent)

@@ -3,12 +3,12 @@
 module qsmpm_principal_point
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: batch_type, status_ok, status_failed, tangent_elastic
+  use qsmpm_law, only: status_ok, status_failed, tangent_elastic
   use qsmpm_principal_model, only: principal_model_type, stress_update_type
   implicit none
   private
 
-  public :: keep_update, size_of_cell, elastic_share
+  public :: keep_update, elastic_share
 
 contains
 
@@ -32,17 +32,6 @@ contains
     status = result%status
     message = model%message
   end subroutine keep_update
-
-  !> Size of a point's cell for a model that asks for it; 0 where there is none.
-  pure real(wp) function size_of_cell(model, batch, p) result(cell_size)
-    class(principal_model_type), intent(in) :: model
-    type(batch_type), intent(in) :: batch
-    !> Number of the point.
-    integer, intent(in) :: p
-
-    cell_size = 0.0_wp
-    if (model%asks_cell_size .and. allocated(batch%cell_size)) cell_size = batch%cell_size(p)
-  end function size_of_cell
 
   !> Share of the elastic tangent in the one that is asked for.
   pure real(wp) function elastic_share(tangent, blend)

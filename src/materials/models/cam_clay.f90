@@ -15,6 +15,7 @@ module qsmpm_cam_clay
   use qsmpm_swelling_model, only: swelling_line_type, swelling_model_type, make_line, pressure_of, largest_exponent
   use qsmpm_strength_constants, only: strength_constant_type, divide_constant, lower_constants
   use qsmpm_strength_factor, only: strength_factor_type, flow_material
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -147,42 +148,35 @@ contains
     class(cam_clay_parameters_type), intent(in) :: self
     class(principal_model_type), allocatable, intent(out) :: model
     type(error_type), allocatable, intent(out) :: error
-    type(cam_clay_type) :: clay
+    type(cam_clay_type) :: made
+    real(wp) :: pressure
 
     call check(self, error)
     if (allocated(error)) return
-    call set_clay(self, clay)
-    allocate (model, source=clay)
-  end subroutine make_model
-
-  !> Model of checked parameters.
-  subroutine set_clay(parameters, model)
-    type(cam_clay_parameters_type), intent(in) :: parameters
-    type(cam_clay_type), intent(inout) :: model
-    real(wp) :: pressure
-
-    model%state_count = 1
-    allocate (model%state_names(1))
-    model%state_names(1)%text = 'preconsolidation_pressure'
-    model%message = 'Cam-Clay: the volume strain of the step is too large'
-    model%clay%m2 = parameters%slope**2
-    call make_line(parameters%kappa/parameters%volume, parameters%smallest_pressure, model%clay)
-    model%clay%plastic = (parameters%lambda - parameters%kappa)/parameters%volume
-    model%ocr = parameters%ocr
-    model%preconsolidation = parameters%preconsolidation
-    model%clay%by_m2 = 1.0_wp/model%clay%m2
-    model%clay%by_plastic = 1.0_wp/model%clay%plastic
-    pressure = max(parameters%preconsolidation, 10.0_wp*model%clay%smallest)
-    model%shear = parameters%shear
-    if (.not. parameters%shear > 0.0_wp) then
-      model%shear_ratio = 1.5_wp*(1.0_wp - 2.0_wp*parameters%poisson)/(1.0_wp + parameters%poisson)
-      model%shear = model%shear_ratio*pressure/model%clay%swelling
-    end if
-    ! What carries load beyond the first yield is the compression line.
-    associate (bulk => pressure/(model%clay%swelling + model%clay%plastic))
-      model%young = 9.0_wp*bulk*model%shear/(3.0_wp*bulk + model%shear)
+    made%state_count = 1
+    made%state_names = [string_type('preconsolidation_pressure')]
+    made%message = 'Cam-Clay: the volume strain of the step is too large'
+    made%ocr = self%ocr
+    made%preconsolidation = self%preconsolidation
+    associate (clay => made%clay)
+      clay%m2 = self%slope**2
+      call make_line(self%kappa/self%volume, self%smallest_pressure, clay)
+      clay%plastic = (self%lambda - self%kappa)/self%volume
+      clay%by_m2 = 1.0_wp/clay%m2
+      clay%by_plastic = 1.0_wp/clay%plastic
+      pressure = max(self%preconsolidation, 10.0_wp*clay%smallest)
+      made%shear = self%shear
+      if (.not. self%shear > 0.0_wp) then
+        made%shear_ratio = 1.5_wp*(1.0_wp - 2.0_wp*self%poisson)/(1.0_wp + self%poisson)
+        made%shear = made%shear_ratio*pressure/clay%swelling
+      end if
+      ! What carries load beyond the first yield is the compression line.
+      associate (bulk => pressure/(clay%swelling + clay%plastic))
+        made%young = 9.0_wp*bulk*made%shear/(3.0_wp*bulk + made%shear)
+      end associate
     end associate
-  end subroutine set_clay
+    allocate (model, source=made)
+  end subroutine make_model
 
   !> pc of a stress: OCR times the size of the yield surface through it, or the preconsolidation pressure.
   pure subroutine initial_state(self, stress, state)

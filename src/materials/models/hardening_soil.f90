@@ -17,6 +17,7 @@ module qsmpm_hardening_soil
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
   use qsmpm_small_strain_model, only: make_small_strain_model
   use qsmpm_soil_model, only: soil_model_type
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -50,12 +51,20 @@ contains
     class(principal_model_type), allocatable, intent(out) :: model
     !> Set when a parameter is out of its range, or no cap gives K0nc and Eoed.
     type(error_type), allocatable, intent(out) :: error
-    type(hardening_soil_type) :: soil
+    type(hardening_soil_type) :: made
 
     call check_hardening_soil(self, error)
     if (allocated(error)) return
-    call set_soil(self, soil, error)
-    if (.not. allocated(error)) allocate (model, source=soil)
+    made%state_count = 2
+    made%state_names = [string_type('plastic_shear_strain'), string_type('preconsolidation_pressure')]
+    made%message = 'hardening soil: the strain of the step has no return to the yield surfaces'
+    made%ocr = self%ocr
+    made%pop = self%pop
+    ! Most of the soil under a load is on its way to strength.
+    made%young = self%e50
+    made%shear = self%e50/(2.0_wp*(1.0_wp + self%poisson))
+    call make_surfaces(self, made%surfaces, error)
+    if (.not. allocated(error)) allocate (model, source=made)
   end subroutine make_model
 
   !> The model with small-strain stiffness, where that is given; a lowered soil has the stiffness of unloading.
@@ -74,26 +83,6 @@ contains
     if (self%lowered_friction >= 0.0_wp) ratio = 1.0_wp
     call make_small_strain_model(soil, ratio, self%threshold, model)
   end subroutine make_soil_model
-
-  !> Model of checked parameters.
-  subroutine set_soil(parameters, model, error)
-    class(hardening_soil_data_type), intent(in) :: parameters
-    type(hardening_soil_type), intent(inout) :: model
-    !> Set when no cap gives K0nc and Eoed.
-    type(error_type), allocatable, intent(out) :: error
-
-    model%state_count = 2
-    allocate (model%state_names(2))
-    model%state_names(1)%text = 'plastic_shear_strain'
-    model%state_names(2)%text = 'preconsolidation_pressure'
-    model%message = 'hardening soil: the strain of the step has no return to the yield surfaces'
-    model%ocr = parameters%ocr
-    model%pop = parameters%pop
-    ! Most of the soil under a load is on its way to strength.
-    model%young = parameters%e50
-    model%shear = parameters%e50/(2.0_wp*(1.0_wp + parameters%poisson))
-    call make_surfaces(parameters, model%surfaces, error)
-  end subroutine set_soil
 
   !> State of a stress: both surfaces pass through it, or through the stress of one-dimensional compression
   !> under the largest vertical stress of the past where OCR or POP say that there was one.

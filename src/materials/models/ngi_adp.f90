@@ -16,6 +16,7 @@ module qsmpm_ngi_adp
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_strength_factor, only: strength_factor_type
   use qsmpm_tensor, only: cross, identity, pack_symmetric, unpack_symmetric
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -103,18 +104,13 @@ contains
     !> Set when a parameter is out of its range.
     type(error_type), allocatable, intent(out) :: error
     type(ngi_adp_type) :: made
-    character(len=20), parameter :: names(6) = [character(len=20) :: '', '', '', 'initial_shear_stress', &
-      'undrained_strength', 'failure_strain_share']
-    integer :: i
 
     call check(self, error)
     if (allocated(error)) return
     made%soil = self
-    made%state_count = size(names)
-    allocate (made%state_names(size(names)))
-    do i = 1, size(names)
-      made%state_names(i)%text = trim(names(i))
-    end do
+    made%state_names = [string_type(''), string_type(''), string_type(''), string_type('initial_shear_stress'), &
+      string_type('undrained_strength'), string_type('failure_strain_share')]
+    made%state_count = size(made%state_names)
     made%shear_scale = self%stiffness*self%active
     made%stiffness_scale = 2.0_wp*(1.0_wp + self%poisson)*made%shear_scale
     allocate (model, source=made)

@@ -24,6 +24,7 @@ module qsmpm_soft_soil_creep
   use qsmpm_strength_factor, only: strength_factor_type, lower_strength
   use qsmpm_swelling_model, only: swelling_line_type, swelling_model_type, make_line
   use qsmpm_tensor, only: identity
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -153,7 +154,8 @@ contains
     !> Set when a parameter is out of its range, or K0nc gives no ellipse above the friction.
     type(error_type), allocatable, intent(out) :: error
     type(soft_soil_creep_type) :: soil
-    real(wp) :: slope2, sine
+    type(material_parameters_type) :: strength
+    real(wp) :: slope2, sine, pressure
 
     call check(self, error)
     if (allocated(error)) return
@@ -164,7 +166,26 @@ contains
         'than the friction: take a smaller one, or leave it out for 1 - sin phi')
       return
     end if
-    call set_soil(self, sqrt(slope2), soil)
+    soil%creep = creep_type(plastic=self%lambda - self%kappa, creep=self%mu, slope=sqrt(slope2), &
+      shift=self%cohesion/tan(self%friction_angle*pi/180.0_wp), reference=self%reference_time)
+    call make_line(self%kappa, self%smallest_pressure, soil%creep)
+    soil%shear_ratio = 1.5_wp*(1.0_wp - 2.0_wp*self%poisson)/(1.0_wp + self%poisson)
+    soil%k0 = ratio_of(self)
+    soil%ocr = self%ocr
+    soil%pop = self%pop
+    soil%asks_time = .not. self%lowered
+    strength%cohesion = self%cohesion
+    strength%friction_angle = self%friction_angle
+    strength%dilatancy_angle = self%dilatancy_angle
+    ! The table of a return depends on the ratio of the moduli alone.
+    call make_mohr_coulomb(strength, 2.0_wp*self%poisson/(1.0_wp - 2.0_wp*self%poisson), 1.0_wp, soil%strength)
+    pressure = 10.0_wp*max(self%smallest_pressure, self%pop)
+    soil%shear = soil%shear_ratio*pressure/self%kappa
+    ! What carries load beyond the past stress is the compression line.
+    soil%young = 3.0_wp*(1.0_wp - 2.0_wp*self%poisson)*pressure/self%lambda
+    soil%state_count = 2
+    soil%state_names = [string_type('preconsolidation_pressure'), string_type('equivalent_pressure')]
+    soil%message = 'soft soil creep: the volume strain of the step is too large'
     allocate (model, source=soil)
   end subroutine make_model
 
@@ -179,40 +200,6 @@ contains
     slope2 = -1.0_wp
     if (shear > 0.0_wp) slope2 = eta**2 + 2.0_wp*eta*(self%lambda - self%kappa)/shear
   end function squared_slope
-
-  !> Model of checked parameters.
-  subroutine set_soil(parameters, slope, model)
-    type(soft_soil_creep_parameters_type), intent(in) :: parameters
-    real(wp), intent(in) :: slope
-    type(soft_soil_creep_type), intent(inout) :: model
-    type(material_parameters_type) :: strength
-    real(wp) :: pressure
-
-    associate (p => parameters)
-      model%creep = creep_type(plastic=p%lambda - p%kappa, creep=p%mu, slope=slope, &
-        shift=p%cohesion/tan(p%friction_angle*pi/180.0_wp), reference=p%reference_time)
-      call make_line(p%kappa, p%smallest_pressure, model%creep)
-      model%shear_ratio = 1.5_wp*(1.0_wp - 2.0_wp*p%poisson)/(1.0_wp + p%poisson)
-      model%k0 = ratio_of(p)
-      model%ocr = p%ocr
-      model%pop = p%pop
-      model%asks_time = .not. p%lowered
-      strength%cohesion = p%cohesion
-      strength%friction_angle = p%friction_angle
-      strength%dilatancy_angle = p%dilatancy_angle
-      ! The table of a return depends on the ratio of the moduli alone.
-      call make_mohr_coulomb(strength, 2.0_wp*p%poisson/(1.0_wp - 2.0_wp*p%poisson), 1.0_wp, model%strength)
-      pressure = 10.0_wp*max(p%smallest_pressure, p%pop)
-      model%shear = model%shear_ratio*pressure/p%kappa
-      ! What carries load beyond the past stress is the compression line.
-      model%young = 3.0_wp*(1.0_wp - 2.0_wp*p%poisson)*pressure/p%lambda
-    end associate
-    model%state_count = 2
-    allocate (model%state_names(2))
-    model%state_names(1)%text = 'preconsolidation_pressure'
-    model%state_names(2)%text = 'equivalent_pressure'
-    model%message = 'soft soil creep: the volume strain of the step is too large'
-  end subroutine set_soil
 
   !> p and q of principal stresses.
   pure subroutine invariants(stress, p, q)

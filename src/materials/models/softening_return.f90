@@ -7,7 +7,7 @@
 module qsmpm_softening_return
   use qsmpm_kinds, only: wp
   use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, active_planes_type, set_count, set_planes, make_set, plane, &
-    inside, round_off, near_tolerance
+    falling_order, inside, round_off, near_tolerance
   use qsmpm_softening, only: strength_change_type
   use qsmpm_tensor, only: determinant, inverse, identity
   implicit none
@@ -38,9 +38,7 @@ contains
       rate = 0.0_wp
       return
     end if
-    order(1) = maxloc(trial, dim=1)
-    order(3) = minloc(trial, dim=1, back=.true.)
-    order(2) = 6 - order(1) - order(3)
+    order = falling_order(trial)
     sorted = trial(order)
     call find_set(strength, change, lame, shear, sorted, answer, by_trial, by_parameter)
     do i = 1, 3

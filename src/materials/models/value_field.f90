@@ -7,6 +7,7 @@
 !> from there outwards.
 module qsmpm_value_field
   use qsmpm_kinds, only: wp
+  use qsmpm_spatial_lists, only: order_rising
   implicit none
   private
 
@@ -56,43 +57,6 @@ contains
     field%places = places(:, order)
     field%values = values(order)
   end subroutine set_samples
-
-  !> Stable order in which numbers rise (merging of ever longer runs).
-  pure subroutine order_rising(numbers, order)
-    real(wp), intent(in) :: numbers(:)
-    integer, intent(out) :: order(:)
-    integer :: run(size(order)), width, low, middle, high, i, j, k
-
-    order = [(i, i=1, size(order))]
-    width = 1
-    do while (width < size(order))
-      run = order
-      do low = 1, size(order), 2*width
-        middle = min(low + width, size(order) + 1)
-        high = min(low + 2*width, size(order) + 1)
-        i = low
-        j = middle
-        do k = low, high - 1
-          if (takes_first(i, j)) then
-            order(k) = run(i)
-            i = i + 1
-          else
-            order(k) = run(j)
-            j = j + 1
-          end if
-        end do
-      end do
-      width = 2*width
-    end do
-  contains
-    !> Whether the next one is that of the first run.
-    pure logical function takes_first(first, second)
-      integer, intent(in) :: first, second
-
-      takes_first = second >= high
-      if (first < middle .and. second < high) takes_first = .not. numbers(run(second)) < numbers(run(first))
-    end function takes_first
-  end subroutine order_rising
 
   !> Numbers of two samples at one place, zeros where there are none.
   pure function same_places(field) result(pair)

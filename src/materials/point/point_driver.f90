@@ -52,22 +52,26 @@ contains
     call law%start(stress, point%state)
   end subroutine start_point
 
-  !> A batch for one point.
-  subroutine prepare_point(law, batch)
+  !> A batch for one point, or for several.
+  subroutine prepare_point(law, batch, points)
     class(law_type), intent(in) :: law
     type(batch_type), intent(out) :: batch
+    integer, intent(in), optional :: points
     integer :: n, m
 
     n = gradient_size(law%dimension)
     m = stress_size(law%dimension)
     batch%count = 1
-    allocate (batch%gradient(n, 1), batch%volume_ratio(1), batch%stress_start(m, 1), &
-              batch%state_start(law%state_count, 1), batch%stress(m, 1), &
-              batch%state(law%state_count, 1), batch%piola(n, 1), batch%tangent(n, n, 1), &
-              batch%status(1), batch%plastic(1))
-    allocate (batch%number(1), batch%cell(1), source=1)
-    allocate (batch%place(law%dimension, 1), source=0.0_wp)
-    allocate (batch%cell_size(1), source=1.0_wp)
+    if (present(points)) batch%count = points
+    associate (k => batch%count)
+      allocate (batch%gradient(n, k), batch%volume_ratio(k), batch%stress_start(m, k), &
+                batch%state_start(law%state_count, k), batch%stress(m, k), &
+                batch%state(law%state_count, k), batch%piola(n, k), batch%tangent(n, n, k), &
+                batch%status(k), batch%plastic(k))
+      allocate (batch%number(k), batch%cell(k), source=1)
+      allocate (batch%place(law%dimension, k), source=0.0_wp)
+      allocate (batch%cell_size(k), source=1.0_wp)
+    end associate
   end subroutine prepare_point
 
   !> One step by controls. When it fails the point stays as it was.

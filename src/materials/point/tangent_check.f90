@@ -13,6 +13,7 @@
 module qsmpm_tangent_check
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none
+  use qsmpm_point_driver, only: prepare_point
   use qsmpm_tensor, only: identity, pack_gradient
   implicit none
   private
@@ -57,7 +58,7 @@ contains
     error = huge(error)
     h = min(max(share*norm2(batch%gradient(:, 1) - unit), smallest), largest)
     do pass = 1, 2
-      call spread_batch(batch, h, trial)
+      call spread_batch(law, batch, h, trial)
       call law%update(trial, tangent_none)
       check%made = all(trial%status == status_ok)
       if (.not. check%made) return
@@ -73,7 +74,8 @@ contains
   end subroutine check_tangent
 
   !> Points of the differences: first all steps forward, then all back, then the mixed direction.
-  subroutine spread_batch(batch, h, trial)
+  subroutine spread_batch(law, batch, h, trial)
+    class(law_type), intent(in) :: law
     !> The point.
     type(batch_type), intent(in) :: batch
     !> Step of the differences.
@@ -84,20 +86,13 @@ contains
 
     n = size(batch%gradient, 1)
     m = 2*n + 1
-    trial%count = m
+    call prepare_point(law, trial, m)
     trial%step_info = batch%step_info
-    allocate (trial%gradient(n, m), source=spread(batch%gradient(:, 1), 2, m))
-    allocate (trial%volume_ratio(m), source=batch%volume_ratio(1))
-    allocate (trial%stress_start(size(batch%stress, 1), m), source=spread(batch%stress_start(:, 1), 2, m))
-    allocate (trial%state_start(size(batch%state, 1), m), source=spread(batch%state_start(:, 1), 2, m))
-    allocate (trial%number(m), source=batch%number(1))
-    allocate (trial%cell(m), source=batch%cell(1))
-    allocate (trial%place(size(batch%place, 1), m), source=spread(batch%place(:, 1), 2, m))
-    allocate (trial%cell_size(m), source=batch%cell_size(1))
-    allocate (trial%stress, source=trial%stress_start)
-    allocate (trial%state, source=trial%state_start)
-    allocate (trial%piola, source=trial%gradient)
-    allocate (trial%status(m), trial%plastic(m), source=0)
+    trial%gradient(:, :) = spread(batch%gradient(:, 1), 2, m)
+    trial%volume_ratio = batch%volume_ratio(1)
+    trial%stress_start(:, :) = spread(batch%stress_start(:, 1), 2, m)
+    trial%state_start(:, :) = spread(batch%state_start(:, 1), 2, m)
+    trial%cell_size = batch%cell_size(1)
     do j = 1, n
       trial%gradient(j, j) = trial%gradient(j, j) + h
       trial%gradient(j, n + j) = trial%gradient(j, n + j) - h

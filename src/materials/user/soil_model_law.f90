@@ -38,14 +38,12 @@ module qsmpm_soil_model_law
     integer :: before_strain = 0
     integer :: before_own = 0
   contains
-    procedure :: start
     procedure :: start_at
     procedure :: update
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
     procedure :: shear_modulus
-    procedure :: shear_compliance
   end type soil_model_law_type
 
 contains
@@ -88,17 +86,6 @@ contains
       law%state_names(law%before_own + i)%text = model%state_names(i)%text
     end do
   end subroutine name_states
-
-  !> State of a point at the origin.
-  subroutine start(self, stress, state)
-    class(soil_model_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
-    !> State (state_count).
-    real(wp), intent(out) :: state(:)
-
-    call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
-  end subroutine start
 
   !> State of a point with a given stress, undeformed.
   subroutine start_at(self, stress, place, state)
@@ -413,13 +400,4 @@ contains
 
     shear = self%model%shear_modulus(stress, state(self%before_own + 1:self%state_count))
   end function shear_modulus
-
-  !> 1/2G of the model, of linear elasticity in Cauchy stress.
-  pure function shear_compliance(self, stress, state, volume_ratio, volume_change) result(compliance)
-    class(soil_model_law_type), intent(in) :: self
-    real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
-    real(wp) :: compliance(2)
-
-    compliance = 0.5_wp/self%shear_modulus(stress, state)
-  end function shear_compliance
 end module qsmpm_soil_model_law

@@ -15,7 +15,7 @@
 module qsmpm_step_turn
   use qsmpm_kinds, only: wp
   use qsmpm_midpoint_rotation, only: half_rotation, rotation_jacobian, axial
-  use qsmpm_jaumann_solid, only: spin_columns, product_of, full, contract, piola_tangent
+  use qsmpm_jaumann_solid, only: spin_columns, by_gradient, product_of, full, contract, piola_tangent
   use qsmpm_tensor, only: cofactor, identity
   implicit none
   private
@@ -95,7 +95,7 @@ contains
     real(wp), intent(in) :: inverse(3, 3), det
     !> A (3,3,3,3).
     real(wp), intent(out) :: a(3, 3, 3, 3)
-    real(wp) :: change(6, 3, 3), c(6, 6), spin(6, 3)
+    real(wp) :: change(6, 3, 3), c(6, 6)
     integer :: i
 
     c = modulus
@@ -105,16 +105,7 @@ contains
         c(:, i) = c(:, i) - stress
       end do
     end if
-    spin = change_by_spin(turn, full(stress), c)
-    do i = 1, 3
-      change(:, i, i) = c(:, i)
-    end do
-    change(:, 2, 1) = c(:, 4) + spin(:, 3)
-    change(:, 1, 2) = c(:, 4) - spin(:, 3)
-    change(:, 1, 3) = c(:, 5) + spin(:, 2)
-    change(:, 3, 1) = c(:, 5) - spin(:, 2)
-    change(:, 3, 2) = c(:, 6) + spin(:, 1)
-    change(:, 2, 3) = c(:, 6) - spin(:, 1)
+    call by_gradient(c, change_by_spin(turn, full(stress), c), change)
     call contract(product_of(turn%half, turn%mid), product_of(turn%mid, transpose(turn%half)), change)
     call piola_tangent(full(stress), inverse, det, change, a)
   end subroutine step_tangent

@@ -10,14 +10,14 @@
 !> carried as first state variable, compression positive as that of *UNDRAINED, and the stress of the point is their
 !> sum. What each argument holds is listed in docs/user_models.md.
 module qsmpm_udsm
-  use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
+  use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call, check_arguments, take_user
+  use qsmpm_user_adapter, only: adapter_type, call_model, check_arguments, take_user
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut, start_time, time_increment
   use qsmpm_marked_room, only: room_size, first_places, put_marks
-  use qsmpm_plugin, only: load_procedure, guarded_call, may_write
+  use qsmpm_plugin, only: may_write
   use qsmpm_soil_model, only: soil_increment_type, soil_response_type
   use qsmpm_text, only: integer_text, string_type
   use qsmpm_udsm_words, only: check_parameters, name_states
@@ -101,19 +101,16 @@ contains
     !> error_user_material: it cannot be loaded, or has another number of state variables.
     type(error_type), allocatable, intent(out) :: error
     procedure(udsm_interface), pointer :: routine
-    type(c_funptr) :: address
     type(string_type), allocatable :: names(:)
     integer :: n
 
-    call take_user(model, user, name)
+    call take_user(model, user, name, error)
+    if (allocated(error)) return
+    call c_f_procpointer(model%address, routine)
+    model%routine => routine
     model%before = merge(1, 0, user%undrained > 0.0_wp)
     n = min(constants, size(model%user%constants))
     model%props(:n) = model%user%constants(:n)
-    call load_procedure(user%library, user%symbol, address, error)
-    if (allocated(error)) return
-    call c_f_procpointer(address, routine)
-    model%routine => routine
-    model%address = address
     model%directory = trim(merge(here//repeat(' ', len(elsewhere) - len(here)), elsewhere, may_write(here)))
     call check_parameters(user, error)
     if (.not. allocated(error)) call inquire(model, error)
@@ -247,13 +244,10 @@ contains
   pure subroutine take_tangent(arguments, response)
     type(udsm_call_type), intent(in) :: arguments
     type(soil_response_type), intent(inout) :: response
-    integer :: i, j
+    real(wp) :: d(6, 6)
 
-    do j = 1, 6
-      do i = 1, 6
-        response%tangent(i, j) = arguments%d(6*(place(j) - 1) + place(i))
-      end do
-    end do
+    d = reshape(arguments%d, [6, 6])
+    response%tangent = d(place, place)
   end subroutine take_tangent
 
   !> Stress and state at the end.
@@ -370,14 +364,12 @@ contains
     integer(c_int), intent(in) :: task
     type(udsm_call_type), intent(inout), target :: arguments
     type(soil_response_type), intent(inout) :: response
-    integer(c_int) :: what, saved, sent(whole_arguments)
+    integer(c_int) :: sent(whole_arguments)
 
     arguments%task = task
     sent = whole_numbers(arguments)
-    call begin_silence(self, saved)
-    what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
-    call end_silence(saved)
-    call check_call(self, what, array_sizes(self), array_names, arguments%room, response)
+    call call_model(self, self%address, c_funloc(make_call), c_loc(arguments), array_sizes(self), array_names, &
+      arguments%room, response)
     if (response%status == status_ok) call check_arguments(self, sent, whole_numbers(arguments), whole_names, response)
   end subroutine perform
 

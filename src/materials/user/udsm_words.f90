@@ -111,7 +111,7 @@ contains
     !> Name of the procedure.
     character(len=*), intent(in) :: symbol
     !> ask_count or ask_name.
-    type(c_funptr), intent(in) :: procedure
+    type(c_funptr), value :: procedure
     !> The arguments.
     type(question_type), intent(inout), target :: question
     !> There is such a procedure, and it has returned.

@@ -9,14 +9,13 @@ module qsmpm_umat
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_null_funptr, c_size_t, c_loc, &
     c_funloc, c_f_pointer, c_f_procpointer, c_associated
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_user_adapter, only: adapter_type, begin_silence, end_silence, check_call, check_arguments, &
-    take_user, number_states
+  use qsmpm_user_adapter, only: adapter_type, call_model, check_arguments, take_user, number_states
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_jaumann_solid, only: product_of
   use qsmpm_law, only: status_ok, status_cut, time_increment
   use qsmpm_marked_room, only: room_size, first_places, put_marks
-  use qsmpm_plugin, only: load_procedure, guarded_call
+  use qsmpm_plugin, only: load_procedure
   use qsmpm_soil_model, only: soil_increment_type, soil_response_type
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: upper, integer_text
@@ -111,12 +110,14 @@ contains
     !> error_user_material: it cannot be loaded.
     type(error_type), allocatable, intent(out) :: error
     procedure(umat_interface), pointer :: routine
-    type(c_funptr) :: address
     type(error_type), allocatable :: no_sdvini
     character(len=len(name)) :: large
     integer :: i
 
-    call take_user(model, user, name)
+    call take_user(model, user, name, error)
+    if (allocated(error)) return
+    call c_f_procpointer(model%address, routine)
+    model%routine => routine
     model%state_count = max(0, user%states)
     model%reads_gradient = .true.
     model%tells_yield = .false.
@@ -126,11 +127,6 @@ contains
     end do
     allocate (model%props(max(1, size(model%user%constants))), source=0.0_c_double)
     model%props(:size(model%user%constants)) = model%user%constants
-    call load_procedure(user%library, user%symbol, address, error)
-    if (allocated(error)) return
-    call c_f_procpointer(address, routine)
-    model%routine => routine
-    model%address = address
     call load_procedure(user%library, 'sdvini', model%sdvini, no_sdvini)
     if (allocated(no_sdvini)) model%sdvini = c_null_funptr
     if (user%shows_state) call number_states(model%state_count, model%state_names)
@@ -146,7 +142,7 @@ contains
 
     state(:self%state_count) = 0.0_wp
     call put_start(self%user, place, state(:self%state_count))
-    call initial_state(self, self%sdvini, place, state(:self%state_count))
+    call initial_state(self, place, state(:self%state_count))
   end subroutine start_at
 
   !> One step of one point.
@@ -197,7 +193,7 @@ contains
     type(soil_response_type), intent(inout) :: response
     real(c_double), target :: room(room_size(array_sizes(self)))
     type(umat_call_type), target :: arguments
-    integer(c_int) :: what, saved, sent(whole_arguments)
+    integer(c_int) :: sent(whole_arguments)
     integer :: sizes(arrays)
 
     sizes = array_sizes(self)
@@ -207,10 +203,7 @@ contains
     call fill_arrays(self, increment, stress, state, sizes, arguments%first, room)
     call fill_call(self, increment, arguments)
     sent = whole_numbers(arguments)
-    call begin_silence(self, saved)
-    what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
-    call end_silence(saved)
-    call check_call(self, what, sizes, array_names, room, response)
+    call call_model(self, self%address, c_funloc(make_call), c_loc(arguments), sizes, array_names, room, response)
     if (response%status == status_ok) call check_arguments(self, sent, whole_numbers(arguments), whole_names, response)
     if (response%status /= status_ok) return
     if (arguments%pnewdt < 1.0_wp) then
@@ -336,10 +329,9 @@ contains
   end subroutine make_call
 
   !> State of a point; not a number where the procedure fails, so that the point's first step says so.
-  subroutine initial_state(adapter, address, place, state)
-    class(adapter_type), intent(in) :: adapter
-    !> SDVINI; without one nothing changes.
-    type(c_funptr), intent(in) :: address
+  subroutine initial_state(self, place, state)
+    !> Without SDVINI nothing changes.
+    class(umat_type), intent(in) :: self
     !> Position of the point.
     real(wp), intent(in) :: place(3)
     !> In: as the deck has it; out: as the procedure leaves it.
@@ -347,24 +339,21 @@ contains
     real(c_double), target :: room(room_size([size(state), 3]))
     type(umat_start_call_type), target :: arguments
     type(soil_response_type) :: response
-    integer(c_int) :: what, saved
     integer :: sizes(2), first(3)
 
-    if (.not. c_associated(address) .or. size(state) == 0) return
+    if (.not. c_associated(self%sdvini) .or. size(state) == 0) return
     sizes = [size(state), 3]
     first = first_places(sizes)
     call put_marks(sizes, room)
     room(first(1):first(1) + size(state) - 1) = state
     room(first(2):first(2) + 2) = place
-    arguments%address = address
+    arguments%address = self%sdvini
     arguments%room => room
     arguments%statev = first(1)
     arguments%coords = first(2)
     arguments%nstatv = int(size(state), c_int)
-    call begin_silence(adapter, saved)
-    what = guarded_call(address, c_funloc(call_sdvini), c_loc(arguments))
-    call end_silence(saved)
-    call check_call(adapter, what, sizes, ['STATEV', 'COORDS'], room, response)
+    call call_model(self, self%sdvini, c_funloc(call_sdvini), c_loc(arguments), sizes, ['STATEV', 'COORDS'], room, &
+      response)
     state = room(first(1):first(1) + size(state) - 1)
     if (response%status /= status_ok) state = ieee_value(state, ieee_quiet_nan)
   end subroutine initial_state

@@ -2,14 +2,14 @@
 !> is wrong with a call, and the stiffness of a model that says nothing of it.
 module qsmpm_user_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use, intrinsic :: iso_c_binding, only: c_int, c_funptr, c_null_funptr
+  use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_funptr, c_null_funptr
   use, intrinsic :: iso_fortran_env, only: output_unit
   use qsmpm_difference_tangent, only: difference_tangent
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_unrecoverable
   use qsmpm_marked_room, only: find_damage
-  use qsmpm_plugin, only: silence, model_abandoned, guard_words
+  use qsmpm_plugin, only: load_procedure, guarded_call, silence, model_abandoned, guard_words
   use qsmpm_rest_check, only: changes_at_rest, what_changes, rest_flows
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_rounded_text, only: rounded_text
@@ -18,8 +18,7 @@ module qsmpm_user_adapter
   implicit none
   private
 
-  public :: adapter_type, begin_silence, end_silence, check_call, check_arguments, ask_stiffness, take_user, &
-    number_states
+  public :: adapter_type, call_model, check_arguments, ask_stiffness, take_user, number_states
 
   !> A model behind an adapter.
   type, abstract, extends(soil_model_type) :: adapter_type
@@ -43,12 +42,14 @@ contains
     call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
   end subroutine start
 
-  !> What the deck says; lists it does not give are empty.
-  subroutine take_user(adapter, user, name)
+  !> What the deck says, lists it does not give empty, and the procedure in the library.
+  subroutine take_user(adapter, user, name, error)
     class(adapter_type), intent(inout) :: adapter
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
+    !> error_user_material: there is no such procedure.
+    type(error_type), allocatable, intent(out) :: error
 
     adapter%user = user
     adapter%name = name
@@ -57,38 +58,42 @@ contains
     adapter%reads_strain = .true.
     if (.not. allocated(adapter%user%constants)) allocate (adapter%user%constants(0))
     if (.not. allocated(adapter%user%start)) allocate (adapter%user%start(0))
+    call load_procedure(user%library, user%symbol, adapter%address, error)
   end subroutine take_user
 
-  !> Let the model's output go nowhere; what the unit holds back is written first.
-  subroutine begin_silence(adapter, saved)
+  !> Call a procedure of the model, its output to nowhere where that is wished; what the unit holds back is written
+  !> first. A model that has not returned, or has written beyond its arrays, is broken.
+  subroutine call_model(adapter, address, caller, arguments, sizes, names, room, response)
     class(adapter_type), intent(in) :: adapter
-    !> To be handed to end_silence.
-    integer(c_int), intent(out) :: saved
+    !> The procedure, what calls it, and with what.
+    type(c_funptr), value :: address, caller
+    type(c_ptr), value :: arguments
+    !> Sizes and names of the arrays the model is handed, the state first, and their room.
+    integer, intent(in) :: sizes(:)
+    character(len=*), intent(in) :: names(:)
+    real(wp), intent(inout), target :: room(:)
+    type(soil_response_type), intent(inout) :: response
+    integer(c_int) :: what, saved, unused
 
     saved = -1
-    if (.not. adapter%user%silent) return
-    if (model_abandoned()) return
-    flush (output_unit)
-    saved = silence(-1_c_int)
-  end subroutine begin_silence
-
-  !> The screen again.
-  subroutine end_silence(saved)
-    !> What begin_silence has set.
-    integer(c_int), intent(in) :: saved
-    integer(c_int) :: unused
-
-    if (saved < 0) return
-    if (.not. model_abandoned()) flush (output_unit)
-    unused = silence(saved)
-  end subroutine end_silence
+    if (adapter%user%silent) then
+      if (.not. model_abandoned()) flush (output_unit)
+      if (.not. model_abandoned()) saved = silence(-1_c_int)
+    end if
+    what = guarded_call(address, caller, arguments)
+    if (saved >= 0) then
+      if (.not. model_abandoned()) flush (output_unit)
+      unused = silence(saved)
+    end if
+    call check_call(adapter, what, sizes, names, room, response)
+  end subroutine call_model
 
   !> A model that has not returned, or has written beyond its arrays, is broken.
   subroutine check_call(adapter, what, sizes, names, room, response)
     class(adapter_type), intent(in) :: adapter
     !> What guarded_call has returned.
     integer(c_int), intent(in) :: what
-    !> Sizes and names of the arrays the model was handed, the state first, and their room.
+    !> As of call_model.
     integer, intent(in) :: sizes(:)
     character(len=*), intent(in) :: names(:)
     real(wp), intent(in) :: room(:)

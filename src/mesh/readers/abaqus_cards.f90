@@ -4,17 +4,19 @@
 !> connectors) is no part of the mesh; keywords that would change the mesh in ways that are not
 !> followed (generation, included files, other axes) are errors, all others are passed over.
 module qsmpm_abaqus_cards
-  use qsmpm_error, only: error_type
   use qsmpm_text, only: string_type, upper, stripped, squeezed
-  use qsmpm_text_file, only: text_file_type, unquoted, file_error
+  use qsmpm_raw_mesh, only: raw_mesh_type
+  use qsmpm_text_file, only: unquoted, file_error
   use qsmpm_element, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, wedge15
   implicit none
   private
 
-  public :: abaqus_card_type, start_card
+  public :: abaqus_file_type, start_card
 
-  !> The card whose data lines are being read.
-  type :: abaqus_card_type
+  !> The file, the raw mesh that it becomes, and the card whose data lines are being read.
+  type, extends(raw_mesh_type) :: abaqus_file_type
+    !> Words of the line.
+    type(string_type), allocatable :: words(:)
     !> Keyword in capitals with its star; empty before the first and where data are passed over.
     character(len=:), allocatable :: keyword
     !> Values of the parameters, empty when they are not given.
@@ -29,114 +31,100 @@ module qsmpm_abaqus_cards
     !> Element that runs over several lines: label and nodes so far, and its first line.
     integer, allocatable :: pending(:)
     integer :: pending_line = 0
-  end type abaqus_card_type
+  end type abaqus_file_type
 
 contains
 
-  !> A keyword line.
-  subroutine start_card(file, words, card, error)
-    !> The file, for messages.
-    type(text_file_type), intent(in) :: file
-    !> Keyword and parameters.
-    type(string_type), intent(in) :: words(:)
-    !> The card before; becomes the new one.
-    type(abaqus_card_type), intent(inout) :: card
-    !> A keyword or element type that cannot be read.
-    type(error_type), allocatable, intent(out) :: error
+  !> A keyword line: the words are keyword and parameters. A keyword or element type that cannot be read is an error.
+  subroutine start_card(file)
+    type(abaqus_file_type), intent(inout) :: file
 
-    card%keyword = upper(squeezed(words(1)%text))
-    call read_parameters(words(2:), card)
-    call follow_assembly(card)
-    call check_card(file, words(2:), card, error)
-    if (allocated(error)) return
-    if (card%in_assembly .and. .not. card%in_instance) then
-      if (card%keyword == '*NODE' .or. card%keyword == '*ELEMENT') card%keyword = ''
+    file%keyword = upper(squeezed(file%words(1)%text))
+    call read_parameters(file)
+    call follow_assembly(file)
+    call check_card(file)
+    if (file%in_assembly .and. .not. file%in_instance) then
+      if (file%keyword == '*NODE' .or. file%keyword == '*ELEMENT') file%keyword = ''
     end if
-    if (card%keyword == '*SURFACE' .and. card%type /= '' .and. card%type /= 'ELEMENT') card%keyword = ''
-    if (card%keyword /= '*ELEMENT') return
-    card%kind = kind_of(card%type)
-    if (card%kind == 0) call file_error(file, "element type '"//card%type//"' is not known", error)
+    if (file%keyword == '*SURFACE' .and. file%type /= '' .and. file%type /= 'ELEMENT') file%keyword = ''
+    if (file%keyword /= '*ELEMENT') return
+    file%kind = kind_of(file%type)
+    if (file%kind == 0) call file_error(file, "element type '"//file%type//"' is not known")
   end subroutine start_card
 
-  !> Parameters of a keyword line.
-  pure subroutine read_parameters(words, card)
-    !> Name, or name = value.
-    type(string_type), intent(in) :: words(:)
-    !> Gets the values.
-    type(abaqus_card_type), intent(inout) :: card
+  !> Parameters of a keyword line, name or name = value.
+  pure subroutine read_parameters(file)
+    type(abaqus_file_type), intent(inout) :: file
     character(len=:), allocatable :: value
     integer :: i, place
 
-    card%nset = ''
-    card%elset = ''
-    card%name = ''
-    card%type = ''
-    card%instance = ''
-    card%generate = .false.
-    card%set = 0
-    card%pending = [integer ::]
-    do i = 1, size(words)
-      place = index(words(i)%text//'=', '=')
-      value = unquoted(stripped(words(i)%text(min(place, len(words(i)%text)) + 1:)))
-      select case (upper(stripped(words(i)%text(:place - 1))))
-      case ('NSET')
-        card%nset = value
-      case ('ELSET')
-        card%elset = value
-      case ('NAME')
-        card%name = value
-      case ('INSTANCE')
-        card%instance = value
-      case ('TYPE')
-        card%type = upper(value)
-      case ('GENERATE')
-        card%generate = .true.
-      end select
+    file%nset = ''
+    file%elset = ''
+    file%name = ''
+    file%type = ''
+    file%instance = ''
+    file%generate = .false.
+    file%set = 0
+    file%pending = [integer ::]
+    do i = 2, size(file%words)
+      associate (word => file%words(i)%text)
+        place = index(word//'=', '=')
+        value = unquoted(stripped(word(min(place, len(word)) + 1:)))
+        select case (upper(stripped(word(:place - 1))))
+        case ('NSET')
+          file%nset = value
+        case ('ELSET')
+          file%elset = value
+        case ('NAME')
+          file%name = value
+        case ('INSTANCE')
+          file%instance = value
+        case ('TYPE')
+          file%type = upper(value)
+        case ('GENERATE')
+          file%generate = .true.
+        end select
+      end associate
     end do
   end subroutine read_parameters
 
   !> Keep account of where the cards stand.
-  pure subroutine follow_assembly(card)
-    type(abaqus_card_type), intent(inout) :: card
+  pure subroutine follow_assembly(file)
+    type(abaqus_file_type), intent(inout) :: file
 
-    select case (card%keyword)
+    select case (file%keyword)
     case ('*ASSEMBLY')
-      card%in_assembly = .true.
+      file%in_assembly = .true.
     case ('*END ASSEMBLY')
-      card%in_assembly = .false.
+      file%in_assembly = .false.
     case ('*INSTANCE')
-      card%in_instance = .true.
+      file%in_instance = .true.
     case ('*END INSTANCE')
-      card%in_instance = .false.
+      file%in_instance = .false.
     end select
   end subroutine follow_assembly
 
   !> Refuse cards that change the mesh in ways that are not followed, and cards without their names.
-  subroutine check_card(file, words, card, error)
-    !> The file, for messages.
-    type(text_file_type), intent(in) :: file
-    !> Parameters.
-    type(string_type), intent(in) :: words(:)
-    type(abaqus_card_type), intent(in) :: card
-    !> Set when it is refused.
-    type(error_type), allocatable, intent(out) :: error
+  subroutine check_card(file)
+    type(abaqus_file_type), intent(inout) :: file
+    character(len=:), allocatable :: word
     integer :: i
 
-    select case (card%keyword)
+    select case (file%keyword)
     case ('*INCLUDE', '*NGEN', '*NFILL', '*NCOPY', '*NMAP', '*ELGEN', '*ELCOPY', '*SYSTEM')
-      call file_error(file, card%keyword//' is not followed; write nodes and elements out', error)
+      call file_error(file, file%keyword//' is not followed; write nodes and elements out')
     case ('*NODE', '*ELEMENT')
-      do i = 1, size(words)
-        if (upper(words(i)%text) == 'SYSTEM=R') cycle
-        if (index(upper(words(i)%text), 'SYSTEM') /= 1 .and. index(upper(words(i)%text), 'INPUT') /= 1) cycle
-        call file_error(file, "'"//words(i)%text//"' is not followed; write the mesh out", error)
+      do i = 2, size(file%words)
+        word = upper(file%words(i)%text)
+        if (word == 'SYSTEM=R' .or. (index(word, 'SYSTEM') /= 1 .and. index(word, 'INPUT') /= 1)) cycle
+        call file_error(file, "'"//file%words(i)%text//"' is not followed; write the mesh out")
       end do
     case ('*NSET')
-      if (len(card%nset) == 0) call file_error(file, '*NSET needs NSET=name', error)
+      if (len(file%nset) == 0) call file_error(file, '*NSET needs NSET=name')
     case ('*ELSET')
-      if (len(card%elset) == 0) call file_error(file, '*ELSET needs ELSET=name', error)
+      if (len(file%elset) == 0) call file_error(file, '*ELSET needs ELSET=name')
     case ('*SURFACE')
-      if (len(card%name) == 0) call file_error(file, '*SURFACE needs NAME=name', error)
+      if (len(file%name) == 0) call file_error(file, '*SURFACE needs NAME=name')
     end select
   end subroutine check_card
 

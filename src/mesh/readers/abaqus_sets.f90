@@ -3,13 +3,12 @@
 !> Set names are compared without regard to case and keep the spelling they are first written in.
 !> An instance name before a label or a set name (`Part-1-1.12`) is dropped.
 module qsmpm_abaqus_sets
-  use qsmpm_error, only: error_type
-  use qsmpm_text, only: string_type, upper, integer_text
-  use qsmpm_text_file, only: text_file_type, unquoted, file_error, word_label
+  use qsmpm_text, only: upper, integer_text
+  use qsmpm_text_file, only: unquoted, file_error, word_label
   use qsmpm_element, only: node_count
-  use qsmpm_abaqus_cards, only: abaqus_card_type
-  use qsmpm_raw_mesh, only: raw_mesh_type, label_set_type, open_set, append_labels, find_label
-  use qsmpm_sorting, only: sort
+  use qsmpm_abaqus_cards, only: abaqus_file_type
+  use qsmpm_raw_mesh, only: label_set_type, of_nodes, of_cells, of_faces, open_set, append_labels
+  use qsmpm_sorting, only: place_in_order, sort
   implicit none
   private
 
@@ -22,25 +21,31 @@ module qsmpm_abaqus_sets
 contains
 
   !> The set that the data lines of a card go to, by its name.
-  subroutine open_card_set(file, card, raw, error)
-    !> The file, for messages.
-    type(text_file_type), intent(in) :: file
-    !> Gets the place of the set.
-    type(abaqus_card_type), intent(inout) :: card
-    !> Gets the set.
-    type(raw_mesh_type), intent(inout) :: raw
-    !> *NSET, ELSET= with an unknown element set.
-    type(error_type), allocatable, intent(out) :: error
+  subroutine open_card_set(file)
+    !> Gets the set and its place; *NSET, ELSET= with an unknown element set is an error.
+    type(abaqus_file_type), intent(inout) :: file
 
-    select case (card%keyword)
+    select case (file%keyword)
     case ('*NODE', '*NSET')
-      if (len(card%nset) > 0) call open_set(raw%node_sets, spelling(raw%node_sets, card%nset), card%set)
-      if (card%keyword == '*NSET' .and. len(card%elset) > 0) call take_nodes_of(file, card, raw, error)
+      call open_named(of_nodes, file%nset)
+      if (file%keyword == '*NSET' .and. len(file%elset) > 0) call take_nodes_of(file)
     case ('*ELEMENT', '*ELSET')
-      if (len(card%elset) > 0) call open_set(raw%cell_sets, spelling(raw%cell_sets, card%elset), card%set)
+      call open_named(of_cells, file%elset)
     case ('*SURFACE')
-      call open_set(raw%face_sets, spelling(raw%face_sets, card%name), card%set)
+      call open_named(of_faces, file%name)
     end select
+
+  contains
+
+    !> The set of a name as it was written first; none without a name.
+    subroutine open_named(kind, name)
+      integer, intent(in) :: kind
+      character(len=*), intent(in) :: name
+
+      if (len(name) == 0) return
+      file%set = set_place(file%sets(kind)%list, name)
+      if (file%set == 0) call open_set(file%sets(kind)%list, name, file%set)
+    end subroutine open_named
   end subroutine open_card_set
 
   !> Place of a named set, 0 when it is not there.
@@ -54,18 +59,6 @@ contains
       if (upper(sets(s)%name) == upper(name)) place = s
     end do
   end function set_place
-
-  !> A name as it was written first.
-  pure function spelling(sets, name) result(first)
-    type(label_set_type), intent(in) :: sets(:)
-    character(len=*), intent(in) :: name
-    character(len=:), allocatable :: first
-    integer :: s
-
-    first = name
-    s = set_place(sets, name)
-    if (s > 0) first = sets(s)%name
-  end function spelling
 
   !> A label or set name without the name of its instance.
   pure function without_instance(word, sets) result(rest)
@@ -86,130 +79,111 @@ contains
   end function is_label
 
   !> A data line of a set: labels or names of other sets; first, last, step with GENERATE.
-  subroutine take_set(file, words, card, sets, error)
-    !> The file, for messages.
-    type(text_file_type), intent(in) :: file
-    !> Words of the line.
-    type(string_type), intent(in) :: words(:)
-    type(abaqus_card_type), intent(in) :: card
-    !> The sets of its kind.
-    type(label_set_type), intent(inout) :: sets(:)
-    type(error_type), allocatable, intent(out) :: error
+  subroutine take_set(file, kind)
+    type(abaqus_file_type), intent(inout) :: file
+    !> of_nodes or of_cells.
+    integer, intent(in) :: kind
     character(len=:), allocatable :: word
     integer :: i, n, s, label
 
-    if (card%generate) then
-      call take_range(file, words, sets(card%set), error)
+    if (file%generate) then
+      call take_range(file, kind)
       return
     end if
-    do i = 1, size(words)
-      if (len(words(i)%text) == 0) cycle
-      ! Bare labels of the assembly are its own nodes, which are not read.
-      if (is_label(words(i)%text) .and. card%in_assembly .and. .not. card%in_instance .and. &
-        len(card%instance) == 0) cycle
-      word = without_instance(words(i)%text, sets)
-      s = set_place(sets, word)
-      if (s > 0 .and. .not. is_label(word)) then
-        n = sets(s)%count
-        call append_labels(sets(card%set), (sets(s)%labels(:n)), 0, (sets(s)%lines(:n)))
-      else if (is_label(word)) then
-        call word_label(file, word, label, error)
-        if (allocated(error)) return
-        call append_labels(sets(card%set), [label], 0, [file%line])
-      else
-        call file_error(file, "there is no set '"//words(i)%text//"' above this line", error)
-        return
-      end if
-    end do
+    associate (sets => file%sets(kind)%list)
+      do i = 1, size(file%words)
+        if (len(file%words(i)%text) == 0) cycle
+        ! Bare labels of the assembly are its own nodes, which are not read.
+        if (is_label(file%words(i)%text) .and. file%in_assembly .and. .not. file%in_instance .and. &
+          len(file%instance) == 0) cycle
+        word = without_instance(file%words(i)%text, sets)
+        s = set_place(sets, word)
+        if (s > 0 .and. .not. is_label(word)) then
+          n = sets(s)%count
+          call append_labels(sets(file%set), (sets(s)%labels(:n)), 0, (sets(s)%lines(:n)))
+        else if (is_label(word)) then
+          call word_label(file, word, label)
+          call append_labels(sets(file%set), [label], 0, [file%line])
+        else
+          call file_error(file, "there is no set '"//file%words(i)%text//"' above this line")
+        end if
+      end do
+    end associate
   end subroutine take_set
 
   !> first, last, step. Labels in between need not exist.
-  subroutine take_range(file, words, set, error)
-    !> The file, for messages.
-    type(text_file_type), intent(in) :: file
-    !> Words of the line.
-    type(string_type), intent(in) :: words(:)
-    !> Gets the labels.
-    type(label_set_type), intent(inout) :: set
-    type(error_type), allocatable, intent(out) :: error
+  subroutine take_range(file, kind)
+    type(abaqus_file_type), intent(inout) :: file
+    !> of_nodes or of_cells.
+    integer, intent(in) :: kind
     integer :: limits(3), i, count
 
     limits(3) = 1
-    if (size(words) < 2 .or. size(words) > 4) then
-      call file_error(file, 'a range has first, last and step', error)
+    if (size(file%words) < 2 .or. size(file%words) > 4) then
+      call file_error(file, 'a range has first, last and step')
       return
     end if
-    do i = 1, min(3, size(words))
-      if (i == 3 .and. len(words(i)%text) == 0) cycle
-      call word_label(file, words(i)%text, limits(i), error)
+    do i = 1, min(3, size(file%words))
+      if (i == 3 .and. len(file%words(i)%text) == 0) cycle
+      call word_label(file, file%words(i)%text, limits(i))
     end do
-    if (allocated(error)) return
+    if (allocated(file%error)) return
     count = (limits(2) - limits(1))/limits(3) + 1
     if (limits(2) < limits(1) .or. count > longest_range) then
       call file_error(file, 'the range '//integer_text(limits(1))//' to '// &
-        integer_text(limits(2))//' is empty or longer than '//integer_text(longest_range)//' labels', error)
+        integer_text(limits(2))//' is empty or longer than '//integer_text(longest_range)//' labels')
       return
     end if
-    call append_labels(set, [(limits(1) + i*limits(3), i=0, count - 1)], 0, spread(0, 1, count))
+    call append_labels(file%sets(kind)%list(file%set), [(limits(1) + i*limits(3), i=0, count - 1)], 0, &
+      spread(0, 1, count))
   end subroutine take_range
 
-  !> The nodes of an element set.
-  subroutine take_nodes_of(file, card, raw, error)
-    !> The file, for messages.
-    type(text_file_type), intent(in) :: file
-    !> The card, with the place of the node set.
-    type(abaqus_card_type), intent(in) :: card
-    !> Gets the nodes.
-    type(raw_mesh_type), intent(inout) :: raw
-    !> Set when there is no such element set.
-    type(error_type), allocatable, intent(out) :: error
+  !> The nodes of an element set, which must be there.
+  subroutine take_nodes_of(file)
+    !> With the place of the node set.
+    type(abaqus_file_type), intent(inout) :: file
     integer, allocatable :: labels(:)
     integer :: c, n, s
 
-    s = set_place(raw%cell_sets, without_instance(card%elset, raw%cell_sets))
+    s = set_place(file%sets(of_cells)%list, without_instance(file%elset, file%sets(of_cells)%list))
     if (s == 0) then
-      call file_error(file, "there is no element set '"//card%elset//"' above this line", error)
+      call file_error(file, "there is no element set '"//file%elset//"' above this line")
       return
     end if
-    allocate (labels(raw%cell_sets(s)%count), source=raw%cell_sets(s)%labels(:raw%cell_sets(s)%count))
+    associate (set => file%sets(of_cells)%list(s))
+      allocate (labels(set%count), source=set%labels(:set%count))
+    end associate
     call sort(labels)
-    do c = 1, raw%cell_count
-      if (find_label(labels, raw%cell_label(c)) == 0) cycle
-      n = node_count(raw%cell_kind(c))
-      call append_labels(raw%node_sets(card%set), raw%connectivity(:n, c), 0, spread(0, 1, n))
+    do c = 1, file%cell_count
+      if (place_in_order(labels, file%cell_label(c)) == 0) cycle
+      n = node_count(file%cell_kind(c))
+      call append_labels(file%sets(of_nodes)%list(file%set), file%connectivity(:n, c), 0, spread(0, 1, n))
     end do
   end subroutine take_nodes_of
 
   !> A data line of a surface: element or element set, S1..S6.
-  subroutine take_surface(file, words, card, raw, error)
-    !> The file, for messages.
-    type(text_file_type), intent(in) :: file
-    !> Words of the line.
-    type(string_type), intent(in) :: words(:)
-    type(abaqus_card_type), intent(in) :: card
-    !> Gets the faces.
-    type(raw_mesh_type), intent(inout) :: raw
-    type(error_type), allocatable, intent(out) :: error
+  subroutine take_surface(file)
+    type(abaqus_file_type), intent(inout) :: file
     character(len=:), allocatable :: word
     integer :: face, label, s
 
     face = 0
-    if (size(words) >= 2) face = findloc(face_names, upper(words(2)%text), dim=1)
+    if (size(file%words) >= 2) face = findloc(face_names, upper(file%words(2)%text), dim=1)
     if (face == 0) then
-      call file_error(file, 'a surface line holds an element or element set and a face S1 to S6', error)
+      call file_error(file, 'a surface line holds an element or element set and a face S1 to S6')
       return
     end if
-    word = without_instance(words(1)%text, raw%cell_sets)
-    s = set_place(raw%cell_sets, word)
-    if (is_label(word)) then
-      call word_label(file, word, label, error)
-      if (.not. allocated(error)) call append_labels(raw%face_sets(card%set), [label], face, [file%line])
-    else if (s == 0) then
-      call file_error(file, "there is no element set '"//words(1)%text//"' above this line", error)
-    else
-      associate (labels => raw%cell_sets(s)%labels(:raw%cell_sets(s)%count))
-        call append_labels(raw%face_sets(card%set), labels, face, spread(file%line, 1, size(labels)))
-      end associate
-    end if
+    associate (surface => file%sets(of_faces)%list(file%set), cells => file%sets(of_cells)%list)
+      word = without_instance(file%words(1)%text, cells)
+      s = set_place(cells, word)
+      if (is_label(word)) then
+        call word_label(file, word, label)
+        call append_labels(surface, [label], face, [file%line])
+      else if (s == 0) then
+        call file_error(file, "there is no element set '"//file%words(1)%text//"' above this line")
+      else
+        call append_labels(surface, cells(s)%labels(:cells(s)%count), face, spread(file%line, 1, cells(s)%count))
+      end if
+    end associate
   end subroutine take_surface
 end module qsmpm_abaqus_sets

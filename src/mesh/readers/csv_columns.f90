@@ -31,15 +31,12 @@ contains
     integer :: column(size(names)), n
     logical :: more
 
-    call open_text(path, file, error)
-    if (allocated(error)) return
+    call open_text(path, file)
     call next_line(file, line, more)
     call split(line, ',', cells)
     column = columns_of(cells, names)
-    if (any(column(:wanted) == 0) .or. (wanted < size(names) .and. all(column(wanted + 1:) == 0))) then
-      call file_error(file, 'the first line names the columns: '//what, error)
-      return
-    end if
+    if (any(column(:wanted) == 0) .or. (wanted < size(names) .and. all(column(wanted + 1:) == 0))) &
+      call file_error(file, 'the first line names the columns: '//what)
     allocate (table(size(names), 0), lines(0))
     n = 0
     do
@@ -53,12 +50,15 @@ contains
       end if
       lines(n) = file%line
       call split(line, ',', cells)
-      call read_row(file, cells, names, column, table(:, n), error)
-      if (allocated(error)) return
+      call read_row(file, cells, names, column, table(:, n))
     end do
     table = table(:, :n)
     lines = lines(:n)
-    if (n == 0) call fail(error, error_deck, path//': no row of numbers follows the names of the columns')
+    if (allocated(file%error)) then
+      call move_alloc(file%error, error)
+    else if (n == 0) then
+      call fail(error, error_deck, path//': no row of numbers follows the names of the columns')
+    end if
   end subroutine read_columns
 
   !> Place of each name in the first line, 0 for none.
@@ -76,14 +76,12 @@ contains
   end function columns_of
 
   !> A row.
-  subroutine read_row(file, cells, names, column, values, error)
-    type(text_file_type), intent(in) :: file
+  subroutine read_row(file, cells, names, column, values)
+    type(text_file_type), intent(inout) :: file
     type(string_type), intent(in) :: cells(:)
     character(len=*), intent(in) :: names(:)
     integer, intent(in) :: column(:)
     real(wp), intent(out) :: values(:)
-    !> A number that is none.
-    type(error_type), allocatable, intent(out) :: error
     integer :: k, outcome
 
     values = 0.0_wp
@@ -91,9 +89,7 @@ contains
       if (column(k) == 0) cycle
       outcome = number_good + 1
       if (column(k) <= size(cells)) call read_real(stripped(cells(column(k))%text), values(k), outcome)
-      if (outcome == number_good) cycle
-      call file_error(file, 'column '//trim(names(k))//' has no number', error)
-      return
+      if (outcome /= number_good) call file_error(file, 'column '//trim(names(k))//' has no number')
     end do
   end subroutine read_row
 end module qsmpm_csv_columns

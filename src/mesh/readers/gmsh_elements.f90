@@ -35,21 +35,13 @@ contains
     case (8)
       meaning = gmsh_type_type(dimension=1, nodes=3, corners=2)
     case default
-      meaning%kind = kind_of(number)
+      meaning%kind = findloc(elements%gmsh, number, dim=1)
       if (meaning%kind == 0) return
       meaning%dimension = local_dimension(meaning%kind)
       meaning%nodes = node_count(meaning%kind)
       meaning%corners = corner_count(meaning%kind)
     end select
   end function gmsh_type
-
-  !> Element kind of a type number, 0 when there is none.
-  pure integer function kind_of(number) result(kind)
-    !> Number in the file.
-    integer, intent(in) :: number
-
-    kind = findloc(elements%gmsh, number, dim=1)
-  end function kind_of
 
   !> Where in the file's order each node of ours stands.
   pure function gmsh_places(kind) result(places)

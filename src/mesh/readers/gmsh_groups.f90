@@ -4,10 +4,9 @@
 !> a cell set when it holds cells, and a surface when its elements are faces of cells (of an inner
 !> face both sides). A cell that MSH 2.2 writes once for each of its groups is one cell.
 module qsmpm_gmsh_groups
-  use qsmpm_error, only: error_type
   use qsmpm_element, only: node_count, face_count, face_corners, face_corner_count, max_faces
-  use qsmpm_gmsh_content, only: content_type, group_type, is_member
-  use qsmpm_raw_mesh, only: raw_mesh_type, add_cell, open_set, append_labels, raw_mesh_error
+  use qsmpm_gmsh_content, only: gmsh_file_type, is_member
+  use qsmpm_raw_mesh, only: of_nodes, of_cells, of_faces, add_cell, open_set, append_labels, raw_mesh_error
   use qsmpm_sorting, only: sort, order_columns
   use qsmpm_text, only: integer_text
   implicit none
@@ -26,35 +25,31 @@ module qsmpm_gmsh_groups
 contains
 
   !> Hand cells and groups to the raw mesh.
-  subroutine sort_out(content, raw, error)
-    type(content_type), intent(in) :: content
-    !> Has the nodes; gets cells and sets.
-    type(raw_mesh_type), intent(inout) :: raw
-    !> No cells, or a group of faces that are faces of cells in part only.
-    type(error_type), allocatable, intent(out) :: error
+  subroutine sort_out(file)
+    !> Has the nodes and elements; gets cells and sets. No cells are an error, and a group of faces that are faces of
+    !> cells in part only.
+    type(gmsh_file_type), intent(inout) :: file
     type(face_table_type) :: table
     integer, allocatable :: first(:)
     integer :: highest, g
 
-    highest = maxval(content%dimension(:content%element_count))
+    highest = maxval(file%elements%dimension(:file%elements%count))
     if (highest < 2) then
-      call raw_mesh_error(raw, 0, 'the file has no plane or solid elements', error)
+      call raw_mesh_error(file, 0, 'the file has no plane or solid elements')
       return
     end if
-    call find_repeats(content, highest, first)
-    call take_cells(content, highest, first, raw)
-    call make_face_table(raw, table)
-    do g = 1, size(content%groups)
-      call take_group(content, content%groups(g), highest, first, raw)
-      if (content%groups(g)%dimension /= highest - 1) cycle
-      call take_surface(content, content%groups(g), table, raw, error)
-      if (allocated(error)) return
+    call find_repeats(file, highest, first)
+    call take_cells(file, highest, first)
+    call make_face_table(file, table)
+    do g = 1, size(file%groups)
+      call take_group(file, g, highest, first)
+      if (file%groups(g)%dimension == highest - 1) call take_surface(file, g, table)
     end do
   end subroutine sort_out
 
   !> For each cell the first one with the same corners, for other elements themselves.
-  subroutine find_repeats(content, highest, first)
-    type(content_type), intent(in) :: content
+  subroutine find_repeats(file, highest, first)
+    type(gmsh_file_type), intent(in) :: file
     !> Dimension of cells.
     integer, intent(in) :: highest
     !> Place of the first (elements).
@@ -62,78 +57,79 @@ contains
     integer, allocatable :: key(:, :), order(:)
     integer :: e, i, n
 
-    first = [(e, e=1, content%element_count)]
-    if (content%new_format) return
-    allocate (key(8, content%element_count), order(content%element_count))
-    key = 0
-    do e = 1, content%element_count
-      n = content%corners(e)
-      if (content%dimension(e) /= highest) cycle
-      key(:n, e) = content%nodes(:n, e)
-      call sort(key(:, e))
-    end do
-    call order_columns(key, order)
-    do i = 2, size(order)
-      if (content%dimension(order(i)) /= highest) cycle
-      if (all(key(:, order(i)) == key(:, order(i - 1)))) first(order(i)) = first(order(i - 1))
-    end do
+    associate (elements => file%elements)
+      first = [(e, e=1, elements%count)]
+      if (file%new_format) return
+      allocate (key(8, elements%count), order(elements%count))
+      key = 0
+      do e = 1, elements%count
+        n = elements%corners(e)
+        if (elements%dimension(e) /= highest) cycle
+        key(:n, e) = elements%nodes(:n, e)
+        call sort(key(:, e))
+      end do
+      call order_columns(key, order)
+      do i = 2, size(order)
+        if (elements%dimension(order(i)) /= highest) cycle
+        if (all(key(:, order(i)) == key(:, order(i - 1)))) first(order(i)) = first(order(i - 1))
+      end do
+    end associate
   end subroutine find_repeats
 
   !> Cells, each once.
-  subroutine take_cells(content, highest, first, raw)
-    type(content_type), intent(in) :: content
+  subroutine take_cells(file, highest, first)
+    type(gmsh_file_type), intent(inout) :: file
     !> Dimension of cells; first cell with the same corners.
     integer, intent(in) :: highest, first(:)
-    !> Gets the cells.
-    type(raw_mesh_type), intent(inout) :: raw
     integer :: e
 
-    do e = 1, content%element_count
-      if (content%dimension(e) /= highest .or. first(e) /= e) cycle
-      call add_cell(raw, content%label(e), content%kind(e), &
-        content%nodes(:node_count(content%kind(e)), e), content%line(e))
-    end do
+    associate (elements => file%elements)
+      do e = 1, elements%count
+        if (elements%dimension(e) == highest .and. first(e) == e) call add_cell(file, elements%label(e), &
+          elements%kind(e), elements%nodes(:node_count(elements%kind(e)), e), elements%line(e))
+      end do
+    end associate
   end subroutine take_cells
 
   !> Node set of a group, and its cell set.
-  subroutine take_group(content, group, highest, first, raw)
-    type(content_type), intent(in) :: content
-    type(group_type), intent(in) :: group
-    !> Dimension of cells; first cell with the same corners.
-    integer, intent(in) :: highest, first(:)
-    !> Gets the sets.
-    type(raw_mesh_type), intent(inout) :: raw
+  subroutine take_group(file, number, highest, first)
+    type(gmsh_file_type), intent(inout) :: file
+    !> Number of the group; dimension of cells; first cell with the same corners.
+    integer, intent(in) :: number, highest, first(:)
     integer :: e, n, node_set, cell_set
 
-    call open_set(raw%node_sets, group%name, node_set)
-    cell_set = 0
-    if (group%dimension == highest) call open_set(raw%cell_sets, group%name, cell_set)
-    do e = 1, content%element_count
-      if (.not. is_member(content, e, group)) cycle
-      n = count(content%nodes(:, e) > 0)
-      call append_labels(raw%node_sets(node_set), content%nodes(:n, e), 0, spread(content%line(e), 1, n))
-      if (cell_set > 0) call append_labels(raw%cell_sets(cell_set), [content%label(first(e))], 0, [content%line(e)])
-    end do
+    associate (elements => file%elements, group => file%groups(number))
+      call open_set(file%sets(of_nodes)%list, group%name, node_set)
+      cell_set = 0
+      if (group%dimension == highest) call open_set(file%sets(of_cells)%list, group%name, cell_set)
+      do e = 1, elements%count
+        if (.not. is_member(file, e, group)) cycle
+        n = count(elements%nodes(:, e) > 0)
+        call append_labels(file%sets(of_nodes)%list(node_set), elements%nodes(:n, e), 0, spread(elements%line(e), 1, n))
+        if (cell_set > 0) call append_labels(file%sets(of_cells)%list(cell_set), [elements%label(first(e))], 0, &
+          [elements%line(e)])
+      end do
+    end associate
   end subroutine take_group
 
   !> Faces of all cells in the order of their corners.
-  subroutine make_face_table(raw, table)
+  subroutine make_face_table(file, table)
     !> Has the cells.
-    type(raw_mesh_type), intent(in) :: raw
+    type(gmsh_file_type), intent(in) :: file
     type(face_table_type), intent(out) :: table
     integer, allocatable :: corners(:, :), owner(:, :), order(:)
     integer :: c, f, k, n
 
-    allocate (corners(4, max_faces*raw%cell_count), source=0)
-    allocate (owner(2, max_faces*raw%cell_count))
+    allocate (corners(4, max_faces*file%cell_count), source=0)
+    allocate (owner(2, max_faces*file%cell_count))
     n = 0
-    do c = 1, raw%cell_count
-      do f = 1, face_count(raw%cell_kind(c))
+    do c = 1, file%cell_count
+      do f = 1, face_count(file%cell_kind(c))
         n = n + 1
-        k = face_corner_count(raw%cell_kind(c), f)
-        corners(:k, n) = raw%connectivity(face_corners(raw%cell_kind(c), f), c)
+        k = face_corner_count(file%cell_kind(c), f)
+        corners(:k, n) = file%connectivity(face_corners(file%cell_kind(c), f), c)
         call sort(corners(:, n))
-        owner(:, n) = [raw%cell_label(c), f]
+        owner(:, n) = [file%cell_label(c), f]
       end do
     end do
     allocate (order(n))
@@ -142,40 +138,40 @@ contains
     table%owner = owner(:, order)
   end subroutine make_face_table
 
-  !> Surface of a group. A group that lies on no cell is geometry alone and no surface.
-  subroutine take_surface(content, group, table, raw, error)
-    type(content_type), intent(in) :: content
-    type(group_type), intent(in) :: group
+  !> Surface of a group; that some of its elements are faces of cells and others are not is an error. A group that lies
+  !> on no cell is geometry alone and no surface.
+  subroutine take_surface(file, number, table)
+    type(gmsh_file_type), intent(inout) :: file
+    !> Number of the group.
+    integer, intent(in) :: number
     !> Faces of the cells.
     type(face_table_type), intent(in) :: table
-    !> Gets the surface.
-    type(raw_mesh_type), intent(inout) :: raw
-    !> Set when some elements of the group are faces of cells and others are not.
-    type(error_type), allocatable, intent(out) :: error
     integer :: e, i, stray, set, key(4)
 
     stray = 0
     set = 0
-    do e = 1, content%element_count
-      if (.not. is_member(content, e, group)) cycle
-      key = 0
-      key(:content%corners(e)) = content%nodes(:content%corners(e), e)
-      call sort(key)
-      i = first_face(table, key)
-      if (i == 0) then
-        stray = e
-        cycle
-      end if
-      if (set == 0) call open_set(raw%face_sets, group%name, set)
-      do
-        call append_labels(raw%face_sets(set), table%owner(1:1, i), table%owner(2, i), [content%line(e)])
-        i = i + 1
-        if (i > size(table%owner, 2)) exit
-        if (any(table%corners(:, i) /= key)) exit
+    associate (elements => file%elements, group => file%groups(number))
+      do e = 1, elements%count
+        if (.not. is_member(file, e, group)) cycle
+        key = 0
+        key(:elements%corners(e)) = elements%nodes(:elements%corners(e), e)
+        call sort(key)
+        i = first_face(table, key)
+        if (i == 0) then
+          stray = e
+          cycle
+        end if
+        if (set == 0) call open_set(file%sets(of_faces)%list, group%name, set)
+        do
+          call append_labels(file%sets(of_faces)%list(set), table%owner(1:1, i), table%owner(2, i), [elements%line(e)])
+          i = i + 1
+          if (i > size(table%owner, 2)) exit
+          if (any(table%corners(:, i) /= key)) exit
+        end do
       end do
-    end do
-    if (stray > 0 .and. set > 0) call raw_mesh_error(raw, content%line(stray), "surface '"// &
-      group%name//"': element "//integer_text(content%label(stray))//' is no face of a cell', error)
+      if (stray > 0 .and. set > 0) call raw_mesh_error(file, elements%line(stray), "surface '"//group%name// &
+        "': element "//integer_text(elements%label(stray))//' is no face of a cell')
+    end associate
   end subroutine take_surface
 
   !> First face with the corners, 0 when there is none.

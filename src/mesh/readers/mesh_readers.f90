@@ -2,9 +2,10 @@
 module qsmpm_mesh_readers
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_raw_mesh, only: raw_mesh_type
   use qsmpm_mesh_from_labels, only: mesh_from_labels
+  use qsmpm_gmsh_content, only: gmsh_file_type
   use qsmpm_gmsh_reader, only: read_gmsh
+  use qsmpm_abaqus_cards, only: abaqus_file_type
   use qsmpm_abaqus_reader, only: read_abaqus
   implicit none
   private
@@ -21,16 +22,18 @@ contains
     type(mesh_type), intent(out) :: mesh
     !> `path:line: what is wrong`.
     type(error_type), allocatable, intent(out) :: error
-    type(raw_mesh_type) :: raw
+    type(gmsh_file_type) :: gmsh
+    type(abaqus_file_type) :: abaqus
 
     select case (format)
     case ('GMSH')
-      call read_gmsh(path, raw, error)
+      call read_gmsh(path, gmsh)
+      call mesh_from_labels(gmsh, mesh, error)
     case ('ABAQUS')
-      call read_abaqus(path, raw, error)
+      call read_abaqus(path, abaqus)
+      call mesh_from_labels(abaqus, mesh, error)
     case default
       call fail(error, error_deck, 'mesh format '//format//' is not known (GMSH, ABAQUS)')
     end select
-    if (.not. allocated(error)) call mesh_from_labels(raw, mesh, error)
   end subroutine read_mesh
 end module qsmpm_mesh_readers

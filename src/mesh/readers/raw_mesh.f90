@@ -1,17 +1,20 @@
 !> A mesh as files and decks give it: nodes, cells and sets by label, each with its line.
 !>
-!> The readers fill it entry by entry; arrays grow by doubling and may be longer than the counts.
-!> `qsmpm_mesh_from_labels` checks it and translates labels to indices.
+!> A reader fills it entry by entry; its file is a raw mesh. Arrays grow by doubling and may be longer than the
+!> counts. `qsmpm_mesh_from_labels` checks it and translates labels to indices.
 module qsmpm_raw_mesh
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_error, only: fail, error_deck
   use qsmpm_element, only: max_nodes
   use qsmpm_text, only: integer_text
+  use qsmpm_text_file, only: text_file_type
   implicit none
   private
 
-  public :: raw_mesh_type, label_set_type, start_raw, add_node, add_cell, open_set, append_labels, &
-    find_label, raw_mesh_error
+  public :: raw_mesh_type, label_set_type, start_raw, add_node, add_cell, open_set, append_labels, raw_mesh_error
+
+  !> Kinds of sets.
+  integer, parameter, public :: of_nodes = 1, of_cells = 2, of_faces = 3
 
   !> A named list of labels, or of faces (label of the cell and local face).
   type :: label_set_type
@@ -21,10 +24,14 @@ module qsmpm_raw_mesh
     integer, allocatable :: labels(:), faces(:), lines(:)
   end type label_set_type
 
-  !> Nodes, cells and sets by label.
-  type :: raw_mesh_type
-    !> File the lines belong to; not allocated for a mesh in the deck.
-    character(len=:), allocatable :: path
+  !> Sets of one kind.
+  type :: label_sets_type
+    type(label_set_type), allocatable :: list(:)
+  end type label_sets_type
+
+  !> Nodes, cells and sets by label, and the file that the lines belong to; its path is not allocated for a mesh in the
+  !> deck.
+  type, extends(text_file_type) :: raw_mesh_type
     integer :: node_count = 0, cell_count = 0
     integer, allocatable :: node_label(:), node_line(:)
     !> (3, nodes)
@@ -32,25 +39,29 @@ module qsmpm_raw_mesh
     integer, allocatable :: cell_label(:), cell_kind(:), cell_line(:)
     !> Node labels in the order of this program (max_nodes, cells).
     integer, allocatable :: connectivity(:, :)
-    type(label_set_type), allocatable :: node_sets(:), cell_sets(:), face_sets(:)
+    !> Those of nodes, of cells and of faces.
+    type(label_sets_type) :: sets(3)
   end type raw_mesh_type
 
 contains
 
   !> An empty mesh with room for so many entries.
   pure subroutine start_raw(raw, nodes, cells)
-    type(raw_mesh_type), intent(inout) :: raw
+    class(raw_mesh_type), intent(inout) :: raw
     !> Numbers of nodes and cells that are expected; more may come.
     integer, intent(in) :: nodes, cells
+    integer :: kind
 
     allocate (raw%node_label(nodes), raw%node_line(nodes), raw%nodes(3, nodes))
     allocate (raw%cell_label(cells), raw%cell_kind(cells), raw%cell_line(cells), raw%connectivity(max_nodes, cells))
-    allocate (raw%node_sets(0), raw%cell_sets(0), raw%face_sets(0))
+    do kind = 1, size(raw%sets)
+      allocate (raw%sets(kind)%list(0))
+    end do
   end subroutine start_raw
 
   !> Append a node.
   pure subroutine add_node(raw, label, place, line)
-    type(raw_mesh_type), intent(inout) :: raw
+    class(raw_mesh_type), intent(inout) :: raw
     !> Label of the node.
     integer, intent(in) :: label
     !> Coordinates (3).
@@ -73,7 +84,7 @@ contains
 
   !> Append a cell.
   pure subroutine add_cell(raw, label, kind, nodes, line)
-    type(raw_mesh_type), intent(inout) :: raw
+    class(raw_mesh_type), intent(inout) :: raw
     !> Label of the cell; element kind; labels of its nodes in the order of this program.
     integer, intent(in) :: label, kind, nodes(:)
     !> Line of the file.
@@ -143,41 +154,21 @@ contains
     list = reshape(list, [length], pad=[0])
   end subroutine lengthen
 
-  !> Place of a label among rising ones, 0 when it is not there.
-  pure integer function find_label(sorted, label) result(place)
-    !> Labels in rising order; the label looked for.
-    integer, intent(in) :: sorted(:), label
-    integer :: low, high
-
-    low = 1
-    high = size(sorted)
-    do while (low <= high)
-      place = low + (high - low)/2
-      if (sorted(place) == label) return
-      if (sorted(place) < label) then
-        low = place + 1
-      else
-        high = place - 1
-      end if
-    end do
-    place = 0
-  end function find_label
-
   !> Error of a mesh, with path and line when it comes from a file.
-  pure subroutine raw_mesh_error(raw, line, message, error)
-    type(raw_mesh_type), intent(in) :: raw
+  pure subroutine raw_mesh_error(raw, line, message)
+    !> Keeps its first error.
+    class(raw_mesh_type), intent(inout) :: raw
     !> Line the message is about, 0 for the file as a whole.
     integer, intent(in) :: line
     character(len=*), intent(in) :: message
-    !> `path:line: message`.
-    type(error_type), allocatable, intent(out) :: error
 
+    if (allocated(raw%error)) return
     if (.not. allocated(raw%path)) then
-      call fail(error, error_deck, message)
+      call fail(raw%error, error_deck, message)
     else if (line > 0) then
-      call fail(error, error_deck, raw%path//':'//integer_text(line)//': '//message)
+      call fail(raw%error, error_deck, raw%path//':'//integer_text(line)//': '//message)
     else
-      call fail(error, error_deck, raw%path//': '//message)
+      call fail(raw%error, error_deck, raw%path//': '//message)
     end if
   end subroutine raw_mesh_error
 end module qsmpm_raw_mesh

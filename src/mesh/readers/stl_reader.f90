@@ -30,17 +30,22 @@ contains
     type(text_file_type) :: file
     integer(long) :: announced
 
-    call open_text(path, file, error)
-    if (allocated(error)) return
+    call open_text(path, file)
     announced = -1
-    if (len(file%bytes, kind=long) >= head_bytes) announced = integer_at(file%bytes, head_bytes - 3)
-    if (announced >= 0 .and. len(file%bytes, kind=long) == head_bytes + facet_bytes*announced) then
-      call read_binary(file, int(announced), facets, error)
-    else
-      call read_ascii(file, facets, error)
+    if (allocated(file%bytes)) then
+      if (len(file%bytes, kind=long) >= head_bytes) announced = integer_at(file%bytes, head_bytes - 3)
+      if (len(file%bytes, kind=long) /= head_bytes + facet_bytes*announced) announced = -1
     end if
-    if (allocated(error)) return
-    if (size(facets, 3) == 0) call fail(error, error_deck, path//': the file has no facets')
+    if (announced >= 0) then
+      call read_binary(file, int(announced), facets)
+    else
+      call read_ascii(file, facets)
+    end if
+    if (allocated(file%error)) then
+      call move_alloc(file%error, error)
+    else if (size(facets, 3) == 0) then
+      call fail(error, error_deck, path//': the file has no facets')
+    end if
   end subroutine read_stl
 
   !> A little-endian number of four bytes.
@@ -58,14 +63,12 @@ contains
   end function integer_at
 
   !> Triangles of a binary file: normal, three corners and two bytes each.
-  pure subroutine read_binary(file, count, facets, error)
-    type(text_file_type), intent(in) :: file
+  pure subroutine read_binary(file, count, facets)
+    type(text_file_type), intent(inout) :: file
     !> Number of triangles.
     integer, intent(in) :: count
     !> Corners (3, 3, n).
     real(wp), allocatable, intent(out) :: facets(:, :, :)
-    !> A coordinate that is no number.
-    type(error_type), allocatable, intent(out) :: error
     integer(long) :: place
     integer :: f, i, k
 
@@ -79,18 +82,17 @@ contains
         end do
       end do
       if (all(abs(facets(:, :, f)) <= huge(1.0_real32))) cycle
-      call fail(error, error_deck, file%path//': a coordinate of facet '//integer_text(f)//' is not a finite number')
+      call fail(file%error, error_deck, file%path//': a coordinate of facet '//integer_text(f)// &
+        ' is not a finite number')
       return
     end do
   end subroutine read_binary
 
   !> Triangles of an ASCII file.
-  subroutine read_ascii(file, facets, error)
+  subroutine read_ascii(file, facets)
     type(text_file_type), intent(inout) :: file
     !> Corners (3, 3, n).
     real(wp), allocatable, intent(out) :: facets(:, :, :)
-    !> `path:line: what is wrong`.
-    type(error_type), allocatable, intent(out) :: error
     real(wp), allocatable :: corners(:, :)
     type(string_type), allocatable :: words(:)
     logical :: more
@@ -104,37 +106,33 @@ contains
       if (.not. more) exit
       lines = lines + 1
       if (lines == 1 .and. upper(words(1)%text) /= 'SOLID') call file_error(file, &
-        "the file is no STL: it neither begins with 'solid' nor has the length of a binary file", error)
-      if (allocated(error)) return
-      if (upper(words(1)%text) == 'VERTEX') call add_corner(file, words, corners, n, error)
+        "the file is no STL: it neither begins with 'solid' nor has the length of a binary file")
+      if (upper(words(1)%text) == 'VERTEX') call add_corner(file, words, corners, n)
       if (upper(words(1)%text) == 'ENDFACET' .and. mod(n, 3) /= 0) call file_error(file, &
-        'a facet has three corners, each on a line of its own that begins with vertex', error)
-      if (allocated(error)) return
+        'a facet has three corners, each on a line of its own that begins with vertex')
     end do
     allocate (facets, source=reshape(corners(:, :n - mod(n, 3)), [3, 3, n/3]))
-    if (mod(n, 3) /= 0) call file_error(file, 'the file ends inside of a facet', error)
+    if (mod(n, 3) /= 0) call file_error(file, 'the file ends inside of a facet')
   end subroutine read_ascii
 
   !> A corner out of the words of a line.
-  subroutine add_corner(file, words, corners, n, error)
-    !> The file, for messages.
-    type(text_file_type), intent(in) :: file
+  subroutine add_corner(file, words, corners, n)
+    type(text_file_type), intent(inout) :: file
     !> The word vertex and three coordinates.
     type(string_type), intent(in) :: words(:)
     !> Corners so far (3, room) and their number.
     real(wp), allocatable, intent(inout) :: corners(:, :)
     integer, intent(inout) :: n
-    type(error_type), allocatable, intent(inout) :: error
     integer :: i
 
     if (size(words) /= 4) then
-      call file_error(file, 'a vertex has three coordinates', error)
+      call file_error(file, 'a vertex has three coordinates')
       return
     end if
     if (n == size(corners, 2)) corners = reshape(corners, [3, 2*n], pad=[0.0_wp])
     n = n + 1
     do i = 1, 3
-      call word_real(file, words(i + 1)%text, corners(i, n), error)
+      call word_real(file, words(i + 1)%text, corners(i, n))
     end do
   end subroutine add_corner
 end module qsmpm_stl_reader

@@ -1,7 +1,8 @@
 !> A text file as lines of words, with the place for messages.
 !>
 !> The file is held in memory, so lines have any length and a reader can tell whether a number of
-!> entries a file announces can be in it at all. What the words mean is left to the readers.
+!> entries a file announces can be in it at all. What the words mean is left to the readers. The file keeps the first
+!> thing that was wrong, and nothing is read behind it: a reader need not look after every word.
 module qsmpm_text_file
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_deck
@@ -10,8 +11,8 @@ module qsmpm_text_file
   implicit none
   private
 
-  public :: text_file_type, open_text, next_line, next_words, words_of, unquoted, bytes_left, &
-    file_error, word_integer, word_label, word_real
+  public :: text_file_type, open_text, next_line, next_words, unquoted, bytes_left, file_error, word_integer, &
+    word_label, word_real
 
   !> A file read as a whole, and where the reader stands.
   type :: text_file_type
@@ -20,18 +21,18 @@ module qsmpm_text_file
     integer(long) :: place = 1
     !> Line read last, from 1.
     integer :: line = 0
+    !> `path:line: what is wrong`, the first one.
+    type(error_type), allocatable :: error
   end type text_file_type
 
 contains
 
   !> Read a file into memory.
-  subroutine open_text(path, file, error)
+  subroutine open_text(path, file)
     !> Path of any length.
     character(len=*), intent(in) :: path
     !> The file, before its first line.
-    type(text_file_type), intent(out) :: file
-    !> Set when the file cannot be read.
-    type(error_type), allocatable, intent(out) :: error
+    class(text_file_type), intent(inout) :: file
     !> Bytes some editors mark UTF-8 with.
     character(len=3), parameter :: mark = char(239)//char(187)//char(191)
     type(error_type), allocatable :: unread
@@ -39,7 +40,7 @@ contains
     file%path = path
     call read_text(path, file%bytes, unread)
     if (allocated(unread)) then
-      call fail(error, error_deck, "cannot read the file '"//path//"'")
+      call fail(file%error, error_deck, "cannot read the file '"//path//"'")
     else if (index(file%bytes, mark) == 1) then
       file%place = 4
     end if
@@ -48,14 +49,15 @@ contains
   !> The next line without its end.
   subroutine next_line(file, line, more)
     !> The file; it moves on by one line.
-    type(text_file_type), intent(inout) :: file
+    class(text_file_type), intent(inout) :: file
     !> The line, empty behind the last.
     character(len=:), allocatable, intent(out) :: line
     !> False behind the last line.
     logical, intent(out) :: more
     integer(long) :: length
 
-    more = file%place <= len(file%bytes, kind=long)
+    more = .not. allocated(file%error)
+    if (more) more = file%place <= len(file%bytes, kind=long)
     line = ''
     if (.not. more) return
     file%line = file%line + 1
@@ -68,7 +70,7 @@ contains
   !> Words of the next line that is not blank.
   subroutine next_words(file, words, more)
     !> The file; it moves on.
-    type(text_file_type), intent(inout) :: file
+    class(text_file_type), intent(inout) :: file
     !> The words, none behind the last line; older ones are dropped.
     type(string_type), allocatable, intent(inout) :: words(:)
     !> False behind the last line.
@@ -126,64 +128,52 @@ contains
 
   !> Bytes behind the reader.
   pure integer(long) function bytes_left(file) result(bytes)
-    type(text_file_type), intent(in) :: file
+    class(text_file_type), intent(in) :: file
 
     bytes = max(0_long, len(file%bytes, kind=long) - file%place + 1)
   end function bytes_left
 
   !> Error at the line read last.
-  pure subroutine file_error(file, message, error)
-    type(text_file_type), intent(in) :: file
+  pure subroutine file_error(file, message)
+    class(text_file_type), intent(inout) :: file
     character(len=*), intent(in) :: message
-    !> `path:line: message`.
-    type(error_type), allocatable, intent(out) :: error
 
-    call fail(error, error_deck, file%path//':'//integer_text(file%line)//': '//message)
+    if (.not. allocated(file%error)) call fail(file%error, error_deck, &
+      file%path//':'//integer_text(file%line)//': '//message)
   end subroutine file_error
 
   !> A whole number out of a word.
-  pure subroutine word_integer(file, word, value, error)
-    !> The file, for the message.
-    type(text_file_type), intent(in) :: file
+  pure subroutine word_integer(file, word, value)
+    class(text_file_type), intent(inout) :: file
     character(len=*), intent(in) :: word
     !> The number.
     integer, intent(out) :: value
-    !> An earlier error stays.
-    type(error_type), allocatable, intent(inout) :: error
     integer :: outcome
 
     call read_integer(word, value, outcome)
-    if (outcome /= number_good .and. .not. allocated(error)) &
-      call file_error(file, "'"//word//"' is not a whole number", error)
+    if (outcome /= number_good) call file_error(file, "'"//word//"' is not a whole number")
   end subroutine word_integer
 
   !> A label, that is a positive whole number, out of a word.
-  pure subroutine word_label(file, word, value, error)
-    !> The file, for the message.
-    type(text_file_type), intent(in) :: file
+  pure subroutine word_label(file, word, value)
+    class(text_file_type), intent(inout) :: file
     character(len=*), intent(in) :: word
     !> The label.
     integer, intent(out) :: value
-    !> An earlier error stays.
-    type(error_type), allocatable, intent(inout) :: error
 
-    call word_integer(file, word, value, error)
-    if (value < 1 .and. .not. allocated(error)) call file_error(file, "'"//word//"' is not a positive label", error)
+    call word_integer(file, word, value)
+    if (value < 1) call file_error(file, "'"//word//"' is not a positive label")
   end subroutine word_label
 
   !> A number out of a word.
-  pure subroutine word_real(file, word, value, error)
-    !> The file, for the message.
-    type(text_file_type), intent(in) :: file
+  pure subroutine word_real(file, word, value)
+    class(text_file_type), intent(inout) :: file
     character(len=*), intent(in) :: word
     !> The number.
     real(wp), intent(out) :: value
-    !> An earlier error stays.
-    type(error_type), allocatable, intent(inout) :: error
     integer :: outcome
 
     call read_real(word, value, outcome)
-    if (outcome /= number_good .and. .not. allocated(error)) &
-      call file_error(file, "'"//word//"' is not a number", error)
+    if (outcome /= number_good) call file_error(file, "'"//word//"' is not a number")
   end subroutine word_real
 end module qsmpm_text_file
