@@ -35,7 +35,9 @@ module qsmpm_flow_balance
     !> Faces by which water leaves from within a cell, and whether their nodes are such (nodes).
     type(face_layers_type) :: layers
     logical, allocatable :: leaks(:)
+    !> Points that water flows through, and of those of each cell the first, one more behind the last (cells + 1).
     type(flow_point_type), allocatable :: points(:)
+    integer, allocatable :: first(:)
   contains
     procedure :: set_time
     procedure :: values_at
@@ -43,6 +45,8 @@ module qsmpm_flow_balance
     procedure :: weight_of
     procedure :: conductance
     procedure :: taken_up
+    procedure :: standing_flow
+    procedure :: add_flow
     procedure :: net_flow
     procedure :: passes
     procedure :: leave
@@ -141,28 +145,45 @@ contains
       + point%pores*(here%water(a) - point%filled(a)))
   end function taken_up
 
-  !> What flows out of the nodes and is taken up there, rain taken off, in the time of the step (nodes).
+  !> What flows out of the nodes whatever their pressures are: of the step before, and rain taken off (nodes).
+  pure function standing_flow(self) result(flow)
+    class(flow_balance_type), intent(in) :: self
+    real(wp) :: flow(size(self%kept))
+
+    flow = -self%carried
+    if (self%total) flow = flow - self%flow_time*self%bounds%rain
+  end function standing_flow
+
+  !> What flows out of the nodes of a point and is taken up there.
+  pure subroutine add_flow(self, point, here, flow)
+    class(flow_balance_type), intent(in) :: self
+    type(flow_point_type), intent(in) :: point
+    type(flow_state_type), intent(in) :: here
+    real(wp), intent(inout) :: flow(:)
+    real(wp) :: through(3), leak, by_pressure
+    integer :: a
+
+    through = point%volume*conductance(self, point, here)*here%slope
+    do a = 1, point%corners
+      call leave(self, point, here, a, leak, by_pressure)
+      associate (at => flow(point%place%node(a)))
+        at = at + leak + taken_up(self, point, here, a) + passes(self, point, a)*dot_product(through, point%slope(:, a))
+      end associate
+    end do
+  end subroutine add_flow
+
+  !> What flows out of the nodes and is taken up there, in the time of the step (nodes).
   pure function net_flow(self, table) result(flow)
     class(flow_balance_type), intent(in) :: self
     real(wp), intent(in) :: table(:, :)
     real(wp) :: flow(size(self%kept))
     type(flow_state_type) :: here
-    real(wp) :: leak, by_pressure
-    integer :: i, a
+    integer :: i
 
-    flow = -self%carried
-    if (self%total) flow = flow - self%flow_time*self%bounds%rain
+    flow = standing_flow(self)
     do i = 1, size(self%points)
-      associate (point => self%points(i))
-        call values_at(self, point, table, here)
-        do a = 1, point%corners
-          call leave(self, point, here, a, leak, by_pressure)
-          associate (at => flow(point%place%node(a)))
-            at = at + leak + taken_up(self, point, here, a) + passes(self, point, a)*point%volume &
-              *dot_product(conductance(self, point, here)*here%slope, point%slope(:, a))
-          end associate
-        end do
-      end associate
+      call values_at(self, self%points(i), table, here)
+      call add_flow(self, self%points(i), here, flow)
     end do
   end function net_flow
 

@@ -15,7 +15,7 @@ module qsmpm_pore_flow
   use qsmpm_equations, only: equations_type
   use qsmpm_face_leak, only: face_layers_type, find_layers, layer_name, terms_of_layer
   use qsmpm_flow_balance, only: flow_balance_type
-  use qsmpm_flow_points, only: flow_state_type, see_point, see_pores
+  use qsmpm_flow_points, only: flow_point_type, flow_state_type, see_point, see_pores
   use qsmpm_free_surface, only: filling_pressure, find_bounds, water_bounds_type
   use qsmpm_kept_arrays, only: kept_arrays_type, keep_values, kept_values, lay_array
   use qsmpm_load_path, only: between
@@ -183,6 +183,10 @@ contains
     allocate (wet(0))
     if (allocated(water%kept)) wet = pack([(p, p=1, model%state%points%count)], permeable_points(model))
     allocate (water%points(size(wet)))
+    associate (cell => model%state%points%cell)
+      water%first = [pack([(i, i=1, size(wet))], [(cell(wet(i)) /= cell(wet(max(1, i - 1))) .or. i == 1, i=1, &
+        size(wet))]), size(wet) + 1]
+    end associate
     taken = .false.
     do i = 1, size(wet)
       associate (point => water%points(i))
@@ -215,25 +219,26 @@ contains
     where (spread(.not. layers%capacity > 0.0_wp, 1, terms_of_layer)) layers%beyond = 0.0_wp
   end subroutine see_faces
 
-  !> Displacements and pressures around each point couple.
+  !> Displacements and pressures of each cell couple.
   subroutine connect(self)
     class(pore_flow_type), intent(inout) :: self
-    integer :: i, n
+    integer :: g, n
 
-    associate (graph => self%connectivity)
-      graph%count = size(self%water%points)
-      graph%first = [1, (0, i=1, graph%count)]
-      do i = 1, graph%count
-        graph%first(i + 1) = graph%first(i) + self%water%points(i)%place%count + self%water%points(i)%corners
+    associate (graph => self%connectivity, water => self%water)
+      graph%count = size(water%first) - 1
+      graph%first = [1, (0, g=1, graph%count)]
+      do g = 1, graph%count
+        associate (point => water%points(water%first(g)))
+          graph%first(g + 1) = graph%first(g) + point%place%count + point%corners
+        end associate
       end do
       if (allocated(graph%nodes)) deallocate (graph%nodes)
       allocate (graph%nodes(graph%first(graph%count + 1) - 1))
-      do i = 1, graph%count
-        n = self%water%points(i)%place%count
-        associate (own => graph%nodes(graph%first(i):), corners => self%water%points(i)%corners, &
-            node => self%water%points(i)%place%node)
-          own(:n) = node(:n)
-          own(n + 1:n + corners) = self%water%column(node(:corners))
+      do g = 1, graph%count
+        associate (own => graph%nodes(graph%first(g):), point => water%points(water%first(g)))
+          n = point%place%count
+          own(:n) = point%place%node(:n)
+          own(n + 1:n + point%corners) = water%column(point%place%node(:point%corners))
         end associate
       end do
     end associate
@@ -312,9 +317,11 @@ contains
     integer :: i, a
 
     if (size(self%water%points) == 0) return
+    flow = self%water%standing_flow()
     do i = 1, size(self%water%points)
       associate (point => self%water%points(i), water => self%water, d => self%water%dimension)
         call water%values_at(point, displacement, here)
+        call water%add_flow(point, here, flow)
         weight = water%weight_of(point)
         do a = 1, point%place%count
           associate (at => force(:d, point%place%node(a)))
@@ -324,7 +331,6 @@ contains
         end do
       end associate
     end do
-    flow = self%water%net_flow(displacement)
     force(1, self%water%column) = force(1, self%water%column) + flow
     if (self%water%total) call add_bounds(self, displacement, flow, force)
   end subroutine add_force
@@ -361,48 +367,72 @@ contains
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(inout) :: matrix
     real(wp), allocatable :: block(:, :, :, :)
-    type(flow_state_type) :: here
-    real(wp) :: weight(3), by_slope(3), by_factor(3), by_volume(3), leak, by_pressure
-    integer :: i, a, b, n
+    real(wp) :: own(8)
+    integer :: g, i, a, n
 
-    do i = 1, size(self%water%points)
-      associate (point => self%water%points(i), water => self%water, d => self%water%dimension)
-        call water%values_at(point, displacement, here)
-        n = point%place%count
+    do g = 1, size(self%water%first) - 1
+      associate (first => self%water%points(self%water%first(g)), d => self%water%dimension)
+        n = first%place%count
         if (allocated(block)) then
-          if (size(block, 2) /= n + point%corners) deallocate (block)
+          if (size(block, 2) /= n + first%corners) deallocate (block)
         end if
-        if (.not. allocated(block)) allocate (block(d, n + point%corners, d, n + point%corners), source=0.0_wp)
-        weight = water%weight_of(point)
-        by_slope = water%conductance(point, here)
-        by_factor = water%flow_time*here%let*point%permeability/water%unit_weight*here%slope
-        by_volume = water%flow_time*here%by_divergence*here%factor*point%permeability/water%unit_weight*here%slope
-        do b = 1, point%corners
-          do a = 1, n
-            block(:, a, 1, n + b) = -point%shape(b)*(point%volume*water%volume_of(point, a)*here%by_pressure(b) &
-              + here%by_filled(b)*point%place%shape(a)*weight(:d))
-            block(1, n + b, :, a) = point%volume*(point%shape(b)*here%filled(b) + water%passes(point, b) &
-              *dot_product(by_volume, point%slope(:, b)))*water%volume_of(point, a)
-          end do
-          do a = 1, point%corners
-            block(1, n + a, 1, n + b) = point%volume*(water%storage*point%shape(a)*point%shape(b) &
-              + water%passes(point, a)*dot_product(by_slope*point%slope(:, b) + by_factor*here%by_factor(:, b), &
-              point%slope(:, a)))
-          end do
-          block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + point%volume*point%shape(b) &
-            *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores)
-          call water%leave(point, here, b, leak, by_pressure)
-          block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + by_pressure
+        if (.not. allocated(block)) allocate (block(d, n + first%corners, d, n + first%corners))
+        block = 0.0_wp
+        own = 0.0_wp
+        do i = self%water%first(g), self%water%first(g + 1) - 1
+          call add_point(self, self%water%points(i), displacement, block, own)
         end do
-        do a = 1, merge(point%corners, 0, water%total)
-          if (.not. self%held(point%place%node(a))) cycle
+        do a = 1, merge(first%corners, 0, self%water%total)
+          if (.not. self%held(first%place%node(a))) cycle
           block(1, n + a, :, :) = 0.0_wp
-          block(1, n + a, 1, n + a) = point%volume*point%shape(a)*(water%flow_time*point%conducts(a) + point%yields)
+          block(1, n + a, 1, n + a) = own(a)
         end do
       end associate
-      call add_block(equations, self%first_stencil + i - 1, block, matrix)
+      call add_block(equations, self%first_stencil + g - 1, block, matrix)
     end do
   end subroutine add_blocks
+
+  !> Those of a point.
+  pure subroutine add_point(self, point, displacement, block, own)
+    class(pore_flow_type), intent(in) :: self
+    type(flow_point_type), intent(in) :: point
+    real(wp), intent(in) :: displacement(:, :)
+    !> Of its cell; what a unit of pressure makes flow where that of the bounds is held (corners).
+    real(wp), intent(inout) :: block(:, :, :, :), own(:)
+    type(flow_state_type) :: here
+    real(wp) :: weight(3), by_slope(3), by_volume(3), volume(self%water%dimension), leak, by_pressure
+    integer :: a, b, n
+
+    n = point%place%count
+    associate (water => self%water, d => self%water%dimension)
+      call water%values_at(point, displacement, here)
+      weight = water%weight_of(point)
+      by_volume = water%flow_time*here%by_divergence*here%factor*point%permeability/water%unit_weight*here%slope
+      do a = 1, n
+        volume = water%volume_of(point, a)
+        do b = 1, point%corners
+          block(:, a, 1, n + b) = block(:, a, 1, n + b) - point%shape(b)*(point%volume*volume*here%by_pressure(b) &
+            + here%by_filled(b)*point%place%shape(a)*weight(:d))
+          block(1, n + b, :, a) = block(1, n + b, :, a) + point%volume*(point%shape(b)*here%filled(b) &
+            + water%passes(point, b)*dot_product(by_volume, point%slope(:, b)))*volume
+        end do
+      end do
+      do b = 1, point%corners
+        by_slope = water%conductance(point, here)*point%slope(:, b) &
+          + water%flow_time*here%let*point%permeability/water%unit_weight*here%slope*here%by_factor(:, b)
+        do a = 1, point%corners
+          associate (at => block(1, n + a, 1, n + b))
+            at = at + point%volume*(water%storage*point%shape(a)*point%shape(b) &
+              + water%passes(point, a)*dot_product(by_slope, point%slope(:, a)))
+          end associate
+        end do
+        call water%leave(point, here, b, leak, by_pressure)
+        block(1, n + b, 1, n + b) = block(1, n + b, 1, n + b) + by_pressure + point%volume*point%shape(b) &
+          *(here%by_filled(b)*here%divergence + here%by_water(b)*point%pores)
+        own(b) = own(b) + point%volume*point%shape(b)*(water%flow_time*point%conducts(b) + point%yields)
+      end do
+    end associate
+  end subroutine add_point
 
   !> What nodes have taken up, and what the layers at faces remember; where pressures stay, or no water leaves, there is
   !> nothing new.
