@@ -8,6 +8,7 @@ module qsmpm_sheared_ground
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
   use qsmpm_phase_description, only: phase_safety
+  use qsmpm_phase_loads, only: waits
   use qsmpm_points, only: carries_strains
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_strength_factor, only: flow_davis_a, lower_strength, strength_factor_type
@@ -59,6 +60,8 @@ contains
       times = 0.0_wp
       if (progress%limit%first > 0.0_wp) times = progress%limit%most/progress%limit%first
       if (phase%kind == phase_safety .or. phase%controls%limit_compliance > 0.0_wp .or. .not. times > fallen) return
+      ! Ground that drains or creeps moves by no load.
+      if (waits(phase)) return
       if (.not. carries_strains(model%state%points)) return
       text = sheared_text(model)
       if (len(text) > 0) text = "warning: phase '"//phase%name//"': "//text//', and on the way the same load moved '// &
@@ -74,13 +77,16 @@ contains
     character(len=:), allocatable :: text
     logical :: own(model%state%points%count)
     real(wp) :: sheared, whole, most
+    real(wp) :: strain(model%state%points%count)
 
     text = ''
     associate (points => model%state%points, team => model%part%team)
       own = own_of(model%part%points, points%count)
-      sheared = total(team, sum(points%volume, mask=own .and. points%plastic_strain > flows))
+      ! Soil that settles between its neighbours shears by 2 over the root of 3 times its compression, and flows nowhere.
+      strain = points%plastic_strain + 2.0_wp/sqrt(3.0_wp)*log(min(1.0_wp, points%volume/points%initial_volume))
+      sheared = total(team, sum(points%volume, mask=own .and. strain > flows))
       whole = total(team, sum(points%volume, mask=own))
-      most = largest(team, maxval([0.0_wp, pack(points%plastic_strain, own)]))
+      most = largest(team, maxval([0.0_wp, pack(strain, own)]))
     end associate
     if (sheared > much*whole) text = 'soil has sheared by up to '//rounded_text(most, 2)//', '// &
       rounded_text(100.0_wp*sheared/whole, 2)//' % of it by more than '//rounded_text(flows, 2)
