@@ -421,11 +421,12 @@ contains
           if (.not. ground%up*(ground_over(ground, x) - x(axis)) > tolerance(1)) cycle
           if (.not. body_holds(ground, b, below(:size(x)))) cycle
           if (any([(body_holds(ground, i, x), i=1, size(tables))])) cycle
-          notes = notes//'warning: '//flooded_hollow//', with '//rounded_text(head_at(tables(b), x))// &
+          notes = notes//'warning: '//flooded_hollow//' at ('//rounded_text(x(1))//', '//rounded_text(x(2))// &
+            '), with '//rounded_text(head_at(tables(b), x))// &
             " of water on its floor in body '"//model%analysis%bodies(b)%name//"' in phase '"// &
             model%analysis%phases(number)%name//"', counts as full of water, which presses on its faces: one that "// &
-            'is dry wants *WATER LEVEL, BODY=, TYPE=NONE of the lining and *PRESSURE, LEVEL= on the outside of it'// &
-            new_line('a')
+            'is dry wants *WATER LEVEL, BODY=, TYPE=NONE of the lining and *PRESSURE, LEVEL= on the outside of it, a '// &
+            'slit between layers the corners of either in both'//new_line('a')
           return
         end associate
       end do
