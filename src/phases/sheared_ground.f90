@@ -16,7 +16,7 @@ module qsmpm_sheared_ground
   implicit none
   private
 
-  public :: fallen_note, flow_notes, sheared_note, swollen_note, worn_note
+  public :: fallen_note, flow_notes, sheared_note, spot_note, swollen_note, worn_note
 
   !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
   !> of the volume that is no corner or toe.
@@ -70,6 +70,34 @@ contains
         '`qsmpm-verify bounds DECK --phase NAME` or *CONTROLS, LIMIT COMPLIANCE tells it'//new_line('a')
     end associate
   end function fallen_note
+
+  !> The warning where a mechanism, the way of the points from their first places, is a spot: what moves by a tenth of the
+  !> largest way is few points, and no more than a corner of the ground.
+  function spot_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    integer, parameter :: few = 30
+    real(wp) :: way(model%state%points%count), place(3), most, moves, whole
+    logical, dimension(model%state%points%count) :: own, far
+    integer :: i
+
+    text = ''
+    associate (points => model%state%points, team => model%part%team, dimension => model%mesh%dimension)
+      way = norm2(points%position - points%initial_position, dim=1)
+      own = own_of(model%part%points, points%count)
+      most = largest(team, maxval([0.0_wp, way]))
+      far = own .and. way > 0.1_wp*most
+      moves = total(team, sum(points%volume, mask=far))
+      whole = total(team, sum(points%volume, mask=own))
+      if (total(team, real(count(far), wp)) > few .or. moves > much*whole .or. .not. moves > 0.0_wp) return
+      place = 0.0_wp
+      place(:dimension) = [(total(team, sum(points%volume*points%position(i, :), mask=far)), i=1, dimension)]/moves
+      text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': what gives way is "// &
+        rounded_text(100.0_wp*moves/whole, 1)//' % of the ground, around ('//rounded_text(place(1))//', '// &
+        rounded_text(place(2))//'): the factor is that of this spot, where a load ends or a face has next to no '// &
+        'cohesion; more of it there, or a load that ends softly, tells that of the ground'//new_line('a')
+    end associate
+  end function spot_note
 
   !> How much soil has sheared how far; empty for ground that stands.
   function sheared_text(model) result(text)

@@ -17,7 +17,8 @@ module test_penetration
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: keep_rigid_body, placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type, rigid_pose_type
-  use qsmpm_sheared_ground, only: fallen_note, flow_notes, sheared_note, swollen_note
+  use qsmpm_sheared_ground, only: fallen_note, flow_notes, sheared_note, spot_note, &
+    swollen_note
   use qsmpm_team, only: team_type
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
@@ -409,6 +410,14 @@ contains
     model%state%points%volume(1) = 1.0e-3_wp*sum(volume(2:))
     model%state%points%initial_volume(1) = model%state%points%volume(1)
     call tests%check('a corner that flows', len(sheared_note(model)) == 0)
+    model%state%points%initial_position = model%state%points%position
+    call tests%check('nothing gives way', len(spot_note(model)) == 0)
+    model%state%points%initial_position(1, 1) = model%state%points%position(1, 1) - 0.1_wp
+    call tests%check('a corner gives way: '//spot_note(model), index(spot_note(model), "phase 'press': what gives way "// &
+      'is 0.1 % of the ground, around (') > 0)
+    model%state%points%initial_position(1, 2:) = model%state%points%position(1, 2:) - 0.011_wp
+    call tests%check('and all of the ground with it', len(spot_note(model)) == 0)
+    model%state%points%initial_position = model%state%points%position
     model%state%points%volume(1) = 4.0e-3_wp*sum(volume(2:))
     model%state%points%initial_position(:, 2) = model%state%points%position(:, 2) - [0.3_wp, 0.4_wp]
     call tests%check('soil that flows; found: '//sheared_note(model), index(sheared_note(model), "phase 'press': "// &
