@@ -41,8 +41,8 @@ module qsmpm_rigid_bodies
   real(wp), parameter, public :: drawn_within = 1.0e-2_wp
   !> The same where the soil was taken out along the body: the middle of a thin piece along an arc lies inside of it.
   real(wp), parameter :: left_within = 5.0e-2_wp
-  !> Cells within which a surface touches as drawn; share of it beside round corners that is warned of, and that is worth
-  !> a word where the surface adheres.
+  !> Cells within which a surface touches as drawn; share of it beside round corners that is warned of, and that is
+  !> worth a word where the surface adheres.
   real(wp), parameter :: touching = 1.0e-3_wp, much_beside = 0.1_wp, some_beside = 0.03_wp
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
 
@@ -128,12 +128,12 @@ contains
         end do
         begin = ''
         if (beside > much_beside*drawn) begin = 'warning: '
-        if (len(begin) == 0 .and. .not. (max(pair%adhesion, pair%interface) > 0.0_wp .and. beside > some_beside*drawn)) &
-          cycle
-        model%notes = model%notes//begin// &
-          rounded_text(100.0_wp*beside/drawn, 2)//" % of what of surface '"//model%analysis%contacts(i)%surface// &
-          "' is drawn along rigid body '"//body%name//"' lies beside its round corners and does not touch it, or adhere: give "// &
-          'a smaller ROUND of *RIGID BODY, or smaller cells, a quarter of which it is when not given'//new_line('a')
+        if (len(begin) == 0 .and. .not. (max(pair%adhesion, pair%interface) > 0.0_wp .and. &
+          beside > some_beside*drawn)) cycle
+        model%notes = model%notes//begin//rounded_text(100.0_wp*beside/drawn, 2)//" % of what of surface '"// &
+          model%analysis%contacts(i)%surface//"' is drawn along rigid body '"//body%name//"' lies beside its round "// &
+          'corners and does not touch it, or adhere: give a smaller ROUND of *RIGID BODY, or smaller cells, a '// &
+          'quarter of which it is when not given'//new_line('a')
       end associate
     end do
   end subroutine tell_round_corners

@@ -71,8 +71,8 @@ contains
     end associate
   end function fallen_note
 
-  !> The warning where a mechanism, the way of the points from their first places, is a spot: what moves by a tenth of the
-  !> largest way is few points, and no more than a corner of the ground.
+  !> The warning where a mechanism, the way of the points from their first places, is a spot: what moves by a tenth of
+  !> the largest way is few points, and no more than a corner of the ground.
   function spot_note(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -110,7 +110,8 @@ contains
     text = ''
     associate (points => model%state%points, team => model%part%team)
       own = own_of(model%part%points, points%count)
-      ! Soil that settles between its neighbours shears by 2 over the root of 3 times its compression, and flows nowhere.
+      ! Soil that settles between its neighbours shears by 2 over the root of 3 times its compression, and flows
+      ! nowhere.
       strain = points%plastic_strain + 2.0_wp/sqrt(3.0_wp)*log(min(1.0_wp, points%volume/points%initial_volume))
       sheared = total(team, sum(points%volume, mask=own .and. strain > flows))
       whole = total(team, sum(points%volume, mask=own))

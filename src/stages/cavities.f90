@@ -64,7 +64,8 @@ contains
     if (.not. sums(3) > 0.0_wp) return
     ! Half an outline has its middle on the edge of what it holds.
     inside = 0.7_wp*model%cavity_middle(:, s) + 0.3_wp*sums(:2)/sums(3)
-    call make_overburden(model%mesh, model%shapes, [(0.0_wp, b=1, size(model%shapes))], vertical_of(model%analysis), ground)
+    call make_overburden(model%mesh, model%shapes, [(0.0_wp, b=1, size(model%shapes))], &
+      vertical_of(model%analysis), ground)
     active = bodies_active(model%analysis, p)
     do b = 1, size(active)
       if (.not. (active(b) .and. body_holds(ground, b, inside))) cycle
