@@ -273,8 +273,8 @@ contains
     end associate
   end subroutine compare_materials
 
-  !> Material point next to each surface point of a loaded or held surface, 0 for those of others and where a rigid body,
-  !> another body of soil or another loaded surface presses too: the stress there carries both.
+  !> Material point next to each surface point of a loaded or held surface, 0 for those of others and where a rigid
+  !> body, another body of soil or another loaded surface presses too: the stress there carries both.
   subroutine find_neighbours(model, neighbour)
     type(model_type), intent(in) :: model
     !> (surface points)

@@ -53,13 +53,13 @@ contains
     integer, intent(in) :: s, p
     type(support_type), intent(in) :: support
     type(overburden_type) :: ground
-    real(wp) :: inside(2), sums(3)
+    real(wp) :: inside(2), sums(3), area(model%state%surface%count)
     logical :: active(size(model%analysis%bodies))
     integer :: b
 
     associate (surface => model%state%surface)
-      sums = total(model%part%team, [sum(spread(surface%area, 1, 2)*surface%position(:2, :), dim=2, &
-        mask=spread(surface%surface == s, 1, 2)), sum(surface%area, mask=surface%surface == s)])
+      area = merge(surface%area, 0.0_wp, surface%surface == s .and. own_cells(model%part, surface%cell))
+      sums = total(model%part%team, [matmul(surface%position(:2, :), area), sum(area)])
     end associate
     if (.not. sums(3) > 0.0_wp) return
     ! Half an outline has its middle on the edge of what it holds.
