@@ -41,8 +41,9 @@ module qsmpm_rigid_bodies
   real(wp), parameter, public :: drawn_within = 1.0e-2_wp
   !> The same where the soil was taken out along the body: the middle of a thin piece along an arc lies inside of it.
   real(wp), parameter :: left_within = 5.0e-2_wp
-  !> Cells within which a surface touches as drawn; share of it beside round corners that is worth a word.
-  real(wp), parameter :: touching = 1.0e-3_wp, much_beside = 0.1_wp
+  !> Cells within which a surface touches as drawn; share of it beside round corners that is warned of, and that is
+  !> worth a word where the surface adheres.
+  real(wp), parameter :: touching = 1.0e-3_wp, much_beside = 0.1_wp, some_beside = 0.03_wp
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
 
 contains
@@ -106,6 +107,7 @@ contains
     type(placed_shape_type) :: sharp
     type(distance_type) :: distance
     type(diagnostics_type) :: said
+    character(len=:), allocatable :: begin
     real(wp) :: drawn, beside
     integer :: i, p
 
@@ -124,10 +126,14 @@ contains
           distance = model%rigid_shapes(pair%body)%distance_at(place_of(points, p))
           if (distance%value > touching*model%cell_size) beside = beside + points%area(p)
         end do
-        if (beside > much_beside*drawn) model%notes = model%notes//'warning: '// &
-          rounded_text(100.0_wp*beside/drawn, 2)//" % of what of surface '"//model%analysis%contacts(i)%surface// &
-          "' is drawn along rigid body '"//body%name//"' lies beside its round corners and does not touch it: give "// &
-          'a smaller ROUND of *RIGID BODY, or smaller cells, a quarter of which it is when not given'//new_line('a')
+        begin = ''
+        if (beside > much_beside*drawn) begin = 'warning: '
+        if (len(begin) == 0 .and. .not. (max(pair%adhesion, pair%interface) > 0.0_wp .and. &
+          beside > some_beside*drawn)) cycle
+        model%notes = model%notes//begin//rounded_text(100.0_wp*beside/drawn, 2)//" % of what of surface '"// &
+          model%analysis%contacts(i)%surface//"' is drawn along rigid body '"//body%name//"' lies beside its round "// &
+          'corners and does not touch it, or adhere: give a smaller ROUND of *RIGID BODY, or smaller cells, a '// &
+          'quarter of which it is when not given'//new_line('a')
       end associate
     end do
   end subroutine tell_round_corners

@@ -273,8 +273,8 @@ contains
     end associate
   end subroutine compare_materials
 
-  !> Material point next to each surface point of a loaded or held surface, 0 for those of others and where a rigid body
-  !> or another loaded surface presses too: the stress there carries both.
+  !> Material point next to each surface point of a loaded or held surface, 0 for those of others and where a rigid
+  !> body, another body of soil or another loaded surface presses too: the stress there carries both.
   subroutine find_neighbours(model, neighbour)
     type(model_type), intent(in) :: model
     !> (surface points)
@@ -302,10 +302,27 @@ contains
         if (.not. own(i) .or. .not. acts(i)) cycle
         if (is_held(model, i) .or. alone(i)) &
           neighbour(i) = nearest_in_bins(bins, points%position, surface%position(:, i))
+        if (neighbour(i) > 0 .and. .not. is_held(model, i)) then
+          if (is_covered(i)) neighbour(i) = 0
+        end if
       end do
     end associate
 
   contains
+
+    !> Whether soil lies before a place, as far as the soil behind it.
+    logical function is_covered(i)
+      integer, intent(in) :: i
+      real(wp), dimension(size(traction)) :: outwards
+      integer :: p
+
+      associate (position => model%state%points%position, x => model%state%surface%position(:, i))
+        outwards = model%state%surface%area_vector(:size(outwards), i)
+        outwards = outwards/max(norm2(outwards), tiny(1.0_wp))*norm2(position(:, neighbour(i)) - x)
+        p = nearest_in_bins(bins, position, x + outwards)
+        is_covered = dot_product(position(:, p) - x, outwards) > 0.25_wp*norm2(outwards)**2
+      end associate
+    end function is_covered
 
     !> Whether nothing but its own load acts on a place: no surface that looks the same way in its cell.
     pure logical function alone(i)

@@ -9,7 +9,7 @@ module qsmpm_phase_report
   use qsmpm_contact_report, only: contact_check_type, check_contact, end_contact_check
   use qsmpm_contact_results, only: penetration_type, deepest_of_all
   use qsmpm_error, only: error_type, error_not_converged, error_singular, error_tangled
-  use qsmpm_phase_loads, only: acts, consolidation_of, free_surface_of, is_body_loaded
+  use qsmpm_phase_loads, only: consolidation_of, free_surface_of, is_body_loaded, waits
   use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
   use qsmpm_grid_window, only: window_type, cells_of, operator(==)
   use qsmpm_initial_strength, only: count_beyond_strength
@@ -239,8 +239,7 @@ contains
       call observer%note("phase '"//phases(number)%name//"': the excess pore pressure is at most "// &
         rounded_text(now(1), 4)//' at its end, '//rounded_text(before(1), 4)//' at its start, in the mean '// &
         rounded_text(now(2), 4)//' and '//rounded_text(before(2), 4))
-      if (now(2) > unchanged*before(2) .and. before(2) > 0.0_wp .and. .not. acts(phases(number)) .and. &
-        size(phases(number)%activations) + size(phases(number)%deactivations) == 0) &
+      if (now(2) > unchanged*before(2) .and. before(2) > 0.0_wp .and. waits(phases(number))) &
         call observer%note("warning: phase '"//phases(number)%name//"' waits, and next to no water leaves: are its "// &
         'TIME and *PERMEABILITY in one unit of time?')
     end associate

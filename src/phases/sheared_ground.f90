@@ -8,6 +8,7 @@ module qsmpm_sheared_ground
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
   use qsmpm_phase_description, only: phase_safety
+  use qsmpm_phase_loads, only: waits
   use qsmpm_points, only: carries_strains
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_strength_factor, only: flow_davis_a, lower_strength, strength_factor_type
@@ -15,7 +16,7 @@ module qsmpm_sheared_ground
   implicit none
   private
 
-  public :: fallen_note, flow_notes, sheared_note, swollen_note, worn_note
+  public :: fallen_note, flow_notes, sheared_note, spot_note, swollen_note, worn_note
 
   !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
   !> of the volume that is no corner or toe.
@@ -59,6 +60,8 @@ contains
       times = 0.0_wp
       if (progress%limit%first > 0.0_wp) times = progress%limit%most/progress%limit%first
       if (phase%kind == phase_safety .or. phase%controls%limit_compliance > 0.0_wp .or. .not. times > fallen) return
+      ! Ground that drains or creeps moves by no load.
+      if (waits(phase)) return
       if (.not. carries_strains(model%state%points)) return
       text = sheared_text(model)
       if (len(text) > 0) text = "warning: phase '"//phase%name//"': "//text//', and on the way the same load moved '// &
@@ -68,19 +71,51 @@ contains
     end associate
   end function fallen_note
 
+  !> The warning where a mechanism, the way of the points from their first places, is a spot: what moves by a tenth of
+  !> the largest way is few points, and no more than a corner of the ground.
+  function spot_note(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    integer, parameter :: few = 30
+    real(wp) :: way(model%state%points%count), place(3), most, moves, whole
+    logical, dimension(model%state%points%count) :: own, far
+    integer :: i
+
+    text = ''
+    associate (points => model%state%points, team => model%part%team, dimension => model%mesh%dimension)
+      way = norm2(points%position - points%initial_position, dim=1)
+      own = own_of(model%part%points, points%count)
+      most = largest(team, maxval([0.0_wp, way]))
+      far = own .and. way > 0.1_wp*most
+      moves = total(team, sum(points%volume, mask=far))
+      whole = total(team, sum(points%volume, mask=own))
+      if (total(team, real(count(far), wp)) > few .or. moves > much*whole .or. .not. moves > 0.0_wp) return
+      place = 0.0_wp
+      place(:dimension) = [(total(team, sum(points%volume*points%position(i, :), mask=far)), i=1, dimension)]/moves
+      text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': what gives way is "// &
+        rounded_text(100.0_wp*moves/whole, 1)//' % of the ground, around ('//rounded_text(place(1))//', '// &
+        rounded_text(place(2))//'): the factor is that of this spot, where a load ends or a face has next to no '// &
+        'cohesion; more of it there, or a load that ends softly, tells that of the ground'//new_line('a')
+    end associate
+  end function spot_note
+
   !> How much soil has sheared how far; empty for ground that stands.
   function sheared_text(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
     logical :: own(model%state%points%count)
     real(wp) :: sheared, whole, most
+    real(wp) :: strain(model%state%points%count)
 
     text = ''
     associate (points => model%state%points, team => model%part%team)
       own = own_of(model%part%points, points%count)
-      sheared = total(team, sum(points%volume, mask=own .and. points%plastic_strain > flows))
+      ! Soil that settles between its neighbours shears by 2 over the root of 3 times its compression, and flows
+      ! nowhere.
+      strain = points%plastic_strain + 2.0_wp/sqrt(3.0_wp)*log(min(1.0_wp, points%volume/points%initial_volume))
+      sheared = total(team, sum(points%volume, mask=own .and. strain > flows))
       whole = total(team, sum(points%volume, mask=own))
-      most = largest(team, maxval([0.0_wp, pack(points%plastic_strain, own)]))
+      most = largest(team, maxval([0.0_wp, pack(strain, own)]))
     end associate
     if (sheared > much*whole) text = 'soil has sheared by up to '//rounded_text(most, 2)//', '// &
       rounded_text(100.0_wp*sheared/whole, 2)//' % of it by more than '//rounded_text(flows, 2)

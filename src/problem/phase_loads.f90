@@ -7,7 +7,7 @@ module qsmpm_phase_loads
   implicit none
   private
 
-  public :: acts, consolidation_of, free_surface_of, has_consolidation, is_loaded, is_body_loaded, load_in_force
+  public :: acts, consolidation_of, free_surface_of, has_consolidation, is_loaded, is_body_loaded, load_in_force, waits
 
 contains
 
@@ -60,18 +60,36 @@ contains
     end do
   end function free_surface_of
 
-  !> Whether a phase puts a load on the model.
+  !> Whether time passes in a phase and nothing else changes.
+  pure logical function waits(phase)
+    type(phase_type), intent(in) :: phase
+    integer :: i
+
+    ! What is held anew moves nothing; what is freed does.
+    waits = .not. loads(phase) .and. size(phase%supports) + size(phase%activations) + size(phase%deactivations) &
+      + size(phase%materials) + size(phase%water_levels) == 0 .and. &
+      all([(any(phase%fixities(i)%fixed), i=1, size(phase%fixities))])
+  end function waits
+
+  !> Whether a phase puts a load on the model, or lets its water flow.
   pure logical function acts(phase)
+    type(phase_type), intent(in) :: phase
+
+    acts = loads(phase) .or. phase%consolidation%given
+  end function acts
+
+  !> Whether a phase puts a load on the model.
+  pure logical function loads(phase) result(acts)
     type(phase_type), intent(in) :: phase
     integer :: i
 
     acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp) &
-      .or. any(abs(phase%supports%volume_loss) > 0.0_wp) .or. phase%consolidation%given
+      .or. any(abs(phase%supports%volume_loss) > 0.0_wp)
     if (allocated(phase%removed)) acts = acts .or. any(abs(phase%installed%force) > 0.0_wp) .or. size(phase%removed) > 0
     if (allocated(phase%moves)) acts = acts .or. size(phase%moves) > 0
     acts = acts .or. any([(any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &
       + abs(phase%tractions(i)%gradient) > 0.0_wp, i=1, size(phase%tractions))])
-  end function acts
+  end function loads
 
   !> The last traction or pressure that some phases put on a surface, their load factor in it; none of both is 0.
   pure type(traction_type) function load_in_force(phases, path, surface, follows) result(last)

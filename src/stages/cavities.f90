@@ -7,10 +7,12 @@
 !> points. Half or a quarter of a circle between planes of symmetry has that of the circle.
 module qsmpm_cavities
   use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active
   use qsmpm_analysis, only: plane_strain
   use qsmpm_load_description, only: support_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
+  use qsmpm_overburden, only: body_holds, make_overburden, overburden_type
   use qsmpm_own_part, only: own_cells
   use qsmpm_vertical, only: vertical_of
   use qsmpm_team, only: total, largest, smallest
@@ -35,13 +37,43 @@ contains
       do i = 1, size(model%analysis%phases(p)%supports)
         associate (support => model%analysis%phases(p)%supports(i))
           do s = 1, size(model%cavity_middle, 2)
-            if (support%contracts .and. model%analysis%surfaces(s)%name == support%surface) &
-              call measure_cavity(model, s, support, diagnostics)
+            if (.not. support%contracts .or. model%analysis%surfaces(s)%name /= support%surface) cycle
+            call measure_cavity(model, s, support, diagnostics)
+            call warn_of_core(model, s, p, support)
           end do
         end associate
       end do
     end do
   end subroutine measure_cavities
+
+  !> Warn of soil that a phase leaves inside of an outline: it weighs on a lining that weighs nothing.
+  subroutine warn_of_core(model, s, p, support)
+    type(model_type), intent(inout) :: model
+    !> Numbers of the surface and of the phase, and what contracts it.
+    integer, intent(in) :: s, p
+    type(support_type), intent(in) :: support
+    type(overburden_type) :: ground
+    real(wp) :: inside(2), sums(3), area(model%state%surface%count)
+    logical :: active(size(model%analysis%bodies))
+    integer :: b
+
+    associate (surface => model%state%surface)
+      area = merge(surface%area, 0.0_wp, surface%surface == s .and. own_cells(model%part, surface%cell))
+      sums = total(model%part%team, [matmul(surface%position(:2, :), area), sum(area)])
+    end associate
+    if (.not. sums(3) > 0.0_wp) return
+    ! Half an outline has its middle on the edge of what it holds.
+    inside = 0.7_wp*model%cavity_middle(:, s) + 0.3_wp*sums(:2)/sums(3)
+    call make_overburden(model%mesh, model%shapes, [(0.0_wp, b=1, size(model%shapes))], &
+      vertical_of(model%analysis), ground)
+    active = bodies_active(model%analysis, p)
+    do b = 1, size(active)
+      if (.not. (active(b) .and. body_holds(ground, b, inside))) cycle
+      model%notes = model%notes//"warning: *CONTRACTION: body '"//model%analysis%bodies(b)%name//"' fills surface '"// &
+        support%surface//"' in phase '"//model%analysis%phases(p)%name//"', and weighs on what settles with it: "// &
+        'draw what is inside as a body of its own and *DEACTIVATE it'//new_line('a')
+    end do
+  end subroutine warn_of_core
 
   !> Middle of one cavity.
   subroutine measure_cavity(model, s, support, diagnostics)

@@ -352,7 +352,8 @@ contains
         end do
         if (wet) call add_diagnostic(diagnostics, load%where, '*PRESSURE', "surface '"//load%surface// &
           "' lies below the water level of its body in phase '"//phase%name//"', whose force holds the pressure of "// &
-          'the water on the surface already: it would be counted twice')
+          'the water on the surface already: it would be counted twice; slurry presses by what it has more, '// &
+          'in a data line `p, gradient, y`')
       end do
     end associate
   end subroutine check_pressures
@@ -421,11 +422,12 @@ contains
           if (.not. ground%up*(ground_over(ground, x) - x(axis)) > tolerance(1)) cycle
           if (.not. body_holds(ground, b, below(:size(x)))) cycle
           if (any([(body_holds(ground, i, x), i=1, size(tables))])) cycle
-          notes = notes//'warning: '//flooded_hollow//', with '//rounded_text(head_at(tables(b), x))// &
+          notes = notes//'warning: '//flooded_hollow//' at ('//rounded_text(x(1))//', '//rounded_text(x(2))// &
+            '), with '//rounded_text(head_at(tables(b), x))// &
             " of water on its floor in body '"//model%analysis%bodies(b)%name//"' in phase '"// &
             model%analysis%phases(number)%name//"', counts as full of water, which presses on its faces: one that "// &
-            'is dry wants *WATER LEVEL, BODY=, TYPE=NONE of the lining and *PRESSURE, LEVEL= on the outside of it'// &
-            new_line('a')
+            'is dry wants *WATER LEVEL, BODY=, TYPE=NONE of the lining and *PRESSURE, LEVEL= on the outside of it, '// &
+            'a slit between layers the corners of either in both'//new_line('a')
           return
         end associate
       end do

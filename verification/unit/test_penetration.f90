@@ -13,11 +13,12 @@ module test_penetration
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model_builder, only: build_model
   use qsmpm_penetration, only: penetration_check_type, refuse_penetration, warn_of_penetration
-  use qsmpm_phase_description, only: phase_safety, phase_loading
+  use qsmpm_phase_description, only: phase_safety, phase_loading, phase_type
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: keep_rigid_body, placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type, rigid_pose_type
-  use qsmpm_sheared_ground, only: fallen_note, flow_notes, sheared_note, swollen_note
+  use qsmpm_sheared_ground, only: fallen_note, flow_notes, sheared_note, spot_note, &
+    swollen_note
   use qsmpm_team, only: team_type
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
@@ -398,20 +399,33 @@ contains
   subroutine check_sheared(tests, model)
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(inout) :: model
-    real(wp) :: volume(model%state%points%count)
+    real(wp), dimension(model%state%points%count) :: volume, initial
 
     volume = model%state%points%volume
+    initial = model%state%points%initial_volume
     call tests%check('the points carry strains', size(model%state%points%plastic_strain) > 0)
     model%state%points%plastic_strain = 0.05_wp
     call tests%check('soil that yields and stands', len(sheared_note(model)) == 0)
     model%state%points%plastic_strain(1) = 0.3_wp
     model%state%points%volume(1) = 1.0e-3_wp*sum(volume(2:))
+    model%state%points%initial_volume(1) = model%state%points%volume(1)
     call tests%check('a corner that flows', len(sheared_note(model)) == 0)
+    model%state%points%initial_position = model%state%points%position
+    call tests%check('nothing gives way', len(spot_note(model)) == 0)
+    model%state%points%initial_position(1, 1) = model%state%points%position(1, 1) - 0.1_wp
+    call tests%check('a corner gives way: '//spot_note(model), index(spot_note(model), "phase 'press': what gives way "// &
+      'is 0.1 % of the ground, around (') > 0)
+    model%state%points%initial_position(1, 2:) = model%state%points%position(1, 2:) - 0.011_wp
+    call tests%check('and all of the ground with it', len(spot_note(model)) == 0)
+    model%state%points%initial_position = model%state%points%position
     model%state%points%volume(1) = 4.0e-3_wp*sum(volume(2:))
     model%state%points%initial_position(:, 2) = model%state%points%position(:, 2) - [0.3_wp, 0.4_wp]
     call tests%check('soil that flows; found: '//sheared_note(model), index(sheared_note(model), "phase 'press': "// &
       'before the search soil has sheared by up to 0.3, 0.4 % of it by more than 0.1') > 0 .and. &
       index(sheared_note(model), 'up to 0.5 away') > 0)
+    model%state%points%initial_volume(1) = exp(0.2_wp)*model%state%points%volume(1)
+    call tests%check('soft soil that has settled by a fifth', len(sheared_note(model)) == 0)
+    model%state%points%initial_volume = initial
     model%state%points%initial_position(:, 2) = model%state%points%position(:, 2)
     model%state%points%plastic_strain = 0.0_wp
     model%state%points%volume = volume
@@ -426,6 +440,7 @@ contains
   subroutine check_fallen(tests, model)
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(inout) :: model
+    type(phase_type) :: kept
 
     associate (limit => model%state%progress%limit, phase => model%analysis%phases(model%state%progress%phase))
       limit%first = 0.5_wp
@@ -440,6 +455,12 @@ contains
       phase%kind = phase_safety
       call tests%check('and one that looks for a factor', len(fallen_note(model)) == 0)
       phase%kind = phase_loading
+      kept = phase
+      phase%moves = phase%moves(:0)
+      call tests%check('ground that drains or creeps', len(fallen_note(model)) == 0)
+      phase%consolidation%given = .true.
+      call tests%check('and whose *CONSOLIDATION begins', len(fallen_note(model)) == 0)
+      phase = kept
       limit%most = 4.9_wp
       call tests%check('nine times as soft', len(fallen_note(model)) == 0)
       limit%first = 0.0_wp

@@ -410,6 +410,8 @@ contains
 
     call tests%check('a flooded hollow', index(hollow_notes(culvert, '3.5', ''), 'with 2.5 of water on its floor in '// &
       "body 'ground' in phase 'start'") > 0)
+    call tests%check('its place, and what a slit wants', index(hollow_notes(culvert, '3.5', ''), 'water level at (0.') > 0 &
+      .and. index(hollow_notes(culvert, '3.5', ''), 'a slit between layers') > 0)
     call tests%check('a hollow above the level', index(hollow_notes(culvert, '0.9', ''), 'hollow') == 0)
     call tests%check('a hollow that is filled', index(hollow_notes(culvert, '3.5', filling), 'hollow') == 0)
     call tests%check('one that holds a rigid body', index(hollow_notes(culvert, '3.5', '*RIGID BODY, NAME=box, '// &

@@ -214,12 +214,15 @@ contains
     class(model_type), allocatable :: model
     class(step_type), allocatable, target :: step
     real(wp) :: drawn(2, 2), first(2, 2), second(2, 2)
+    integer :: i, j
 
     allocate (model, step)
     call make_model(ring//'*PHASE, NAME=one|*FIX|base, ALL|*CONTRACTION, SURFACE=bore|1|*END PHASE|'// &
       '*PHASE, NAME=two, LOAD FACTOR=2|*CONTRACTION, SURFACE=bore, HELD=YES|1.5|*END PHASE|', model, step)
     call tests%close('19 % of the area is a tenth of the radius', closure_of(19.0_wp), 0.1_wp, 1.0e-14_wp)
     call tests%close('the middle is found', norm2(model%cavity_middle(:, 1) - [0.0_wp, 3.0_wp]), 0.0_wp, 1.0e-12_wp)
+    call tests%check('soil inside of it is told: '//model%notes, index(model%notes, "body 'around' fills surface 'bore' "// &
+      "in phase 'one'") > 0 .and. index(model%notes, "in phase 'two'") > 0)
     drawn = extent_of(model)
     call run_phase(tests, model, step, 1, [0.5_wp, 1.0_wp])
     first = extent_of(model)
@@ -236,6 +239,16 @@ contains
     call tests%close('what is lost next is lost of what was left', norm2(second(:, 2)/first(:, 2) - sqrt(0.97_wp)), &
       0.0_wp, 4.0e-4_wp)
     call tests%check('against a force', abs(sum(model%state%surface%reaction(2, :))) > 1.0e-3_wp)
+    call end_system(step%system)
+    deallocate (model, step)
+    allocate (model, step)
+    i = index(ring, 'SHAPE=BOX|')
+    j = index(ring, '*METHOD')
+    call make_model(ring(:i - 1)//'SHAPE=BOX|-3, -1, 0, 6|*BODY, NAME=right, MATERIAL=soil, SHAPE=BOX|1, 3, 0, 6|'// &
+      '*BODY, NAME=floor, MATERIAL=soil, SHAPE=BOX|-1, 1, 0, 2|*BODY, NAME=roof, MATERIAL=soil, SHAPE=BOX|-1, 1, 4, 6|'// &
+      '*BODY, NAME=core, MATERIAL=soil, SHAPE=BOX|-1, 1, 2, 4|'//ring(j:)//'*PHASE, NAME=rest|*FIX|base, ALL|'// &
+      '*GRAVITY|0, -1|*END PHASE|*PHASE, NAME=one|*DEACTIVATE|core|*CONTRACTION, SURFACE=bore|1|*END PHASE|', model, step)
+    call tests%check('none is left where it goes: '//model%notes, index(model%notes, 'fills') == 0)
     call end_system(step%system)
   end subroutine check_cavity
 

@@ -359,6 +359,7 @@ contains
     type(tests_type), intent(inout) :: tests
     class(model_type), allocatable :: model
     type(stress_error_type) :: estimate
+    real(wp), allocatable :: drawn(:)
     integer :: n
 
     allocate (model)
@@ -392,6 +393,11 @@ contains
       call estimate_stress_error(model, estimate)
       call tests%check('and one that touches the other surface', compared_from(0.4_wp, 0.6_wp))
       surface%contact_pressure = 0.0_wp
+      allocate (drawn, source=points%position(2, :))
+      where (points%position(1, :) < 0.4_wp .and. drawn > maxval(drawn) - 1.0e-3_wp) points%position(2, :) = 2.6_wp - drawn
+      call estimate_stress_error(model, estimate)
+call tests%check('and soil that lies on it', compared_from(0.4_wp, 0.6_wp))
+      points%position(2, :) = drawn
       do n = 1, model%mesh%node_count
         loading%constrained(2, n) = all(model%mesh%coordinates(:, n) < [0.45_wp, 2.0_wp])
       end do
