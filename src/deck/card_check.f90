@@ -16,23 +16,20 @@ module qsmpm_card_check
 contains
 
   !> Check a card and fill in its defaults.
-  subroutine check_card(entry, card, state)
+  subroutine check_card(entry, state)
     type(keyword_type), intent(in) :: entry
-    !> The card; it and its rows learn whether they are good.
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
 
-    call check_names(entry, card, state)
-    call check_values(entry, card, state)
-    call fill_defaults(entry, card)
-    call check_context(entry, card, state)
-    call check_data(entry, card, state)
+    call check_names(entry, state)
+    call check_values(entry, state)
+    call fill_defaults(entry, state%card)
+    call check_context(entry, state)
+    call check_data(entry, state)
   end subroutine check_card
 
   !> Every parameter is known and given once; every required one is given.
-  subroutine check_names(entry, card, state)
+  subroutine check_names(entry, state)
     type(keyword_type), intent(in) :: entry
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     type(string_type), allocatable :: known(:)
     integer :: i
@@ -41,21 +38,21 @@ contains
     do i = 1, size(entry%parameters)
       call add_word(known, entry%parameters(i)%name)
     end do
-    do i = 1, size(card%parameters)
-      associate (name => card%parameters(i)%name)
+    do i = 1, size(state%card%parameters)
+      associate (name => state%card%parameters(i)%name)
         if (len(name) == 0) then
-          call bad(card, state, 'empty parameter between commas')
+          call state%refuse('empty parameter between commas')
         else if (parameter_number(entry, name) == 0) then
-          call bad(card, state, unknown_parameter(entry%name, name, known))
-        else if (card%find(name) < i) then
-          call bad(card, state, 'parameter '//name//' is given twice')
+          call state%refuse(unknown_parameter(entry%name, name, known))
+        else if (state%card%find(name) < i) then
+          call state%refuse('parameter '//name//' is given twice')
         end if
       end associate
     end do
     do i = 1, size(entry%parameters)
       if (.not. entry%parameters(i)%required) cycle
-      if (card%find(entry%parameters(i)%name) == 0) call bad(card, state, &
-        'parameter '//entry%parameters(i)%name//' is missing')
+      if (state%card%find(entry%parameters(i)%name) == 0) call state%refuse('parameter '//entry%parameters(i)%name// &
+        ' is missing')
     end do
   end subroutine check_names
 
@@ -86,17 +83,16 @@ contains
   end function parameter_number
 
   !> Every value is of its kind and in its range; a bad one is replaced by the default.
-  subroutine check_values(entry, card, state)
+  subroutine check_values(entry, state)
     type(keyword_type), intent(in) :: entry
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: problem
     integer :: i, k
 
-    do i = 1, size(card%parameters)
-      k = parameter_number(entry, card%parameters(i)%name)
+    do i = 1, size(state%card%parameters)
+      k = parameter_number(entry, state%card%parameters(i)%name)
       if (k == 0) cycle
-      associate (parameter => card%parameters(i), item => entry%parameters(k))
+      associate (parameter => state%card%parameters(i), item => entry%parameters(k))
         problem = ''
         if (item%kind == kind_flag) then
           if (parameter%has_value) problem = item%name//' takes no value'
@@ -107,9 +103,10 @@ contains
         end if
         if (len(problem) == 0) cycle
         associate (written => item%name//'='//upper(squeezed(parameter%value)))
-          if (len(renamed(card%keyword, written)) > 0) problem = written//' is now '//renamed(card%keyword, written)
+          if (len(renamed(state%card%keyword, written)) > 0) problem = written//' is now '// &
+            renamed(state%card%keyword, written)
         end associate
-        call bad(card, state, problem)
+        call state%refuse(problem)
         parameter%value = item%default
       end associate
     end do
@@ -132,86 +129,83 @@ contains
   end subroutine fill_defaults
 
   !> No parameter is given that has no meaning beside the others.
-  subroutine check_context(entry, card, state)
+  subroutine check_context(entry, state)
     type(keyword_type), intent(in) :: entry
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     type(string_type), allocatable :: others(:)
     integer :: i, k
 
     do i = 1, size(entry%parameters)
       associate (item => entry%parameters(i))
-        if (.not. card%has(item%name)) cycle
-        if (.not. holds(card, item%needs)) call bad(card, state, 'parameter '//item%name// &
-          ' has no meaning without '//item%needs)
+        if (.not. state%card%has(item%name)) cycle
+        if (.not. holds(state%card, item%needs)) call state%refuse('parameter '//item%name//' has no meaning without '// &
+          item%needs)
         if (len(item%excludes) == 0) cycle
         call split(item%excludes, '|', others)
         do k = 1, size(others)
-          if (card%has(others(k)%text)) call bad(card, state, &
-            'parameters '//item%name//' and '//others(k)%text//' exclude each other')
+          if (state%card%has(others(k)%text)) call state%refuse('parameters '//item%name//' and '//others(k)%text// &
+            ' exclude each other')
         end do
       end associate
     end do
   end subroutine check_context
 
   !> Data lines are as many and of the form the card wants.
-  subroutine check_data(entry, card, state)
+  subroutine check_data(entry, state)
     type(keyword_type), intent(in) :: entry
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     integer :: i, d
 
     do d = 1, size(entry%data)
-      if (holds(card, entry%data(d)%when)) exit
+      if (holds(state%card, entry%data(d)%when)) exit
     end do
     if (d > size(entry%data)) then
-      do i = 1, size(card%rows)
-        call bad_row(card, i, state, 'data line where none belongs')
+      do i = 1, size(state%card%rows)
+        call state%refuse_row(i, 'data line where none belongs')
       end do
       return
     end if
     associate (lines => entry%data(d))
-      call order_named_items(lines, card, state)
-      do i = 1, size(card%rows)
+      call order_named_items(lines, state)
+      do i = 1, size(state%card%rows)
         if (i > lines%maximum) then
-          call bad_row(card, i, state, 'more data lines than the '//integer_text(lines%maximum)//' that belong here')
-        else if (.not. (lines%free .or. card%rows(i)%by_name)) then
-          call check_row(lines, card, i, state)
+          call state%refuse_row(i, 'more data lines than the '//integer_text(lines%maximum)//' that belong here')
+        else if (.not. (lines%free .or. state%card%rows(i)%by_name)) then
+          call check_row(lines, i, state)
         end if
       end do
-      if (size(card%rows) < lines%minimum) call bad(card, state, integer_text(lines%minimum)// &
-        ' data line(s) wanted ('//lines%sentence//'), '//integer_text(size(card%rows))//' found')
+      if (size(state%card%rows) < lines%minimum) call state%refuse(integer_text(lines%minimum)//' data line(s) '// &
+        'wanted ('//lines%sentence//'), '//integer_text(size(state%card%rows))//' found')
     end associate
   end subroutine check_data
 
   !> One data line against the columns.
-  subroutine check_row(lines, card, i, state)
+  subroutine check_row(lines, i, state)
     type(data_type), intent(in) :: lines
-    type(card_type), intent(inout) :: card
     integer, intent(in) :: i
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: problem
     integer :: k, c, least, most, most_in_3d, items
 
     call allowed_count(lines, state%dimension, least, most)
-    items = size(card%rows(i)%items)
+    items = size(state%card%rows(i)%items)
     if (items < least .or. items > most) then
       problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)//' are wanted'
       call allowed_count(lines, 3, least, most_in_3d)
       if (items > most .and. items == most_in_3d) problem = problem//' (the model is plane)'
-      call bad_row(card, i, state, problem)
+      call state%refuse_row(i, problem)
     end if
     do k = 1, min(items, most)
       c = min(k, size(lines%columns))
       if (.not. used(lines%columns(c), state%dimension)) exit
-      associate (value => card%rows(i)%items(k)%text)
+      associate (value => state%card%rows(i)%items(k)%text)
         if (len(value) == 0) then
           problem = lines%columns(c)%name//' is empty'
         else
           problem = value_problem(lines%columns(c), value)
         end if
       end associate
-      if (len(problem) > 0) call bad_row(card, i, state, problem)
+      if (len(problem) > 0) call state%refuse_row(i, problem)
     end do
   end subroutine check_row
 
@@ -264,25 +258,4 @@ contains
       if (lines%columns(c)%repeated) text = text//', ...'
     end do
   end function column_list
-
-  !> Report an error of the keyword line.
-  subroutine bad(card, state, sentence)
-    type(card_type), intent(inout) :: card
-    type(deck_state_type), intent(inout) :: state
-    character(len=*), intent(in) :: sentence
-
-    card%good = .false.
-    call state%report_error(card, sentence)
-  end subroutine bad
-
-  !> Report an error of a data line.
-  subroutine bad_row(card, i, state, sentence)
-    type(card_type), intent(inout) :: card
-    integer, intent(in) :: i
-    type(deck_state_type), intent(inout) :: state
-    character(len=*), intent(in) :: sentence
-
-    card%rows(i)%good = .false.
-    call state%error_at(card, card%rows(i), sentence)
-  end subroutine bad_row
 end module qsmpm_card_check

@@ -11,7 +11,7 @@ module qsmpm_deck
   use qsmpm_text, only: did_you_mean, string_type, integer_text
   use qsmpm_file, only: read_text
   use qsmpm_path, only: base_name
-  use qsmpm_messages, only: message_list_type, message_text, severity_error
+  use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_deck_lines, only: line_list_type, cut_lines
   use qsmpm_cards, only: card_type, make_cards, word_at
   use qsmpm_deck_state, only: deck_state_type
@@ -151,7 +151,7 @@ contains
 
   !> Check and use the cards in order.
   subroutine take_cards(cards, state)
-    type(card_type), intent(inout) :: cards(:)
+    type(card_type), target, intent(inout) :: cards(:)
     type(deck_state_type), intent(inout) :: state
     type(table_type) :: table
     type(string_type), allocatable :: names(:)
@@ -163,11 +163,11 @@ contains
     allocate (seen(table%count), source=0)
     do i = 1, size(cards)
       k = table%find(cards(i)%keyword)
+      state%card => cards(i)
       if (k == 0) then
-        call state%messages%add(severity_error, cards(i)%place, cards(i)%keyword, &
-          unknown_keyword(cards(i)%keyword, names))
+        call state%report_error(unknown_keyword(cards(i)%keyword, names))
       else
-        call take_card(table, k, cards(i), seen, state)
+        call take_card(table, k, seen, state)
       end if
     end do
   end subroutine take_cards
@@ -198,53 +198,51 @@ contains
   end function first_clause
 
   !> Check one card and use it when it stands where it may.
-  subroutine take_card(table, k, card, seen, state)
+  subroutine take_card(table, k, seen, state)
     type(table_type), intent(in) :: table
     integer, intent(in) :: k
-    type(card_type), intent(inout) :: card
     !> Line of each keyword's last card in the deck, phase or material; 0 for none.
     integer, intent(inout) :: seen(:)
     type(deck_state_type), intent(inout) :: state
     integer :: before, i
     logical :: usable
 
-    if (card%keyword == 'PHASE' .or. card%keyword == 'MATERIAL') then
+    if (state%card%keyword == 'PHASE' .or. state%card%keyword == 'MATERIAL') then
       do i = 1, table%count
-        if (table%keywords(i)%section == merge(in_phase, in_material, card%keyword == 'PHASE')) seen(i) = 0
+        if (table%keywords(i)%section == merge(in_phase, in_material, state%card%keyword == 'PHASE')) seen(i) = 0
       end do
     end if
-    call check_card(table%keywords(k), card, state)
-    call check_section(table%keywords(k)%section, card, state, usable)
+    call check_card(table%keywords(k), state)
+    call check_section(table%keywords(k)%section, state, usable)
     if (.not. usable) return
     before = seen(k)
-    seen(k) = card%place%line
+    seen(k) = state%card%place%line
     if (before > 0 .and. table%keywords(k)%times == once) then
-      call state%report_error(card, 'is given twice (first in line '//integer_text(before)//')')
+      call state%report_error('is given twice (first in line '//integer_text(before)//')')
       return
     end if
-    call note_card(state%analysis, card%keyword)
-    call read_card(table%keywords(k), card, state)
+    call note_card(state%analysis, state%card%keyword)
+    call read_card(table%keywords(k), state)
   end subroutine take_card
 
   !> Read a card into what it is about.
-  subroutine read_card(entry, card, state)
+  subroutine read_card(entry, state)
     type(keyword_type), intent(in) :: entry
-    type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     type(card_reader_type) :: fields
 
     if (allocated(entry%opens)) then
-      if (entry%list == list_mesh .and. .not. may_bring_mesh(card%keyword, state%analysis%mesh%kind)) then
-        call state%report_error(card, 'the deck has a mesh already')
+      if (entry%list == list_mesh .and. .not. may_bring_mesh(state%card%keyword, state%analysis%mesh%kind)) then
+        call state%report_error('the deck has a mesh already')
         return
       end if
       call open_item(state, entry%list)
       call go_to_item(state, entry%list, count_items(state, entry%list))
     end if
-    fields = reader(card, state%dimension)
+    fields = reader(state%card, state%dimension)
     call entry%fields(fields, state)
-    if (allocated(entry%opens)) call check_new_name(card, state, entry%list, entry%opens)
-    if (associated(entry%finish)) call entry%finish(card, state)
+    if (allocated(entry%opens)) call check_new_name(state, entry%list, entry%opens)
+    if (associated(entry%finish)) call entry%finish(state)
   end subroutine read_card
 
   !> Whether there is no mesh yet, or one that grows by cards.
@@ -256,10 +254,9 @@ contains
   end function may_bring_mesh
 
   !> Whether a card stands where it may.
-  subroutine check_section(section, card, state, usable)
+  subroutine check_section(section, state, usable)
     !> Where it may stand.
     integer, intent(in) :: section
-    type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     !> There is something it can be read into.
     logical, intent(out) :: usable
@@ -267,12 +264,12 @@ contains
     usable = .true.
     select case (section)
     case (in_model, in_material)
-      if (size(state%analysis%phases) > 0) call state%report_error(card, 'belongs before the first *PHASE')
+      if (size(state%analysis%phases) > 0) call state%report_error('belongs before the first *PHASE')
       if (section == in_material) usable = size(state%analysis%materials) > 0
-      if (.not. usable) call state%report_error(card, 'belongs below a *MATERIAL')
+      if (.not. usable) call state%report_error('belongs below a *MATERIAL')
     case (in_phase)
       usable = state%in_phase
-      if (.not. usable) call state%report_error(card, 'belongs inside *PHASE ... *END PHASE')
+      if (.not. usable) call state%report_error('belongs inside *PHASE ... *END PHASE')
     end select
   end subroutine check_section
 end module qsmpm_deck

@@ -33,23 +33,22 @@ contains
   end function may_be_named
 
   !> Put what is given by name into the order of the columns; such rows are checked here.
-  subroutine order_named_items(lines, card, state)
+  subroutine order_named_items(lines, state)
     type(data_type), intent(in) :: lines
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     type(item_type), allocatable :: columns(:)
     integer :: i
 
     if (.not. may_be_named(lines)) return
-    if (.not. any([(is_named(card, i), i=1, size(card%rows))])) return
+    if (.not. any([(is_named(state%card, i), i=1, size(state%card%rows))])) return
     columns = pack(lines%columns, .not. (lines%columns%third .and. state%dimension == 2))
     if (lines%maximum == 1) then
-      call order_rows(columns, 1, size(card%rows), card, state)
-      card%rows = card%rows(:1)
+      call order_rows(columns, 1, size(state%card%rows), state)
+      state%card%rows = state%card%rows(:1)
       return
     end if
-    do i = 1, size(card%rows)
-      if (is_named(card, i)) call order_rows(columns, i, i, card, state)
+    do i = 1, size(state%card%rows)
+      if (is_named(state%card, i)) call order_rows(columns, i, i, state)
     end do
   end subroutine order_named_items
 
@@ -63,10 +62,9 @@ contains
   end function is_named
 
   !> Some rows as one in the order of the columns, in the place of the first of them; what must be given is.
-  subroutine order_rows(columns, first, last, card, state)
+  subroutine order_rows(columns, first, last, state)
     type(item_type), intent(in) :: columns(:)
     integer, intent(in) :: first, last
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     type(string_type) :: values(size(columns))
     character(len=:), allocatable :: missing
@@ -77,25 +75,24 @@ contains
     end do
     missing = ''
     do k = first, last
-      call take_row(columns, k, k > first, card, state, values)
+      call take_row(columns, k, k > first, state, values)
     end do
-    card%rows(first)%by_name = .true.
-    card%rows(first)%good = all(card%rows(first:last)%good)
+    state%card%rows(first)%by_name = .true.
+    state%card%rows(first)%good = all(state%card%rows(first:last)%good)
     do k = 1, size(columns)
       if (columns(k)%required .and. len(values(k)%text) == 0) missing = missing//', '//columns(k)%name
     end do
-    if (len(missing) > 0 .and. card%rows(first)%good) call report(card, first, missing(3:)// &
-      trim(merge(' are missing', ' is missing ', index(missing(3:), ', ') > 0)), state)
-    card%rows(first)%items = values
+    if (len(missing) > 0 .and. state%card%rows(first)%good) call state%refuse_row(first, missing(3:)// &
+      trim(merge(' are missing', ' is missing ', index(missing(3:), ', ') > 0)))
+    state%card%rows(first)%items = values
   end subroutine order_rows
 
   !> The items of a row; those behind a name have one.
-  subroutine take_row(columns, row, named_before, card, state, values)
+  subroutine take_row(columns, row, named_before, state, values)
     type(item_type), intent(in) :: columns(:)
     integer, intent(in) :: row
     !> Names are wanted from the first item on.
     logical, intent(in) :: named_before
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     !> As text, empty where there is none yet (columns).
     type(string_type), intent(inout) :: values(:)
@@ -104,8 +101,8 @@ contains
     logical :: named
 
     named = named_before
-    do k = 1, size(card%rows(row)%items)
-      text = card%rows(row)%items(k)%text
+    do k = 1, size(state%card%rows(row)%items)
+      text = state%card%rows(row)%items(k)%text
       equals = index(text, '=')
       named = named .or. equals > 0
       column = k
@@ -115,11 +112,11 @@ contains
       else if (column > size(columns)) then
         problem = "'"//text//"' is more than the columns: "//names_of(columns)
       else if (column == 0) then
-        problem = unknown_name(columns, card, squeezed(text(:equals - 1)))
+        problem = unknown_name(columns, state%card, squeezed(text(:equals - 1)))
       else
         call take_value(columns(column), squeezed(text(equals + 1:)), values(column)%text, problem)
       end if
-      if (len(problem) > 0) call report(card, row, problem, state)
+      if (len(problem) > 0) call state%refuse_row(row, problem)
     end do
   end subroutine take_row
 
@@ -140,17 +137,6 @@ contains
     problem = column%name//' is empty'
     if (len(text) > 0) problem = value_problem(column, text)
   end subroutine take_value
-
-  !> An error of a data line.
-  subroutine report(card, row, sentence, state)
-    type(card_type), intent(inout) :: card
-    integer, intent(in) :: row
-    character(len=*), intent(in) :: sentence
-    type(deck_state_type), intent(inout) :: state
-
-    card%rows(row)%good = .false.
-    call state%error_at(card, card%rows(row), sentence)
-  end subroutine report
 
   !> Column of a name, 0 where there is none.
   pure integer function column_of(columns, name) result(c)

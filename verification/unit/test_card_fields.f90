@@ -90,14 +90,15 @@ contains
     character(len=:), allocatable, intent(out) :: messages
     type(table_type) :: table
     type(line_list_type) :: lines
-    type(card_type), allocatable :: cards(:)
+    type(card_type), allocatable, target :: cards(:)
     type(deck_state_type) :: state
     type(card_reader_type) :: fields
 
     call make_sample_table(table)
     call cut_lines('a.inp', text, lines, state%messages)
     call make_cards(lines, cards, state%messages)
-    call check_card(table%keywords(1), cards(1), state)
+    state%card => cards(1)
+    call check_card(table%keywords(1), state)
     fields = reader(cards(1), 3)
     call sample_fields(fields, sample)
     messages = message_text(state%messages)

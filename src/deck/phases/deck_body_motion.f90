@@ -3,7 +3,6 @@ module qsmpm_deck_body_motion
   use qsmpm_analysis, only: axisymmetric, plane_strain
   use qsmpm_phase_description, only: phase_type
   use qsmpm_structures, only: rigid_move_type
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_moves
   use qsmpm_deck_rigid_bodies, only: turn_fields
@@ -57,18 +56,17 @@ contains
   end subroutine move_fields
 
   !> A body has one motion in a phase.
-  subroutine check_move(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_move(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
     associate (moves => state%analysis%phases(state%phase)%moves)
       do i = 1, size(moves) - 1
         if (moves(i)%is_load .or. moves(i)%body /= moves(size(moves))%body) cycle
-        call state%report_error(card, "body '"//moves(i)%body//"' has a motion in this phase already")
+        call state%report_error("body '"//moves(i)%body//"' has a motion in this phase already")
       end do
-      if (state%dimension == 3 .and. card%has('ROTATION')) call state%report_error(card, &
-        'ROTATION is for the plane; in 3D give rx, ry, rz behind the displacement: axis times angle in degrees')
+      if (state%dimension == 3 .and. state%card%has('ROTATION')) call state%report_error('ROTATION is for the '// &
+        'plane; in 3D give rx, ry, rz behind the displacement: axis times angle in degrees')
     end associate
   end subroutine check_move
 
@@ -92,35 +90,35 @@ contains
   end subroutine load_fields
 
   !> A component is loaded once, and not moved as well.
-  subroutine check_body_load(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_body_load(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, n
 
     associate (moves => state%analysis%phases(state%phase)%moves)
       n = size(moves)
-      if (moves(n)%component == 3 .and. state%dimension == 2) call state%report_error(card, 'COMPONENT=Z is for 3D')
-      if (moves(n)%component == turning .and. state%analysis%model /= plane_strain) call state%report_error(card, &
-        'COMPONENT=MZ is for plane strain: elsewhere bodies turn by *MOVE alone')
-      call check_load_place(card, state, moves(n))
-      if (state%analysis%model == axisymmetric .and. moves(n)%component == 1) call state%report_error(card, &
-        'in axisymmetry a body is free along the axis alone: COMPONENT=Y')
+      if (moves(n)%component == 3 .and. state%dimension == 2) call state%report_error('COMPONENT=Z is for 3D')
+      if (moves(n)%component == turning .and. state%analysis%model &
+        /= plane_strain) call state%report_error('COMPONENT=MZ is for plane strain: elsewhere bodies turn by '// &
+        '*MOVE alone')
+      call check_load_place(state, moves(n))
+      if (state%analysis%model == axisymmetric .and. moves(n)%component &
+        == 1) call state%report_error('in axisymmetry a body is free along the axis alone: COMPONENT=Y')
       do i = 1, n - 1
-        if (moves(i)%is_load .and. moves(i)%body == moves(n)%body .and. moves(i)%component == moves(n)%component) &
-          call state%report_error(card, "body '"//moves(n)%body//"' has a load in this component in this phase already")
+        if (moves(i)%is_load .and. moves(i)%body == moves(n)%body .and. moves(i)%component &
+          == moves(n)%component) call state%report_error("body '"//moves(n)%body//"' has a load in this component "// &
+          "in this phase already")
       end do
     end associate
   end subroutine check_body_load
 
   !> A place in which a force acts is whole, and that of a force.
-  subroutine check_load_place(card, state, load)
-    type(card_type), intent(in) :: card
+  subroutine check_load_place(state, load)
     type(deck_state_type), intent(inout) :: state
     type(rigid_move_type), intent(in) :: load
 
     if (.not. any(load%placed)) return
-    if (.not. all(load%placed)) call state%report_error(card, 'the place in which the force acts wants x and y')
-    if (load%component == turning) call state%report_error(card, 'a moment acts in no place: it is the force that does')
+    if (.not. all(load%placed)) call state%report_error('the place in which the force acts wants x and y')
+    if (load%component == turning) call state%report_error('a moment acts in no place: it is the force that does')
   end subroutine check_load_place
 
   !> Bodies that are moved, loaded and followed exist.

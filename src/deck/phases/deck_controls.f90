@@ -3,7 +3,7 @@ module qsmpm_deck_controls
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: controls_type, phase_type
   use qsmpm_text, only: integer_text, real_text
-  use qsmpm_cards, only: card_type, number_at
+  use qsmpm_cards, only: number_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_keyword_table, only: table_type, in_phase, once
@@ -92,16 +92,15 @@ contains
   end subroutine equilibrium_fields
 
   !> What the numbers of *CONTROLS say together.
-  subroutine check_controls(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_controls(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (c => state%analysis%phases(state%phase)%controls)
-      if (card%good .and. c%limit_compliance > 0.0_wp .and. &
-        c%limit_compliance <= 1.0_wp) call state%report_error(card, &
-        'LIMIT COMPLIANCE = '//real_text(c%limit_compliance)//' is met by the first step: it is 0 or above 1')
-      if (card%good .and. c%few_iterations > c%many_iterations) call state%report_error(card, &
-        'DESIRED MIN ITERATIONS = '//integer_text(c%few_iterations)//' is above DESIRED MAX ITERATIONS = '// &
+      if (state%card%good .and. c%limit_compliance > 0.0_wp .and. c%limit_compliance &
+        <= 1.0_wp) call state%report_error('LIMIT COMPLIANCE = '//real_text(c%limit_compliance)//' is met by the '// &
+        'first step: it is 0 or above 1')
+      if (state%card%good .and. c%few_iterations > c%many_iterations) call state%report_error('DESIRED MIN '// &
+        'ITERATIONS = '//integer_text(c%few_iterations)//' is above DESIRED MAX ITERATIONS = '// &
         integer_text(c%many_iterations))
     end associate
   end subroutine check_controls
@@ -166,21 +165,20 @@ contains
   end subroutine constant_load_fields
 
   !> The load factors rise and are reached.
-  subroutine check_constant_load(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_constant_load(state)
     type(deck_state_type), intent(inout) :: state
     real(wp) :: at, before
     integer :: i, k
 
     before = 0.0_wp
     associate (phase => state%analysis%phases(state%phase))
-      do i = 1, size(card%rows)
-        if (.not. card%rows(i)%good) cycle
-        do k = 1, size(card%rows(i)%items)
-          at = number_at(card%rows(i), k)
-          if (.not. at > before) call state%error_at(card, card%rows(i), 'the load factors do not rise')
-          if (at > phase%load_factor) call state%error_at(card, card%rows(i), 'load factor '// &
-            card%rows(i)%items(k)%text//' is above the one the phase ends at, '//real_text(phase%load_factor))
+      do i = 1, size(state%card%rows)
+        if (.not. state%card%rows(i)%good) cycle
+        do k = 1, size(state%card%rows(i)%items)
+          at = number_at(state%card%rows(i), k)
+          if (.not. at > before) call state%error_at(state%card%rows(i), 'the load factors do not rise')
+          if (at > phase%load_factor) call state%error_at(state%card%rows(i), 'load factor '// &
+            state%card%rows(i)%items(k)%text//' is above the one the phase ends at, '//real_text(phase%load_factor))
           before = at
         end do
       end do

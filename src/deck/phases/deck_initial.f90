@@ -2,7 +2,6 @@
 module qsmpm_deck_initial
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: initial_stress_type, initial_keep, initial_isotropic, initial_given
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_deck_state, only: deck_state_type, beside_deck
   use qsmpm_deck_words, only: bar_list, initial_words
@@ -68,50 +67,47 @@ contains
   end subroutine initial_fields
 
   !> Stresses are a start of the first phase; heights rise; the file is read.
-  subroutine check_initial(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_initial(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (initial => state%analysis%phases(state%phase)%initial)
-      if (state%phase > 1 .and. initial%kind /= initial_keep) call state%report_error(card, 'TYPE='// &
+      if (state%phase > 1 .and. initial%kind /= initial_keep) call state%report_error('TYPE='// &
         trim(initial_words(initial%kind))//' is for the first phase: later ones start from the stresses there are')
-      if (initial%kind == initial_isotropic) call check_heights(card, initial%pressures, state)
-      if (initial%kind == initial_given .and. .not. card%has('INPUT')) call check_heights(card, initial%stresses, state)
-      if (initial%kind == initial_given .and. card%has('INPUT')) call read_file(card, initial, state)
+      if (initial%kind == initial_isotropic) call check_heights(initial%pressures, state)
+      if (initial%kind == initial_given .and. .not. state%card%has('INPUT')) call check_heights(initial%stresses, state)
+      if (initial%kind == initial_given .and. state%card%has('INPUT')) call read_file(initial, state)
     end associate
   end subroutine check_initial
 
   !> The heights of a table rise.
-  subroutine check_heights(card, table, state)
-    type(card_type), intent(in) :: card
+  subroutine check_heights(table, state)
     !> Heights in the first row.
     real(wp), intent(in) :: table(:, :)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
-    if (.not. card%is_right()) return
+    if (.not. state%card%is_right()) return
     do i = 2, size(table, 2)
-      if (.not. table(1, i) > table(1, i - 1)) call state%error_at(card, card%rows(i), 'y does not increase')
+      if (.not. table(1, i) > table(1, i - 1)) call state%error_at(state%card%rows(i), 'y does not increase')
     end do
   end subroutine check_heights
 
   !> Stresses of a file.
-  subroutine read_file(card, initial, state)
-    type(card_type), intent(in) :: card
+  subroutine read_file(initial, state)
     type(initial_stress_type), intent(inout) :: initial
     type(deck_state_type), intent(inout) :: state
     type(error_type), allocatable :: error
 
-    initial%file = beside_deck(card, 'INPUT')
+    initial%file = beside_deck(state%card, 'INPUT')
     if (is_results(initial%file)) then
       call read_stress_results(initial%file, state%dimension, initial%step, initial%places, initial%at_places, &
         initial%part, error)
     else
       call read_stress_file(initial%file, state%dimension, initial%places, initial%at_places, error)
-      if (card%has('STEP') .or. card%has('STATE')) call state%report_error(card, 'STEP and STATE are for the '// &
+      if (state%card%has('STEP') .or. state%card%has('STATE')) call state%report_error('STEP and STATE are for the '// &
         "results of a run: INPUT=results.h5, not '"//initial%file//"'")
     end if
-    if (allocated(error)) call state%report_error(card, error%message)
+    if (allocated(error)) call state%report_error(error%message)
   end subroutine read_file
 
   !> *RESET DISPLACEMENTS.

@@ -3,7 +3,6 @@
 module qsmpm_deck_loads
   use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: traction_type, support_all, support_none
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_tractions, list_supports
   use qsmpm_deck_state, only: deck_state_type
@@ -115,13 +114,12 @@ contains
   end subroutine water_fields
 
   !> A pressure of water has its weight.
-  subroutine check_pressure(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_pressure(state)
     type(deck_state_type), intent(inout) :: state
 
-    call check_load(card, state)
-    if (card%has('LEVEL') .and. .not. card%has('UNIT WEIGHT')) call state%report_error(card, &
-      'LEVEL wants the parameter UNIT WEIGHT, the weight of the water per volume')
+    call check_load(state)
+    if (state%card%has('LEVEL') .and. .not. state%card%has('UNIT WEIGHT')) call state%report_error('LEVEL wants '// &
+      'the parameter UNIT WEIGHT, the weight of the water per volume')
   end subroutine check_pressure
 
   !> The surface of a load.
@@ -134,15 +132,14 @@ contains
   end subroutine surface_field
 
   !> A phase has one load a surface.
-  subroutine check_load(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_load(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
     associate (list => state%analysis%phases(state%phase)%tractions)
       do i = 1, size(list) - 1
-        if (list(i)%surface == list(size(list))%surface) call state%report_error(card, &
-          "surface '"//list(i)%surface//"' has a traction in this phase already")
+        if (list(i)%surface == list(size(list))%surface) call state%report_error("surface '"//list(i)%surface// &
+          "' has a traction in this phase already")
       end do
     end associate
   end subroutine check_load
@@ -183,15 +180,14 @@ contains
   end subroutine contraction_fields
 
   !> A phase has one support a surface.
-  subroutine check_support(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_support(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
     associate (list => state%analysis%phases(state%phase)%supports)
       do i = 1, size(list) - 1
-        if (list(i)%surface == list(size(list))%surface) call state%report_error(card, &
-          "surface '"//list(i)%surface//"' has a support or contraction in this phase already")
+        if (list(i)%surface == list(size(list))%surface) call state%report_error("surface '"//list(i)%surface// &
+          "' has a support or contraction in this phase already")
       end do
     end associate
   end subroutine check_support

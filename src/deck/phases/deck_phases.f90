@@ -5,7 +5,7 @@ module qsmpm_deck_phases
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: string_type, add_word, integer_text
-  use qsmpm_cards, only: card_type, row_type, word_at
+  use qsmpm_cards, only: row_type, word_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_controls, only: add_control_keywords
   use qsmpm_deck_initial, only: add_initial_keywords
@@ -83,14 +83,13 @@ contains
   end subroutine phase_fields
 
   !> The phase before has ended.
-  subroutine begin_phase(card, state)
-    type(card_type), intent(in) :: card
+  subroutine begin_phase(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (state%in_phase) call state%report_error(card, 'the phase before, of line '// &
-      integer_text(state%phase_place%line)//', has no *END PHASE')
+    if (state%in_phase) call state%report_error('the phase before, of line '//integer_text(state%phase_place%line)// &
+      ', has no *END PHASE')
     state%in_phase = .true.
-    state%phase_place = card%place
+    state%phase_place = state%card%place
   end subroutine begin_phase
 
   !> A first step is shorter than even ones, and a share of the time that the phase says it lasts.
@@ -126,11 +125,10 @@ contains
   end subroutine end_fields
 
   !> What follows is in no phase.
-  subroutine end_phase(card, state)
-    type(card_type), intent(in) :: card
+  subroutine end_phase(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (.not. state%in_phase) call state%report_error(card, 'there is no phase to end')
+    if (.not. state%in_phase) call state%report_error('there is no phase to end')
     state%in_phase = .false.
   end subroutine end_phase
 
@@ -191,23 +189,22 @@ contains
   end subroutine hold
 
   !> Each set is named once, and each component of it.
-  subroutine check_fixities(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_fixities(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
-    call state%check_once(card, 'set')
-    do i = 1, size(card%rows)
-      if (.not. card%rows(i)%good) cycle
-      call check_components(card, card%rows(i), state)
-      if (state%dimension == 2 .and. state%analysis%phases(state%phase)%fixities(i)%fixed(3)) &
-        call state%error_at(card, card%rows(i), 'component Z has no meaning in a plane model')
+    call state%check_once('set')
+    do i = 1, size(state%card%rows)
+      if (.not. state%card%rows(i)%good) cycle
+      call check_components(state%card%rows(i), state)
+      if (state%dimension == 2 .and. &
+        state%analysis%phases(state%phase)%fixities(i)%fixed(3)) call state%error_at(state%card%rows(i), &
+        'component Z has no meaning in a plane model')
     end do
   end subroutine check_fixities
 
   !> FREE and ALL stand alone, and no axis twice.
-  subroutine check_components(card, row, state)
-    type(card_type), intent(in) :: card
+  subroutine check_components(row, state)
     type(row_type), intent(in) :: row
     type(deck_state_type), intent(inout) :: state
     logical :: named(3)
@@ -216,13 +213,13 @@ contains
     named = .false.
     do k = 2, size(row%items)
       if (word_at(row, k) == 'FREE' .or. word_at(row, k) == 'ALL') then
-        if (size(row%items) > 2) call state%error_at(card, row, word_at(row, k)//' stands alone')
+        if (size(row%items) > 2) call state%error_at(row, word_at(row, k)//' stands alone')
         if (word_at(row, k) == 'ALL') named = .true.
         cycle
       end if
       do axis = 1, 3
         if (index(word_at(row, k), trim(axis_words(axis))) == 0) cycle
-        if (named(axis)) call state%error_at(card, row, 'component '//trim(axis_words(axis))//' is given twice')
+        if (named(axis)) call state%error_at(row, 'component '//trim(axis_words(axis))//' is given twice')
         named(axis) = .true.
       end do
     end do
@@ -252,19 +249,19 @@ contains
   end subroutine prescribe_fields
 
   !> Each component of a set is prescribed once.
-  subroutine check_prescriptions(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_prescriptions(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k
 
     associate (list => state%analysis%phases(state%phase)%prescriptions)
       do i = 1, size(list)
-        if (.not. card%rows(i)%good) cycle
-        if (list(i)%component == 3 .and. state%dimension == 2) call state%error_at(card, card%rows(i), &
-          'component Z has no meaning in a plane model')
+        if (.not. state%card%rows(i)%good) cycle
+        if (list(i)%component == 3 .and. state%dimension == 2) call state%error_at(state%card%rows(i), 'component '// &
+          'Z has no meaning in a plane model')
         do k = 1, i - 1
-          if (list(k)%set == list(i)%set .and. list(k)%component == list(i)%component) call state%error_at(card, &
-            card%rows(i), "this component of set '"//list(i)%set//"' is given twice")
+          if (list(k)%set == list(i)%set .and. list(k)%component &
+            == list(i)%component) call state%error_at(state%card%rows(i), "this component of set '"//list(i)%set// &
+            "' is given twice")
         end do
       end do
     end associate

@@ -1,6 +1,7 @@
 !> Staged construction, checked when the whole deck is known: the bodies exist, come when they are not there and go when
 !> they are, and something is left; nothing acts on a body that is not there.
 module qsmpm_deck_stage_check
+  use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages, leaves_cells
   use qsmpm_body_description, only: body_change_type, fill_level
   use qsmpm_load_description, only: carrier_points
@@ -9,7 +10,6 @@ module qsmpm_deck_stage_check
   use qsmpm_phase_description, only: phase_type
   use qsmpm_source_line, only: source_line_type
   use qsmpm_deck_state, only: deck_state_type, check_name
-  use qsmpm_kinds, only: wp
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_vertical, only: upwards
   implicit none

@@ -2,7 +2,6 @@
 !> qsmpm_deck_stage_check.
 module qsmpm_deck_stages
   use qsmpm_body_description, only: body_change_type, fill_level
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_words, only: bar_list, fill_words
@@ -84,10 +83,9 @@ contains
   end subroutine body_rows
 
   !> Each body is named once.
-  subroutine check_changes(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_changes(state)
     type(deck_state_type), intent(inout) :: state
 
-    call state%check_once(card, 'body')
+    call state%check_once('body')
   end subroutine check_changes
 end module qsmpm_deck_stages

@@ -5,7 +5,6 @@ module qsmpm_deck_water
   use qsmpm_load_description, only: water_level_type
   use qsmpm_mesh_description, only: mesh_file
   use qsmpm_phase_description, only: phase_type, initial_keep
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_deck_objects, only: list_water_levels
   use qsmpm_deck_state, only: check_name, deck_state_type
@@ -89,24 +88,22 @@ contains
   end subroutine head_fields
 
   !> A line that is one over the horizontal, once for each body.
-  subroutine check_level(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_level(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
     associate (list => state%analysis%phases(state%phase)%water_levels)
       associate (level => list(size(list)))
-        if (.not. level%none .and. .not. card%has('UNIT WEIGHT')) call state%report_error(card, &
-          'the parameter UNIT WEIGHT is missing: the weight of water per volume in the units of the deck, 9.81 or '// &
-          '10 for kN and m')
+        if (.not. level%none .and. .not. state%card%has('UNIT WEIGHT')) call state%report_error('the parameter '// &
+          'UNIT WEIGHT is missing: the weight of water per volume in the units of the deck, 9.81 or 10 for kN and m')
         do i = 2, merge(0, size(level%line, 2), level%flows)
-          if (level%line(1, i) > level%line(1, i - 1) .or. .not. card%is_right()) cycle
-          call state%error_at(card, card%rows(i), 'x does not increase: the level is a line over the horizontal, '// &
+          if (level%line(1, i) > level%line(1, i - 1) .or. .not. state%card%is_right()) cycle
+          call state%error_at(state%card%rows(i), 'x does not increase: the level is a line over the horizontal, '// &
             'from left to right')
         end do
         do i = 1, size(list) - 1
           if (list(i)%body /= level%body) cycle
-          call state%report_error(card, 'the water level '//of_body(level)//' is given in this phase already')
+          call state%report_error('the water level '//of_body(level)//' is given in this phase already')
         end do
       end associate
     end associate

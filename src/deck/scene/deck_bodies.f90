@@ -8,7 +8,6 @@ module qsmpm_deck_bodies
   use qsmpm_polygon, only: polygon_area
   use qsmpm_text, only: integer_list, integer_text
   use qsmpm_path, only: directory_of, joined
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_deck_objects, only: list_bodies, list_points
   use qsmpm_deck_sets, only: box_fields, check_box
@@ -70,53 +69,50 @@ contains
   end subroutine polygon_fields
 
   !> What a shape needs is there.
-  subroutine finish_body(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_body(state)
     type(deck_state_type), intent(inout) :: state
 
     select case (state%analysis%bodies(state%item)%kind)
     case (body_box)
-      call check_box(card, .true., state%analysis%bodies(state%item)%box, state)
+      call check_box(.true., state%analysis%bodies(state%item)%box, state)
     case (body_polygon)
-      call finish_polygon(card, state%analysis%bodies(state%item)%polygon, state)
+      call finish_polygon(state%analysis%bodies(state%item)%polygon, state)
     case (body_region)
-      if (.not. card%has('REGION')) call state%report_error(card, 'SHAPE=REGION wants the parameter REGION')
+      if (.not. state%card%has('REGION')) call state%report_error('SHAPE=REGION wants the parameter REGION')
     case (body_polyhedron)
-      call find_file(card, state)
+      call find_file(state)
     end select
   end subroutine finish_body
 
   !> The file of a polyhedron; it is read when the model is built.
-  subroutine find_file(card, state)
-    type(card_type), intent(in) :: card
+  subroutine find_file(state)
     type(deck_state_type), intent(inout) :: state
     logical :: there
 
-    if (state%dimension == 2) call state%report_error(card, 'SHAPE=POLYHEDRON is for 3D models')
-    if (.not. card%has('INPUT')) then
-      call state%report_error(card, 'SHAPE=POLYHEDRON wants the parameter INPUT')
-    else if (len(card%value('INPUT')) > 0) then
+    if (state%dimension == 2) call state%report_error('SHAPE=POLYHEDRON is for 3D models')
+    if (.not. state%card%has('INPUT')) then
+      call state%report_error('SHAPE=POLYHEDRON wants the parameter INPUT')
+    else if (len(state%card%value('INPUT')) > 0) then
       associate (body => state%analysis%bodies(state%item))
-        body%file = beside_deck(card, 'INPUT')
+        body%file = beside_deck(state%card, 'INPUT')
         inquire (file=body%file, exist=there)
       end associate
-      if (.not. there) call state%report_error(card, "there is no file '"// &
-        joined(directory_of(card%place%file), card%value('INPUT'))//"'")
+      if (.not. there) call state%report_error("there is no file '"//joined(directory_of(state%card%place%file), &
+        state%card%value('INPUT'))//"'")
     end if
   end subroutine find_file
 
   !> A polygon bounds an area; it is turned counter-clockwise.
-  subroutine finish_polygon(card, polygon, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_polygon(polygon, state)
     !> One of the deck's (2,n).
     real(wp), intent(inout) :: polygon(:, :)
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: problem
 
-    if (.not. card%is_right()) return
+    if (.not. state%card%is_right()) return
     problem = outline_problem(polygon)
     if (len(problem) > 0) then
-      call state%report_error(card, problem)
+      call state%report_error(problem)
     else if (polygon_area(polygon) < 0.0_wp) then
       polygon = polygon(:, size(polygon, 2):1:-1)
     end if
@@ -137,8 +133,7 @@ contains
   end subroutine point_fields
 
   !> No body is asked for twice.
-  subroutine check_points(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_points(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
@@ -146,9 +141,9 @@ contains
       do i = 1, state%item - 1
         if (state%points(i)%body /= request%body) cycle
         if (len(request%body) > 0) then
-          call state%report_error(card, "the points of body '"//request%body//"' are given twice")
+          call state%report_error("the points of body '"//request%body//"' are given twice")
         else
-          call state%report_error(card, 'the points of all bodies are given twice')
+          call state%report_error('the points of all bodies are given twice')
         end if
       end do
     end associate

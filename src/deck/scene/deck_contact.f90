@@ -1,13 +1,12 @@
 !> The card of contacts, *CONTACT, and what it must find: bodies, surfaces, an outline.
 module qsmpm_deck_contact
+  use qsmpm_kinds, only: wp
   use qsmpm_structures, only: rigid_plane, contact_on_soil, contact_on_body, patch_point
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_contacts
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: bar_list, contact_words, patch_words
   use qsmpm_keyword_table, only: table_type, in_model, many
-  use qsmpm_kinds, only: wp
   implicit none
   private
 
@@ -54,29 +53,32 @@ contains
   end subroutine contact_fields
 
   !> A surface has one contact, and so has the outline of a body.
-  subroutine check_contact(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_contact(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, n
 
     associate (contacts => state%analysis%contacts)
       n = size(contacts)
-      if (card%has('SURFACE') .and. contacts(n)%place == contact_on_body) call state%report_error(card, &
-        'with ON=BODY contact is asked for on the body: there is no SURFACE')
-      if (contacts(n)%place == contact_on_soil .and. .not. card%has('SURFACE')) call state%report_error(card, &
-        'SURFACE is missing: the surface of the soil that may touch the body; or ON=BODY')
-      if (card%has('INTERFACE') .and. (card%has('FRICTION ANGLE') .or. card%has('ADHESION'))) call &
-        state%report_error(card, 'INTERFACE says what FRICTION ANGLE and ADHESION would: one or the other')
+      if (state%card%has('SURFACE') .and. contacts(n)%place &
+        == contact_on_body) call state%report_error('with ON=BODY contact is asked for on the body: there is no '// &
+        'SURFACE')
+      if (contacts(n)%place == contact_on_soil .and. &
+        .not. state%card%has('SURFACE')) call state%report_error('SURFACE is missing: the surface of the soil that '// &
+        'may touch the body; or ON=BODY')
+      if (state%card%has('INTERFACE') .and. (state%card%has('FRICTION ANGLE') .or. &
+        state%card%has('ADHESION'))) call state%report_error('INTERFACE says what FRICTION ANGLE and ADHESION '// &
+        'would: one or the other')
       if (contacts(n)%patch == patch_point) call state%warn(contacts(n)%where, 'CONTACT', 'PATCH=POINT is there to '// &
         'be compared with: the pressure swings from point to point')
-      if (contacts(n)%place == contact_on_body .and. state%dimension == 3) call state%report_error(card, &
-        'ON=BODY is for plane and axisymmetric models; in 3D name a SURFACE')
+      if (contacts(n)%place == contact_on_body .and. state%dimension == 3) call state%report_error('ON=BODY is for '// &
+        'plane and axisymmetric models; in 3D name a SURFACE')
       do i = 1, n - 1
         if (contacts(i)%place /= contacts(n)%place) cycle
-        if (contacts(n)%place == contact_on_soil .and. contacts(i)%surface == contacts(n)%surface) &
-          call state%report_error(card, "surface '"//contacts(n)%surface//"' has a contact already")
-        if (contacts(n)%place == contact_on_body .and. contacts(i)%body == contacts(n)%body) &
-          call state%report_error(card, "body '"//contacts(n)%body//"' has a contact with ON=BODY already")
+        if (contacts(n)%place == contact_on_soil .and. contacts(i)%surface &
+          == contacts(n)%surface) call state%report_error("surface '"//contacts(n)%surface//"' has a contact already")
+        if (contacts(n)%place == contact_on_body .and. contacts(i)%body &
+          == contacts(n)%body) call state%report_error("body '"//contacts(n)%body//"' has a contact with ON=BODY "// &
+          "already")
       end do
     end associate
   end subroutine check_contact

@@ -7,7 +7,6 @@ module qsmpm_deck_general
     cubic_ghost_factor, basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, &
     stabilise_background, stabilise_ghost, precision_auto, precision_single, keep_auto, solver_auto, solver_petsc
   use qsmpm_text, only: real_text
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_basis_traits, only: basis_list
@@ -100,15 +99,14 @@ contains
   end subroutine heading_fields
 
   !> The lines of *HEADING.
-  subroutine read_heading(card, state)
-    type(card_type), intent(in) :: card
+  subroutine read_heading(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
     state%analysis%heading = ''
-    do i = 1, size(card%rows)
+    do i = 1, size(state%card%rows)
       if (i > 1) state%analysis%heading = state%analysis%heading//new_line('a')
-      state%analysis%heading = state%analysis%heading//card%rows(i)%text
+      state%analysis%heading = state%analysis%heading//state%card%rows(i)%text
     end do
   end subroutine read_heading
 
@@ -132,11 +130,10 @@ contains
   end subroutine include_fields
 
   !> *INCLUDE has been replaced by its lines.
-  subroutine refuse_include(card, state)
-    type(card_type), intent(in) :: card
+  subroutine refuse_include(state)
     type(deck_state_type), intent(inout) :: state
 
-    call state%report_error(card, 'was not resolved')
+    call state%report_error('was not resolved')
   end subroutine refuse_include
 
   !> *MODEL.
@@ -163,12 +160,11 @@ contains
   end subroutine model_fields
 
   !> TYPE=AUTO has a grid, which says the dimension.
-  subroutine check_model(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_model(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (state%analysis%reduce .and. state%dimension == 0) call state%report_error(card, &
-      'TYPE=AUTO wants a *GRID: nothing is known of the symmetry of other meshes')
+    if (state%analysis%reduce .and. state%dimension == 0) call state%report_error('TYPE=AUTO wants a *GRID: '// &
+      'nothing is known of the symmetry of other meshes')
     if (state%analysis%model > 0) state%dimension = merge(3, 2, state%analysis%model == three_dimensional)
   end subroutine check_model
 
@@ -253,17 +249,16 @@ contains
   end subroutine advise_method
 
   !> What *METHOD leaves open follows from its basis.
-  subroutine finish_method(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_method(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (method => state%analysis%method)
       if (method%basis /= basis_auto) then
-        if (.not. card%has('INTEGRATION')) method%integration = integrate_points
-        if (.not. card%has('STABILISATION')) method%stabilisation = usual_stabilisation(method%basis)
+        if (.not. state%card%has('INTEGRATION')) method%integration = integrate_points
+        if (.not. state%card%has('STABILISATION')) method%stabilisation = usual_stabilisation(method%basis)
       end if
-      if (card%has('FACTOR') .and. method%stabilisation == stabilise_none) &
-        call state%report_error(card, 'parameter FACTOR has no meaning without a stabilisation')
+      if (state%card%has('FACTOR') .and. method%stabilisation &
+        == stabilise_none) call state%report_error('parameter FACTOR has no meaning without a stabilisation')
     end associate
   end subroutine finish_method
 
@@ -298,17 +293,16 @@ contains
   end subroutine solver_fields
 
   !> Single precision is for the factors of two solvers.
-  subroutine check_solver(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_solver(state)
     type(deck_state_type), intent(inout) :: state
     type(solver_row_type) :: row
 
     associate (solver => state%analysis%solver)
       row = solver_row(solver%kind)
-      if (solver%precision == precision_single .and. .not. row%single) call state%report_error(card, &
-        'PRECISION=SINGLE is for the factors of AUTO, CHOLMOD and MUMPS')
-      if (solver%kind == solver_petsc .and. .not. with_petsc()) call state%report_error(card, &
-        'this program has no PETSc: the program qsmpm-mpi has it (docs/distributed.md); KRYLOV needs as little memory')
+      if (solver%precision == precision_single .and. .not. row%single) call state%report_error('PRECISION=SINGLE '// &
+        'is for the factors of AUTO, CHOLMOD and MUMPS')
+      if (solver%kind == solver_petsc .and. .not. with_petsc()) call state%report_error('this program has no '// &
+        'PETSc: the program qsmpm-mpi has it (docs/distributed.md); KRYLOV needs as little memory')
     end associate
   end subroutine check_solver
 
@@ -331,19 +325,18 @@ contains
   end subroutine moving_fields
 
   !> The rows move along an axis that there is.
-  subroutine check_moving(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_moving(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (state%analysis%moving_mesh%axis > state%dimension .and. state%dimension > 0) call state%report_error(card, &
-      'AXIS=Z has no meaning in a plane model')
-    state%analysis%moving_mesh%by_body = card%has('BODY')
-    if (card%has('BODY') .eqv. card%has('NSET')) call state%report_error(card, &
-      'one of the parameters NSET, a plate of nodes, and BODY, a rigid body, says what the rows follow')
-    if (card%has('BODY') .and. .not. card%has('NEAR')) call state%report_error(card, &
-      'NEAR is missing: the distance from the body within which rows keep their distances')
-    if (card%has('BODY') .and. card%has('BASE')) call state%report_error(card, &
-      'BASE is for rows that follow a plate; with BODY both ends of the grid stay')
+    if (state%analysis%moving_mesh%axis > state%dimension .and. state%dimension &
+      > 0) call state%report_error('AXIS=Z has no meaning in a plane model')
+    state%analysis%moving_mesh%by_body = state%card%has('BODY')
+    if (state%card%has('BODY') .eqv. state%card%has('NSET')) call state%report_error('one of the parameters NSET, '// &
+      'a plate of nodes, and BODY, a rigid body, says what the rows follow')
+    if (state%card%has('BODY') .and. .not. state%card%has('NEAR')) call state%report_error('NEAR is missing: the '// &
+      'distance from the body within which rows keep their distances')
+    if (state%card%has('BODY') .and. state%card%has('BASE')) call state%report_error('BASE is for rows that follow '// &
+      'a plate; with BODY both ends of the grid stay')
   end subroutine check_moving
 
   !> *FIELD.
@@ -363,12 +356,11 @@ contains
   end subroutine output_fields
 
   !> Strains are carried where there is something to show them.
-  subroutine finish_output(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_output(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (output => state%analysis%output)
-      if (.not. card%has('STRAIN')) output%strains = output%vtk .or. output%hdf5
+      if (.not. state%card%has('STRAIN')) output%strains = output%vtk .or. output%hdf5
     end associate
   end subroutine finish_output
 

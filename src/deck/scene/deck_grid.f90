@@ -4,7 +4,7 @@ module qsmpm_deck_grid
   use qsmpm_mesh_description, only: mesh_source_type, mesh_fitted, mesh_grid, diagonal_random
   use qsmpm_element, only: element_from_name, local_dimension
   use qsmpm_text, only: integer_text, real_text, read_integer, read_real, number_good
-  use qsmpm_cards, only: card_type, row_type, number_at, word_at
+  use qsmpm_cards, only: row_type, number_at, word_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_card_items, only: in_range
   use qsmpm_deck_objects, only: list_mesh
@@ -96,24 +96,22 @@ contains
   end subroutine write_axes
 
   !> Lines along the axes, and checks.
-  subroutine finish_grid(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_grid(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, before
 
-    if (card%has('SEED') .and. .not. is_random(state%analysis%mesh)) call state%report_error(card, &
-      'parameter SEED has no meaning without PERTURB > 0 or DIAGONAL=RANDOM')
-    call check_element_dimension(card, state)
+    if (state%card%has('SEED') .and. .not. is_random(state%analysis%mesh)) call state%report_error('parameter SEED '// &
+      'has no meaning without PERTURB > 0 or DIAGONAL=RANDOM')
+    call check_element_dimension(state)
     before = state%messages%error_count()
-    do i = 1, size(card%rows)
-      if (card%rows(i)%good) call read_axis_row(card, card%rows(i), state)
+    do i = 1, size(state%card%rows)
+      if (state%card%rows(i)%good) call read_axis_row(state%card%rows(i), state)
     end do
-    if (state%messages%error_count() == before) call check_axes(card, state)
+    if (state%messages%error_count() == before) call check_axes(state)
   end subroutine finish_grid
 
   !> The element belongs to models of this dimension.
-  subroutine check_element_dimension(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_element_dimension(state)
     type(deck_state_type), intent(inout) :: state
     integer :: kind
 
@@ -121,15 +119,14 @@ contains
     if (kind == 0 .or. state%dimension == 0) return
     if (local_dimension(kind) == state%dimension) return
     if (state%dimension == 2) then
-      call state%report_error(card, state%analysis%mesh%element//' is an element of 3D models, *MODEL is plane')
+      call state%report_error(state%analysis%mesh%element//' is an element of 3D models, *MODEL is plane')
     else
-      call state%report_error(card, state%analysis%mesh%element//' is an element of plane models, *MODEL is 3D')
+      call state%report_error(state%analysis%mesh%element//' is an element of plane models, *MODEL is 3D')
     end if
   end subroutine check_element_dimension
 
   !> One data line.
-  subroutine read_axis_row(card, row, state)
-    type(card_type), intent(in) :: card
+  subroutine read_axis_row(row, state)
     type(row_type), intent(in) :: row
     type(deck_state_type), intent(inout) :: state
     real(wp), allocatable :: values(:)
@@ -137,22 +134,21 @@ contains
 
     axis = position_of(word_at(row, 1), axis_words)
     if (axis == 0) then
-      call state%error_at(card, row, "'"//row%items(1)%text//"' is not an axis: X, Y or Z")
+      call state%error_at(row, "'"//row%items(1)%text//"' is not an axis: X, Y or Z")
     else if (axis > state%dimension .and. state%dimension > 0) then
-      call state%error_at(card, row, 'a plane model has no Z axis')
+      call state%error_at(row, 'a plane model has no Z axis')
     else
       if (word_at(row, 2) == 'LINES') then
-        call read_lines_row(card, row, values, state)
+        call read_lines_row(row, values, state)
       else
-        call read_segment_row(card, row, values, state)
+        call read_segment_row(row, values, state)
       end if
-      if (allocated(values)) call extend_axis(card, row, axis, values, state)
+      if (allocated(values)) call extend_axis(row, axis, values, state)
     end if
   end subroutine read_axis_row
 
   !> axis, LINES, v1, v2, ...
-  subroutine read_lines_row(card, row, values, state)
-    type(card_type), intent(in) :: card
+  subroutine read_lines_row(row, values, state)
     type(row_type), intent(in) :: row
     !> The values, unallocated when something is wrong.
     real(wp), allocatable, intent(out) :: values(:)
@@ -160,15 +156,14 @@ contains
     integer :: i, n
 
     n = size(row%items) - 2
-    if (n < 1) call state%error_at(card, row, 'LINES wants at least one value')
+    if (n < 1) call state%error_at(row, 'LINES wants at least one value')
     if (n < 1) return
-    if (.not. all_numbers(card, row, 3, state)) return
+    if (.not. all_numbers(row, 3, state)) return
     values = [(number_at(row, i), i=3, n + 2)]
   end subroutine read_lines_row
 
   !> axis, first, last, number of intervals [, ratio]
-  subroutine read_segment_row(card, row, values, state)
-    type(card_type), intent(in) :: card
+  subroutine read_segment_row(row, values, state)
     type(row_type), intent(in) :: row
     !> The values, unallocated when something is wrong.
     real(wp), allocatable, intent(out) :: values(:)
@@ -177,31 +172,30 @@ contains
     integer :: n, outcome
 
     if (size(row%items) < 4 .or. size(row%items) > 5) then
-      call state%error_at(card, row, integer_text(size(row%items))//' item(s) where axis, '// &
-        'first, last, number of intervals [, ratio] are wanted')
+      call state%error_at(row, integer_text(size(row%items))//' item(s) where axis, first, last, number of '// &
+        'intervals [, ratio] are wanted')
       return
     end if
-    if (.not. all_numbers(card, row, 2, state)) return
+    if (.not. all_numbers(row, 2, state)) return
     call read_integer(row%items(4)%text, n, outcome)
     ratio = 1.0_wp
     if (size(row%items) == 5) ratio = number_at(row, 5)
     if (outcome /= number_good .or. n < 1 .or. n > most_lines) then
-      call state%error_at(card, row, "number of intervals '"//row%items(4)%text// &
-        "' is not a whole number in [1, "//integer_text(most_lines)//']')
+      call state%error_at(row, "number of intervals '"//row%items(4)%text//"' is not a whole number in [1, "// &
+        integer_text(most_lines)//']')
     else if (.not. number_at(row, 3) > number_at(row, 2)) then
-      call state%error_at(card, row, 'the last coordinate is not above the first')
+      call state%error_at(row, 'the last coordinate is not above the first')
     else if (.not. in_range(ratio, ratio_range)) then
-      call state%error_at(card, row, 'ratio = '//row%items(5)%text//' is outside '//ratio_range)
+      call state%error_at(row, 'ratio = '//row%items(5)%text//' is outside '//ratio_range)
     else if (n == 1 .and. size(row%items) == 5) then
-      call state%error_at(card, row, 'a ratio has no meaning for one interval')
+      call state%error_at(row, 'a ratio has no meaning for one interval')
     else
       call graded(number_at(row, 2), number_at(row, 3), n, ratio, values)
     end if
   end subroutine read_segment_row
 
   !> Whether all items from one on are numbers; those that are not are reported.
-  logical function all_numbers(card, row, first, state)
-    type(card_type), intent(in) :: card
+  logical function all_numbers(row, first, state)
     type(row_type), intent(in) :: row
     !> First item that should be a number.
     integer, intent(in) :: first
@@ -214,7 +208,7 @@ contains
       call read_real(row%items(i)%text, number, outcome)
       if (outcome == number_good) cycle
       all_numbers = .false.
-      call state%error_at(card, row, "'"//row%items(i)%text//"' is not a finite number")
+      call state%error_at(row, "'"//row%items(i)%text//"' is not a finite number")
     end do
   end function all_numbers
 
@@ -245,8 +239,7 @@ contains
   end subroutine graded
 
   !> Go on along an axis.
-  subroutine extend_axis(card, row, axis, values, state)
-    type(card_type), intent(in) :: card
+  subroutine extend_axis(row, axis, values, state)
     type(row_type), intent(in) :: row
     !> 1, 2 or 3.
     integer, intent(in) :: axis
@@ -265,22 +258,21 @@ contains
       if (abs(values(1) - last) <= meeting*max(abs(last), abs(values(1)))) then
         from = 2
       else if (word_at(row, 2) /= 'LINES') then
-        call state%error_at(card, row, 'the segment begins at '//row%items(2)%text// &
-          ', but the one before ends at '//real_text(last))
+        call state%error_at(row, 'the segment begins at '//row%items(2)%text//', but the one before ends at '// &
+          real_text(last))
         return
       end if
     end if
     lines = [lines, values(from:)]
     if (any(.not. lines(2:) > lines(:size(lines) - 1))) then
-      call state%error_at(card, row, 'the coordinates do not increase')
+      call state%error_at(row, 'the coordinates do not increase')
       return
     end if
     state%analysis%mesh%axes(axis)%lines = lines
   end subroutine extend_axis
 
   !> Every axis has an interval, and the grid is of a size that can be meant.
-  subroutine check_axes(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_axes(state)
     type(deck_state_type), intent(inout) :: state
     integer(long) :: cells
     integer :: axis
@@ -289,11 +281,10 @@ contains
     do axis = 1, max(2, state%dimension)
       if (.not. allocated(state%analysis%mesh%axes(axis)%lines)) allocate (state%analysis%mesh%axes(axis)%lines(0))
       associate (lines => state%analysis%mesh%axes(axis)%lines)
-        if (size(lines) < 2) call state%report_error(card, 'the '//trim(axis_words(axis))//' axis has no interval')
+        if (size(lines) < 2) call state%report_error('the '//trim(axis_words(axis))//' axis has no interval')
         cells = min(cells*max(1, size(lines) - 1), int(most_cells, long) + 1)
       end associate
     end do
-    if (cells > most_cells) call state%report_error(card, 'the grid has more than '// &
-      integer_text(most_cells)//' cells')
+    if (cells > most_cells) call state%report_error('the grid has more than '//integer_text(most_cells)//' cells')
   end subroutine check_axes
 end module qsmpm_deck_grid

@@ -4,7 +4,6 @@ module qsmpm_deck_histories
   use qsmpm_analysis, only: analysis_type
   use qsmpm_history_description, only: history_type, quantity_reaction, quantity_state, quantity_prop_force, &
     quantity_discharge
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_histories
   use qsmpm_deck_state, only: deck_state_type
@@ -94,44 +93,43 @@ contains
   end subroutine component_field
 
   !> The component is one of the quantity, and what the quantity needs is there.
-  subroutine check_history(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_history(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (history => state%analysis%histories(state%item))
-      if (history%quantity == quantity_state .and. .not. card%has('STATE')) &
-        call state%report_error(card, 'QUANTITY=STATE wants the parameter STATE')
+      if (history%quantity == quantity_state .and. &
+        .not. state%card%has('STATE')) call state%report_error('QUANTITY=STATE wants the parameter STATE')
       if (has_components(history%quantity, component_none)) then
-        if (card%has('COMPONENT')) call state%report_error(card, 'COMPONENT has no meaning with QUANTITY='// &
-          card%word('QUANTITY'))
+        if (state%card%has('COMPONENT')) call state%report_error('COMPONENT has no meaning with QUANTITY='// &
+          state%card%word('QUANTITY'))
       else if (history%quantity > 0) then
-        if (.not. card%has('COMPONENT')) call state%report_error(card, 'the parameter COMPONENT is missing')
-        call check_component(card, history, state)
+        if (.not. state%card%has('COMPONENT')) call state%report_error('the parameter COMPONENT is missing')
+        call check_component(history, state)
       end if
       if (.not. abs(history%scale) > 0.0_wp) call state%warn(history%where, 'HISTORY', &
         "SCALE=0: the column '"//history%name//"' will be zero throughout")
-      if (is_taken_at(history%quantity, at_rigid_body) .and. .not. card%has('BODY')) call state%report_error(card, &
-        'QUANTITY='//card%word('QUANTITY')//' wants the parameter BODY, a rigid body')
-      if (history%quantity == quantity_prop_force .and. .not. card%has('PROP')) &
-        call state%report_error(card, 'QUANTITY=PROP FORCE wants the parameter PROP')
+      if (is_taken_at(history%quantity, at_rigid_body) .and. &
+        .not. state%card%has('BODY')) call state%report_error('QUANTITY='//state%card%word('QUANTITY')// &
+        ' wants the parameter BODY, a rigid body')
+      if (history%quantity == quantity_prop_force .and. &
+        .not. state%card%has('PROP')) call state%report_error('QUANTITY=PROP FORCE wants the parameter PROP')
       if (any(history%quantity == [quantity_reaction, quantity_discharge]) .and. &
-        (card%has('NSET') .eqv. card%has('SURFACE'))) call state%report_error(card, 'QUANTITY='// &
-        card%word('QUANTITY')//' wants one of the parameters NSET and SURFACE')
+        (state%card%has('NSET') .eqv. state%card%has('SURFACE'))) call state%report_error('QUANTITY='// &
+        state%card%word('QUANTITY')//' wants one of the parameters NSET and SURFACE')
     end associate
   end subroutine check_history
 
   !> The component is one of a vector or of a tensor, and in the plane of a plane model.
-  subroutine check_component(card, history, state)
-    type(card_type), intent(in) :: card
+  subroutine check_component(history, state)
     type(history_type), intent(in) :: history
     type(deck_state_type), intent(inout) :: state
-    if (len(card%word('COMPONENT')) == 0) return
+    if (len(state%card%word('COMPONENT')) == 0) return
     if (history%component == 0) then
-      call state%report_error(card, 'COMPONENT='//card%word('COMPONENT')//' is none of '// &
-        card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', 'X, Y, Z               ', &
+      call state%report_error('COMPONENT='//state%card%word('COMPONENT')//' is none of '// &
+        state%card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', 'X, Y, Z               ', &
         has_components(history%quantity, component_tensor))))
     else if (history%component > component_number(history%quantity, state%dimension)) then
-      call state%report_error(card, 'COMPONENT='//card%word('COMPONENT')//' has no meaning in a plane model')
+      call state%report_error('COMPONENT='//state%card%word('COMPONENT')//' has no meaning in a plane model')
     end if
   end subroutine check_component
 

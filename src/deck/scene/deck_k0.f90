@@ -3,7 +3,6 @@ module qsmpm_deck_k0
   use qsmpm_kinds, only: wp
   use qsmpm_material_description, only: material_type
   use qsmpm_phase_description, only: initial_k0
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_keyword_table, only: table_type, in_material, once
@@ -56,13 +55,12 @@ contains
   end subroutine ratio_fields
 
   !> One way to say what the ground has carried.
-  subroutine check_card(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_card(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (rest => state%analysis%materials(state%material)%at_rest)
-      if (rest%overconsolidation > 1.0_wp .and. rest%pre_overburden > 0.0_wp) call state%report_error(card, &
-        'give OCR or POP, not both')
+      if (rest%overconsolidation > 1.0_wp .and. rest%pre_overburden > 0.0_wp) call state%report_error('give OCR or '// &
+        'POP, not both')
     end associate
   end subroutine check_card
 

@@ -2,7 +2,6 @@
 module qsmpm_deck_materials
   use qsmpm_kinds, only: wp, pi
   use qsmpm_material_description, only: locking_none
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_soil_laws, only: add_soil_law_keywords
   use qsmpm_deck_profile, only: add_profile_keyword
@@ -102,19 +101,18 @@ contains
   end subroutine strength_fields
 
   !> There is strength, dilatancy is not above friction, and the tensile strength has a meaning.
-  subroutine check_strength(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_strength(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (.not. card%is_right()) return
+    if (.not. state%card%is_right()) return
     associate (material => state%analysis%materials(state%material))
       if (material%tensile_strength < huge(1.0_wp) .and. material%tensile_strength*sin(material%friction_angle*degree) &
-        > material%cohesion*cos(material%friction_angle*degree)) call state%warn(source_line(card%place), &
+        > material%cohesion*cos(material%friction_angle*degree)) call state%warn(source_line(state%card%place), &
         'MOHR COULOMB', 'the tensile strength lies beyond the tip of the yield surface, c cot phi: it has no effect')
-      if (material%dilatancy_angle > material%friction_angle) call state%error_at(card, &
-        card%rows(1), 'the dilatancy angle psi is above the friction angle phi')
-      if (max(material%cohesion, material%friction_angle) <= 0.0_wp) call state%error_at(card, &
-        card%rows(1), 'cohesion and friction angle are both zero: the material has no strength')
+      if (material%dilatancy_angle > material%friction_angle) call state%error_at(state%card%rows(1), &
+        'the dilatancy angle psi is above the friction angle phi')
+      if (max(material%cohesion, material%friction_angle) <= 0.0_wp) call state%error_at(state%card%rows(1), &
+        'cohesion and friction angle are both zero: the material has no strength')
     end associate
   end subroutine check_strength
 
@@ -164,17 +162,17 @@ contains
   end subroutine permeability_fields
 
   !> What a law wants to know.
-  subroutine check_permeability(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_permeability(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (law => state%analysis%materials(state%material)%permeability_law)
-      if (law%kind /= permeability_constant .and. .not. card%has('VOID RATIO')) call state%report_error(card, &
-        'LAW wants the parameter VOID RATIO')
-      if (law%kind == permeability_logarithm .and. .not. card%has('CK')) call state%report_error(card, &
-        'LAW=LOGARITHM wants the parameter CK: half of VOID RATIO for many clays')
-      if (card%has('ALPHA') .and. .not. card%has('N')) call state%report_error(card, &
-        'ALPHA wants the parameter N: 1.1 to 1.5 for clay and silt, 2 to 4 for sand')
+      if (law%kind /= permeability_constant .and. &
+        .not. state%card%has('VOID RATIO')) call state%report_error('LAW wants the parameter VOID RATIO')
+      if (law%kind == permeability_logarithm .and. &
+        .not. state%card%has('CK')) call state%report_error('LAW=LOGARITHM wants the parameter CK: half of VOID '// &
+        'RATIO for many clays')
+      if (state%card%has('ALPHA') .and. .not. state%card%has('N')) call state%report_error('ALPHA wants the '// &
+        'parameter N: 1.1 to 1.5 for clay and silt, 2 to 4 for sand')
     end associate
   end subroutine check_permeability
 

@@ -8,7 +8,7 @@ module qsmpm_deck_mesh
   use qsmpm_text, only: integer_list, integer_text, upper
   use qsmpm_path, only: directory_of, joined, extension_of
   use qsmpm_messages, only: severity_error
-  use qsmpm_cards, only: card_type, number_at, whole_at
+  use qsmpm_cards, only: number_at, whole_at
   use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_deck_grid, only: check_element_dimension
   use qsmpm_deck_objects, only: list_mesh
@@ -58,17 +58,16 @@ contains
   end subroutine file_fields
 
   !> The file is there, and its form is known.
-  subroutine finish_file(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_file(state)
     type(deck_state_type), intent(inout) :: state
     logical :: there
 
     associate (mesh => state%analysis%mesh)
-      mesh%file = beside_deck(card, 'INPUT')
-      if (len(card%value('INPUT')) == 0) return
+      mesh%file = beside_deck(state%card, 'INPUT')
+      if (len(state%card%value('INPUT')) == 0) return
       inquire (file=mesh%file, exist=there)
-      if (.not. there) call state%report_error(card, "there is no file '"// &
-        joined(directory_of(card%place%file), card%value('INPUT'))//"'")
+      if (.not. there) call state%report_error("there is no file '"//joined(directory_of(state%card%place%file), &
+        state%card%value('INPUT'))//"'")
       if (len(mesh%format) > 0) return
       select case (upper(extension_of(mesh%file)))
       case ('.MSH')
@@ -76,8 +75,8 @@ contains
       case ('.INP')
         mesh%format = 'ABAQUS'
       case default
-        call state%report_error(card, "the form of '"//card%value('INPUT')// &
-          "' does not follow from its name; give FORMAT=GMSH or FORMAT=ABAQUS")
+        call state%report_error("the form of '"//state%card%value('INPUT')//"' does not follow from its name; give "// &
+          "FORMAT=GMSH or FORMAT=ABAQUS")
       end select
     end associate
   end subroutine finish_file
@@ -123,16 +122,15 @@ contains
   end subroutine node_fields
 
   !> The nodes of a card, which may be very many.
-  subroutine read_nodes(card, state)
-    type(card_type), intent(in) :: card
+  subroutine read_nodes(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k
 
-    associate (mesh => state%analysis%mesh, rows => card%rows)
+    associate (mesh => state%analysis%mesh, rows => state%card%rows)
       mesh%node_labels = [mesh%node_labels, (whole_at(rows(i), 1), i=1, size(rows))]
       mesh%nodes = reshape([mesh%nodes, ((number_at(rows(i), k), k=2, 4), i=1, size(rows))], &
         [3, size(mesh%nodes, 2) + size(rows)])
-      call check_unique(card, mesh%node_labels, 'node', state)
+      call check_unique(mesh%node_labels, 'node', state)
     end associate
   end subroutine read_nodes
 
@@ -162,57 +160,54 @@ contains
   end subroutine element_fields
 
   !> The elements of a card.
-  subroutine read_elements(card, state)
-    type(card_type), intent(in) :: card
+  subroutine read_elements(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k, n, before
 
-    associate (mesh => state%analysis%mesh, rows => card%rows)
+    associate (mesh => state%analysis%mesh, rows => state%card%rows)
       if (len(mesh%element) == 0) then
-        mesh%element = card%word('TYPE')
-        mesh%where = source_line(card%place)
-        call check_element_dimension(card, state)
-      else if (mesh%element /= card%word('TYPE')) then
-        call state%report_error(card, 'elements of a mesh in the deck are all of one type, here '//mesh%element)
+        mesh%element = state%card%word('TYPE')
+        mesh%where = source_line(state%card%place)
+        call check_element_dimension(state)
+      else if (mesh%element /= state%card%word('TYPE')) then
+        call state%report_error('elements of a mesh in the deck are all of one type, here '//mesh%element)
         return
       end if
       if (element_from_name(mesh%element) == 0) return
       n = node_count(element_from_name(mesh%element))
       do i = 1, size(rows)
-        if (rows(i)%good .and. size(rows(i)%items) /= n + 1) call state%error_at(card, rows(i), &
+        if (rows(i)%good .and. size(rows(i)%items) /= n + 1) call state%error_at(rows(i), &
           integer_text(size(rows(i)%items) - 1)//' nodes where '//mesh%element//' has '//integer_text(n))
       end do
       before = size(mesh%element_labels)
       mesh%element_labels = [mesh%element_labels, (whole_at(rows(i), 1), i=1, size(rows))]
       mesh%connectivity = reshape([mesh%connectivity, &
         ((whole_at(rows(i), k), k=2, n + 1), i=1, size(rows))], [n, before + size(rows)])
-      call check_unique(card, mesh%element_labels, 'element', state)
+      call check_unique(mesh%element_labels, 'element', state)
     end associate
-    call keep_places(card, state)
+    call keep_places(state)
   end subroutine read_elements
 
   !> Remember where the elements were written.
-  pure subroutine keep_places(card, state)
-    type(card_type), intent(in) :: card
+  pure subroutine keep_places(state)
     type(deck_state_type), intent(inout) :: state
 
-    state%element_places = [state%element_places, card%rows%place]
+    state%element_places = [state%element_places, state%card%rows%place]
   end subroutine keep_places
 
   !> Labels of the last data lines of a list are not there before.
-  subroutine check_unique(card, labels, what, state)
-    type(card_type), intent(in) :: card
+  subroutine check_unique(labels, what, state)
     !> All labels; those of the card at the end.
     integer, intent(in) :: labels(:)
     character(len=*), intent(in) :: what
     type(deck_state_type), intent(inout) :: state
     integer :: i, k
 
-    do i = 1, size(card%rows)
-      k = size(labels) - size(card%rows) + i
-      if (.not. card%rows(i)%good) cycle
-      if (any(labels(:k - 1) == labels(k))) call state%error_at(card, card%rows(i), &
-        'there is already a '//what//' '//integer_text(labels(k)))
+    do i = 1, size(state%card%rows)
+      k = size(labels) - size(state%card%rows) + i
+      if (.not. state%card%rows(i)%good) cycle
+      if (any(labels(:k - 1) == labels(k))) call state%error_at(state%card%rows(i), 'there is already a '//what//' '// &
+        integer_text(labels(k)))
     end do
   end subroutine check_unique
 
@@ -256,14 +251,13 @@ contains
   end subroutine refine_fields
 
   !> A box ends where it begins, or beyond.
-  subroutine check_boxes(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_boxes(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
     associate (refined => state%analysis%mesh%refined)
       do i = 1, size(refined, 2)
-        if (refined(2, i) < refined(1, i) .or. refined(4, i) < refined(3, i)) call state%error_at(card, card%rows(i), &
+        if (refined(2, i) < refined(1, i) .or. refined(4, i) < refined(3, i)) call state%error_at(state%card%rows(i), &
           'the box ends before it begins')
       end do
     end associate

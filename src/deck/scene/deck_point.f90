@@ -1,7 +1,6 @@
 !> Cards of a laboratory test on one material point: *POINT TEST, *INITIAL STRESS, *POINT STAGE.
 module qsmpm_deck_point
   use qsmpm_kinds, only: wp
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_stages
   use qsmpm_deck_state, only: deck_state_type, beside_deck
@@ -149,15 +148,14 @@ contains
   end subroutine target_fields
 
   !> The table by its full path; a data line with an error leaves the stage without targets.
-  subroutine finish_stage(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_stage(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
     associate (stage => state%analysis%point_test%stages(state%item))
-      if (card%has('INPUT')) then
-        stage%table = beside_deck(card, 'INPUT')
-      else if (any([(.not. card%rows(i)%good, i=1, size(card%rows))])) then
+      if (state%card%has('INPUT')) then
+        stage%table = beside_deck(state%card, 'INPUT')
+      else if (any([(.not. state%card%rows(i)%good, i=1, size(state%card%rows))])) then
         deallocate (stage%driven_components, stage%targets)
         allocate (stage%driven_components(0), stage%targets(0, 0))
       end if

@@ -1,7 +1,6 @@
 !> *STRENGTH PROFILE: strength, and stiffness where asked for, by depth, table or stress.
 module qsmpm_deck_profile
   use qsmpm_material_description, only: material_type
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_words, only: bar_list, axis_words
@@ -83,26 +82,25 @@ contains
   end subroutine table_rows
 
   !> Rows become a profile.
-  subroutine finish_profile(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_profile(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
     associate (profile => state%analysis%materials(state%material)%strength_profile)
-      if (any([(.not. card%rows(i)%good, i=1, size(card%rows))])) return
-      if (profile%along > state%dimension .and. state%dimension > 0) call state%report_error(card, &
-        'ALONG=Z has no meaning in a plane model')
-      if (profile%kind == profile_table) call finish_table(card, state, profile)
+      if (any([(.not. state%card%rows(i)%good, i=1, size(state%card%rows))])) return
+      if (profile%along > state%dimension .and. state%dimension > 0) call state%report_error('ALONG=Z has no '// &
+        'meaning in a plane model')
+      if (profile%kind == profile_table) call finish_table(state, profile)
       if (profile%kind /= profile_table .and. allocated(profile%levels)) deallocate (profile%levels, &
         profile%strengths, profile%moduli)
-      if (profile%stiffness_ratio > 0.0_wp .and. allocated(profile%moduli)) call state%report_error(card, &
-        "give STIFFNESS RATIO or a column of Young's moduli, not both")
+      if (profile%stiffness_ratio > 0.0_wp .and. &
+        allocated(profile%moduli)) call state%report_error("give STIFFNESS RATIO or a column of Young's moduli, "// &
+        "not both")
     end associate
   end subroutine finish_profile
 
   !> Levels rise, and all rows have a stiffness or none.
-  subroutine finish_table(card, state, profile)
-    type(card_type), intent(in) :: card
+  subroutine finish_table(state, profile)
     type(deck_state_type), intent(inout) :: state
     type(strength_profile_type), intent(inout) :: profile
     integer :: n
@@ -114,11 +112,11 @@ contains
       profile%strengths = profile%strengths(n:1:-1)
       profile%moduli = profile%moduli(n:1:-1)
     end if
-    if (any(profile%levels(2:) <= profile%levels(:n - 1))) call state%report_error(card, &
-      'the levels must rise or fall from line to line')
+    if (any(profile%levels(2:) <= profile%levels(:n - 1))) call state%report_error('the levels must rise or fall '// &
+      'from line to line')
     profile%level = profile%levels(n)
-    if (any(profile%moduli > 0.0_wp) .and. .not. all(profile%moduli > 0.0_wp)) call state%report_error(card, &
-      "Young's modulus is wanted in all lines or none")
+    if (any(profile%moduli > 0.0_wp) .and. .not. all(profile%moduli > 0.0_wp)) call state%report_error("Young's "// &
+      "modulus is wanted in all lines or none")
     if (.not. all(profile%moduli > 0.0_wp)) deallocate (profile%moduli)
   end subroutine finish_table
 

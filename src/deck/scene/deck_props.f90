@@ -1,12 +1,11 @@
 !> Props: the cards *PROP, *INSTALL and *REMOVE.
 module qsmpm_deck_props
+  use qsmpm_kinds, only: wp
   use qsmpm_structures, only: prop_change_type, prop_type
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_props, check_new_name
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_keyword_table, only: table_type, in_model, in_phase, once, many
-  use qsmpm_kinds, only: wp
   use qsmpm_prop_stages, only: prop_stage_type, prop_stage
   implicit none
   private
@@ -63,14 +62,13 @@ contains
   end subroutine prop_fields
 
   !> It has a name of its own and a length.
-  subroutine check_prop(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_prop(state)
     type(deck_state_type), intent(inout) :: state
 
-    call check_new_name(card, state, list_props, 'prop')
+    call check_new_name(state, list_props, 'prop')
     associate (prop => state%analysis%props(size(state%analysis%props)))
-      if (.not. norm2(prop%places(:, 2) - prop%places(:, 1)) > 0.0_wp) call state%report_error(card, &
-        'both ends are the same place')
+      if (.not. norm2(prop%places(:, 2) - prop%places(:, 1)) > 0.0_wp) call state%report_error('both ends are the '// &
+        'same place')
     end associate
   end subroutine check_prop
 
@@ -115,11 +113,10 @@ contains
   end subroutine change_rows
 
   !> Each prop is named once.
-  subroutine check_changes(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_changes(state)
     type(deck_state_type), intent(inout) :: state
 
-    call state%check_once(card, 'prop')
+    call state%check_once('prop')
   end subroutine check_changes
 
   !> Props that phases name exist; they are there when they are taken out, and bear the force that they are jacked to.

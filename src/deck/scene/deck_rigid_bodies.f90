@@ -3,7 +3,6 @@
 module qsmpm_deck_rigid_bodies
   use qsmpm_analysis, only: plane_strain
   use qsmpm_structures, only: rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_polygon, rigid_cylinder
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_bodies, only: polygon_fields, finish_polygon
   use qsmpm_deck_objects, only: list_rigid_bodies
@@ -111,25 +110,25 @@ contains
   end subroutine turn_fields
 
   !> What a shape needs is there.
-  subroutine finish_rigid_body(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_rigid_body(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (body => state%analysis%rigid_bodies(state%item))
-      if (state%dimension == 3 .and. body%in_place) call state%report_error(card, &
-        'IN PLACE is for plane strain and axisymmetry: in 3D draw the bodies of soil without it')
-      if (state%analysis%model == plane_strain .and. body%shape == rigid_cylinder) call state%report_error(card, &
-        'CYLINDER is for axisymmetry and 3D; in plane strain draw a BOX or a CIRCLE')
-      if (card%has('ROUND') .and. any(body%shape == [rigid_plane, rigid_circle])) call state%report_error(card, &
-        'ROUND is for the corners of BOX, CONE, POLYGON and CYLINDER')
+      if (state%dimension == 3 .and. body%in_place) call state%report_error('IN PLACE is for plane strain and '// &
+        'axisymmetry: in 3D draw the bodies of soil without it')
+      if (state%analysis%model == plane_strain .and. body%shape &
+        == rigid_cylinder) call state%report_error('CYLINDER is for axisymmetry and 3D; in plane strain draw a BOX '// &
+        'or a CIRCLE')
+      if (state%card%has('ROUND') .and. any(body%shape == [rigid_plane, &
+        rigid_circle])) call state%report_error('ROUND is for the corners of BOX, CONE, POLYGON and CYLINDER')
       select case (body%shape)
       case (rigid_plane)
-        if (card%is_right() .and. .not. norm2(body%direction) > 0.0_wp) call state%report_error(card, &
-          'the plane looks in no direction: nx, ny are 0')
+        if (state%card%is_right() .and. .not. norm2(body%direction) > 0.0_wp) call state%report_error('the plane '// &
+          'looks in no direction: nx, ny are 0')
       case (rigid_box)
-        call check_box(card, .true., body%box, state)
+        call check_box(.true., body%box, state)
       case (rigid_polygon)
-        call finish_polygon(card, body%polygon, state)
+        call finish_polygon(body%polygon, state)
       end select
     end associate
   end subroutine finish_rigid_body

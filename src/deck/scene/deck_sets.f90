@@ -3,7 +3,7 @@ module qsmpm_deck_sets
   use qsmpm_kinds, only: wp
   use qsmpm_mesh_description, only: set_type, select_list, select_box, select_plane, select_segment, select_mesh, &
     select_outline
-  use qsmpm_cards, only: card_type, whole_at
+  use qsmpm_cards, only: whole_at
   use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_deck_objects, only: list_node_sets, list_element_sets, list_surfaces
   use qsmpm_deck_state, only: deck_state_type
@@ -117,54 +117,50 @@ contains
   end subroutine box_fields
 
   !> Rest of *NSET.
-  subroutine finish_node_set(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_node_set(state)
     type(deck_state_type), intent(inout) :: state
     type(set_type) :: set
 
     set = state%analysis%node_sets(state%item)
-    if (set%axis > state%dimension .and. state%dimension > 0) call state%report_error(card, &
-      'PLANE=Z has no meaning in a plane model')
-    call finish_set(card, set, state)
+    if (set%axis > state%dimension .and. state%dimension > 0) call state%report_error('PLANE=Z has no meaning in a '// &
+      'plane model')
+    call finish_set(set, state)
     state%analysis%node_sets(state%item) = set
   end subroutine finish_node_set
 
   !> Rest of *ELSET.
-  subroutine finish_element_set(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_element_set(state)
     type(deck_state_type), intent(inout) :: state
     type(set_type) :: set
 
     set = state%analysis%element_sets(state%item)
-    call finish_set(card, set, state)
+    call finish_set(set, state)
     state%analysis%element_sets(state%item) = set
   end subroutine finish_element_set
 
   !> Runs of labels, and a box that is one.
-  subroutine finish_set(card, set, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_set(set, state)
     type(set_type), intent(inout) :: set
     type(deck_state_type), intent(inout) :: state
 
-    if (set%selection == select_box) call check_box(card, .false., set%box, state)
-    if (card%has('GENERATE') .and. set%selection == select_list) call read_runs(card, set%labels, state)
+    if (set%selection == select_box) call check_box(.false., set%box, state)
+    if (state%card%has('GENERATE') .and. set%selection == select_list) call read_runs(set%labels, state)
   end subroutine finish_set
 
   !> Runs of labels, written out.
-  subroutine read_runs(card, labels, state)
-    type(card_type), intent(in) :: card
+  subroutine read_runs(labels, state)
     integer, allocatable, intent(inout) :: labels(:)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k, step
 
     labels = [integer ::]
-    do i = 1, size(card%rows)
-      associate (row => card%rows(i))
+    do i = 1, size(state%card%rows)
+      associate (row => state%card%rows(i))
         if (.not. row%good) cycle
         if (whole_at(row, 2) < whole_at(row, 1)) then
-          call state%error_at(card, row, 'the last label is below the first')
+          call state%error_at(row, 'the last label is below the first')
         else if (whole_at(row, 2) - whole_at(row, 1) > longest_run) then
-          call state%error_at(card, row, 'the run of labels is too long')
+          call state%error_at(row, 'the run of labels is too long')
         else
           ! Counted from 0: a label beyond the last one may be no integer.
           step = max(1, whole_at(row, 3))
@@ -175,8 +171,7 @@ contains
   end subroutine read_runs
 
   !> A box is the right way round.
-  subroutine check_box(card, solid, box, state)
-    type(card_type), intent(in) :: card
+  subroutine check_box(solid, box, state)
     !> The box needs a volume; else it may be a plane, a line or a point.
     logical, intent(in) :: solid
     !> Lower and upper corner (3,2); the third component is 0 in the plane.
@@ -185,12 +180,12 @@ contains
     character(len=1), parameter :: axes(3) = ['X', 'Y', 'Z']
     integer :: i
 
-    if (.not. card%is_right()) return
-    do i = 1, min(3, size(card%rows(1)%items)/2)
+    if (.not. state%card%is_right()) return
+    do i = 1, min(3, size(state%card%rows(1)%items)/2)
       if (box(i, 1) > box(i, 2)) then
-        call state%error_at(card, card%rows(1), 'the least '//axes(i)//' is above the largest')
+        call state%error_at(state%card%rows(1), 'the least '//axes(i)//' is above the largest')
       else if (solid .and. .not. box(i, 2) > box(i, 1)) then
-        call state%error_at(card, card%rows(1), 'the box has no extent along '//axes(i))
+        call state%error_at(state%card%rows(1), 'the box has no extent along '//axes(i))
       end if
     end do
   end subroutine check_box
@@ -221,25 +216,24 @@ contains
   end subroutine surface_fields
 
   !> Segments have a length, boxes are the right way round, an outline has a body.
-  subroutine check_surface(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_surface(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
     associate (surface => state%analysis%surfaces(state%item))
       select case (surface%selection)
       case (select_segment)
-        if (state%dimension == 3) call state%report_error(card, 'TYPE=SEGMENT is for plane models')
-        do i = 1, size(card%rows)
-          if (.not. card%rows(i)%good) cycle
-          if (.not. norm2(surface%segments(3:, i) - surface%segments(:2, i)) > 0.0_wp) &
-            call state%error_at(card, card%rows(i), 'the segment has no length')
+        if (state%dimension == 3) call state%report_error('TYPE=SEGMENT is for plane models')
+        do i = 1, size(state%card%rows)
+          if (.not. state%card%rows(i)%good) cycle
+          if (.not. norm2(surface%segments(3:, i) - surface%segments(:2, i)) &
+            > 0.0_wp) call state%error_at(state%card%rows(i), 'the segment has no length')
         end do
       case (select_outline)
-        if (.not. card%has('BODY')) call state%report_error(card, 'TYPE=OUTLINE wants the parameter BODY')
-        if (surface%boxed) call check_box(card, .false., surface%box, state)
+        if (.not. state%card%has('BODY')) call state%report_error('TYPE=OUTLINE wants the parameter BODY')
+        if (surface%boxed) call check_box(.false., surface%box, state)
       case (select_box)
-        call check_box(card, .false., surface%box, state)
+        call check_box(.false., surface%box, state)
       end select
     end associate
   end subroutine check_surface

@@ -1,7 +1,6 @@
 !> Cards of the soil laws of qsmpm_standard_laws, as each describes itself: nothing here knows any of them.
 module qsmpm_deck_soil_laws
   use qsmpm_carried_cards, only: note_card
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_error, only: error_type
@@ -74,21 +73,20 @@ contains
   end subroutine find_law
 
   !> Whether the parameters make a model, here, where the line is known.
-  subroutine check_soil_law(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_soil_law(state)
     type(deck_state_type), intent(inout) :: state
     class(principal_model_type), allocatable :: model
     class(soil_model_type), allocatable :: soil
     type(law_description_type) :: described
     type(error_type), allocatable :: error
 
-    if (.not. card%is_right()) return
+    if (.not. state%card%is_right()) return
     associate (law => state%analysis%materials(state%material)%soil_law)
       described = law%describe()
-      if (described%keeps_tensor) call note_card(state%analysis, card%keyword//' with a strain history')
+      if (described%keeps_tensor) call note_card(state%analysis, state%card%keyword//' with a strain history')
       call law%make_soil_model(soil, error)
       if (.not. (allocated(error) .or. allocated(soil))) call law%make_model(model, error)
     end associate
-    if (allocated(error)) call state%error_at(card, card%rows(1), error%message)
+    if (allocated(error)) call state%error_at(state%card%rows(1), error%message)
   end subroutine check_soil_law
 end module qsmpm_deck_soil_laws

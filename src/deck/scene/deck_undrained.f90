@@ -1,13 +1,12 @@
 !> Cards of undrained soil: *UNDRAINED of a material, *DRAIN STATE of a phase, and what must fit them.
 module qsmpm_deck_undrained
+  use qsmpm_kinds, only: wp
   use qsmpm_body_description, only: drain_state_type
   use qsmpm_material_description, only: material_type
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_drainage, only: set_drainage, is_drained_by, has_excess_pressure
   use qsmpm_keyword_table, only: table_type, in_material, in_phase, once
-  use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
@@ -59,11 +58,10 @@ contains
   end subroutine undrained_fields
 
   !> NU or SKEMPTON.
-  subroutine finish_undrained(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_undrained(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (card%has('NU') .and. card%has('SKEMPTON')) call state%report_error(card, 'give NU or SKEMPTON, not both')
+    if (state%card%has('NU') .and. state%card%has('SKEMPTON')) call state%report_error('give NU or SKEMPTON, not both')
   end subroutine finish_undrained
 
   !> Fields of *DRAIN STATE.

@@ -80,18 +80,17 @@ contains
   end subroutine choice_fields
 
   !> The library is found, and what is not given follows from the interface.
-  subroutine finish_user_material(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_user_material(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (user => state%analysis%materials(state%material)%user)
-      call find_library(card, user%library)
+      call find_library(state%card, user%library)
       if (len(user%symbol) == 0) user%symbol = trim(merge('user_mod', 'umat    ', user%interface == interface_udsm))
       if (user%interface == interface_umat) user%states = max(0, user%states)
-      if (user%components == 5) call state%report_error(card, 'COMPONENTS is 6 or 4')
-      if (user%interface == interface_udsm .and. size(user%constants) > most_of_udsm) call state%report_error(card, &
-        'a UDSM has no more than '//integer_text(most_of_udsm)//' constants, here are '// &
-        integer_text(size(user%constants)))
+      if (user%components == 5) call state%report_error('COMPONENTS is 6 or 4')
+      if (user%interface == interface_udsm .and. size(user%constants) &
+        > most_of_udsm) call state%report_error('a UDSM has no more than '//integer_text(most_of_udsm)// &
+        ' constants, here are '//integer_text(size(user%constants)))
     end associate
   end subroutine finish_user_material
 
@@ -133,28 +132,27 @@ contains
   end subroutine user_state_fields
 
   !> State variables that differ along an axis: a level a line.
-  subroutine read_profile(card, state)
-    type(card_type), intent(in) :: card
+  subroutine read_profile(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k, n
 
     associate (user => state%analysis%materials(state%material)%user)
       if (user%along == 0) return
-      if (user%along > state%dimension) call state%report_error(card, 'ALONG=Z has no meaning in a plane model')
-      if (.not. card%is_right()) return
-      n = size(card%rows(1)%items)
-      if (n < 2 .or. any([(size(card%rows(i)%items) /= n, i=1, size(card%rows))])) then
-        call state%report_error(card, 'each line wants a coordinate and the same number of state variables')
+      if (user%along > state%dimension) call state%report_error('ALONG=Z has no meaning in a plane model')
+      if (.not. state%card%is_right()) return
+      n = size(state%card%rows(1)%items)
+      if (n < 2 .or. any([(size(state%card%rows(i)%items) /= n, i=1, size(state%card%rows))])) then
+        call state%report_error('each line wants a coordinate and the same number of state variables')
         user%along = 0
         return
       end if
-      allocate (user%levels(size(card%rows)), user%profile(n - 1, size(card%rows)))
-      do i = 1, size(card%rows)
-        user%levels(i) = number_at(card%rows(i), 1)
-        user%profile(:, i) = [(number_at(card%rows(i), k), k=2, n)]
+      allocate (user%levels(size(state%card%rows)), user%profile(n - 1, size(state%card%rows)))
+      do i = 1, size(state%card%rows)
+        user%levels(i) = number_at(state%card%rows(i), 1)
+        user%profile(:, i) = [(number_at(state%card%rows(i), k), k=2, n)]
       end do
-      if (any(user%levels(2:) <= user%levels(:size(user%levels) - 1))) &
-        call state%report_error(card, 'the coordinates must rise from line to line')
+      if (any(user%levels(2:) <= user%levels(:size(user%levels) - 1))) call state%report_error('the coordinates '// &
+        'must rise from line to line')
       user%start = user%profile(:, 1)
     end associate
   end subroutine read_profile

@@ -2,7 +2,6 @@
 module qsmpm_deck_value_fields
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_card_items, only: in_range
-  use qsmpm_cards, only: card_type
   use qsmpm_csv_columns, only: read_columns
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_error, only: error_type
@@ -69,22 +68,21 @@ contains
   end subroutine value_fields
 
   !> Samples of all rows.
-  subroutine read_files(card, state)
-    type(card_type), intent(in) :: card
+  subroutine read_files(state)
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: sentence
     integer :: i
 
     associate (list => state%analysis%materials(state%material)%strength_profile%fields)
       do i = 1, size(list)
-        if (.not. card%rows(i)%good) cycle
-        list(i)%file = absolute_path(joined(directory_of(card%place%file), list(i)%file))
+        if (.not. state%card%rows(i)%good) cycle
+        list(i)%file = absolute_path(joined(directory_of(state%card%place%file), list(i)%file))
         if (any(list(:i - 1)%parameter == list(i)%parameter)) then
           sentence = trim(field_words(list(i)%parameter))//' stands there twice'
         else
           call read_samples(list(i), merge(3, 2, state%dimension == 3), sentence)
         end if
-        if (len(sentence) > 0) call state%error_at(card, card%rows(i), sentence)
+        if (len(sentence) > 0) call state%error_at(state%card%rows(i), sentence)
       end do
     end associate
   end subroutine read_files
