@@ -54,6 +54,7 @@ module qsmpm_card_fields
     procedure(begin_interface), deferred :: begin_data
     procedure(row_interface), deferred :: row
     procedure :: given
+    procedure :: there
     procedure :: line
     procedure :: whole
     procedure :: number
@@ -117,9 +118,17 @@ contains
     class(card_fields_type), intent(inout) :: self
     logical, intent(inout) :: yes
 
-    if (self%writing) self%left_out = .not. yes
+    call self%there(yes)
     if (self%reading) yes = .true.
   end subroutine given
+
+  !> Where there is no such card none is written.
+  subroutine there(self, yes)
+    class(card_fields_type), intent(inout) :: self
+    logical, intent(in) :: yes
+
+    if (self%writing) self%left_out = .not. yes
+  end subroutine there
 
   !> Where the card or data line was written.
   subroutine line(self, where)
@@ -378,10 +387,8 @@ contains
     character(len=*), intent(in) :: sentence
     !> Items there are; those of the card where it is read, 1 where it is described.
     integer, intent(inout) :: count
-    logical :: any_there
 
-    any_there = count > 0
-    call self%given(any_there)
+    call self%there(count > 0)
     call self%data(sentence, 1, huge(1), rows=count)
   end subroutine list
 

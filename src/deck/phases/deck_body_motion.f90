@@ -37,11 +37,10 @@ contains
   subroutine move_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: moves, plane
+    logical :: plane
 
     associate (move => deck%analysis%phases(deck%phase)%moves(deck%item))
-      moves = .not. move%is_load
-      call fields%given(moves)
+      call fields%there(.not. move%is_load)
       call fields%line(move%where)
       call fields%name('BODY', move%body, 'the rigid body', required=.true.)
       plane = deck%dimension /= 3

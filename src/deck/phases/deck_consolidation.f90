@@ -3,7 +3,7 @@ module qsmpm_deck_consolidation
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_keyword_table, only: in_phase, once, table_type
-  use qsmpm_load_description, only: consolidation_type
+  use qsmpm_load_description, only: consolidation_type, drainage_type
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_phase_loads, only: consolidation_of
   implicit none
@@ -53,10 +53,7 @@ contains
     n = 0
     if (allocated(card%sets)) n = size(card%sets)
     call fields%data('where water leaves, and where it does not', 0, huge(1), rows=n)
-    if (.not. fields%writing) then
-      if (allocated(card%sets)) deallocate (card%sets)
-      allocate (card%sets(n))
-    end if
+    if (.not. fields%writing) card%sets = [(drainage_type(), i=1, n)]
     do i = 1, n
       call fields%row(i)
       call fields%line(card%sets(i)%where)

@@ -153,11 +153,9 @@ contains
   subroutine constant_load_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
     associate (test => deck%analysis%phases(deck%phase)%constant_load_test)
-      given = size(test%at) > 0
-      call fields%given(given)
+      call fields%there(size(test%at) > 0)
       call fields%whole('REPEATS', test%repeats, 'solutions at constant load', range='[1, inf)')
       call fields%data('load factors in rising order, above 0, up to the one of the phase', 1, huge(1))
       call fields%numbers('load factor', test%at, 'where to test', range='(0, inf)')

@@ -66,11 +66,9 @@ contains
   subroutine traction_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: dead
 
     associate (traction => deck%analysis%phases(deck%phase)%tractions(deck%item))
-      dead = .not. traction%follows
-      call fields%given(dead)
+      call fields%there(.not. traction%follows)
       call surface_field(fields, traction)
       call fields%choice('CARRIER', traction%carrier, bar_list(carrier_words), 'tracked surface points, or the '// &
         'outermost material points, only to compare with the paper')
@@ -148,11 +146,9 @@ contains
   subroutine support_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: held
 
     associate (support => deck%analysis%phases(deck%phase)%supports(deck%item))
-      held = .not. support%contracts
-      call fields%given(held)
+      call fields%there(.not. support%contracts)
       call fields%line(support%where)
       call fields%name('SURFACE', support%surface, 'the surface; a plane one for TYPE=NORMAL', required=.true.)
       call fields%choice('TYPE', support%kind, bar_list(support_words), 'NORMAL: it slides on its plane, ALL: it '// &

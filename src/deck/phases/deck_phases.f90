@@ -1,7 +1,7 @@
 !> Cards of phases: *PHASE, what changes in it, *END PHASE. Loads on surfaces: qsmpm_deck_loads.
 module qsmpm_deck_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_load_description, only: fixity_type
+  use qsmpm_load_description, only: fixity_type, prescription_type
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: string_type, add_word, integer_text
@@ -60,7 +60,6 @@ contains
   subroutine phase_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: first_given
 
     associate (phase => deck%analysis%phases(deck%phase))
       call fields%line(phase%where)
@@ -72,10 +71,8 @@ contains
       call fields%number('LOAD FACTOR', phase%load_factor, 'load factor at the end of the phase', range='(0, inf)')
       call fields%number('TIME', phase%duration, 'how long the phase lasts, for models that depend on time', &
         range='(0, inf)', given=phase%duration_given)
-      first_given = phase%first_time > 0.0_wp
       call fields%number('FIRST TIME', phase%first_time, 'how long its first step lasts: those behind it grow '// &
-        'evenly, so that STEPS of them fill the phase; all are even when not given', &
-        range='(0, inf)', given=first_given)
+        'evenly, so that STEPS of them fill the phase; all are even when not given', range='(0, inf)')
       if (fields%reading) phase%controls%first_share = phase%first_time/phase%duration
       call fields%number('START TIME', phase%start_time, 'time at its start; the end of the phase before, 0 for '// &
         'the first one, when not given', given=phase%start_given)
@@ -118,10 +115,8 @@ contains
   subroutine end_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
-    given = size(deck%analysis%phases) > 0
-    call fields%given(given)
+    call fields%there(size(deck%analysis%phases) > 0)
   end subroutine end_fields
 
   !> What follows is in no phase.
@@ -142,10 +137,7 @@ contains
     associate (phase => deck%analysis%phases(deck%phase))
       n = size(phase%fixities)
       call fields%list('set and components', n)
-      if (.not. fields%writing) then
-        deallocate (phase%fixities)
-        allocate (phase%fixities(n))
-      end if
+      if (.not. fields%writing) phase%fixities = [(fixity_type(), i=1, n)]
       do i = 1, n
         call fields%row(i)
         call fields%line(phase%fixities(i)%where)
@@ -234,10 +226,7 @@ contains
     associate (phase => deck%analysis%phases(deck%phase))
       n = size(phase%prescriptions)
       call fields%list('set, component and value', n)
-      if (.not. fields%writing) then
-        deallocate (phase%prescriptions)
-        allocate (phase%prescriptions(n))
-      end if
+      if (.not. fields%writing) phase%prescriptions = [(prescription_type(), i=1, n)]
       do i = 1, n
         call fields%row(i)
         call fields%line(phase%prescriptions(i)%where)

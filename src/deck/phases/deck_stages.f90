@@ -70,10 +70,7 @@ contains
 
     n = size(list)
     call fields%list(trim(merge('body and material', 'body             ', with_material)), n)
-    if (.not. fields%writing) then
-      deallocate (list)
-      allocate (list(n))
-    end if
+    if (.not. fields%writing) list = [(body_change_type(), i=1, n)]
     do i = 1, n
       call fields%row(i)
       call fields%line(list(i)%where)

@@ -2,7 +2,7 @@
 module qsmpm_deck_stops
   use qsmpm_named, only: add_names
   use qsmpm_history_description, only: quantity_discharge
-  use qsmpm_phase_description, only: phase_safety
+  use qsmpm_phase_description, only: phase_safety, stop_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: bar_list, side_words
@@ -38,10 +38,7 @@ contains
       call fields%number('TOLERANCE', phase%stop_tolerance, 'by how much a value may be passed, relative to it: a '// &
         'step that goes further is taken again, shorter', range='(0, 1)')
       call fields%list('history and value', n)
-      if (.not. fields%writing) then
-        deallocate (phase%stops)
-        allocate (phase%stops(n))
-      end if
+      if (.not. fields%writing) phase%stops = [(stop_type(), i=1, n)]
       do i = 1, n
         call fields%row(i)
         call fields%line(phase%stops(i)%where)

@@ -2,7 +2,7 @@
 module qsmpm_deck_water
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: add_names
-  use qsmpm_load_description, only: water_level_type
+  use qsmpm_load_description, only: head_type, water_level_type
   use qsmpm_mesh_description, only: mesh_file
   use qsmpm_phase_description, only: phase_type, initial_keep
   use qsmpm_card_fields, only: card_fields_type, column_type
@@ -72,10 +72,7 @@ contains
     call fields%data('levels of the free water at parts of the bounds; above them water may leave, and on all '// &
       'other bounds in air; the sides of the grid and what a *SUPPORT holds are tight', 1, huge(1), &
         when='TYPE=SEEPAGE', rows=n)
-    if (.not. fields%writing) then
-      if (allocated(level%heads)) deallocate (level%heads)
-      allocate (level%heads(n))
-    end if
+    if (.not. fields%writing) level%heads = [(head_type(), i=1, n)]
     do i = 1, n
       call fields%row(i)
       call fields%line(level%heads(i)%where)

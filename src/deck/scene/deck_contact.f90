@@ -27,7 +27,6 @@ contains
   subroutine contact_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: shares, stiff
 
     associate (contact => deck%analysis%contacts(deck%item))
       call fields%line(contact%where)
@@ -38,13 +37,10 @@ contains
       call fields%number('FRICTION ANGLE', contact%friction_angle, 'degrees', range='[0, 90)')
       call fields%number('ADHESION', contact%adhesion, 'shear strength beside that of friction; where the '// &
         'soil parts from the body it is lost, unless TENSION=YES, as along a pile that is pulled', range='[0, inf)')
-      shares = contact%interface > 0.0_wp
       call fields%number('INTERFACE', contact%interface, 'in place of FRICTION ANGLE and ADHESION: share R of the '// &
-        'strength of the soil there, tan(delta) = R tan(phi), a = R c', range='(0, 1]', given=shares)
-      stiff = contact%penalty > 0.0_wp
+        'strength of the soil there, tan(delta) = R tan(phi), a = R c', range='(0, 1]')
       call fields%number('PENALTY', contact%penalty, 'penalty of the gap times the size of a cell over the modulus '// &
-        'of the soil; 100 on soil and 10 on bodies when not given, that of the slip is 1', range='(0, inf)', &
-        given=stiff)
+        'of the soil; 100 on soil and 10 on bodies when not given, that of the slip is 1', range='(0, inf)')
       call fields%choice('PATCH', contact%patch, bar_list(patch_words), 'what contact is asked for on in the mean. '// &
         'CELL: what a cell holds of the surface. POINT: every point, with waves in the pressure; to compare with')
       call fields%answer('TENSION', contact%tension, 'YES: what has touched once, or touches at the start, does '// &

@@ -58,10 +58,8 @@ contains
   subroutine confinement_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
-    given = abs(deck%analysis%confinement) > 0.0_wp
-    call fields%given(given)
+    call fields%there(abs(deck%analysis%confinement) > 0.0_wp)
     call fields%data('pressure')
     call fields%number('p', deck%analysis%confinement, 'compression positive', range='[0, inf)')
   end subroutine confinement_fields
@@ -76,24 +74,12 @@ contains
       '*RESTART, EVERY=50')
   end subroutine add_output_keywords
 
-  !> A card that a deck of one material point does not have.
-  subroutine of_a_scene(fields, deck)
-    class(card_fields_type), intent(inout) :: fields
-    type(deck_state_type), intent(in) :: deck
-    logical :: scene
-
-    scene = .not. deck%analysis%point_test%given
-    call fields%given(scene)
-  end subroutine of_a_scene
-
   !> *HEADING.
   subroutine heading_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
-    given = len(deck%analysis%heading) > 0
-    call fields%given(given)
+    call fields%there(len(deck%analysis%heading) > 0)
     call fields%data('free text', 0, huge(1), free=.true.)
     call fields%raw(deck%analysis%heading)
   end subroutine heading_fields
@@ -142,7 +128,7 @@ contains
     type(deck_state_type), intent(inout) :: deck
     integer :: kind
 
-    call of_a_scene(fields, deck)
+    call fields%there(.not. deck%analysis%point_test%given)
     associate (analysis => deck%analysis)
       kind = merge(model_auto, analysis%model, analysis%reduce)
       call fields%choice('TYPE', kind, bar_list(model_words), 'plane strain and axisymmetric models have x '// &
@@ -281,7 +267,7 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
 
-    call of_a_scene(fields, deck)
+    call fields%there(.not. deck%analysis%point_test%given)
     associate (solver => deck%analysis%solver)
       call fields%choice('TYPE', solver%kind, solver_words(), 'AUTO chooses by size and symmetry', first=solver_auto)
       call fields%choice('PRECISION', solver%precision, 'AUTO|DOUBLE|SINGLE', 'of the factors of CHOLMOD and '// &
@@ -344,7 +330,7 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
 
-    call of_a_scene(fields, deck)
+    call fields%there(.not. deck%analysis%point_test%given)
     associate (output => deck%analysis%output)
       call fields%whole('EVERY', output%field_every, 'accepted steps between two pictures; 0 means at the end of '// &
         'phases only', range='[0, inf)')
@@ -369,7 +355,7 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
 
-    call of_a_scene(fields, deck)
+    call fields%there(.not. deck%analysis%point_test%given)
     call fields%whole('EVERY', deck%analysis%output%restart_every, 'accepted steps between two restart files; 0 '// &
       'means at the end of phases only', range='[0, inf)')
   end subroutine restart_fields

@@ -37,12 +37,11 @@ contains
   subroutine grid_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given, fits
+    logical :: fits
 
     associate (mesh => deck%analysis%mesh)
       fits = mesh%kind == mesh_fitted
-      given = fits .or. mesh%kind == mesh_grid
-      call fields%given(given)
+      call fields%there(fits .or. mesh%kind == mesh_grid)
       call fields%line(mesh%where)
       call fields%word('ELEMENT', mesh%element, bar_list(element_words), 'element; bricks are cut into triangles, '// &
         'wedges or tetrahedra; when not given, HEX8 in space and in the plane TRI6 with FIT=YES, or QUAD4 where a '// &
@@ -63,7 +62,7 @@ contains
         'else; when they are worn the run goes on with splines on the grid. NO: it ends there', needs='FIT=YES')
       call fields%data('`axis, first, last, number of intervals [, last spacing / first spacing]` '// &
         'or `axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, huge(1), free=.true.)
-      if (fields%writing .and. given) call write_axes(fields, mesh, deck%dimension)
+      if (fields%writing .and. .not. fields%left_out) call write_axes(fields, mesh, deck%dimension)
     end associate
   end subroutine grid_fields
 

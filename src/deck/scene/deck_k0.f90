@@ -32,17 +32,12 @@ contains
   subroutine ratio_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
-    integer :: kind
 
     associate (rest => deck%analysis%materials(deck%material)%at_rest)
-      given = has_ratio(deck%analysis%materials(deck%material))
-      call fields%given(given)
+      call fields%there(has_ratio(deck%analysis%materials(deck%material)))
       call fields%line(rest%where)
-      kind = merge(2, 1, rest%jaky)
-      call fields%choice('TYPE', kind, 'VALUE|JAKY', 'K0 of first loading: VALUE: that of the data line, JAKY: '// &
-        '1 - sin phi')
-      rest%jaky = kind == 2
+      call fields%answer('TYPE', rest%jaky, 'K0 of first loading: VALUE: that of the data line, JAKY: 1 - sin phi', &
+        words='VALUE|JAKY')
       call fields%number('OCR', rest%overconsolidation, 'largest vertical stress in the past over the present one: '// &
         'K0 OCR - (OCR - 1) nu/(1 - nu)', range='[1, inf)')
       call fields%number('POP', rest%pre_overburden, 'largest vertical stress in the past less the present one, in '// &

@@ -72,11 +72,9 @@ contains
   subroutine elastic_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
     associate (material => deck%analysis%materials(deck%material))
-      given = material%young > 0.0_wp
-      call fields%given(given)
+      call fields%there(material%young > 0.0_wp)
       if (fields%reading) material%young = 1.0_wp
       call fields%data('elastic constants')
       call fields%number('E', material%young, "Young's modulus", range='(0, inf)')
@@ -133,12 +131,10 @@ contains
   subroutine permeability_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
     associate (k => deck%analysis%materials(deck%material)%permeability, &
         law => deck%analysis%materials(deck%material)%permeability_law)
-      given = k(1) >= 0.0_wp
-      call fields%given(given)
+      call fields%there(k(1) >= 0.0_wp)
       call fields%choice('LAW', law%kind, bar_list(permeability_words), 'how it follows the void ratio e under '// &
         '*CONSOLIDATION. KOZENY: as e^3/(1 + e), LOGARITHM: ten times as small where e has fallen by CK')
       call fields%number('VOID RATIO', law%void_ratio, 'that of the soil as drawn, or where *INITIAL sets its '// &

@@ -44,11 +44,9 @@ contains
   subroutine file_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
     associate (mesh => deck%analysis%mesh)
-      given = mesh%kind == mesh_file
-      call fields%given(given)
+      call fields%there(mesh%kind == mesh_file)
       if (fields%reading) mesh%kind = mesh_file
       call fields%line(mesh%where)
       call fields%file('INPUT', mesh%file, 'the file, relative to the deck', required=.true.)
@@ -85,10 +83,8 @@ contains
   subroutine begin_inline(fields, mesh)
     class(card_fields_type), intent(inout) :: fields
     type(mesh_source_type), intent(inout) :: mesh
-    logical :: given
 
-    given = mesh%kind == mesh_inline
-    call fields%given(given)
+    call fields%there(mesh%kind == mesh_inline)
     if (.not. fields%reading .or. mesh%kind == mesh_inline) return
     mesh%kind = mesh_inline
     call fields%line(mesh%where)
@@ -238,12 +234,9 @@ contains
   subroutine refine_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
     associate (mesh => deck%analysis%mesh)
-      given = .false.
-      if (allocated(mesh%refined)) given = size(mesh%refined, 2) > 0
-      call fields%given(given)
+      call fields%there(allocated(mesh%refined))
       call fields%table('boxes', [column_type('xmin', 'least x'), column_type('xmax', 'largest x'), &
         column_type('ymin', 'least y'), column_type('ymax', 'largest y'), &
         column_type('width', 'width of the triangles', range='(0, inf)')], mesh%refined)

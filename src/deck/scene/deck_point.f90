@@ -4,7 +4,7 @@ module qsmpm_deck_point
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_stages
   use qsmpm_deck_state, only: deck_state_type, beside_deck
-  use qsmpm_deck_words, only: bar_list, test_words, strain_words, height_words
+  use qsmpm_deck_words, only: bar_list, test_words, strain_words
   use qsmpm_keyword_table, only: table_type, in_model, once, many
   use qsmpm_point_test, only: point_stage_type, driven_words, test_undrained
   implicit none
@@ -36,7 +36,6 @@ contains
   subroutine test_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    integer :: height
     logical :: cell_given
 
     associate (test => deck%analysis%point_test)
@@ -55,10 +54,8 @@ contains
         '3 (all six)', first=2)
       call fields%choice('STRAIN', test%strain, bar_list(strain_words), 'measure of axial, volumetric and E '// &
         'strains: change over the first length or volume, or the logarithm')
-      height = merge(1, 0, test%fixed_height)
-      call fields%choice('HEIGHT', height, bar_list(height_words), 'FREE: the normal stress is kept; FIXED: the '// &
-        'height, and so the volume', first=0, needs='TYPE=SIMPLE SHEAR')
-      test%fixed_height = height == 1
+      call fields%answer('HEIGHT', test%fixed_height, 'FREE: the normal stress is kept; FIXED: the height, and so '// &
+        'the volume', needs='TYPE=SIMPLE SHEAR', words='FREE|FIXED')
       ! The stress at the start, which is written, tells the cell pressure of all tests but one.
       cell_given = fields%writing .and. test%kind == test_undrained
       call fields%number('CELL PRESSURE', test%cell_pressure, 'equal stress on all sides at the start, compression '// &
@@ -131,9 +128,8 @@ contains
     call fields%data('nothing: the file has them', 0, 0, when='INPUT')
     call fields%data('targets', 1, 9, rows=n)
     if (.not. fields%writing) then
-      if (allocated(stage%driven_components)) deallocate (stage%driven_components, stage%targets)
-      allocate (stage%driven_components(n), source=0)
-      allocate (stage%targets(n, 1), source=0.0_wp)
+      stage%driven_components = [(0, i=1, n)]
+      stage%targets = reshape([(0.0_wp, i=1, n)], [n, 1])
     end if
     do i = 1, n
       call fields%row(i)
@@ -156,8 +152,8 @@ contains
       if (state%card%has('INPUT')) then
         stage%table = beside_deck(state%card, 'INPUT')
       else if (any([(.not. state%card%rows(i)%good, i=1, size(state%card%rows))])) then
-        deallocate (stage%driven_components, stage%targets)
-        allocate (stage%driven_components(0), stage%targets(0, 0))
+        stage%driven_components = [integer ::]
+        stage%targets = reshape([real(wp) ::], [0, 0])
       end if
     end associate
   end subroutine finish_stage

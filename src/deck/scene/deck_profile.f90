@@ -65,10 +65,9 @@ contains
     if (allocated(profile%levels)) n = size(profile%levels)
     call fields%data('levels in order', 2, huge(1), when='TYPE=TABLE', rows=n)
     if (.not. fields%writing) then
-      if (allocated(profile%levels)) deallocate (profile%levels)
-      if (allocated(profile%strengths)) deallocate (profile%strengths)
-      if (allocated(profile%moduli)) deallocate (profile%moduli)
-      allocate (profile%levels(n), profile%strengths(n), profile%moduli(n), source=0.0_wp)
+      profile%levels = [(0.0_wp, i=1, n)]
+      profile%strengths = profile%levels
+      profile%moduli = profile%levels
     end if
     do i = 1, n
       call fields%row(i)

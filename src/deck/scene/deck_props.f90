@@ -40,16 +40,14 @@ contains
   subroutine prop_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: limited(2)
 
     associate (prop => deck%analysis%props(deck%item))
-      limited = prop%limits < huge(1.0_wp)
       call fields%line(prop%where)
       call fields%name('NAME', prop%name, 'name of the prop', required=.true.)
       call fields%number('STIFFNESS', prop%stiffness, 'force over change of length', range='(0, inf)', required=.true.)
       call fields%number('COMPRESSION LIMIT', prop%limits(1), 'largest force of compression, at which it yields; '// &
-        'none when not given', range='[0, inf)', given=limited(1))
-      call fields%number('TENSION LIMIT', prop%limits(2), 'the same of tension', range='[0, inf)', given=limited(2))
+        'none when not given', range='[0, inf)')
+      call fields%number('TENSION LIMIT', prop%limits(2), 'the same of tension', range='[0, inf)')
       call fields%answer('FIXED', prop%fixed, 'YES: the second end does not move')
       call fields%data('ends')
       call fields%number('x1', prop%places(1, 1), 'first end')
@@ -98,10 +96,7 @@ contains
 
     n = size(list)
     call fields%list(trim(merge('prop and force', 'prop          ', with_force)), n)
-    if (.not. fields%writing) then
-      deallocate (list)
-      allocate (list(n))
-    end if
+    if (.not. fields%writing) list = [(prop_change_type(), i=1, n)]
     do i = 1, n
       call fields%row(i)
       call fields%line(list(i)%where)

@@ -34,10 +34,8 @@ contains
   subroutine rigid_body_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: rounded
 
     associate (body => deck%analysis%rigid_bodies(deck%item))
-      rounded = body%round > 0.0_wp
       call fields%line(body%where)
       call fields%name('NAME', body%name, 'name of the body', required=.true.)
       if (fields%reading) body%shape = 0
@@ -45,7 +43,7 @@ contains
         'axisymmetry and 3D a sphere. CONE: tip downwards, with a shaft above. POLYGON: in axisymmetry with an '// &
         'edge on the axis, in 3D all along z. CYLINDER: upright, in axisymmetry and 3D', required=.true.)
       call fields%number('ROUND', body%round, 'radius of the corners of BOX, CONE, POLYGON and CYLINDER; a quarter '// &
-        'of a cell when not given', range='(0, inf)', given=rounded)
+        'of a cell when not given', range='(0, inf)')
       call fields%answer('IN PLACE', body%in_place, 'YES: what is drawn of the soil inside of it is taken out '// &
         'before the first step; in plane strain and axisymmetry')
       call place_fields(fields, body, 'plane', 'a point of the plane')

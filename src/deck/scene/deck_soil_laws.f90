@@ -51,7 +51,7 @@ contains
       else
         call find_law(fields%keyword, law)
       end if
-      call fields%given(given)
+      call fields%there(given)
       call law%fields(fields)
       if (fields%reading) call move_alloc(law, material%soil_law)
     end associate

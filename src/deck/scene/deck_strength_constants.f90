@@ -41,10 +41,7 @@ contains
       n = size(list)
       call fields%line(material%strength_where)
       call fields%list('a constant and how it is lowered', n)
-      if (.not. fields%writing) then
-        deallocate (list)
-        allocate (list(n))
-      end if
+      if (.not. fields%writing) list = [(strength_constant_type(), i=1, n)]
       do i = 1, n
         call fields%row(i)
         call fields%whole('constant', list(i)%number, 'its number from 1, in the order of the data lines of the law', &

@@ -89,10 +89,7 @@ contains
     n = 0
     if (allocated(bodies)) n = size(bodies)
     call fields%data('bodies, one a line', 0, huge(1), rows=n)
-    if (.not. fields%writing) then
-      if (allocated(bodies)) deallocate (bodies)
-      allocate (bodies(n))
-    end if
+    if (.not. fields%writing) bodies = [(string_type(), i=1, n)]
     do i = 1, n
       call fields%row(i)
       call fields%name('body', bodies(i)%text, 'body that is drained')

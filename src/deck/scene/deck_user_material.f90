@@ -111,12 +111,10 @@ contains
   subroutine user_state_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
     integer :: i
 
     associate (user => deck%analysis%materials(deck%material)%user)
-      given = allocated(user%start) .or. user%along > 0
-      call fields%given(given)
+      call fields%there(allocated(user%start) .or. user%along > 0)
       call fields%choice('ALONG', user%along, bar_list(axis_words), 'axis along which they differ: each line is '// &
         'then a coordinate and the state variables there, linear between the lines and constant beyond; '// &
         'the coordinates rise', open=.true.)

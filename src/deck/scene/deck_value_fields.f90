@@ -50,10 +50,7 @@ contains
       n = size(list)
       call fields%line(material%fields_where)
       call fields%list('a parameter and where its samples are', n)
-      if (.not. fields%writing) then
-        deallocate (list)
-        allocate (list(n))
-      end if
+      if (.not. fields%writing) list = [(value_field_type(), i=1, n)]
       do i = 1, n
         call fields%row(i)
         call fields%choice('parameter', list(i)%parameter, 'C|PHI|E|GAMMA|K', 'as on its own card')
