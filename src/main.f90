@@ -5,8 +5,7 @@ program qsmpm_main
   use, intrinsic :: iso_c_binding, only: c_int
   use qsmpm_arguments, only: command_type, parse_arguments, usage_text, command_run, &
     command_check, command_point, command_plan, command_help, command_version, command_markdown, command_json
-  use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text
-  use qsmpm_deck_help_json, only: deck_json
+  use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text, deck_json
   use qsmpm_display, only: display_plain, display_quiet, display_terminal
   use qsmpm_error, only: error_type, error_other
   use qsmpm_field_table, only: fields_markdown

@@ -12,8 +12,7 @@ module qsmpm_deck
   use qsmpm_file, only: read_text
   use qsmpm_path, only: base_name
   use qsmpm_messages, only: message_list_type, message_text
-  use qsmpm_deck_lines, only: line_list_type, cut_lines
-  use qsmpm_cards, only: card_type, make_cards, word_at
+  use qsmpm_cards, only: line_list_type, cut_lines, card_type, make_cards, word_at
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_objects, only: list_mesh, empty_deck, open_item, go_to_item, count_items, check_new_name
   use qsmpm_deck_words, only: position_of, model_words
@@ -24,7 +23,7 @@ module qsmpm_deck
   use qsmpm_help_topics, only: is_topic, topic_text
   use qsmpm_renamed_words, only: renamed, by_converter
   use qsmpm_deck_bodies, only: give_points
-  use qsmpm_deck_histories, only: give_units
+  use qsmpm_deck_general, only: give_units
   use qsmpm_deck_references, only: check_references
   use qsmpm_deck_echo, only: echo_text
   use qsmpm_deck_help, only: help_text, keyword_list_text, deck_markdown

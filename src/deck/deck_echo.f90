@@ -2,10 +2,9 @@
 !> keywords. Read again it gives the same analysis, bit for bit.
 module qsmpm_deck_echo
   use qsmpm_analysis, only: analysis_type, three_dimensional
-  use qsmpm_card_visitors, only: writer_type, writer
+  use qsmpm_card_visitors, only: writer_type, writer, echo_type
   use qsmpm_deck_objects, only: list_phases, list_points, open_item, go_to_item, count_items
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_echo_lines, only: echo_type
   use qsmpm_keyword_table, only: table_type, keyword_type
   use qsmpm_keywords, only: make_table
   implicit none

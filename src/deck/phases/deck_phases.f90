@@ -7,16 +7,14 @@ module qsmpm_deck_phases
   use qsmpm_text, only: string_type, add_word, integer_text
   use qsmpm_cards, only: row_type, word_at
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_controls, only: add_control_keywords
+  use qsmpm_deck_controls, only: add_control_keywords, add_stop_keyword
   use qsmpm_deck_initial, only: add_initial_keywords
   use qsmpm_deck_loads, only: add_load_keywords
   use qsmpm_deck_objects, only: list_phases
-  use qsmpm_deck_body_motion, only: add_move_keywords
+  use qsmpm_deck_rigid_bodies, only: add_move_keywords
   use qsmpm_deck_props, only: add_prop_stage_keywords
   use qsmpm_deck_stages, only: add_stage_keywords
-  use qsmpm_deck_consolidation, only: add_consolidation_keyword
-  use qsmpm_deck_safety, only: add_safety_keyword
-  use qsmpm_deck_stops, only: add_stop_keyword
+  use qsmpm_deck_water, only: add_consolidation_keyword
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_undrained, only: add_drain_keyword
   use qsmpm_deck_words, only: bar_list, axis_words, phase_words
@@ -50,7 +48,6 @@ contains
     call add_load_keywords(table)
     call add_move_keywords(table)
     call add_control_keywords(table)
-    call add_safety_keyword(table)
     call add_consolidation_keyword(table)
     call add_stop_keyword(table)
     call table%add('END PHASE', in_phase, once, 'Ends a phase.', end_fields, '*END PHASE', end_phase)

@@ -1,15 +1,24 @@
-!> Cards of staged construction: *ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL. What only the whole deck tells is checked by
-!> qsmpm_deck_stage_check.
+!> Staged construction: *ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL. When the whole deck is known: the bodies exist, come
+!> when they are not there and go when they are, and something is left; nothing acts on a body that is not there.
 module qsmpm_deck_stages
   use qsmpm_body_description, only: body_change_type, fill_level
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: bar_list, fill_words
   use qsmpm_keyword_table, only: table_type, in_phase, once
+  use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages, leaves_cells
+  use qsmpm_load_description, only: carrier_points
+  use qsmpm_mesh_description, only: select_outline
+  use qsmpm_method_description, only: basis_fem
+  use qsmpm_phase_description, only: phase_type
+  use qsmpm_source_line, only: source_line_type
+  use qsmpm_phase_tree, only: parent_of
+  use qsmpm_vertical, only: upwards
   implicit none
   private
 
-  public :: add_stage_keywords
+  public :: add_stage_keywords, check_stages
 
 contains
 
@@ -85,4 +94,169 @@ contains
 
     call state%check_once('body')
   end subroutine check_changes
+
+  !> All phases, one after the other.
+  subroutine check_stages(state)
+    type(deck_state_type), intent(inout) :: state
+    logical :: before(size(state%analysis%bodies)), now(size(state%analysis%bodies))
+    integer :: p
+
+    if (.not. has_stages(state%analysis)) return
+    call check_method(state)
+    if (size(before) > 0 .and. .not. any(state%analysis%bodies%active)) call state%error_from( &
+      state%analysis%bodies(1)%where, 'BODY', 'no body is there at the start: all have ACTIVE=NO')
+    do p = 1, size(state%analysis%phases)
+      before = bodies_active(state%analysis, parent_of(state%analysis%phases, p))
+      now = bodies_active(state%analysis, p)
+      associate (phase => state%analysis%phases(p))
+        call check_names(state, phase%activations, 'ACTIVATE')
+        call check_names(state, phase%deactivations, 'DEACTIVATE')
+        call check_names(state, phase%materials, 'CHANGE MATERIAL')
+        call check_phase(state, p, before, now)
+        if (.not. any(now) .and. any(before)) call state%error_from(phase%deactivations(1)%where, 'DEACTIVATE', &
+          "phase '"//phase%name//"' takes out all bodies that are there")
+        call check_surfaces(state, phase, now)
+      end associate
+    end do
+    call check_unused(state)
+  end subroutine check_stages
+
+  !> What bodies that come and go cannot be combined with.
+  subroutine check_method(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p, i
+
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        if (state%analysis%method%basis == basis_fem) then
+          if (leaves_cells(state%analysis, p)) call state%error_from(phase%activations(1)%where, 'ACTIVATE', &
+            'FILL=SHAPE, and a body that is taken out in another phase, want a mesh that is reset: *METHOD, '// &
+            'BASIS=FEM is not for them')
+        end if
+        do i = 1, size(phase%tractions)
+          if (phase%tractions(i)%carrier == carrier_points) call state%error_from(phase%tractions(i)%where, &
+            'TRACTION', 'CARRIER=POINTS is not for analyses in which bodies come or go')
+        end do
+      end associate
+    end do
+  end subroutine check_method
+
+  !> Bodies and materials of a list exist.
+  subroutine check_names(state, changes, keyword)
+    type(deck_state_type), intent(inout) :: state
+    type(body_change_type), intent(in) :: changes(:)
+    character(len=*), intent(in) :: keyword
+    integer :: i
+
+    do i = 1, size(changes)
+      call check_name(state, changes(i)%body, state%analysis%bodies, changes(i)%where, keyword, 'body')
+      if (allocated(changes(i)%material)) call check_name(state, changes(i)%material, state%analysis%materials, &
+        changes(i)%where, keyword, 'material')
+    end do
+  end subroutine check_names
+
+  !> What one phase changes can be changed.
+  subroutine check_phase(state, p, before, now)
+    type(deck_state_type), intent(inout) :: state
+    !> Number of the phase.
+    integer, intent(in) :: p
+    !> Bodies that are there before it and in it (bodies).
+    logical, intent(in) :: before(:), now(:)
+    logical :: coming(size(before)), going(size(before))
+    integer :: i, b
+
+    associate (phase => state%analysis%phases(p), analysis => state%analysis)
+      coming = bodies_named(analysis, phase%activations)
+      going = bodies_named(analysis, phase%deactivations)
+      if (p == 1 .and. size(phase%activations) > 0) call state%error_from(phase%activations(1)%where, 'ACTIVATE', &
+        'the first phase begins with the bodies that are there: leave out ACTIVE=NO of *BODY')
+      if (p == 1 .and. size(phase%deactivations) > 0) call state%error_from(phase%deactivations(1)%where, &
+        'DEACTIVATE', 'nothing can be taken out before the first phase has put it under stress')
+      if (p == 1 .and. size(phase%materials) > 0) call state%error_from(phase%materials(1)%where, &
+        'CHANGE MATERIAL', 'the first phase begins with the materials of *BODY')
+      do i = 1, size(phase%activations)
+        if (phase%activations(i)%fill == fill_level .and. upwards(analysis) < 0.0_wp) call state%error_from( &
+          phase%activations(i)%where, 'ACTIVATE', 'FILL=LEVEL wants a coordinate that grows upwards, and '// &
+          'gravity acts along it here: turn the drawing, or take FILL=SHAPE')
+        b = body_number(analysis, phase%activations(i)%body)
+        if (b > 0) call refuse(before(b) .and. .not. going(b), phase%activations(i), 'ACTIVATE', 'is there already')
+        if (b > 0) call refuse(going(b), phase%activations(i), 'ACTIVATE', 'is taken out by the same phase')
+      end do
+      do i = 1, size(phase%deactivations)
+        b = body_number(analysis, phase%deactivations(i)%body)
+        if (b > 0) call refuse(.not. before(b), phase%deactivations(i), 'DEACTIVATE', 'is not there')
+      end do
+      do i = 1, size(phase%materials)
+        b = body_number(analysis, phase%materials(i)%body)
+        if (b == 0) cycle
+        call refuse(coming(b) .or. going(b), phase%materials(i), 'CHANGE MATERIAL', &
+          'is put in place or taken out by the same phase')
+        call refuse(.not. (now(b) .or. coming(b) .or. going(b)), phase%materials(i), 'CHANGE MATERIAL', 'is not there')
+      end do
+    end associate
+
+  contains
+
+    !> Report a change that cannot be made.
+    subroutine refuse(wrong, change, keyword, what)
+      logical, intent(in) :: wrong
+      type(body_change_type), intent(in) :: change
+      character(len=*), intent(in) :: keyword, what
+
+      if (wrong) call state%error_from(change%where, keyword, "body '"//change%body//"' "//what)
+    end subroutine refuse
+  end subroutine check_phase
+
+  !> A phase loads and holds outlines of bodies that are there.
+  subroutine check_surfaces(state, phase, now)
+    type(deck_state_type), intent(inout) :: state
+    type(phase_type), intent(in) :: phase
+    !> (bodies)
+    logical, intent(in) :: now(:)
+    integer :: i
+
+    do i = 1, size(phase%tractions)
+      call check_surface(phase%tractions(i)%surface, phase%tractions(i)%where, &
+        trim(merge('PRESSURE', 'TRACTION', phase%tractions(i)%follows)))
+    end do
+    do i = 1, size(phase%supports)
+      call check_surface(phase%supports(i)%surface, phase%supports(i)%where, &
+        trim(merge('CONTRACTION', 'SUPPORT    ', phase%supports(i)%contracts)))
+    end do
+
+  contains
+
+    !> The body of one surface is there.
+    subroutine check_surface(name, where, keyword)
+      character(len=*), intent(in) :: name, keyword
+      type(source_line_type), intent(in) :: where
+      integer :: s, b
+
+      do s = 1, size(state%analysis%surfaces)
+        associate (surface => state%analysis%surfaces(s))
+          if (surface%name /= name .or. surface%selection /= select_outline) cycle
+          b = body_number(state%analysis, surface%body)
+          if (b == 0) cycle
+          if (.not. now(b)) call state%error_from(where, keyword, "surface '"//name//"' is one of body '"// &
+            surface%body//"', which is not there in phase '"//phase%name//"'")
+        end associate
+      end do
+    end subroutine check_surface
+  end subroutine check_surfaces
+
+  !> A body that no phase puts in place is worth a word.
+  subroutine check_unused(state)
+    type(deck_state_type), intent(inout) :: state
+    logical :: used(size(state%analysis%bodies))
+    integer :: p, b
+
+    used = state%analysis%bodies%active
+    do p = 1, size(state%analysis%phases)
+      used = used .or. bodies_named(state%analysis, state%analysis%phases(p)%activations)
+    end do
+    do b = 1, size(used)
+      if (.not. used(b)) call state%warn(state%analysis%bodies(b)%where, 'BODY', "body '"// &
+        state%analysis%bodies(b)%name//"' has ACTIVE=NO, and no phase puts it in place")
+    end do
+  end subroutine check_unused
 end module qsmpm_deck_stages
