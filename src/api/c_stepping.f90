@@ -63,9 +63,8 @@ contains
 
   !> From now on, write results to a directory.
   integer(c_int) function c_record(pointer, path) bind(c, name='qsmpm_record') result(status)
-    type(c_ptr), value :: pointer
-    !> Its name.
-    type(c_ptr), value :: path
+    !> The handle; name of the directory.
+    type(c_ptr), value :: pointer, path
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -75,9 +74,8 @@ contains
 
   !> Write the whole state to a file.
   integer(c_int) function c_save(pointer, path) bind(c, name='qsmpm_save') result(status)
-    type(c_ptr), value :: pointer
-    !> Its name.
-    type(c_ptr), value :: path
+    !> The handle; name of the file.
+    type(c_ptr), value :: pointer, path
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -87,9 +85,8 @@ contains
 
   !> Read a state back that was saved with the same stages.
   integer(c_int) function c_load(pointer, path) bind(c, name='qsmpm_load') result(status)
-    type(c_ptr), value :: pointer
-    !> Its name.
-    type(c_ptr), value :: path
+    !> The handle; name of the file.
+    type(c_ptr), value :: pointer, path
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -129,9 +126,8 @@ contains
 
   !> Add a stage behind the last one.
   integer(c_int) function c_add_stage(pointer, name, steps) bind(c, name='qsmpm_add_stage') result(status)
-    type(c_ptr), value :: pointer
-    !> Its name.
-    type(c_ptr), value :: name
+    !> The handle; name of the stage.
+    type(c_ptr), value :: pointer, name
     !> Load steps it is first cut into.
     integer(c_int), value :: steps
     type(handle_type), pointer :: handle
@@ -143,9 +139,8 @@ contains
 
   !> Add materials and phases to the scene, as cards of its deck.
   integer(c_int) function c_add_cards(pointer, cards) bind(c, name='qsmpm_add_cards') result(status)
-    type(c_ptr), value :: pointer
-    !> *MATERIAL and *PHASE with what belongs to them, lines ended by newline.
-    type(c_ptr), value :: cards
+    !> The handle; *MATERIAL and *PHASE with what belongs to them, lines ended by newline.
+    type(c_ptr), value :: pointer, cards
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -214,9 +209,8 @@ contains
 
   !> Gravity at the end of the coming stage.
   integer(c_int) function c_set_gravity(pointer, vector) bind(c, name='qsmpm_set_gravity') result(status)
-    type(c_ptr), value :: pointer
-    !> It multiplies the unit weights.
-    type(c_ptr), value :: vector
+    !> The handle; it multiplies the unit weights.
+    type(c_ptr), value :: pointer, vector
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -227,11 +221,8 @@ contains
 
   !> Dead traction on a surface at the end of the coming stage.
   integer(c_int) function c_set_traction(pointer, surface, vector) bind(c, name='qsmpm_set_traction') result(status)
-    type(c_ptr), value :: pointer
-    !> Name of the surface.
-    type(c_ptr), value :: surface
-    !> Force per undeformed area.
-    type(c_ptr), value :: vector
+    !> The handle; name of the surface; force per undeformed area.
+    type(c_ptr), value :: pointer, surface, vector
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -243,9 +234,8 @@ contains
 
   !> Pressure on a surface at the end of the coming stage.
   integer(c_int) function c_set_pressure(pointer, surface, pressure) bind(c, name='qsmpm_set_pressure') result(status)
-    type(c_ptr), value :: pointer
-    !> Name of the surface.
-    type(c_ptr), value :: surface
+    !> The handle; name of the surface.
+    type(c_ptr), value :: pointer, surface
     !> Against the body.
     real(c_double), value :: pressure
     type(handle_type), pointer :: handle
@@ -257,9 +247,8 @@ contains
 
   !> Level of water at the end of the coming stage.
   integer(c_int) function c_set_water_level(pointer, name, level) bind(c, name='qsmpm_set_water_level') result(status)
-    type(c_ptr), value :: pointer
-    !> Node set or surface of a row, or a body.
-    type(c_ptr), value :: name
+    !> The handle; node set or surface of a row, or a body.
+    type(c_ptr), value :: pointer, name
     !> Height as a coordinate.
     real(c_double), value :: level
     type(handle_type), pointer :: handle
@@ -271,9 +260,8 @@ contains
 
   !> Displacement of a node set over the coming stage.
   function c_set_displacement(pointer, set, component, value) bind(c, name='qsmpm_set_displacement') result(status)
-    type(c_ptr), value :: pointer
-    !> Name of the set.
-    type(c_ptr), value :: set
+    !> The handle; name of the set.
+    type(c_ptr), value :: pointer, set
     !> 1, 2 or 3.
     integer(c_int), value :: component
     !> The displacement.
@@ -288,11 +276,8 @@ contains
 
   !> Components of a node set that are held from the coming stage on.
   integer(c_int) function c_set_fixity(pointer, set, fixed) bind(c, name='qsmpm_set_fixity') result(status)
-    type(c_ptr), value :: pointer
-    !> Name of the set.
-    type(c_ptr), value :: set
-    !> Not 0 where held.
-    type(c_ptr), value :: fixed
+    !> The handle; name of the set; not 0 where held.
+    type(c_ptr), value :: pointer, set, fixed
     type(handle_type), pointer :: handle
     integer(c_int), pointer :: held(:)
 

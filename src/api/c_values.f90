@@ -12,13 +12,8 @@ contains
 
   !> Components and number of the values of a name.
   integer(c_int) function c_shape(pointer, name, rows, columns) bind(c, name='qsmpm_shape') result(status)
-    type(c_ptr), value :: pointer
-    !> The name.
-    type(c_ptr), value :: name
-    !> Components of one.
-    type(c_ptr), value :: rows
-    !> How many.
-    type(c_ptr), value :: columns
+    !> The handle; the name; components of one; how many.
+    type(c_ptr), value :: pointer, name, rows, columns
     type(handle_type), pointer :: handle
     integer :: components, number
 
@@ -35,11 +30,8 @@ contains
 
   !> How many numbers the values of a name are: components times number.
   integer(c_int) function c_count(pointer, name, number) bind(c, name='qsmpm_count') result(status)
-    type(c_ptr), value :: pointer
-    !> The name.
-    type(c_ptr), value :: name
-    !> How many.
-    type(c_ptr), value :: number
+    !> The handle; the name; how many.
+    type(c_ptr), value :: pointer, name, number
     type(handle_type), pointer :: handle
     integer :: rows, columns
 
@@ -53,11 +45,8 @@ contains
 
   !> Copy values.
   integer(c_int) function c_get(pointer, name, values, number) bind(c, name='qsmpm_get') result(status)
-    type(c_ptr), value :: pointer
-    !> The name.
-    type(c_ptr), value :: name
-    !> Where to.
-    type(c_ptr), value :: values
+    !> The handle; the name; where to.
+    type(c_ptr), value :: pointer, name, values
     !> How many numbers there is room for, as count says.
     integer(c_int), value :: number
     type(handle_type), pointer :: handle
@@ -72,11 +61,8 @@ contains
 
   !> Set values.
   integer(c_int) function c_set(pointer, name, values, number) bind(c, name='qsmpm_set') result(status)
-    type(c_ptr), value :: pointer
-    !> The name.
-    type(c_ptr), value :: name
-    !> From where.
-    type(c_ptr), value :: values
+    !> The handle; the name; from where.
+    type(c_ptr), value :: pointer, name, values
     !> How many numbers, as count says.
     integer(c_int), value :: number
     type(handle_type), pointer :: handle
@@ -91,15 +77,8 @@ contains
 
   !> Look at values where they lie in memory, until destroy or initialise.
   integer(c_int) function c_view(pointer, name, values, rows, columns) bind(c, name='qsmpm_view') result(status)
-    type(c_ptr), value :: pointer
-    !> The name.
-    type(c_ptr), value :: name
-    !> Where they are; null with a status.
-    type(c_ptr), value :: values
-    !> Components of one.
-    type(c_ptr), value :: rows
-    !> How many.
-    type(c_ptr), value :: columns
+    !> The handle; the name; where they are, null with a status; components of one; how many.
+    type(c_ptr), value :: pointer, name, values, rows, columns
     type(handle_type), pointer :: handle
     real(c_double), pointer :: there(:, :)
     type(c_ptr) :: address
@@ -134,9 +113,8 @@ contains
 
   !> Name of one of a kind, numbered from 1; the result is its length, -1 when there is none.
   integer(c_int) function c_name(pointer, kind, number, buffer, length) bind(c, name='qsmpm_name') result(needed)
-    type(c_ptr), value :: pointer
-    !> value, history, stage, surface, set, material or body.
-    type(c_ptr), value :: kind
+    !> The handle; value, history, stage, surface, set, material or body.
+    type(c_ptr), value :: pointer, kind
     !> Its number.
     integer(c_int), value :: number
     !> Where the name goes.
