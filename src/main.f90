@@ -12,7 +12,7 @@ program qsmpm_main
   use qsmpm_plugin, only: guard_watch, model_abandoned, leave_process
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
   use qsmpm_text, only: string_type, upper
-  use qsmpm_path, only: base_name
+  use qsmpm_file, only: base_name
   use qsmpm_point, only: point_request_type, run_point
   use qsmpm_program_name, only: program_name
   use qsmpm_run, only: run_request_type, run_deck, check_deck, plan_deck

@@ -2,7 +2,7 @@
 !> names the nearest known one.
 module qsmpm_arguments
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_path, only: base_name
+  use qsmpm_file, only: base_name
   use qsmpm_text, only: string_type, add_word, did_you_mean, newline
   implicit none
   private

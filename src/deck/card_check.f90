@@ -10,7 +10,7 @@ module qsmpm_card_check
   use qsmpm_text, only: did_you_mean, string_type, add_word, split, integer_text, squeezed, upper
   use qsmpm_cards, only: card_type, parameter_type
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_renamed_words, only: renamed, by_converter
+  use qsmpm_help_topics, only: renamed, by_converter
   use qsmpm_card_items, only: item_type, data_type, holds, value_text, value_problem, kind_flag, kind_word, &
     kind_integer, kind_real
   use qsmpm_keyword_table, only: keyword_type

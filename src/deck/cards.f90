@@ -9,8 +9,7 @@ module qsmpm_cards
   use qsmpm_text, only: string_type, stripped, squeezed, upper, split, without_return, integer_text, read_integer, &
     read_real
   use qsmpm_error, only: error_type
-  use qsmpm_file, only: read_text
-  use qsmpm_path, only: directory_of, joined
+  use qsmpm_file, only: read_text, directory_of, joined
   use qsmpm_messages, only: line_origin_type, message_list_type, severity_error
   use qsmpm_kinds, only: wp
   implicit none

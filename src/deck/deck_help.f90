@@ -6,9 +6,8 @@ module qsmpm_deck_help
   use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
   use qsmpm_keyword_table, only: table_type, keyword_type, many
   use qsmpm_keywords, only: make_table
-  use qsmpm_help_topics, only: is_topic, topic_text
+  use qsmpm_help_topics, only: is_topic, topic_text, renamed_text
   use qsmpm_card_check, only: may_be_named
-  use qsmpm_renamed_words, only: renamed_text
   implicit none
   private
 

@@ -3,7 +3,7 @@ module qsmpm_deck_state
   use qsmpm_named, only: named_type, place_named, add_names
   use qsmpm_analysis, only: analysis_type
   use qsmpm_source_line, only: source_line_type
-  use qsmpm_path, only: directory_of, joined, absolute_path
+  use qsmpm_file, only: directory_of, joined, absolute_path
   use qsmpm_text, only: string_type, word_place, did_you_mean
   use qsmpm_messages, only: message_list_type, line_origin_type, severity_error, severity_warning
   use qsmpm_cards, only: card_type, row_type

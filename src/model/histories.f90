@@ -2,7 +2,7 @@
 module qsmpm_histories
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
-  use qsmpm_phase_times, only: time_in_phase
+  use qsmpm_phase_tree, only: time_in_phase
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_team, only: largest, total
   use qsmpm_analysis, only: plane_strain
@@ -21,7 +21,7 @@ module qsmpm_histories
   use qsmpm_rigid_bodies, only: force_on_body, pose_of
   use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at
-  use qsmpm_strain, only: logarithmic_strain
+  use qsmpm_isotropic_function, only: logarithmic_strain
   implicit none
   private
 

@@ -183,7 +183,7 @@ module qsmpm_model
     type(rigid_outline_type), allocatable :: body_outlines(:)
     type(state_type) :: state
     type(loading_type) :: loading
-    !> Ends of phases that later ones start from (qsmpm_kept_phases); unallocated for none.
+    !> Ends of phases that later ones start from (qsmpm_phase_ends); unallocated for none.
     type(kept_phase_type), allocatable :: kept_phases(:)
     !> How often the mesh has been laid around the material anew.
     integer :: windows_built = 0

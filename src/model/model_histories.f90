@@ -15,13 +15,12 @@ module qsmpm_model_histories
   use qsmpm_model, only: model_type
   use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
   use qsmpm_own_part, only: is_divided
-  use qsmpm_phase_loads, only: has_consolidation
+  use qsmpm_phase_loads, only: has_consolidation, prop_stage, prop_stage_type
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_pore_water, only: has_inflow, has_pore_pressure
   use qsmpm_points, only: allocate_carried
   use qsmpm_mesh_measure, only: cell_width, interpolate
   use qsmpm_mesh_search, only: inverse_map
-  use qsmpm_prop_stages, only: prop_stage, prop_stage_type
   use qsmpm_structures, only: prop_type
   use qsmpm_element, only: face_count, inside_distance, local_centre, max_faces, max_nodes, node_count, &
     shape_functions

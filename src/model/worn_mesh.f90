@@ -4,7 +4,7 @@
 module qsmpm_worn_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_background_in_use, only: is_at_start, take_background
-  use qsmpm_cells_of_bodies, only: bodies_fit
+  use qsmpm_body_placing, only: bodies_fit
   use qsmpm_error, only: error_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_kept_arrays, only: renumber_nodal

@@ -14,9 +14,8 @@ module qsmpm_body_stages
   use qsmpm_mesh_description, only: select_outline
   use qsmpm_method_description, only: basis_fem
   use qsmpm_body_feet, only: find_tracer_bodies, plant_feet
-  use qsmpm_body_placing, only: place_body
+  use qsmpm_body_placing, only: place_body, move_their_nodes
   use qsmpm_carried_basis, only: nearest_point
-  use qsmpm_cells_of_bodies, only: move_their_nodes
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_inactive_points, only: allocate_inactive
   use qsmpm_law, only: law_type

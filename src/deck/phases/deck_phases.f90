@@ -8,8 +8,7 @@ module qsmpm_deck_phases
   use qsmpm_cards, only: row_type, word_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_controls, only: add_control_keywords, add_stop_keyword
-  use qsmpm_deck_initial, only: add_initial_keywords
-  use qsmpm_deck_loads, only: add_load_keywords
+  use qsmpm_deck_loads, only: add_initial_keywords, add_load_keywords
   use qsmpm_deck_objects, only: list_phases
   use qsmpm_deck_rigid_bodies, only: add_move_keywords
   use qsmpm_deck_props, only: add_prop_stage_keywords

@@ -14,7 +14,7 @@ module qsmpm_deck_bodies
   use qsmpm_element, only: element_from_name, allowed_counts
   use qsmpm_polygon, only: polygon_area
   use qsmpm_text, only: integer_list, integer_text
-  use qsmpm_path, only: directory_of, joined
+  use qsmpm_file, only: directory_of, joined
   implicit none
   private
 

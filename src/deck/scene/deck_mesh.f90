@@ -13,7 +13,7 @@ module qsmpm_deck_mesh
   use qsmpm_deck_words, only: bar_list, position_of, diagonal_words, element_words, axis_words, format_words
   use qsmpm_keyword_table, only: table_type, in_model, once, many
   use qsmpm_card_visitors, only: numbers
-  use qsmpm_path, only: directory_of, joined, extension_of
+  use qsmpm_file, only: directory_of, joined, extension_of
   use qsmpm_messages, only: severity_error
   implicit none
   private

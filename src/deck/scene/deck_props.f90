@@ -6,7 +6,7 @@ module qsmpm_deck_props
   use qsmpm_deck_objects, only: list_props, check_new_name
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_keyword_table, only: table_type, in_model, in_phase, once, many
-  use qsmpm_prop_stages, only: prop_stage_type, prop_stage
+  use qsmpm_phase_loads, only: prop_stage_type, prop_stage
   implicit none
   private
 

@@ -16,7 +16,7 @@ module qsmpm_deck_values_by_place
   use qsmpm_error, only: error_type
   use qsmpm_finite, only: is_usable
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, close_reader
-  use qsmpm_path, only: absolute_path, directory_of, extension_of, joined
+  use qsmpm_file, only: absolute_path, directory_of, extension_of, joined
   use qsmpm_text, only: integer_text
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_value_field, only: value_field_type, field_cohesion, field_friction, field_young, field_weight, &
