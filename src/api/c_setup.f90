@@ -5,8 +5,7 @@ module qsmpm_c_setup
     status_no_handle
   use qsmpm_callback_model, only: callback_model_type, c_model_options_type
   use qsmpm_error, only: error_other
-  use qsmpm_process_settings, only: check_threads
-  use qsmpm_program_name, only: api_version, has_feature, program_name
+  use qsmpm_program_name, only: check_threads, api_version, has_feature, program_name
   implicit none
   private
 

@@ -25,8 +25,7 @@ module qsmpm_stepped_analysis
   use qsmpm_plugin, only: guard_exit
   use qsmpm_point, only: refuse_point
   use qsmpm_problem, only: problem_type, own_laws, mark_own
-  use qsmpm_process_settings, only: settings_type, enter_library, leave_library, check_threads
-  use qsmpm_program_name, only: program_name
+  use qsmpm_program_name, only: settings_type, enter_library, leave_library, check_threads, program_name
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create_recorder => create, close
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_restart, only: read_restart, write_restart, text_fingerprint

@@ -8,7 +8,7 @@ module qsmpm_keywords
   use qsmpm_deck_materials, only: add_material_keywords
   use qsmpm_deck_phases, only: add_phase_keywords
   use qsmpm_deck_rigid_bodies, only: add_rigid_body_keywords
-  use qsmpm_deck_props, only: add_prop_keyword
+  use qsmpm_deck_stages, only: add_prop_keyword
   use qsmpm_deck_point, only: add_point_keywords
   implicit none
   private

@@ -30,7 +30,7 @@ module qsmpm_model_builder
   use qsmpm_model_space, only: make_space
   use qsmpm_model_bodies, only: make_points
   use qsmpm_model_surfaces, only: make_surfaces, choose_carrying_points
-  use qsmpm_model_histories, only: make_histories
+  use qsmpm_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_summary, only: summarise_phases, summarise_rigid_bodies
   use qsmpm_rigid_bodies, only: make_rigid_bodies, lay_rigid_bodies

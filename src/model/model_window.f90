@@ -19,7 +19,7 @@ module qsmpm_model_window
   use qsmpm_kept_arrays, only: renumber_nodal
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_mesh_measure, only: find_bounds
-  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model, only: model_type, state_type, carried_set_type, carried_sets
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
   use qsmpm_model_space, only: make_space
   use qsmpm_phase_start, only: resume_phase
@@ -74,23 +74,18 @@ contains
 
   !> Cells around all that rides on the mesh.
   subroutine add_all(model, grid, needed, any_point)
-    type(model_type), intent(in) :: model
+    type(model_type), intent(in), target :: model
     type(grid_type), intent(in) :: grid
     type(window_type), intent(inout) :: needed
     logical, intent(out) :: any_point
+    type(carried_set_type) :: sets(9)
+    integer :: i
 
     any_point = .false.
-    call add_carried(model, grid, model%state%points, needed, any_point)
-    call add_carried(model, grid, model%state%surface, needed, any_point)
-    call add_carried(model, grid, model%state%tracers, needed, any_point)
-    call add_carried(model, grid, model%state%watched, needed, any_point)
-    associate (inactive => model%state%inactive)
-      call add_carried(model, grid, inactive%points, needed, any_point)
-      call add_carried(model, grid, inactive%unloading, needed, any_point)
-      call add_carried(model, grid, inactive%surface, needed, any_point)
-      call add_carried(model, grid, inactive%unloading_surface, needed, any_point)
-      call add_carried(model, grid, inactive%feet, needed, any_point)
-    end associate
+    sets = carried_sets(model%state)
+    do i = 1, size(sets)
+      call add_carried(model, grid, sets(i)%places, needed, any_point)
+    end do
   end subroutine add_all
 
   !> Widen the window of a process of a team by the cells that its own places have moved to and those around them: what
@@ -170,77 +165,49 @@ contains
 
   !> Add the cells that the material points, surface points and tracers are still booked in.
   subroutine add_cells(model, pieces, needed)
-    type(model_type), intent(in) :: model
+    type(model_type), intent(in), target :: model
     !> Mesh cells a brick is cut into.
     integer, intent(in) :: pieces
     !> The cells.
     type(window_type), intent(inout) :: needed
+    type(carried_set_type) :: sets(9)
+    integer :: i, p, at(3)
 
-    call add(model%state%points)
-    call add(model%state%surface)
-    call add(model%state%tracers)
-    call add(model%state%watched)
-    call add(model%state%inactive%points)
-    call add(model%state%inactive%unloading)
-    call add(model%state%inactive%surface)
-    call add(model%state%inactive%unloading_surface)
-    call add(model%state%inactive%feet)
-
-  contains
-
-    !> Add the cells of one of them.
-    subroutine add(carried)
-      !> What rides on the mesh.
-      class(carried_type), intent(in) :: carried
-      integer :: p, at(3)
-
-      do p = 1, carried%count
-        at = cell_place(model%state%window, pieces, carried%cell(p))
+    sets = carried_sets(model%state)
+    do i = 1, size(sets)
+      do p = 1, sets(i)%places%count
+        at = cell_place(model%state%window, pieces, sets(i)%places%cell(p))
         needed%first = min(needed%first, at)
         needed%last = max(needed%last, at)
       end do
-    end subroutine add
+    end do
   end subroutine add_cells
 
   !> Go over to another window.
   subroutine move_window(model, window, pieces)
-    type(model_type), intent(inout) :: model
+    type(model_type), intent(inout), target :: model
     !> The new window; it holds all cells that are booked in.
     type(window_type), intent(in) :: window
     !> Mesh cells a brick is cut into.
     integer, intent(in) :: pieces
     type(window_type) :: old
+    type(carried_set_type) :: sets(9)
     real(wp), allocatable :: rows(:)
+    integer :: i, p
 
     old = model%state%window
     if (model%analysis%moving_mesh%active) call rows_of(model, rows)
     call lay_window(model, window)
-    call carry_cells(model%state%points)
-    call carry_cells(model%state%surface)
-    call carry_cells(model%state%tracers)
-    call carry_cells(model%state%watched)
-    call carry_cells(model%state%inactive%points)
-    call carry_cells(model%state%inactive%unloading)
-    call carry_cells(model%state%inactive%surface)
-    call carry_cells(model%state%inactive%unloading_surface)
-    call carry_cells(model%state%inactive%feet)
+    sets = carried_sets(model%state)
+    do i = 1, size(sets)
+      do p = 1, sets(i)%places%count
+        sets(i)%places%cell(p) = renumber(old, window, pieces, sets(i)%places%cell(p))
+      end do
+    end do
     if (.not. model%analysis%moving_mesh%active) return
     call set_rows(model, rows)
     model%state%coordinates = model%mesh%coordinates
     call refresh_space(model%space, model%mesh)
-
-  contains
-
-    !> Numbers of the same cells in the new window.
-    subroutine carry_cells(carried)
-      !> What rides on the mesh.
-      class(carried_type), intent(inout) :: carried
-      integer :: p
-
-      do p = 1, carried%count
-        carried%cell(p) = renumber(old, window, pieces, carried%cell(p))
-      end do
-    end subroutine carry_cells
   end subroutine move_window
 
   !> Build all for a window with the forces and what is kept at its nodes, but with the cells numbered as before.
@@ -285,17 +252,7 @@ contains
 
     call return_to_window(model, state%window)
     call copy_points(state%points, model%state%points)
-    model%state%surface = state%surface
-    model%state%tracers = state%tracers
-    model%state%watched = state%watched
-    model%state%inactive = state%inactive
-    model%state%coordinates = state%coordinates
-    model%state%reactions = state%reactions
-    model%state%released = state%released
-    model%state%window = state%window
-    model%state%plate = state%plate
-    model%state%kept = state%kept
-    model%state%progress = state%progress
+    model%state%rest_of_state_type = state%rest_of_state_type
     call place_mesh(model)
     call fit_laws(model)
     call link_points(model)

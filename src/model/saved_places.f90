@@ -9,11 +9,8 @@
 !> may have brought in what is not a number. What a step computes itself is looked at where it is born.
 module qsmpm_saved_places
   use qsmpm_kinds, only: wp, long
-  use qsmpm_model, only: model_type, progress_type
-  use qsmpm_points, only: surface_points_type, carried_type, watched_points_type
-  use qsmpm_inactive_points, only: inactive_points_type
-  use qsmpm_grid_window, only: window_type
-  use qsmpm_kept_arrays, only: kept_arrays_type
+  use qsmpm_model, only: model_type, rest_of_state_type, progress_type, carried_set_type, carried_sets
+  use qsmpm_points, only: carried_type
   use qsmpm_model_window, only: return_to_window, place_mesh
   use qsmpm_agreement, only: agree
   use qsmpm_error, only: error_type, fail, error_other
@@ -30,19 +27,8 @@ module qsmpm_saved_places
     !> Position and local coordinates of the material points (dimension, count), owner cells (count).
     real(wp), allocatable :: position(:, :), local(:, :)
     integer, allocatable :: cell(:)
-    type(surface_points_type) :: surface
-    type(carried_type) :: tracers
-    type(watched_points_type) :: watched
-    !> Bodies that are not there, of which some ride.
-    type(inactive_points_type) :: inactive
-    !> Node coordinates, reactions and released forces (dimension, nodes), plate of a moving mesh.
-    real(wp), allocatable :: coordinates(:, :), reactions(:, :), released(:, :)
-    real(wp) :: plate = 0.0_wp
-    !> Part of the grid all this belongs to.
-    type(window_type) :: window
-    !> Among them the nodal values of fields.
-    type(kept_arrays_type) :: kept
-    type(progress_type) :: progress
+    !> Bodies that are not there, of which some ride, and the nodal values of fields among it.
+    type(rest_of_state_type) :: rest
   end type saved_places_type
 
 contains
@@ -52,22 +38,10 @@ contains
     type(model_type), intent(in) :: model
     type(saved_places_type), intent(out) :: saved
 
-    associate (state => model%state, points => model%state%points)
-      saved%position = points%position
-      saved%local = points%local
-      saved%cell = points%cell
-      saved%surface = state%surface
-      saved%tracers = state%tracers
-      saved%watched = state%watched
-      saved%inactive = state%inactive
-      saved%coordinates = state%coordinates
-      saved%reactions = state%reactions
-      saved%released = state%released
-      saved%plate = state%plate
-      saved%kept = state%kept
-      saved%progress = state%progress
-      saved%window = state%window
-    end associate
+    saved%position = model%state%points%position
+    saved%local = model%state%points%local
+    saved%cell = model%state%points%cell
+    saved%rest = model%state%rest_of_state_type
   end subroutine save_places
 
   !> Restore a copy.
@@ -75,41 +49,26 @@ contains
     type(saved_places_type), intent(in) :: saved
     type(model_type), intent(inout) :: model
 
-    call return_to_window(model, saved%window)
-    associate (state => model%state, points => model%state%points)
-      points%position = saved%position
-      points%local = saved%local
-      points%cell = saved%cell
-      state%surface = saved%surface
-      state%tracers = saved%tracers
-      state%watched = saved%watched
-      state%inactive = saved%inactive
-      state%coordinates = saved%coordinates
-      state%reactions = saved%reactions
-      state%released = saved%released
-      state%plate = saved%plate
-      state%kept = saved%kept
-      state%progress = saved%progress
-    end associate
+    call return_to_window(model, saved%rest%window)
+    model%state%points%position = saved%position
+    model%state%points%local = saved%local
+    model%state%points%cell = saved%cell
+    model%state%rest_of_state_type = saved%rest
     call place_mesh(model)
   end subroutine restore_places
 
   !> Refuse a state with a number that cannot be computed with, on all processes alike; the first one is named.
   subroutine check_state(model, error)
-    type(model_type), intent(in) :: model
+    type(model_type), intent(in), target :: model
     !> error_other
     type(error_type), allocatable, intent(out) :: error
+    type(carried_set_type) :: sets(9)
     integer :: i
 
-    call check_carried(model%state%points, 'material point', error)
-    call check_carried(model%state%surface, 'surface point', error)
-    call check_carried(model%state%tracers, 'tracer', error)
-    call check_carried(model%state%watched, 'watched place', error)
-    call check_carried(model%state%inactive%points, 'material point that is not there', error)
-    call check_carried(model%state%inactive%unloading, 'material point that is taken out', error)
-    call check_carried(model%state%inactive%surface, 'surface point that is not there', error)
-    call check_carried(model%state%inactive%unloading_surface, 'surface point that is taken out', error)
-    call check_carried(model%state%inactive%feet, 'place under a body that comes', error)
+    sets = carried_sets(model%state)
+    do i = 1, size(sets)
+      call check_carried(sets(i)%places, trim(sets(i)%noun), error)
+    end do
     call check(model%state%coordinates, 'position', 'node', error)
     call check(model%state%reactions, 'reaction', 'node', error)
     call check(model%state%released, 'released force', 'node', error)

@@ -9,7 +9,7 @@ module qsmpm_deck_materials
   use qsmpm_deck_objects, only: list_materials
   use qsmpm_deck_state, only: deck_state_type, source_line
   use qsmpm_deck_user_material, only: add_user_material_keywords
-  use qsmpm_deck_undrained, only: add_undrained_keyword
+  use qsmpm_deck_water, only: add_undrained_keyword
   use qsmpm_deck_words, only: bar_list
   use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many
   use qsmpm_permeability_law, only: permeability_constant, permeability_logarithm, permeability_words
