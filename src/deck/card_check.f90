@@ -84,10 +84,7 @@ contains
     character(len=*), intent(in) :: name
     integer :: i
 
-    number = 0
-    do i = 1, size(entry%parameters)
-      if (entry%parameters(i)%name == name) number = i
-    end do
+    number = findloc([(entry%parameters(i)%name == name, i=1, size(entry%parameters))], .true., dim=1)
   end function parameter_number
 
   !> Every value is of its kind and in its range; a bad one is replaced by the default.

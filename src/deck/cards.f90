@@ -427,12 +427,7 @@ contains
     character(len=*), intent(in) :: name
     integer :: i
 
-    find = 0
-    do i = 1, size(self%parameters)
-      if (self%parameters(i)%name /= name) cycle
-      find = i
-      return
-    end do
+    find = findloc([(self%parameters(i)%name == name, i=1, size(self%parameters))], .true., dim=1)
   end function find
 
   !> Whether the deck gives a parameter.

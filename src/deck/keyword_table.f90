@@ -123,10 +123,7 @@ contains
     character(len=*), intent(in) :: name
     integer :: i
 
-    find = 0
-    do i = 1, self%count
-      if (self%keywords(i)%name == name) find = i
-    end do
+    find = findloc([(self%keywords(i)%name == name, i=1, self%count)], .true., dim=1)
   end function find
 
   !> Names of all keywords.

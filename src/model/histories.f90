@@ -185,12 +185,10 @@ contains
       end associate
       return
     end if
-    value = 0.0_wp
+    s = place_named(model%analysis%surfaces, history%surface)
     associate (surface => model%state%surface)
-      do s = 1, size(model%analysis%surfaces)
-        if (model%analysis%surfaces(s)%name == history%surface) value = value + sum(surface%reaction( &
-          history%component, :), mask=surface%surface == s .and. own_of(model%part%surface, surface%count))
-      end do
+      value = sum(surface%reaction(history%component, :), mask=surface%surface == s .and. &
+        own_of(model%part%surface, surface%count))
     end associate
   end function reaction_of
 
@@ -214,12 +212,8 @@ contains
     type(model_type), intent(in) :: model
     type(history_type), intent(in) :: history
     logical :: here(model%state%points%count)
-    integer :: b
 
-    here = len(history%body) == 0
-    do b = 1, size(model%analysis%bodies)
-      if (model%analysis%bodies(b)%name == history%body) here = here .or. model%state%points%body == b
-    end do
+    here = len(history%body) == 0 .or. model%state%points%body == place_named(model%analysis%bodies, history%body)
   end function is_of_body
 
   !> Tracers and points of all histories.

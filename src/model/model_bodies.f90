@@ -19,6 +19,7 @@ module qsmpm_model_bodies
   use qsmpm_element, only: shape_functions
   use qsmpm_element_kinds, only: quad4, hex8, hex20, linear_kind, element_order
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_layer_interfaces, only: corners
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of
   use qsmpm_own_part, only: is_divided, own_of
@@ -419,15 +420,9 @@ contains
     integer :: s
 
     select case (body%kind)
-    case (body_polygon)
-      allocate (shape%outline, source=body%polygon)
-    case (body_box)
-      allocate (shape%outline(2, 4))
-      shape%outline(:, 1) = body%box(:2, 1)
-      shape%outline(:, 2) = [body%box(1, 2), body%box(2, 1)]
-      shape%outline(:, 3) = body%box(:2, 2)
-      shape%outline(:, 4) = [body%box(1, 1), body%box(2, 2)]
-      if (model%analysis%model == three_dimensional) then
+    case (body_polygon, body_box)
+      allocate (shape%outline, source=corners(body))
+      if (body%kind == body_box .and. model%analysis%model == three_dimensional) then
         shape%low = body%box(3, 1)
         shape%high = body%box(3, 2)
       end if

@@ -1,6 +1,6 @@
 !> The mesh of a model and the sets of the deck on it.
 !>
-!> Of a grid the part is made that the state names (`qsmpm_first_window`, `qsmpm_model_window`). A set may have
+!> Of a grid the part is made that the state names (`qsmpm_model_window`). A set may have
 !> no node there; it must have one in the whole grid, which is looked at when the model is built.
 module qsmpm_model_mesh
   use qsmpm_kinds, only: wp

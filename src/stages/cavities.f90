@@ -10,6 +10,7 @@ module qsmpm_cavities
   use qsmpm_analysis, only: plane_strain
   use qsmpm_load_description, only: support_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_named, only: place_named
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_cells
   use qsmpm_vertical, only: vertical_of
@@ -34,10 +35,8 @@ contains
     do p = 1, size(model%analysis%phases)
       do i = 1, size(model%analysis%phases(p)%supports)
         associate (support => model%analysis%phases(p)%supports(i))
-          do s = 1, size(model%cavity_middle, 2)
-            if (support%contracts .and. model%analysis%surfaces(s)%name == support%surface) &
-              call measure_cavity(model, s, support, diagnostics)
-          end do
+          s = place_named(model%analysis%surfaces, support%surface)
+          if (support%contracts .and. s > 0) call measure_cavity(model, s, support, diagnostics)
         end associate
       end do
     end do
