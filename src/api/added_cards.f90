@@ -286,7 +286,12 @@ contains
     call take_phases(fresh%analysis, model)
     model%strength = strength_factor_type()
     call fit_laws(model)
-    if (.not. parted .and. has_stages(model%analysis)) call part_late(model)
+    ! Bodies come or go for the first time; those of a state that was put back may have been parted before.
+    if (.not. parted .and. has_stages(model%analysis)) then
+      if (allocated(model%tracer_body)) deallocate (model%tracer_body, model%tracer_foot)
+      model%feet = lift_feet_type()
+      call part_bodies(model)
+    end if
     if (has_pore_pressure(model)) then
       call wet(model%state)
       if (allocated(model%kept_phases)) then
@@ -297,16 +302,6 @@ contains
     end if
     if (ended) call keep_phase(model)
   end subroutine take_model
-
-  !> Bodies come or go for the first time; those of a state that was put back may have been parted before.
-  subroutine part_late(model)
-    type(model_type), intent(inout) :: model
-    type(lift_feet_type) :: none
-
-    if (allocated(model%tracer_body)) deallocate (model%tracer_body, model%tracer_foot)
-    model%feet = none
-    call part_bodies(model)
-  end subroutine part_late
 
   !> Let the points carry pore pressures.
   subroutine wet(state)

@@ -125,7 +125,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(field_type) :: field
     real(wp), allocatable :: histories(:), table(:, :)
-    real(wp) :: singles(first_single:last_single)
+    real(wp) :: singles(first_single:last_single), loads(4)
     integer :: rows, columns
 
     values = 0.0_wp
@@ -146,7 +146,12 @@ contains
         values = loading%gravity_start + simulation%model%state%progress%fraction* &
           (loading%gravity_final - loading%gravity_start)
       case ('limit_load')
-        values = limit_load_of(simulation%model)
+        ! Carried and refused load factor and knee of the present stage, zeros until its limit load is found.
+        associate (progress => simulation%model%state%progress)
+          loads = limit_loads(progress%limit, progress%fraction, &
+            simulation%model%analysis%phases(progress%phase)%load_factor)
+        end associate
+        values = loads(:3)
       case ('phase_results')
         values = phase_results(simulation%model)
       case ('histories')
@@ -164,17 +169,6 @@ contains
       end select
     end associate
   end subroutine get_values
-
-  !> Carried and refused load factor and knee of the present stage, zeros until its limit load is found.
-  pure function limit_load_of(model) result(loads)
-    type(model_type), intent(in) :: model
-    real(wp) :: loads(3), all_loads(4)
-
-    associate (progress => model%state%progress)
-      all_loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
-    end associate
-    loads = all_loads(:3)
-  end function limit_load_of
 
   !> Of every phase: how it has ended (0 not yet, 1 whole load, 2 limit load, 3 a stop, 4 lost), load fraction and
   !> largest displacement at its end, factors of safety that are stable and lost, 0 for none: it is at least the

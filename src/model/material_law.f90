@@ -24,7 +24,7 @@ module qsmpm_material_law
   use qsmpm_softening, only: band_ratio, nonlocal_length
   use qsmpm_softening_model, only: softening_model_type, set_softening, largest_band_ratio
   use qsmpm_team, only: largest_of_all => largest, team_type, smallest, largest, total
-  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_rounded_text, only: rounded_text, rounded_place
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_exchange, only: spread_from
   use qsmpm_own_part, only: own_of
@@ -177,14 +177,16 @@ contains
     !> The model with its points.
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
-    integer :: m, i
+    integer :: m, i, k
 
     do m = 1, size(model%analysis%materials)
       associate (profile => model%analysis%materials(m)%strength_profile)
         if (is_by_place(profile) .and. .not. follows_stress(profile)) call check_strength_profile(model, m, diagnostics)
         if (.not. allocated(profile%fields)) cycle
         do i = 1, size(profile%fields)
-          call tell_field(model, m, profile%fields(i), same_file(profile%fields, i))
+          ! The file of the one before it is told of already.
+          call tell_field(model, m, profile%fields(i), any([(profile%fields(k)%file == profile%fields(i)%file, &
+            k=max(1, i - 1), i - 1)]))
         end do
       end associate
     end do
@@ -223,9 +225,8 @@ contains
       if (strength(2) < strength(1)) return
       if (strength(1) < 0.0_wp .or. (varies_stiffness(material%strength_profile) .and. .not. young(1) > 0.0_wp)) then
         call add_diagnostic(diagnostics, material%profile_where, '*STRENGTH PROFILE', "material '"//material%name// &
-          "': the strength is "//rounded_text(strength(1))//' inside the body, at ('//rounded_text(lowest(1))//', '// &
-          rounded_text(lowest(2))//', '//rounded_text(lowest(3))//'): it must not be negative, nor zero with a '// &
-          'STIFFNESS RATIO')
+          "': the strength is "//rounded_text(strength(1))//' inside the body, at '//rounded_place(lowest)//': it '// &
+          'must not be negative, nor zero with a STIFFNESS RATIO')
         return
       end if
       if (mean(1) > 0.0_wp) call scale_law(mean(2)/mean(1), material, model%laws(number)%law)
@@ -273,34 +274,13 @@ contains
       model%notes = model%notes//"material '"//material%name//"': "//trim(field_words(field%parameter))//' from '// &
         rounded_text(range(1))//' to '//rounded_text(range(2))//' by place'//new_line('a')
       if (outside(2) == 0 .or. is_told) return
-      call farthest(model%part%team, reach, far)
+      range = -reach
+      call take_range(model%part%team, range, far)
       model%notes = model%notes//"warning: *FIELD OF VALUES: "//integer_text(outside(2))//' of '// &
         integer_text(outside(1))//" points of material '"//material%name//"' lie beyond the samples of '"// &
-        field%file//"', as at ("//rounded_text(far(1))//', '//rounded_text(far(2))//', '//rounded_text(far(3))// &
-        '), where the samples nearest to them count'//new_line('a')
+        field%file//"', as at "//rounded_place(far)//', where the samples nearest to them count'//new_line('a')
     end associate
   end subroutine tell_field
-
-  !> Whether a field has the file of the one before it.
-  pure logical function same_file(fields, i)
-    type(value_field_type), intent(in) :: fields(:)
-    integer, intent(in) :: i
-
-    same_file = .false.
-    if (i > 1) same_file = fields(i)%file == fields(i - 1)%file
-  end function same_file
-
-  !> The place that is farthest out of all processes.
-  subroutine farthest(team, reach, place)
-    type(team_type), intent(in) :: team
-    real(wp), intent(in) :: reach
-    !> Of this process; then of all.
-    real(wp), contiguous, intent(inout) :: place(:)
-    real(wp) :: range(2)
-
-    range = -reach
-    call take_range(team, range, place)
-  end subroutine farthest
 
   !> The range of all processes, and where its lower end is.
   subroutine take_range(team, range, place)

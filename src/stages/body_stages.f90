@@ -137,7 +137,10 @@ contains
     integer :: i
 
     notes = ''
-    call settle_weights(model)
+    ! Weights at the start of the phase are those that the phase before has reached.
+    associate (points => model%state%points)
+      points%start_weight = between(points%start_weight, points%weight, 1.0_wp - left_of(model%state%progress))
+    end associate
     if (.not. has_stages(model%analysis)) return
     associate (phase => model%analysis%phases(model%state%progress%phase), inactive => model%state%inactive)
       going = bodies_named(model%analysis, phase%deactivations)
@@ -168,17 +171,6 @@ contains
 
     left_of = max(1.0_wp - progress%fraction, progress%release_left)
   end function left_of
-
-  !> Weights at the start of the phase are those that the phase before has reached.
-  pure subroutine settle_weights(model)
-    type(model_type), intent(inout) :: model
-    real(wp) :: reached
-
-    associate (progress => model%state%progress, points => model%state%points)
-      reached = 1.0_wp - left_of(progress)
-      points%start_weight = between(points%start_weight, points%weight, reached)
-    end associate
-  end subroutine settle_weights
 
   !> Bodies that the phase before has unloaded wait; what a phase ended early has left of their stress and weight is
   !> lowered on.

@@ -260,7 +260,10 @@ contains
       s = place_named(model%analysis%surfaces, phase%tractions(i)%surface)
       if (s == 0) cycle
       if (phase%tractions(i)%follows) then
-        loading%pressure_final(s) = final_pressure(phase, i, upwards(model%analysis))
+        associate (load => phase%tractions(i), factor => phase%load_factor)
+          loading%pressure_final(s) = surface_pressure_type(factor*load%pressure, upwards(model%analysis)*factor* &
+            load%gradient, load%height, load%of_water)
+        end associate
       else
         loading%traction_final(:, s) = phase%load_factor*phase%tractions(i)%vector
         loading%carrier(s) = phase%tractions(i)%carrier
@@ -309,19 +312,6 @@ contains
       end associate
     end do
   end subroutine apply_constraints
-
-  !> Pressure that a phase ends with on a surface.
-  pure type(surface_pressure_type) function final_pressure(phase, number, up) result(pressure)
-    type(phase_type), intent(in) :: phase
-    !> Number of the load.
-    integer, intent(in) :: number
-    !> Sense of upwards along the vertical.
-    real(wp), intent(in) :: up
-
-    associate (load => phase%tractions(number), factor => phase%load_factor)
-      pressure = surface_pressure_type(factor*load%pressure, up*factor*load%gradient, load%height, load%of_water)
-    end associate
-  end function final_pressure
 
   !> Strengths that follow the effective stress of their points (SHANSEP, Ladd and Foott 1974) by the present stresses.
   pure subroutine update_strengths(model)
