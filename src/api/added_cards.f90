@@ -211,6 +211,8 @@ contains
     type(expansion_type) :: now
     type(reduction_check_type), allocatable :: checks(:)
     class(model_type), allocatable :: fresh
+    type(law_slot_type), allocatable :: laws(:)
+    integer :: m
 
     allocate (reduced, fresh)
     call reduce_scene(scene, reduced, now, checks)
@@ -219,27 +221,15 @@ contains
         'of the model instead of *MODEL, TYPE=AUTO')
       return
     end if
-    call build_fresh(reduced, own, fresh, error)
+    allocate (laws(size(reduced%materials)))
+    do m = 1, size(own)
+      if (allocated(own(m)%law)) allocate (laws(m)%law, source=own(m)%law)
+    end do
+    call build_model(reduced, fresh, error, laws)
     if (.not. allocated(error)) call check_fit(fresh, model, error)
     if (allocated(error)) return
     call take_model(fresh, ended, model)
   end subroutine extend_model
-
-  !> Build the whole scene, with the program's laws.
-  subroutine build_fresh(analysis, own, fresh, error)
-    type(analysis_type), intent(in) :: analysis
-    type(law_slot_type), intent(in) :: own(:)
-    type(model_type), intent(out) :: fresh
-    !> What is wrong with the scene.
-    type(error_type), allocatable, intent(out) :: error
-    type(law_slot_type) :: laws(size(analysis%materials))
-    integer :: m
-
-    do m = 1, size(own)
-      if (allocated(own(m)%law)) allocate (laws(m)%law, source=own(m)%law)
-    end do
-    call build_model(analysis, fresh, error, laws)
-  end subroutine build_fresh
 
   !> Set when the state of the model cannot carry what is new.
   subroutine check_fit(fresh, model, error)

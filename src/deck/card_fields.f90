@@ -58,6 +58,7 @@ module qsmpm_card_fields
     procedure :: line
     procedure :: whole
     procedure :: number
+    procedure :: vector
     procedure :: choice
     procedure :: word
     procedure :: answer
@@ -221,6 +222,25 @@ contains
       call read_real(text, value, outcome)
     end if
   end subroutine number
+
+  !> Columns of a vector or a place: `head` and `tail` stand around the letter of the axis.
+  subroutine vector(self, head, values, sentence, others, tail)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: head, sentence
+    real(wp), intent(inout) :: values(3)
+    !> `others`: what is said of the second and third column, where not the same.
+    character(len=*), intent(in), optional :: others, tail
+    character(len=:), allocatable :: said, behind
+    integer :: i
+
+    said = sentence
+    behind = ''
+    if (present(tail)) behind = tail
+    do i = 1, 3
+      if (present(others) .and. i > 1) said = others
+      call self%number(head//achar(iachar('w') + i)//behind, values(i), said, third=i == 3)
+    end do
+  end subroutine vector
 
   !> One of several words, kept as its number.
   subroutine choice(self, name, value, words, sentence, first, needs, required, open, excludes)

@@ -229,7 +229,16 @@ contains
           'must not be negative, nor zero with a STIFFNESS RATIO')
         return
       end if
-      if (mean(1) > 0.0_wp) call scale_law(mean(2)/mean(1), material, model%laws(number)%law)
+      if (mean(1) > 0.0_wp) then
+        ! The mean stiffness scales stabilisation, in this law and in one that is made of the material later.
+        value = material%young
+        if (material%strength_profile%mean_young > 0.0_wp) value = material%strength_profile%mean_young
+        material%strength_profile%mean_young = mean(2)/mean(1)
+        associate (law => model%laws(number)%law, now => material%strength_profile%mean_young)
+          law%shear_scale = law%shear_scale*now/value
+          law%stiffness_scale = law%stiffness_scale*now/value
+        end associate
+      end if
       if (.not. material%strength_profile%given) return
       model%notes = model%notes//"material '"//material%name//"': strength from "// &
         rounded_text(max(material%cohesion, strength(1)))//' to '//rounded_text(max(material%cohesion, strength(2)))
@@ -296,18 +305,4 @@ contains
     range = [least, largest(team, range(2))]
     if (rank < team%ranks) call spread_from(team, rank, place)
   end subroutine take_range
-
-  !> Let the mean stiffness scale stabilisation, in this law and in one that is made of the material later.
-  pure subroutine scale_law(mean, material, law)
-    real(wp), intent(in) :: mean
-    type(material_type), intent(inout) :: material
-    class(law_type), intent(inout) :: law
-    real(wp) :: before
-
-    before = material%young
-    if (material%strength_profile%mean_young > 0.0_wp) before = material%strength_profile%mean_young
-    law%shear_scale = law%shear_scale*mean/before
-    law%stiffness_scale = law%stiffness_scale*mean/before
-    material%strength_profile%mean_young = mean
-  end subroutine scale_law
 end module qsmpm_material_law

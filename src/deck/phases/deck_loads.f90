@@ -53,20 +53,9 @@ contains
     associate (gravity => deck%analysis%phases(deck%phase)%gravity)
       call fields%given(gravity%given)
       call fields%data('vector')
-      call vector_fields(fields, 'g', gravity%vector)
+      call fields%vector('g', gravity%vector, 'component')
     end associate
   end subroutine gravity_fields
-
-  !> Columns of a vector.
-  subroutine vector_fields(fields, letter, vector)
-    class(card_fields_type), intent(inout) :: fields
-    character(len=1), intent(in) :: letter
-    real(wp), intent(inout) :: vector(3)
-
-    call fields%number(letter//'x', vector(1), 'component')
-    call fields%number(letter//'y', vector(2), 'component')
-    call fields%number(letter//'z', vector(3), 'component', third=.true.)
-  end subroutine vector_fields
 
   !> *TRACTION.
   subroutine traction_fields(fields, deck)
@@ -79,7 +68,7 @@ contains
       call fields%choice('CARRIER', traction%carrier, bar_list(carrier_words), 'tracked surface points, or the '// &
         'outermost material points, only to compare with the paper')
       call fields%data('vector')
-      call vector_fields(fields, 't', traction%vector)
+      call fields%vector('t', traction%vector, 'component')
     end associate
   end subroutine traction_fields
 

@@ -300,12 +300,8 @@ contains
       call fields%number('TENSION LIMIT', prop%limits(2), 'the same of tension', range='[0, inf)')
       call fields%answer('FIXED', prop%fixed, 'YES: the second end does not move')
       call fields%data('ends')
-      call fields%number('x1', prop%places(1, 1), 'first end')
-      call fields%number('y1', prop%places(2, 1), 'coordinate')
-      call fields%number('z1', prop%places(3, 1), 'coordinate', third=.true.)
-      call fields%number('x2', prop%places(1, 2), 'second end')
-      call fields%number('y2', prop%places(2, 2), 'coordinate')
-      call fields%number('z2', prop%places(3, 2), 'coordinate', third=.true.)
+      call fields%vector('', prop%places(:, 1), 'first end', 'coordinate', '1')
+      call fields%vector('', prop%places(:, 2), 'second end', 'coordinate', '2')
     end associate
   end subroutine prop_fields
 

@@ -411,9 +411,7 @@ contains
         'SDV3_void_ratio) or, of a *USER MATERIAL, its number', needs='QUANTITY=STATE')
       call fields%data('place', when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STATE|STRAIN|'// &
         'PORE PRESSURE|CONTACT PRESSURE')
-      call fields%number('x', history%at(1), 'coordinate')
-      call fields%number('y', history%at(2), 'coordinate')
-      call fields%number('z', history%at(3), 'coordinate', third=.true.)
+      call fields%vector('', history%at, 'coordinate')
     end associate
   end subroutine history_fields
 

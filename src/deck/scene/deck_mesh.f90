@@ -373,9 +373,7 @@ contains
       else
         call fields%data('nodes', 1, huge(1))
         call fields%whole('label', label, 'label of the node', range='[1, inf)')
-        call fields%number('x', x(1), 'coordinate')
-        call fields%number('y', x(2), 'coordinate')
-        call fields%number('z', x(3), 'coordinate', third=.true.)
+        call fields%vector('', x, 'coordinate')
       end if
     end associate
   end subroutine node_fields

@@ -53,9 +53,7 @@ contains
       call fields%answer('IN PLACE', body%in_place, 'YES: what is drawn of the soil inside of it is taken out '// &
         'before the first step; in plane strain and axisymmetry')
       call place_fields(fields, body, 'plane', 'a point of the plane')
-      call fields%number('nx', body%direction(1), 'direction in which it looks at the soil')
-      call fields%number('ny', body%direction(2), 'direction')
-      call fields%number('nz', body%direction(3), 'direction', third=.true.)
+      call fields%vector('n', body%direction, 'direction in which it looks at the soil', 'direction')
       call place_fields(fields, body, 'circle', 'the centre')
       call fields%number('radius', body%radius, 'radius', range='(0, inf)')
       call fields%data('box', when='SHAPE=BOX')
@@ -75,9 +73,7 @@ contains
     character(len=*), intent(in) :: shape, what
 
     call fields%data(shape, when='SHAPE='//upper(shape))
-    call fields%number('x', body%place(1), 'coordinate of '//what)
-    call fields%number('y', body%place(2), 'coordinate')
-    call fields%number('z', body%place(3), 'coordinate', third=.true.)
+    call fields%vector('', body%place, 'coordinate of '//what, 'coordinate')
   end subroutine place_fields
 
   !> A cone.
@@ -285,9 +281,7 @@ contains
       call fields%number('ROTATION', move%rotation(3), 'about its reference point (centre, tip), degrees, '// &
         'counter-clockwise; in 3D rx, ry, rz say it', given=plane)
       call fields%data('displacement')
-      call fields%number('ux', move%vector(1), 'component')
-      call fields%number('uy', move%vector(2), 'component')
-      call fields%number('uz', move%vector(3), 'component', third=.true.)
+      call fields%vector('u', move%vector, 'component')
       call turn_fields(fields, move%rotation, 'its reference point')
     end associate
   end subroutine move_fields
