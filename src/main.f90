@@ -5,15 +5,14 @@ program qsmpm_main
   use, intrinsic :: iso_c_binding, only: c_int
   use qsmpm_arguments, only: command_type, parse_arguments, usage_text, command_run, &
     command_check, command_point, command_plan, command_help, command_version, command_markdown, command_json
-  use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text
-  use qsmpm_deck_help_json, only: deck_json
+  use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text, deck_json
   use qsmpm_display, only: display_plain, display_quiet, display_terminal
   use qsmpm_error, only: error_type, error_other
   use qsmpm_field_table, only: fields_markdown
   use qsmpm_plugin, only: guard_watch, model_abandoned, leave_process
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
   use qsmpm_text, only: string_type, upper
-  use qsmpm_path, only: base_name
+  use qsmpm_file, only: base_name
   use qsmpm_point, only: point_request_type, run_point
   use qsmpm_program_name, only: program_name
   use qsmpm_run, only: run_request_type, run_deck, check_deck, plan_deck

@@ -114,7 +114,8 @@ def unnamed_state() -> list[str]:
     altering, comparing = samples.split("function state_differences", 1)
     # The number of places and the part of the grid belong to the arrays and to the mesh: compared, not altered.
     apart, found = {"count", "window"}, []
-    for path, kind in [("src/model/model.f90", "state_type"), ("src/model/model.f90", "progress_type"),
+    for path, kind in [("src/model/model.f90", "rest_of_state_type"), ("src/model/model.f90", "state_type"),
+                       ("src/model/model.f90", "progress_type"),
                        ("src/model/model.f90", "phase_end_type"), ("src/model/limit_load.f90", "limit_load_type")]:
         names = components_of(path, kind)
         found += [] if names else [f"{path}: no type {kind}"]

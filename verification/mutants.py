@@ -65,8 +65,8 @@ ROOMS = {
     "first guess and cell pressure": ["step/extrapolation", "assembly/uniform_pressure"],
     "clay and sand": ["materials/models/soft_soil_creep", "materials/models/creep_return", "materials/models/ngi_adp", "materials/models/small_strain",
                       "materials/models/swelling"],
-    "values by place and by name": ["materials/models/value_field", "deck/scene/deck_value_fields", "deck/named_items", "model/profile_check"],
-    "gaps and widths of cells": ["model/gap_warnings", "mesh/mesh_measure", "model/background_in_use", "phases/sheared_ground"],
+    "values by place and by name": ["materials/models/value_field", "deck/scene/deck_values_by_place", "deck/card_check", "model/material_law"],
+    "gaps and widths of cells": ["model/layer_warnings", "mesh/mesh_measure", "model/background_in_use", "phases/sheared_ground"],
     "restart in rows": ["output/restart_rows", "output/restart_division", "parallel/shared_file"],
     "restart": ["output/restart", "base/hdf5_", "output/hdf5_"],
 }

@@ -2,7 +2,7 @@
 !> names the nearest known one.
 module qsmpm_arguments
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_path, only: base_name
+  use qsmpm_file, only: base_name
   use qsmpm_text, only: string_type, add_word, did_you_mean, newline
   implicit none
   private
@@ -126,10 +126,9 @@ contains
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
-    type(string_type), allocatable :: others(:)
+    type(string_type) :: others(size(words))
     integer :: i, n
 
-    allocate (others(size(words)))
     n = 0
     i = 0
     do while (i < size(words))
@@ -147,7 +146,15 @@ contains
         others(n) = words(i)
       end if
     end do
-    call parse_subject(others(:n), name, 'a deck', command, error)
+    if (n == 0) then
+      call fail(error, error_other, name//': a deck is wanted')
+    else if (n > 1) then
+      call fail(error, error_other, name//": unexpected '"//others(2)%text//"'")
+    else if (index(others(1)%text, '-') == 1) then
+      call fail(error, error_other, name//": unknown option '"//others(1)%text//"'")
+    else
+      command%subject = others(1)%text
+    end if
   end subroutine parse_look
 
   !> The words behind `help`.
@@ -173,26 +180,6 @@ contains
       command%subject = trim(adjustl(command%subject//' '//words(i)%text))
     end do
   end subroutine parse_help
-
-  !> Exactly one word.
-  pure subroutine parse_subject(words, name, wanted, command, error)
-    type(string_type), intent(in) :: words(:)
-    !> Command they stand behind; what the word is.
-    character(len=*), intent(in) :: name, wanted
-    type(command_type), intent(inout) :: command
-    !> Set when there is none or more than one.
-    type(error_type), allocatable, intent(out) :: error
-
-    if (size(words) == 0) then
-      call fail(error, error_other, name//': '//wanted//' is wanted')
-    else if (size(words) > 1) then
-      call fail(error, error_other, name//": unexpected '"//words(2)%text//"'")
-    else if (index(words(1)%text, '-') == 1) then
-      call fail(error, error_other, name//": unknown option '"//words(1)%text//"'")
-    else
-      command%subject = words(1)%text
-    end if
-  end subroutine parse_subject
 
   !> The words behind `run` or `point`: the deck and options in any order.
   pure subroutine parse_run(words, name, options, command, error)
@@ -239,11 +226,8 @@ contains
     integer :: i, k
 
     do i = 2, size(decks)
-      do k = 1, i - 1
-        if (base_name(decks(i)%text) /= base_name(decks(k)%text)) cycle
+      if (any([(base_name(decks(i)%text) == base_name(decks(k)%text), k=1, i - 1)]) .and. .not. allocated(error)) &
         call fail(error, error_other, "point: two decks are called '"//base_name(decks(i)%text)//"'")
-        return
-      end do
     end do
   end subroutine check_jobs
 

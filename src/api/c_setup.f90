@@ -5,8 +5,7 @@ module qsmpm_c_setup
     status_no_handle
   use qsmpm_callback_model, only: callback_model_type, c_model_options_type
   use qsmpm_error, only: error_other
-  use qsmpm_process_settings, only: check_threads
-  use qsmpm_program_name, only: api_version, has_feature, program_name
+  use qsmpm_program_name, only: check_threads, api_version, has_feature, program_name
   implicit none
   private
 
@@ -78,9 +77,8 @@ contains
 
   !> Sentence of the last call that failed, empty after one that did not; the result is its length.
   integer(c_int) function c_error(pointer, buffer, length) bind(c, name='qsmpm_error') result(needed)
-    type(c_ptr), value :: pointer
-    !> Where the text goes.
-    type(c_ptr), value :: buffer
+    !> The handle; where the text goes.
+    type(c_ptr), value :: pointer, buffer
     !> Its size.
     integer(c_int), value :: length
     type(handle_type), pointer :: handle
@@ -98,9 +96,8 @@ contains
 
   !> What the reader of the deck has to say, one sentence a line; the result is its length.
   integer(c_int) function c_messages(pointer, buffer, length) bind(c, name='qsmpm_messages') result(needed)
-    type(c_ptr), value :: pointer
-    !> Where the text goes.
-    type(c_ptr), value :: buffer
+    !> The handle; where the text goes.
+    type(c_ptr), value :: pointer, buffer
     !> Its size.
     integer(c_int), value :: length
     type(handle_type), pointer :: handle
@@ -116,9 +113,8 @@ contains
 
   !> Read a deck from its file.
   integer(c_int) function c_read_deck(pointer, path) bind(c, name='qsmpm_read_deck') result(status)
-    type(c_ptr), value :: pointer
-    !> Its path.
-    type(c_ptr), value :: path
+    !> The handle; path of the deck.
+    type(c_ptr), value :: pointer, path
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -129,11 +125,8 @@ contains
 
   !> Read a deck that is at hand as text.
   integer(c_int) function c_parse_deck(pointer, deck, job) bind(c, name='qsmpm_parse_deck') result(status)
-    type(c_ptr), value :: pointer
-    !> Its text, lines ended by newline.
-    type(c_ptr), value :: deck
-    !> Name of the job.
-    type(c_ptr), value :: job
+    !> The handle; text of the deck, lines ended by newline; name of the job.
+    type(c_ptr), value :: pointer, deck, job
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -145,15 +138,10 @@ contains
   !> Give a material of the deck a model of the program's own, before initialise.
   function c_set_material(pointer, material, options, start, update, user) &
     bind(c, name='qsmpm_set_material') result(status)
-    type(c_ptr), value :: pointer
-    !> Name of the material in the deck.
-    type(c_ptr), value :: material
-    !> What the model is like.
-    type(c_ptr), value :: options
-    !> State of a point with a given stress; null for zeros.
-    type(c_funptr), value :: start
-    !> One step of one point.
-    type(c_funptr), value :: update
+    !> The handle; name of the material in the deck; what the model is like.
+    type(c_ptr), value :: pointer, material, options
+    !> State of a point with a given stress, null for zeros; one step of one point.
+    type(c_funptr), value :: start, update
     !> Handed to both.
     type(c_ptr), value :: user
     integer(c_int) :: status

@@ -1,7 +1,10 @@
-!> C interface: stepping, results, states, and the load program (qsmpm.h).
+!> C interface: stepping, results, states, the load program, values and names (qsmpm.h).
 module qsmpm_c_stepping
-  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
-  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, status_of, need_pointer, text_of, three_reals
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_loc, c_null_ptr
+  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, status_of, need_pointer, text_of, three_reals, &
+    put_integer, put_text
+  use qsmpm_field_list, only: field_name_length
+  use qsmpm_named_values, only: list_value_names, value_shape, get_values, set_values, view_values
   implicit none
   private
 
@@ -63,9 +66,8 @@ contains
 
   !> From now on, write results to a directory.
   integer(c_int) function c_record(pointer, path) bind(c, name='qsmpm_record') result(status)
-    type(c_ptr), value :: pointer
-    !> Its name.
-    type(c_ptr), value :: path
+    !> The handle; name of the directory.
+    type(c_ptr), value :: pointer, path
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -75,9 +77,8 @@ contains
 
   !> Write the whole state to a file.
   integer(c_int) function c_save(pointer, path) bind(c, name='qsmpm_save') result(status)
-    type(c_ptr), value :: pointer
-    !> Its name.
-    type(c_ptr), value :: path
+    !> The handle; name of the file.
+    type(c_ptr), value :: pointer, path
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -87,9 +88,8 @@ contains
 
   !> Read a state back that was saved with the same stages.
   integer(c_int) function c_load(pointer, path) bind(c, name='qsmpm_load') result(status)
-    type(c_ptr), value :: pointer
-    !> Its name.
-    type(c_ptr), value :: path
+    !> The handle; name of the file.
+    type(c_ptr), value :: pointer, path
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -129,9 +129,8 @@ contains
 
   !> Add a stage behind the last one.
   integer(c_int) function c_add_stage(pointer, name, steps) bind(c, name='qsmpm_add_stage') result(status)
-    type(c_ptr), value :: pointer
-    !> Its name.
-    type(c_ptr), value :: name
+    !> The handle; name of the stage.
+    type(c_ptr), value :: pointer, name
     !> Load steps it is first cut into.
     integer(c_int), value :: steps
     type(handle_type), pointer :: handle
@@ -143,9 +142,8 @@ contains
 
   !> Add materials and phases to the scene, as cards of its deck.
   integer(c_int) function c_add_cards(pointer, cards) bind(c, name='qsmpm_add_cards') result(status)
-    type(c_ptr), value :: pointer
-    !> *MATERIAL and *PHASE with what belongs to them, lines ended by newline.
-    type(c_ptr), value :: cards
+    !> The handle; *MATERIAL and *PHASE with what belongs to them, lines ended by newline.
+    type(c_ptr), value :: pointer, cards
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -214,9 +212,8 @@ contains
 
   !> Gravity at the end of the coming stage.
   integer(c_int) function c_set_gravity(pointer, vector) bind(c, name='qsmpm_set_gravity') result(status)
-    type(c_ptr), value :: pointer
-    !> It multiplies the unit weights.
-    type(c_ptr), value :: vector
+    !> The handle; it multiplies the unit weights.
+    type(c_ptr), value :: pointer, vector
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -227,11 +224,8 @@ contains
 
   !> Dead traction on a surface at the end of the coming stage.
   integer(c_int) function c_set_traction(pointer, surface, vector) bind(c, name='qsmpm_set_traction') result(status)
-    type(c_ptr), value :: pointer
-    !> Name of the surface.
-    type(c_ptr), value :: surface
-    !> Force per undeformed area.
-    type(c_ptr), value :: vector
+    !> The handle; name of the surface; force per undeformed area.
+    type(c_ptr), value :: pointer, surface, vector
     type(handle_type), pointer :: handle
 
     if (.not. is_handle(pointer, handle, status)) return
@@ -243,9 +237,8 @@ contains
 
   !> Pressure on a surface at the end of the coming stage.
   integer(c_int) function c_set_pressure(pointer, surface, pressure) bind(c, name='qsmpm_set_pressure') result(status)
-    type(c_ptr), value :: pointer
-    !> Name of the surface.
-    type(c_ptr), value :: surface
+    !> The handle; name of the surface.
+    type(c_ptr), value :: pointer, surface
     !> Against the body.
     real(c_double), value :: pressure
     type(handle_type), pointer :: handle
@@ -257,9 +250,8 @@ contains
 
   !> Level of water at the end of the coming stage.
   integer(c_int) function c_set_water_level(pointer, name, level) bind(c, name='qsmpm_set_water_level') result(status)
-    type(c_ptr), value :: pointer
-    !> Node set or surface of a row, or a body.
-    type(c_ptr), value :: name
+    !> The handle; node set or surface of a row, or a body.
+    type(c_ptr), value :: pointer, name
     !> Height as a coordinate.
     real(c_double), value :: level
     type(handle_type), pointer :: handle
@@ -271,9 +263,8 @@ contains
 
   !> Displacement of a node set over the coming stage.
   function c_set_displacement(pointer, set, component, value) bind(c, name='qsmpm_set_displacement') result(status)
-    type(c_ptr), value :: pointer
-    !> Name of the set.
-    type(c_ptr), value :: set
+    !> The handle; name of the set.
+    type(c_ptr), value :: pointer, set
     !> 1, 2 or 3.
     integer(c_int), value :: component
     !> The displacement.
@@ -288,11 +279,8 @@ contains
 
   !> Components of a node set that are held from the coming stage on.
   integer(c_int) function c_set_fixity(pointer, set, fixed) bind(c, name='qsmpm_set_fixity') result(status)
-    type(c_ptr), value :: pointer
-    !> Name of the set.
-    type(c_ptr), value :: set
-    !> Not 0 where held.
-    type(c_ptr), value :: fixed
+    !> The handle; name of the set; not 0 where held.
+    type(c_ptr), value :: pointer, set, fixed
     type(handle_type), pointer :: handle
     integer(c_int), pointer :: held(:)
 
@@ -304,4 +292,158 @@ contains
     end if
     status = status_of(handle)
   end function c_set_fixity
+
+  !> Components and number of the values of a name.
+  integer(c_int) function c_shape(pointer, name, rows, columns) bind(c, name='qsmpm_shape') result(status)
+    !> The handle; the name; components of one; how many.
+    type(c_ptr), value :: pointer, name, rows, columns
+    type(handle_type), pointer :: handle
+    integer :: components, number
+
+    call put_integer(0, rows)
+    call put_integer(0, columns)
+    if (.not. is_handle(pointer, handle, status)) return
+    call value_shape(handle%simulation, text_of(name), components, number, handle%error)
+    call put_integer(components, rows)
+    call put_integer(number, columns)
+    call need_pointer(rows, 'the place for the number of rows', handle%error)
+    call need_pointer(columns, 'the place for the number of columns', handle%error)
+    status = status_of(handle)
+  end function c_shape
+
+  !> How many numbers the values of a name are: components times number.
+  integer(c_int) function c_count(pointer, name, number) bind(c, name='qsmpm_count') result(status)
+    !> The handle; the name; how many.
+    type(c_ptr), value :: pointer, name, number
+    type(handle_type), pointer :: handle
+    integer :: rows, columns
+
+    call put_integer(0, number)
+    if (.not. is_handle(pointer, handle, status)) return
+    call value_shape(handle%simulation, text_of(name), rows, columns, handle%error)
+    call put_integer(rows*columns, number)
+    call need_pointer(number, 'the place for the number', handle%error)
+    status = status_of(handle)
+  end function c_count
+
+  !> Copy values.
+  integer(c_int) function c_get(pointer, name, values, number) bind(c, name='qsmpm_get') result(status)
+    !> The handle; the name; where to.
+    type(c_ptr), value :: pointer, name, values
+    !> How many numbers there is room for, as count says.
+    integer(c_int), value :: number
+    type(handle_type), pointer :: handle
+    real(c_double), pointer :: buffer(:)
+
+    if (.not. is_handle(pointer, handle, status)) return
+    call need_pointer(values, 'the buffer', handle%error)
+    call c_f_pointer(values, buffer, [max(0, int(number))])
+    if (.not. allocated(handle%error)) call get_values(handle%simulation, text_of(name), buffer, handle%error)
+    status = status_of(handle)
+  end function c_get
+
+  !> Set values.
+  integer(c_int) function c_set(pointer, name, values, number) bind(c, name='qsmpm_set') result(status)
+    !> The handle; the name; from where.
+    type(c_ptr), value :: pointer, name, values
+    !> How many numbers, as count says.
+    integer(c_int), value :: number
+    type(handle_type), pointer :: handle
+    real(c_double), pointer :: buffer(:)
+
+    if (.not. is_handle(pointer, handle, status)) return
+    call need_pointer(values, 'the buffer', handle%error)
+    call c_f_pointer(values, buffer, [max(0, int(number))])
+    if (.not. allocated(handle%error)) call set_values(handle%simulation, text_of(name), buffer, handle%error)
+    status = status_of(handle)
+  end function c_set
+
+  !> Look at values where they lie in memory, until destroy or initialise.
+  integer(c_int) function c_view(pointer, name, values, rows, columns) bind(c, name='qsmpm_view') result(status)
+    !> The handle; the name; where they are, null with a status; components of one; how many.
+    type(c_ptr), value :: pointer, name, values, rows, columns
+    type(handle_type), pointer :: handle
+    real(c_double), pointer :: there(:, :)
+    type(c_ptr) :: address
+
+    address = c_null_ptr
+    call put_address(address, values)
+    call put_integer(0, rows)
+    call put_integer(0, columns)
+    if (.not. is_handle(pointer, handle, status)) return
+    call view_values(handle%simulation, text_of(name), there, handle%error)
+    call need_pointer(values, 'the place for the address', handle%error)
+    call need_pointer(rows, 'the place for the number of rows', handle%error)
+    call need_pointer(columns, 'the place for the number of columns', handle%error)
+    if (associated(there)) then
+      call put_integer(size(there, 1), rows)
+      call put_integer(size(there, 2), columns)
+      if (size(there) > 0) address = c_loc(there(1, 1))
+      call put_address(address, values)
+    end if
+    status = status_of(handle)
+  end function c_view
+
+  !> Put an address where C wants it; nowhere for null.
+  subroutine put_address(address, pointer)
+    type(c_ptr), intent(in) :: address, pointer
+    type(c_ptr), pointer :: place
+
+    if (.not. c_associated(pointer)) return
+    call c_f_pointer(pointer, place)
+    place = address
+  end subroutine put_address
+
+  !> Name of one of a kind, numbered from 1; the result is its length, -1 when there is none.
+  integer(c_int) function c_name(pointer, kind, number, buffer, length) bind(c, name='qsmpm_name') result(needed)
+    !> The handle; value, history, stage, surface, set, material or body.
+    type(c_ptr), value :: pointer, kind
+    !> Its number.
+    integer(c_int), value :: number
+    !> Where the name goes.
+    type(c_ptr), value :: buffer
+    !> Its size.
+    integer(c_int), value :: length
+    type(handle_type), pointer :: handle
+    character(len=:), allocatable :: name
+
+    needed = -1
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call find_name(handle, text_of(kind), int(number), name)
+    if (allocated(name)) needed = put_text(name, buffer, length)
+  end function c_name
+
+  !> Name of one of a kind, unallocated when there is none.
+  subroutine find_name(handle, kind, number, name)
+    type(handle_type), intent(in) :: handle
+    character(len=*), intent(in) :: kind
+    integer, intent(in) :: number
+    character(len=:), allocatable, intent(out) :: name
+    character(len=field_name_length), allocatable :: names(:)
+
+    if (number < 1) return
+    if (kind == 'value') then
+      call list_value_names(names)
+      if (number <= size(names)) name = trim(names(number))
+      return
+    end if
+    if (.not. handle%simulation%ready) return
+    associate (scene => handle%simulation%scene, sets => handle%simulation%model%mesh%node_sets)
+      select case (kind)
+      case ('history')
+        if (number <= size(scene%histories)) name = scene%histories(number)%name
+      case ('stage')
+        if (number <= size(scene%phases)) name = scene%phases(number)%name
+      case ('surface')
+        if (number <= size(scene%surfaces)) name = scene%surfaces(number)%name
+      case ('material')
+        if (number <= size(scene%materials)) name = scene%materials(number)%name
+      case ('body')
+        if (number <= size(scene%bodies)) name = scene%bodies(number)%name
+      case ('set')
+        if (number <= size(sets)) name = sets(number)%name
+      end select
+    end associate
+  end subroutine find_name
 end module qsmpm_c_stepping

@@ -114,7 +114,9 @@ contains
     response%share = passed%share
     response%plastic = passed%plastic /= 0
     response%tangent = passed%tangent
-    if (response%status /= status_ok) response%message = message_of(passed%message)
+    if (response%status == status_ok) return
+    response%message = until_null(passed%message)
+    if (len(response%message) == 0) response%message = 'the material of the program gives no reason'
   end subroutine update
 
   !> The step as C sees it.
@@ -127,13 +129,4 @@ contains
       merge(1, 0, increment%wants_tangent), merge(1, 0, increment%elastic_tangent), start_time(increment%step_info), &
       time_increment(increment%step_info))
   end function as_c
-
-  !> What a callback has said.
-  pure function message_of(characters) result(text)
-    character(kind=c_char), intent(in) :: characters(:)
-    character(len=:), allocatable :: text
-
-    text = until_null(characters)
-    if (len(text) == 0) text = 'the material of the program gives no reason'
-  end function message_of
 end module qsmpm_callback_model

@@ -12,7 +12,7 @@ module qsmpm_named_values
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_phase_ends, only: end_of_phase, factor_of_phase
-  use qsmpm_phase_times, only: time_in_phase
+  use qsmpm_phase_tree, only: time_in_phase
   use qsmpm_points, only: points_type, allocate_points, place_of
   use qsmpm_pore_water, only: update_pore_pressure
   use qsmpm_simulation, only: simulation_type
@@ -31,6 +31,8 @@ module qsmpm_named_values
     'external_work', 'internal_work', &
     'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error', 'compliance', &
     'limit_load', 'strength_factor', 'phase_results']
+  !> Among them the first and the last that is one number, but for the limit load.
+  integer, parameter :: first_single = 7, last_single = 24
 
 contains
 
@@ -123,6 +125,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(field_type) :: field
     real(wp), allocatable :: histories(:), table(:, :)
+    real(wp) :: singles(first_single:last_single), loads(4)
     integer :: rows, columns
 
     values = 0.0_wp
@@ -143,7 +146,12 @@ contains
         values = loading%gravity_start + simulation%model%state%progress%fraction* &
           (loading%gravity_final - loading%gravity_start)
       case ('limit_load')
-        values = limit_load_of(simulation%model)
+        ! Carried and refused load factor and knee of the present stage, zeros until its limit load is found.
+        associate (progress => simulation%model%state%progress)
+          loads = limit_loads(progress%limit, progress%fraction, &
+            simulation%model%analysis%phases(progress%phase)%load_factor)
+        end associate
+        values = loads(:3)
       case ('phase_results')
         values = phase_results(simulation%model)
       case ('histories')
@@ -152,7 +160,8 @@ contains
       case default
         call find_field(simulation%model%state%points, name, field)
         if (len_trim(field%name) == 0) then
-          values(1) = single_value(simulation, name)
+          singles = single_values(simulation)
+          values(1) = singles(findloc(other_names, name, dim=1))
         else
           call field%get_values(rows, table)
           values = pack(table, .true.)
@@ -160,17 +169,6 @@ contains
       end select
     end associate
   end subroutine get_values
-
-  !> Carried and refused load factor and knee of the present stage, zeros until its limit load is found.
-  pure function limit_load_of(model) result(loads)
-    type(model_type), intent(in) :: model
-    real(wp) :: loads(3), all_loads(4)
-
-    associate (progress => model%state%progress)
-      all_loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
-    end associate
-    loads = all_loads(:3)
-  end function limit_load_of
 
   !> Of every phase: how it has ended (0 not yet, 1 whole load, 2 limit load, 3 a stop, 4 lost), load fraction and
   !> largest displacement at its end, factors of safety that are stable and lost, 0 for none: it is at least the
@@ -188,51 +186,19 @@ contains
     end do
   end function phase_results
 
-  !> A value that is one number.
-  real(wp) function single_value(simulation, name) result(value)
+  !> The values that are one number, in the order of other_names(first_single:last_single).
+  function single_values(simulation) result(values)
     type(simulation_type), intent(in) :: simulation
-    character(len=*), intent(in) :: name
+    real(wp) :: values(first_single:last_single)
 
-    value = 0.0_wp
-    associate (progress => simulation%model%state%progress, last => simulation%last)
-      select case (name)
-      case ('stage')
-        value = real(progress%phase, wp)
-      case ('step')
-        value = real(progress%step, wp)
-      case ('share')
-        value = progress%fraction
-      case ('load_factor')
-        value = progress%load_factor
-      case ('time')
-        value = time_in_phase(simulation%model%analysis%phases, progress%phase, progress%fraction)
-      case ('finished')
-        value = merge(1.0_wp, 0.0_wp, simulation%finished())
-      case ('coming_stage')
-        value = real(simulation%coming_stage(), wp)
-      case ('dimension')
-        value = real(simulation%model%mesh%dimension, wp)
-      case ('external_work')
-        value = progress%external_work
-      case ('internal_work')
-        value = progress%internal_work
-      case ('iterations')
-        value = real(last%iterations, wp)
-      case ('out_of_balance')
-        value = last%out_of_balance
-      case ('equations')
-        value = real(last%equations, wp)
-      case ('rejected')
-        value = real(last%rejected, wp)
-      case ('step_error')
-        value = last%step_error
-      case ('strength_factor')
-        value = progress%strength_factor
-      case ('compliance')
-        value = relative_compliance(progress%limit)
-      end select
+    associate (model => simulation%model, progress => simulation%model%state%progress, last => simulation%last)
+      values = [real(wp) :: progress%phase, progress%step, progress%fraction, progress%load_factor, &
+        time_in_phase(model%analysis%phases, progress%phase, progress%fraction), merge(1, 0, simulation%finished()), &
+        simulation%coming_stage(), model%mesh%dimension, progress%external_work, progress%internal_work, &
+        last%iterations, last%out_of_balance, last%equations, last%rejected, last%step_error, &
+        relative_compliance(progress%limit), 0, progress%strength_factor]
     end associate
-  end function single_value
+  end function single_values
 
   !> Look at values where they lie in memory. The place stays the same from step to step, as long as the analysis
   !> is there and no bodies come or go.

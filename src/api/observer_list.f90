@@ -35,8 +35,7 @@ contains
 
     needs_model = .false.
     if (associated(self%recorder)) needs_model = self%recorder%needs_model(model)
-    if (needs_model .or. .not. associated(self%own)) return
-    needs_model = self%own%needs_model(model)
+    if (associated(self%own) .and. .not. needs_model) needs_model = self%own%needs_model(model)
   end function needs_model
 
   !> A phase has begun.
@@ -46,8 +45,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (associated(self%recorder)) call self%recorder%phase_begun(model, error)
-    if (allocated(error)) return
-    if (associated(self%own)) call self%own%phase_begun(model, error)
+    if (associated(self%own) .and. .not. allocated(error)) call self%own%phase_begun(model, error)
   end subroutine phase_begun
 
   !> A step was accepted.
@@ -59,8 +57,7 @@ contains
 
     self%last = record
     if (associated(self%recorder)) call self%recorder%accepted(model, record, error)
-    if (allocated(error)) return
-    if (associated(self%own)) call self%own%accepted(model, record, error)
+    if (associated(self%own) .and. .not. allocated(error)) call self%own%accepted(model, record, error)
   end subroutine accepted
 
   !> A phase has ended.
@@ -70,8 +67,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (associated(self%recorder)) call self%recorder%phase_done(model, error)
-    if (allocated(error)) return
-    if (associated(self%own)) call self%own%phase_done(model, error)
+    if (associated(self%own) .and. .not. allocated(error)) call self%own%phase_done(model, error)
   end subroutine phase_done
 
   !> The way a body fails.
@@ -81,8 +77,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (associated(self%recorder)) call self%recorder%mechanism(model, error)
-    if (allocated(error)) return
-    if (associated(self%own)) call self%own%mechanism(model, error)
+    if (associated(self%own) .and. .not. allocated(error)) call self%own%mechanism(model, error)
   end subroutine mechanism
 
   !> A sentence for the log.
@@ -109,7 +104,6 @@ contains
 
     stop_requested = .false.
     if (associated(self%recorder)) stop_requested = self%recorder%stop_requested()
-    if (stop_requested .or. .not. associated(self%own)) return
-    stop_requested = self%own%stop_requested()
+    if (associated(self%own) .and. .not. stop_requested) stop_requested = self%own%stop_requested()
   end function stop_requested
 end module qsmpm_observer_list

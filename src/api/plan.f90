@@ -1,6 +1,12 @@
-!> `qsmpm plan`: what of a deck will be modelled, why not less, and what it will cost; nothing is
-!> written. The figures of the equations are those of the first step, which is made on a copy of the
-!> model: matrix, solver, factors and time are measured, the cost of the run is estimated from them.
+!> `qsmpm plan`: what of a deck will be modelled, why not less, and what it will cost; nothing is written. The figures
+!> of the equations are those of the first step, which is made on a copy of the model: matrix, solver, factors and time
+!> are measured, the cost of the run is estimated from them.
+!>
+!> The lines of a plan: a name and a value each, under headings, written as text for people or as JSON for programs.
+!>
+!> What a deck would be on several processes, for `qsmpm plan --ranks`: the points and equations of each, the copies in
+!> the rings around them, and memory. Boxes, rings and owners are those of a run (qsmpm_division), on the points as they
+!> lie before the first step; memory is an estimate, by what was measured of a point and of PETSc's matrices.
 module qsmpm_plan
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, three_dimensional
@@ -17,27 +23,54 @@ module qsmpm_plan
   use qsmpm_load_step, only: load_step_type
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_equation_count, only: count_equations
+  use qsmpm_equation_count, only: count_equations, count_node_equations
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
   use qsmpm_plan_probe, only: trial_type, try_run, try_coarse, expected_range
   use qsmpm_reduction, only: reduction_check_type, reduction_name
   use qsmpm_scene, only: check_text
   use qsmpm_soil_points, only: soil_type, soil_of
   use qsmpm_stopwatch, only: start_stopwatch, part_control
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced
+  use qsmpm_cell_numbers, only: whole_cells
+  use qsmpm_division, only: ring_of, share_cells
+  use qsmpm_model_builder, only: is_divided_as_built
+  use qsmpm_own_marks, only: node_owners
+  use qsmpm_sharing_limits, only: refuse_sharing
+  use qsmpm_text, only: json_string, newline
   implicit none
   private
 
-  public :: make_plan
+  public :: make_plan, plan_ranks, plan_items_type, add_heading, add_item, plan_text, plan_json
 
   !> Bytes of a number and of a column index; a megabyte.
   real(wp), parameter :: number_bytes = 8.0_wp, index_bytes = 4.0_wp, megabyte = 1.0e6_wp
   !> Equations beyond which the first step is not made for a plan.
   integer, parameter :: most_for_plan = 300000
+
+  !> Bytes of the program with its libraries, of a point with its cell and the state before the step, and of an entry: a
+  !> number and its column; fitted to runs with PETSC of 22 000 to 2.7 million points (docs/distributed.md).
+  real(wp), parameter :: bytes_of_program = 60.0e6_wp, bytes_of_point = 1500.0_wp, bytes_of_entry = 12.0_wp
+  !> The matrix, its copy in PETSc, the coarser ones and the vectors of the method.
+  real(wp), parameter :: matrices = 3.0_wp
+
+  !> Kinds of entries.
+  integer, parameter :: heading = 0, words = 1, figure = 2
+  !> Columns of the names in text.
+  integer, parameter :: name_width = 26
+
+  !> An entry.
+  type :: item_type
+    integer :: kind = heading
+    character(len=:), allocatable :: name, value
+  end type item_type
+
+  !> Entries in order.
+  type :: plan_items_type
+    type(item_type), allocatable :: rows(:)
+  end type plan_items_type
 
 contains
 
@@ -266,4 +299,163 @@ contains
     call add_item(items, 'expected of the run', rounded_text(range(1), 2)//' to '//rounded_text(range(2), 2)// &
       ' s: '//text)
   end subroutine plan_cost
+
+  !> Add what is known of a run on so many processes.
+  subroutine plan_ranks(model, ranks, items)
+    type(model_type), intent(in) :: model
+    !> Two at the least.
+    integer, intent(in) :: ranks
+    type(plan_items_type), intent(inout) :: items
+    type(error_type), allocatable :: error
+    integer :: own(ranks), copies(ranks), equations(ranks)
+    logical :: short
+
+    call add_heading(items, integer_text(ranks)//' processes')
+    call refuse_sharing(model, ranks, error)
+    if (allocated(error)) then
+      call add_item(items, 'not shared', error%message)
+      return
+    end if
+    call count_parts(model, ranks, own, copies, equations, short)
+    if (short) then
+      call add_item(items, 'not shared', 'the material lies in too few cells of the mesh')
+      return
+    end if
+    call add_item(items, 'points of a process', integer_text(minval(own))//' to '//integer_text(maxval(own)))
+    call add_item(items, 'imbalance', rounded_text(maxval(own)*real(ranks, wp)/sum(own), 3), is_figure=.true.)
+    call add_item(items, 'copies in its ring', integer_text(minval(copies))//' to '//integer_text(maxval(copies)))
+    call add_item(items, 'copies of a point', rounded_text(sum(copies)/real(sum(own), wp), 3), is_figure=.true.)
+    call add_item(items, 'equations of a process', integer_text(minval(equations))//' to '// &
+      integer_text(maxval(equations)))
+    call add_item(items, 'memory of a process', memory_text(model, maxval(own + copies), maxval(equations)))
+  end subroutine plan_ranks
+
+  !> Own points, copies and equations of each process.
+  subroutine count_parts(model, ranks, own, copies, equations, short)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: ranks
+    !> (ranks)
+    integer, intent(out) :: own(:), copies(:), equations(:)
+    !> There are too few cells with material.
+    logical, intent(out) :: short
+    class(model_type), allocatable :: shared
+    integer, allocatable :: cell(:), owner(:), of_node(:)
+    integer :: r, a
+
+    allocate (shared, source=model)
+    own = 0
+    copies = 0
+    equations = 0
+    call share_cells(shared, ranks, short)
+    if (short) return
+    cell = whole_cells(shared, shared%state%points%cell(:shared%state%points%count))
+    do r = 1, ranks
+      own(r) = count(shared%part%owners%near(r - 1, 0, cell))
+      copies(r) = count(shared%part%owners%near(r - 1, ring_of(model%analysis), cell)) - own(r)
+    end do
+    allocate (owner, source=node_owners(shared))
+    allocate (of_node(shared%space%node_count))
+    call count_node_equations(shared, of_node)
+    do a = 1, size(owner)
+      equations(owner(a) + 1) = equations(owner(a) + 1) + of_node(a)
+    end do
+  end subroutine count_parts
+
+  !> Memory of the process that has most, and of the points of the whole model where every process builds it.
+  function memory_text(model, points, equations) result(text)
+    type(model_type), intent(in) :: model
+    !> Own ones and copies, and equations.
+    integer, intent(in) :: points, equations
+    character(len=:), allocatable :: text
+    real(wp) :: entries
+
+    associate (d => model%mesh%dimension, degree => max(1, basis_list(model%analysis%method%basis)%degree))
+      entries = real(d*(2*degree + 1)**d, wp)
+    end associate
+    text = rounded_text((bytes_of_program + points*bytes_of_point + &
+      equations*entries*bytes_of_entry*matrices)/megabyte, 2)//' MB with PETSC'
+    if (.not. is_divided_as_built(model%analysis)) text = text//'; '// &
+      rounded_text(model%state%points%count*bytes_of_point/megabyte, 2)//' MB of points while the model is built whole'
+  end function memory_text
+
+  !> Begin a group of entries.
+  pure subroutine add_heading(items, name)
+    type(plan_items_type), intent(inout) :: items
+    !> Name of the group.
+    character(len=*), intent(in) :: name
+
+    call add(items, heading, name, '')
+  end subroutine add_heading
+
+  !> Add an entry.
+  pure subroutine add_item(items, name, value, is_figure)
+    type(plan_items_type), intent(inout) :: items
+    !> Its name and value.
+    character(len=*), intent(in) :: name, value
+    !> The value is a number; otherwise words.
+    logical, intent(in), optional :: is_figure
+    integer :: kind
+
+    kind = words
+    if (present(is_figure)) kind = merge(figure, words, is_figure)
+    call add(items, kind, name, value)
+  end subroutine add_item
+
+  !> Put an entry at the end.
+  pure subroutine add(items, kind, name, value)
+    type(plan_items_type), intent(inout) :: items
+    !> Kind, name and value.
+    integer, intent(in) :: kind
+    character(len=*), intent(in) :: name, value
+    type(item_type) :: row
+
+    if (.not. allocated(items%rows)) allocate (items%rows(0))
+    row%kind = kind
+    row%name = name
+    row%value = value
+    items%rows = [items%rows, row]
+  end subroutine add
+
+  !> The plan for people.
+  pure function plan_text(items) result(text)
+    type(plan_items_type), intent(in) :: items
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(items%rows)
+      associate (name => items%rows(i)%name)
+        if (items%rows(i)%kind == heading) then
+          text = text//name//newline
+        else
+          text = text//'  '//name//repeat(' ', max(1, name_width - len(name)))//items%rows(i)%value//newline
+        end if
+      end associate
+    end do
+  end function plan_text
+
+  !> The plan for programs: an object of objects.
+  pure function plan_json(items) result(text)
+    type(plan_items_type), intent(in) :: items
+    character(len=:), allocatable :: text
+    logical :: first
+    integer :: i
+
+    text = '{'
+    first = .true.
+    do i = 1, size(items%rows)
+      if (items%rows(i)%kind == heading) then
+        if (i > 1) text = text//newline//'  },'
+        text = text//newline//'  '//json_string(items%rows(i)%name)//': {'
+        first = .true.
+        cycle
+      end if
+      if (.not. first) text = text//','
+      first = .false.
+      text = text//newline//'    '//json_string(items%rows(i)%name)//': '
+      if (items%rows(i)%kind == figure) text = text//items%rows(i)%value
+      if (items%rows(i)%kind == words) text = text//json_string(items%rows(i)%value)
+    end do
+    text = text//newline//'  }'//newline//'}'//newline
+  end function plan_json
 end module qsmpm_plan

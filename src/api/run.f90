@@ -18,9 +18,7 @@ module qsmpm_run
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model, model_summary
   use qsmpm_number_text, only: newline, without_last_newline
-  use qsmpm_plan, only: make_plan
-  use qsmpm_plan_ranks, only: plan_ranks
-  use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
+  use qsmpm_plan, only: make_plan, plan_ranks, plan_items_type, plan_text, plan_json
   use qsmpm_plugin, only: model_stopped
   use qsmpm_point, only: point_law, point_summary, refuse_point
   use qsmpm_phases, only: error_stopped

@@ -1,20 +1,23 @@
-!> An analysis in the hands of a program, with its load program: stages are added, given their loads before they
-!> begin, and ended before their time (`qsmpm_stages`). Values are had by name (`qsmpm_named_values`) or directly from
-!> `model`.
+!> An analysis in the hands of a program, with its load program: stages (the phases of a deck) are added, given their
+!> loads before they begin, and ended before their time. They are data of the scene, so that the resolved deck, the
+!> fingerprint of restart files and a window that is rebuilt all know of them. Values are had by name
+!> (`qsmpm_named_values`) or directly from `model`.
 module qsmpm_simulation
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: three_dimensional
   use qsmpm_observer_list, only: observer_list_type
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_load_description, only: gravity_type
+  use qsmpm_load_description, only: fixity_type, gravity_type, prescription_type, traction_type
   use qsmpm_limit_load, only: is_found, limit_load_type
+  use qsmpm_named, only: named_type, add_names, place_named
+  use qsmpm_phase_description, only: phase_type
   use qsmpm_phase_start, only: resume_phase
+  use qsmpm_phase_tree, only: lineage
   use qsmpm_phases, only: end_phase
-  use qsmpm_stages, only: append_stage, change_traction, change_pressure, change_water_level, change_displacement, &
-    change_fixity, cut_stage
+  use qsmpm_stages, only: cut_stage
   use qsmpm_step_length, only: phase_is_complete
   use qsmpm_stepped_analysis, only: stepped_analysis_type, need_model
-  use qsmpm_text, only: integer_text
+  use qsmpm_text, only: string_type, did_you_mean, integer_text
   implicit none
   private
 
@@ -71,19 +74,35 @@ contains
     if (present(values) .and. .not. allocated(error)) call need_numbers(values, error)
   end subroutine find_coming
 
-  !> Add a stage behind the last one. Loads and fixities stay as they are until they are changed.
+  !> Add a stage behind the last one. Loads, fixities and controls stay as they are until they are changed.
   subroutine add_stage(self, name, steps, error)
     class(simulation_type), intent(inout) :: self
     !> Name, which no other stage has.
     character(len=*), intent(in) :: name
     !> Load steps it is first cut into.
     integer, intent(in) :: steps
-    !> Set when name or steps are not good.
+    !> Set when the name is taken or empty, or there is no step.
     type(error_type), allocatable, intent(out) :: error
+    type(phase_type) :: phase
 
     call need_model(self, error)
-    if (.not. allocated(error)) call append_stage(self%scene, name, steps, error)
-    if (.not. allocated(error)) call self%take_over(error)
+    if (allocated(error)) return
+    if (len_trim(name) == 0) then
+      call fail(error, error_other, 'a stage wants a name')
+    else if (steps < 1) then
+      call fail(error, error_other, "stage '"//trim(name)//"': "//integer_text(steps)//' load steps are none')
+    else if (place_named(self%scene%phases, trim(name)) > 0) then
+      call fail(error, error_other, "there is already a stage '"//trim(name)//"'")
+    end if
+    if (allocated(error)) return
+    phase%name = trim(name)
+    allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), phase%water_levels(0), &
+      phase%activations(0), phase%deactivations(0), phase%materials(0), phase%installed(0), phase%removed(0), &
+      phase%constant_load_test%at(0), phase%stops(0), phase%moves(0))
+    if (size(self%scene%phases) > 0) phase%controls = self%scene%phases(size(self%scene%phases))%controls
+    phase%controls%steps = steps
+    self%scene%phases = [self%scene%phases, phase]
+    call self%take_over(error)
   end subroutine add_stage
 
   !> End the present stage where it stands: its loads are those reached.
@@ -202,7 +221,7 @@ contains
     call self%take_over(error)
   end subroutine set_gravity
 
-  !> Dead traction on a surface at the end of the coming stage.
+  !> Dead traction on a surface at the end of the coming stage, per unit of its load factor.
   subroutine set_traction(self, surface, vector, error)
     class(simulation_type), intent(inout) :: self
     !> Name of the surface.
@@ -211,15 +230,28 @@ contains
     real(wp), intent(in) :: vector(3)
     !> Set when there is no such surface, or no stage is to come.
     type(error_type), allocatable, intent(out) :: error
-    integer :: number
+    type(traction_type) :: traction
+    integer :: number, i, p
 
     call find_coming(self, number, error)
     if (.not. allocated(error)) call need_vector(self, vector, error)
-    if (.not. allocated(error)) call change_traction(self%scene, number, surface, vector, error)
-    if (.not. allocated(error)) call self%take_over(error)
+    if (.not. allocated(error)) call check_name(self%scene%surfaces, surface, 'surface', error)
+    if (allocated(error)) return
+    ! Who carries it stays as it was said last.
+    do p = 1, number
+      do i = 1, size(self%scene%phases(p)%tractions)
+        associate (known => self%scene%phases(p)%tractions(i))
+          if (known%surface == surface .and. .not. known%follows) traction%carrier = known%carrier
+        end associate
+      end do
+    end do
+    traction%surface = surface
+    traction%vector = vector
+    call put_traction(self%scene%phases(number), traction)
+    call self%take_over(error)
   end subroutine set_traction
 
-  !> Pressure on a surface at the end of the coming stage.
+  !> Pressure on a surface at the end of the coming stage, per unit of its load factor.
   subroutine set_pressure(self, surface, pressure, error)
     class(simulation_type), intent(inout) :: self
     !> Name of the surface.
@@ -228,31 +260,76 @@ contains
     real(wp), intent(in) :: pressure
     !> Set when there is no such surface, or no stage is to come.
     type(error_type), allocatable, intent(out) :: error
+    type(traction_type) :: traction
     integer :: number
 
     call find_coming(self, number, error, [pressure])
-    if (.not. allocated(error)) call change_pressure(self%scene, number, surface, pressure, error)
-    if (.not. allocated(error)) call self%take_over(error)
+    if (.not. allocated(error)) call check_name(self%scene%surfaces, surface, 'surface', error)
+    if (allocated(error)) return
+    traction%surface = surface
+    traction%follows = .true.
+    traction%pressure = pressure
+    call put_traction(self%scene%phases(number), traction)
+    call self%take_over(error)
   end subroutine set_pressure
 
-  !> Level of water at the end of the coming stage.
+  !> Put a load on a surface in the place of a former one of its kind, or behind the others.
+  subroutine put_traction(phase, traction)
+    type(phase_type), intent(inout) :: phase
+    type(traction_type), intent(in) :: traction
+    integer :: i
+
+    i = findloc([(phase%tractions(i)%surface == traction%surface .and. &
+      (phase%tractions(i)%follows .eqv. traction%follows), i=1, size(phase%tractions))], .true., dim=1)
+    if (i == 0) phase%tractions = [phase%tractions, traction]
+    if (i > 0) phase%tractions(i) = traction
+  end subroutine put_traction
+
+  !> Level of water at the end of the coming stage: of a row of a free surface in ground that consolidates, or of water
+  !> at rest. A stage without levels of its own gets those in force.
   subroutine set_water_level(self, name, level, error)
-    !> The analysis.
     class(simulation_type), intent(inout) :: self
-    !> Node set or surface of a row of a free surface in ground that consolidates; for water at rest a body, or empty.
+    !> Node set or surface of a row; for water at rest a body, or empty for all that have no level of their own.
     character(len=*), intent(in) :: name
     !> Height as a coordinate.
     real(wp), intent(in) :: level
-    !> Set when no such level is in force, or no stage is to come.
+    !> Set when no such level is in force, water flows below it through ground as it is drawn, or no stage is to come.
     type(error_type), allocatable, intent(out) :: error
-    integer :: number
+    integer, allocatable :: line(:)
+    integer :: number, i, k, r
 
     call find_coming(self, number, error, [level])
-    if (.not. allocated(error)) call change_water_level(self%scene, number, name, level, error)
-    if (.not. allocated(error)) call self%take_over(error)
+    if (allocated(error)) return
+    associate (phases => self%scene%phases)
+      allocate (line, source=lineage(phases, number))
+      do i = size(line), 1, -1
+        do k = 1, size(phases(line(i))%water_levels)
+          associate (card => phases(line(i))%water_levels(k))
+            r = 0
+            if (card%flows .or. card%none) then
+              if (card%flows) r = findloc([(card%heads(r)%set == name, r=1, size(card%heads))], .true., dim=1)
+              if (r == 0) cycle
+            else if (card%body /= name) then
+              cycle
+            end if
+            if (card%flows .and. .not. card%coupled) exit
+          end associate
+          if (i < size(line)) &
+            phases(number)%water_levels = [phases(number)%water_levels, phases(line(i))%water_levels(k)]
+          associate (card => phases(number)%water_levels(merge(k, size(phases(number)%water_levels), i == size(line))))
+            if (r > 0) card%heads(r)%level = level
+            if (r == 0) card%line(2, :) = level
+          end associate
+          call self%take_over(error)
+          return
+        end do
+      end do
+    end associate
+    call fail(error, error_other, "no level of '"//name//"' is in force that a stage can move: one of a flow "// &
+      'through ground as it is drawn is found when its stage is added (*WATER LEVEL by cards)')
   end subroutine set_water_level
 
-  !> Displacement of a node set over the coming stage.
+  !> Displacement of a node set over the coming stage, per unit of its load factor.
   subroutine set_displacement(self, set, component, value, error)
     class(simulation_type), intent(inout) :: self
     !> Name of the set.
@@ -261,14 +338,31 @@ contains
     integer, intent(in) :: component
     !> Displacement in the stage.
     real(wp), intent(in) :: value
-    !> Set when there is no such set or component, or no stage is to come.
+    !> Set when there is no such set or component, the set is held in this stage, or no stage is to come.
     type(error_type), allocatable, intent(out) :: error
-    integer :: number
+    type(prescription_type) :: prescription
+    integer :: number, i
 
     call find_coming(self, number, error, [value])
-    if (.not. allocated(error)) &
-      call change_displacement(self%model, self%scene%phases(number), set, component, value, error)
-    if (.not. allocated(error)) call self%take_over(error)
+    if (.not. allocated(error)) call check_name(self%model%mesh%node_sets, set, 'node set', error)
+    if (.not. allocated(error) .and. (component < 1 .or. component > self%model%mesh%dimension)) &
+      call fail(error, error_other, 'component '//integer_text(component)//' is not one of the model')
+    if (allocated(error)) return
+    associate (phase => self%scene%phases(number))
+      do i = 1, size(phase%fixities)
+        if (phase%fixities(i)%set == set .and. phase%fixities(i)%fixed(component)) call fail(error, error_other, &
+          "set '"//set//"' is held and moved in stage '"//phase%name//"'")
+      end do
+      if (allocated(error)) return
+      prescription%set = set
+      prescription%component = component
+      prescription%value = value
+      i = findloc([(phase%prescriptions(i)%set == set .and. phase%prescriptions(i)%component == component, &
+        i=1, size(phase%prescriptions))], .true., dim=1)
+      if (i == 0) phase%prescriptions = [phase%prescriptions, prescription]
+      if (i > 0) phase%prescriptions(i) = prescription
+    end associate
+    call self%take_over(error)
   end subroutine set_displacement
 
   !> Components of a node set that are held from the coming stage on; none frees it.
@@ -280,11 +374,23 @@ contains
     logical, intent(in) :: fixed(3)
     !> Set when there is no such set, or no stage is to come.
     type(error_type), allocatable, intent(out) :: error
-    integer :: number
+    type(fixity_type) :: fixity
+    integer :: number, i
 
     call find_coming(self, number, error)
-    if (.not. allocated(error)) call change_fixity(self%model, self%scene%phases(number), set, fixed, error)
-    if (.not. allocated(error)) call self%take_over(error)
+    if (.not. allocated(error)) call check_name(self%model%mesh%node_sets, set, 'node set', error)
+    ! Where all components are held, those that there are are meant.
+    if (.not. allocated(error) .and. self%model%mesh%dimension == 2 .and. fixed(3) .and. .not. all(fixed)) &
+      call fail(error, error_other, 'component 3 is not one of the model')
+    if (allocated(error)) return
+    fixity%set = set
+    fixity%fixed = fixed
+    associate (phase => self%scene%phases(number))
+      i = findloc([(phase%fixities(i)%set == set, i=1, size(phase%fixities))], .true., dim=1)
+      if (i == 0) phase%fixities = [phase%fixities, fixity]
+      if (i > 0) phase%fixities(i) = fixity
+    end associate
+    call self%take_over(error)
   end subroutine set_fixity
 
   !> Forces on the material points from the next step on, as they stand: they are not raised over a stage.
@@ -311,6 +417,22 @@ contains
       allocate (self%model%loading%point_force(size(force, 1), size(force, 2)))
     self%model%loading%point_force(:, :) = force
   end subroutine set_point_force
+
+  !> Whether there is such a surface or node set.
+  subroutine check_name(list, name, what, error)
+    class(named_type), intent(in) :: list(:)
+    character(len=*), intent(in) :: name
+    !> What it is the name of.
+    character(len=*), intent(in) :: what
+    !> Set when there is none.
+    type(error_type), allocatable, intent(out) :: error
+    type(string_type), allocatable :: names(:)
+
+    if (place_named(list, name) > 0) return
+    allocate (names(0))
+    call add_names(list, names)
+    call fail(error, error_other, 'there is no '//what//" '"//name//"'"//did_you_mean(name, names))
+  end subroutine check_name
 
   !> Set when a vector is not one of the scene.
   pure subroutine need_vector(self, vector, error)

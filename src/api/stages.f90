@@ -1,12 +1,10 @@
-!> The load program in the hands of an embedding program: stages (the phases of a deck) are added, changed before
-!> they begin, and ended before their time. They are data of the scene, so that the resolved deck, the fingerprint of
-!> restart files and a window that is rebuilt all know of them.
+!> The load program of an embedding program: a stage (a phase of a deck) ends before its time, the model is given the
+!> stages of the scene.
 module qsmpm_stages
   use qsmpm_kinds, only: wp
-  use qsmpm_named, only: named_type, add_names, place_named
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_load_description, only: fixity_type, prescription_type, traction_type
-  use qsmpm_phase_description, only: phase_type, initial_keep
+  use qsmpm_load_description, only: traction_type
+  use qsmpm_phase_description, only: initial_keep
   use qsmpm_drainage, only: set_drainage
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_load_path, only: between
@@ -17,217 +15,13 @@ module qsmpm_stages
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_snapshot, only: copy_phases
-  use qsmpm_text, only: string_type, did_you_mean, integer_text
   use qsmpm_undrained_law, only: undrained_law_type
   implicit none
   private
 
-  public :: append_stage, change_traction, change_pressure, change_water_level, change_displacement, change_fixity, &
-    cut_stage, take_over_stages, take_phases, same_steps
+  public :: cut_stage, take_over_stages, take_phases, same_steps
 
 contains
-
-  !> Add a stage in which nothing changes yet; its controls are those of the last one.
-  subroutine append_stage(scene, name, steps, error)
-    type(analysis_type), intent(inout) :: scene
-    !> Name, which no other stage has.
-    character(len=*), intent(in) :: name
-    !> Load steps.
-    integer, intent(in) :: steps
-    !> Set when the name is taken or empty, or there is no step.
-    type(error_type), allocatable, intent(out) :: error
-    type(phase_type) :: phase
-
-    if (len_trim(name) == 0) then
-      call fail(error, error_other, 'a stage wants a name')
-    else if (steps < 1) then
-      call fail(error, error_other, "stage '"//trim(name)//"': "//integer_text(steps)//' load steps are none')
-    end if
-    if (allocated(error)) return
-    if (place_named(scene%phases, trim(name)) > 0) then
-      call fail(error, error_other, "there is already a stage '"//trim(name)//"'")
-      return
-    end if
-    phase%name = trim(name)
-    allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), phase%water_levels(0), &
-      phase%activations(0), phase%deactivations(0), phase%materials(0), phase%installed(0), phase%removed(0), &
-      phase%constant_load_test%at(0), phase%stops(0), phase%moves(0))
-    if (size(scene%phases) > 0) phase%controls = scene%phases(size(scene%phases))%controls
-    phase%controls%steps = steps
-    scene%phases = [scene%phases, phase]
-  end subroutine append_stage
-
-  !> Dead traction on a surface at the end of a stage, per unit of its load factor.
-  subroutine change_traction(scene, number, surface, vector, error)
-    type(analysis_type), intent(inout) :: scene
-    !> Number of the stage.
-    integer, intent(in) :: number
-    !> Name of the surface.
-    character(len=*), intent(in) :: surface
-    !> Force per undeformed area (3).
-    real(wp), intent(in) :: vector(3)
-    !> Set when there is no such surface.
-    type(error_type), allocatable, intent(out) :: error
-    type(traction_type) :: traction
-    integer :: i, p
-
-    call check_name(scene%surfaces, surface, 'surface', error)
-    if (allocated(error)) return
-    ! Who carries it stays as it was said last.
-    do p = 1, number
-      do i = 1, size(scene%phases(p)%tractions)
-        associate (known => scene%phases(p)%tractions(i))
-          if (known%surface == surface .and. .not. known%follows) traction%carrier = known%carrier
-        end associate
-      end do
-    end do
-    traction%surface = surface
-    traction%vector = vector
-    call put_traction(scene%phases(number), traction)
-  end subroutine change_traction
-
-  !> Pressure on a surface at the end of a stage, per unit of its load factor.
-  subroutine change_pressure(scene, number, surface, pressure, error)
-    type(analysis_type), intent(inout) :: scene
-    !> Number of the stage.
-    integer, intent(in) :: number
-    !> Name of the surface.
-    character(len=*), intent(in) :: surface
-    !> Force per present area, positive against the body.
-    real(wp), intent(in) :: pressure
-    !> Set when there is no such surface.
-    type(error_type), allocatable, intent(out) :: error
-    type(traction_type) :: traction
-
-    call check_name(scene%surfaces, surface, 'surface', error)
-    if (allocated(error)) return
-    traction%surface = surface
-    traction%follows = .true.
-    traction%pressure = pressure
-    call put_traction(scene%phases(number), traction)
-  end subroutine change_pressure
-
-  !> Level of water at the end of a stage: of a row of a free surface in ground that consolidates, or of water at rest.
-  !> A stage without levels of its own gets those in force.
-  subroutine change_water_level(scene, number, name, level, error)
-    type(analysis_type), intent(inout) :: scene
-    !> Number of the stage.
-    integer, intent(in) :: number
-    !> Node set or surface of a row; for water at rest a body, or empty for all that have no level of their own.
-    character(len=*), intent(in) :: name
-    !> Height as a coordinate.
-    real(wp), intent(in) :: level
-    !> Set when no such level is in force, or water flows below it through ground as it is drawn.
-    type(error_type), allocatable, intent(out) :: error
-    integer, allocatable :: line(:)
-    integer :: i, k, r
-
-    allocate (line, source=lineage(scene%phases, number))
-    do i = size(line), 1, -1
-      do k = 1, size(scene%phases(line(i))%water_levels)
-        associate (card => scene%phases(line(i))%water_levels(k))
-          r = 0
-          if (card%flows .or. card%none) then
-            if (card%flows) r = findloc([(card%heads(r)%set == name, r=1, size(card%heads))], .true., dim=1)
-            if (r == 0) cycle
-          else if (card%body /= name) then
-            cycle
-          end if
-        end associate
-        if (scene%phases(line(i))%water_levels(k)%flows .and. .not. scene%phases(line(i))%water_levels(k)%coupled) exit
-        if (i < size(line)) scene%phases(number)%water_levels = [scene%phases(number)%water_levels, &
-          scene%phases(line(i))%water_levels(k)]
-        associate (card => scene%phases(number)%water_levels(merge(k, size(scene%phases(number)%water_levels), &
-            i == size(line))))
-          if (r > 0) card%heads(r)%level = level
-          if (r == 0) card%line(2, :) = level
-        end associate
-        return
-      end do
-    end do
-    call fail(error, error_other, "no level of '"//name//"' is in force that a stage can move: one of a flow "// &
-      'through ground as it is drawn is found when its stage is added (*WATER LEVEL by cards)')
-  end subroutine change_water_level
-
-  !> Put a load on a surface in the place of a former one of its kind, or behind the others.
-  subroutine put_traction(phase, traction)
-    type(phase_type), intent(inout) :: phase
-    type(traction_type), intent(in) :: traction
-    integer :: i
-
-    do i = 1, size(phase%tractions)
-      if (phase%tractions(i)%surface /= traction%surface) cycle
-      if (phase%tractions(i)%follows .neqv. traction%follows) cycle
-      phase%tractions(i) = traction
-      return
-    end do
-    phase%tractions = [phase%tractions, traction]
-  end subroutine put_traction
-
-  !> Displacement of a node set over a stage, per unit of its load factor.
-  subroutine change_displacement(model, phase, set, component, value, error)
-    !> The model, for the names of its sets.
-    type(model_type), intent(in) :: model
-    type(phase_type), intent(inout) :: phase
-    !> Name of the set.
-    character(len=*), intent(in) :: set
-    !> 1, 2 or 3.
-    integer, intent(in) :: component
-    !> The displacement.
-    real(wp), intent(in) :: value
-    !> Set when there is no such set or component, or the set is held in this stage.
-    type(error_type), allocatable, intent(out) :: error
-    type(prescription_type) :: prescription
-    integer :: i
-
-    call check_name(model%mesh%node_sets, set, 'node set', error)
-    if (.not. allocated(error) .and. (component < 1 .or. component > model%mesh%dimension)) &
-      call fail(error, error_other, 'component '//integer_text(component)//' is not one of the model')
-    if (allocated(error)) return
-    do i = 1, size(phase%fixities)
-      if (phase%fixities(i)%set == set .and. phase%fixities(i)%fixed(component)) call fail(error, error_other, &
-        "set '"//set//"' is held and moved in stage '"//phase%name//"'")
-    end do
-    if (allocated(error)) return
-    prescription%set = set
-    prescription%component = component
-    prescription%value = value
-    do i = 1, size(phase%prescriptions)
-      if (phase%prescriptions(i)%set /= set .or. phase%prescriptions(i)%component /= component) cycle
-      phase%prescriptions(i) = prescription
-      return
-    end do
-    phase%prescriptions = [phase%prescriptions, prescription]
-  end subroutine change_displacement
-
-  !> Components of a node set that are held from a stage on.
-  subroutine change_fixity(model, phase, set, fixed, error)
-    !> The model, for the names of its sets.
-    type(model_type), intent(in) :: model
-    type(phase_type), intent(inout) :: phase
-    !> Name of the set.
-    character(len=*), intent(in) :: set
-    !> Held components; none frees the set (3).
-    logical, intent(in) :: fixed(3)
-    !> Set when there is no such set.
-    type(error_type), allocatable, intent(out) :: error
-    type(fixity_type) :: fixity
-    integer :: i
-
-    call check_name(model%mesh%node_sets, set, 'node set', error)
-    ! Where all components are held, those that there are are meant.
-    if (.not. allocated(error) .and. model%mesh%dimension == 2 .and. fixed(3) .and. .not. all(fixed)) &
-      call fail(error, error_other, 'component 3 is not one of the model')
-    if (allocated(error)) return
-    fixity%set = set
-    fixity%fixed = fixed
-    do i = 1, size(phase%fixities)
-      if (phase%fixities(i)%set /= set) cycle
-      phase%fixities(i) = fixity
-      return
-    end do
-    phase%fixities = [phase%fixities, fixity]
-  end subroutine change_fixity
 
   !> Let a stage end where it stands: its loads become those reached, its displacements those done. A water level that
   !> is half way is not a level, nor is the pressure of one.
@@ -413,20 +207,4 @@ contains
     same_steps = size(a%steps) == size(b%steps)
     if (same_steps) same_steps = all(a%steps%kind == b%steps%kind .and. a%steps%axis == b%steps%axis)
   end function same_steps
-
-  !> Whether there is such a surface or node set.
-  subroutine check_name(list, name, what, error)
-    class(named_type), intent(in) :: list(:)
-    character(len=*), intent(in) :: name
-    !> What it is the name of.
-    character(len=*), intent(in) :: what
-    !> Set when there is none.
-    type(error_type), allocatable, intent(out) :: error
-    type(string_type), allocatable :: names(:)
-
-    if (place_named(list, name) > 0) return
-    allocate (names(0))
-    call add_names(list, names)
-    call fail(error, error_other, 'there is no '//what//" '"//name//"'"//did_you_mean(name, names))
-  end subroutine check_name
 end module qsmpm_stages

@@ -4,7 +4,7 @@
 !> What listens is an argument of the calls that step. Changes of loads are left to `qsmpm_simulation`.
 module qsmpm_stepped_analysis
   use qsmpm_kinds, only: wp
-  use qsmpm_added_cards, only: added_lines_type, name_added_lines, read_added_cards
+  use qsmpm_added_cards, only: added_lines_type, name_added_lines, read_added_cards, drop_materials, extend_model
   use qsmpm_analysis, only: analysis_type
   use qsmpm_phase_description, only: phase_type, phase_safety
   use qsmpm_observer_list, only: observer_list_type
@@ -18,7 +18,6 @@ module qsmpm_stepped_analysis
   use qsmpm_law, only: law_slot_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_model_extension, only: drop_materials, extend_model
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, &
@@ -26,8 +25,7 @@ module qsmpm_stepped_analysis
   use qsmpm_plugin, only: guard_exit
   use qsmpm_point, only: refuse_point
   use qsmpm_problem, only: problem_type, own_laws, mark_own
-  use qsmpm_process_settings, only: settings_type, enter_library, leave_library, check_threads
-  use qsmpm_program_name, only: program_name
+  use qsmpm_program_name, only: settings_type, enter_library, leave_library, check_threads, program_name
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create_recorder => create, close
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_restart, only: read_restart, write_restart, text_fingerprint

@@ -1,22 +1,24 @@
 !> Files that are either whole or not there.
 !>
-!> A file is written under its name with `.tmp` added and renamed when it is complete and on the
-!> disk, so that a crash or a full disk leaves the former file as it was. The exceptions are the
-!> tables that grow row by row (`append_file`): each `flush_file` ends in whole rows, and what did
-!> not fit is cut off again. A failure is kept in the file and returned by the next `flush_file` or
-!> `commit_file`, so that the writers need no test after every number.
+!> A file is written under its name with `.tmp` added and renamed when it is complete and on the disk, so that a crash
+!> or a full disk leaves the former file as it was. The exceptions are the tables that grow row by row (`append_file`):
+!> each `flush_file` ends in whole rows, and what did not fit is cut off again. A failure is kept in the file and
+!> returned by the next `flush_file` or `commit_file`, so that the writers need no test after every number.
+!>
+!> Names of files: directory, base name, extension, absolute form. Nothing is opened.
 module qsmpm_file
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_loc, c_long, c_null_char, &
-    c_null_ptr, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_loc, c_long, c_null_char, c_null_ptr, c_ptr, &
+    c_size_t
   use qsmpm_kinds, only: long
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_posix, only: c_fclose, c_fflush, c_fileno, c_fopen, c_fseek, c_fsync, c_fwrite, remove_file, &
-    rename_file, system_message, truncate_file
+  use qsmpm_posix, only: c_fclose, c_fflush, c_fileno, c_fopen, c_fseek, c_fsync, c_fwrite, remove_file, rename_file, &
+    system_message, truncate_file
   implicit none
   private
 
   public :: file_type, create_file, join_file, append_file, move_to, put_text, put_bytes, flush_file, finish_file, &
-    commit_file, discard_file, close_file, write_text, read_text, file_exists
+    commit_file, discard_file, close_file, write_text, read_text, file_exists, directory_of, base_name, extension_of, &
+    joined, absolute_path
 
   !> A file that is being written.
   type :: file_type
@@ -33,6 +35,15 @@ module qsmpm_file
     !> Why the file cannot be written, once it cannot.
     character(len=:), allocatable :: reason
   end type file_type
+
+  interface
+    !> getcwd(3).
+    type(c_ptr) function c_getcwd(buffer, size) bind(c, name='getcwd') result(pointer)
+      import :: c_char, c_size_t, c_ptr
+      character(kind=c_char), intent(out) :: buffer(*)
+      integer(c_size_t), value :: size
+    end function c_getcwd
+  end interface
 
 contains
 
@@ -304,4 +315,75 @@ contains
 
     inquire (file=path, exist=file_exists)
   end function file_exists
+
+  !> Directory of a path with its slash, empty when it has none.
+  pure function directory_of(path) result(directory)
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: directory
+
+    directory = path(:index(path, '/', back=.true.))
+  end function directory_of
+
+  !> Name of a file without directory and last extension.
+  pure function base_name(path) result(name)
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: name
+    integer :: dot
+
+    name = path(index(path, '/', back=.true.) + 1:)
+    dot = index(name, '.', back=.true.)
+    if (dot > 1) name = name(:dot - 1)
+  end function base_name
+
+  !> Last extension of a file with its dot, empty when it has none.
+  pure function extension_of(path) result(extension)
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: extension
+    integer :: dot
+
+    extension = path(index(path, '/', back=.true.) + 1:)
+    dot = index(extension, '.', back=.true.)
+    if (dot > 1) then
+      extension = extension(dot:)
+    else
+      extension = ''
+    end if
+  end function extension_of
+
+  !> A path as seen from a directory.
+  pure function joined(directory, path) result(full)
+    !> Directory with its slash, or empty.
+    character(len=*), intent(in) :: directory
+    !> Path relative to it, or absolute.
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: full
+
+    full = directory//path
+    if (index(path, '/') == 1) full = path
+  end function joined
+
+  !> A path from the root, without '.' parts. '..' parts stay: links make them ambiguous.
+  function absolute_path(path) result(full)
+    !> The path, relative to the working directory or absolute.
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: full
+    integer, parameter :: longest = 4096
+    character(kind=c_char) :: buffer(longest)
+    integer :: i
+
+    full = path
+    if (index(path, '/') /= 1) then
+      if (c_associated(c_getcwd(buffer, int(longest, c_size_t)))) then
+        full = '/'//path
+        do i = findloc(buffer, c_null_char, dim=1) - 1, 1, -1
+          full = buffer(i)//full
+        end do
+      end if
+    end if
+    i = index(full, '/./')
+    do while (i > 0)
+      full = full(:i)//full(i + 3:)
+      i = index(full, '/./')
+    end do
+  end function absolute_path
 end module qsmpm_file

@@ -1,4 +1,4 @@
-!> Reading of HDF5 files. The library believes what it reads: who has a checksum (`qsmpm_seal`) compares it first. A
+!> Reading of HDF5 files. The library believes what it reads: who has a checksum (`qsmpm_checksum`) compares it first. A
 !> failure is kept and reported by `close_reader`.
 module qsmpm_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr

@@ -1,38 +1,43 @@
-!> The strict check of a card against its entry in the keyword table: parameters first, then data
-!> lines. Defaults are filled in, so that the reader need not know them.
+!> The strict check of a card against its entry in the keyword table: parameters first, then data lines. Defaults are
+!> filled in, so that the reader need not know them.
+!>
+!> Data lines may be given by name: `E50ref=3e4, phi'=30` in any order and on any number of lines for the one data line
+!> of a card, row by row where a card has many. Values without a name may stand before them, in the order of the
+!> columns. Names are compared without capitals, blanks, underscores, primes, stars, points and carets; what is no
+!> column then may be one with the endings ref, ur, rm, unsat, x of other programs (E50ref, nu_ur, E_rm, gamma_unsat,
+!> k_x), or another name that the column has.
 module qsmpm_card_check
-  use qsmpm_named_items, only: order_named_items
   use qsmpm_text, only: did_you_mean, string_type, add_word, split, integer_text, squeezed, upper
   use qsmpm_cards, only: card_type, parameter_type
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_renamed_words, only: renamed, by_converter
-  use qsmpm_card_items, only: item_type, data_type, holds, value_text, value_problem, kind_flag
+  use qsmpm_help_topics, only: renamed, by_converter
+  use qsmpm_card_items, only: item_type, data_type, holds, value_text, value_problem, kind_flag, kind_word, &
+    kind_integer, kind_real
   use qsmpm_keyword_table, only: keyword_type
   implicit none
   private
 
-  public :: check_card
+  public :: check_card, may_be_named
+
+  character(len=5), parameter :: endings(5) = [character(len=5) :: 'REF', 'UR', 'RM', 'UNSAT', 'X']
 
 contains
 
   !> Check a card and fill in its defaults.
-  subroutine check_card(entry, card, state)
+  subroutine check_card(entry, state)
     type(keyword_type), intent(in) :: entry
-    !> The card; it and its rows learn whether they are good.
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
 
-    call check_names(entry, card, state)
-    call check_values(entry, card, state)
-    call fill_defaults(entry, card)
-    call check_context(entry, card, state)
-    call check_data(entry, card, state)
+    call check_names(entry, state)
+    call check_values(entry, state)
+    call fill_defaults(entry, state%card)
+    call check_context(entry, state)
+    call check_data(entry, state)
   end subroutine check_card
 
   !> Every parameter is known and given once; every required one is given.
-  subroutine check_names(entry, card, state)
+  subroutine check_names(entry, state)
     type(keyword_type), intent(in) :: entry
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     type(string_type), allocatable :: known(:)
     integer :: i
@@ -41,21 +46,21 @@ contains
     do i = 1, size(entry%parameters)
       call add_word(known, entry%parameters(i)%name)
     end do
-    do i = 1, size(card%parameters)
-      associate (name => card%parameters(i)%name)
+    do i = 1, size(state%card%parameters)
+      associate (name => state%card%parameters(i)%name)
         if (len(name) == 0) then
-          call bad(card, state, 'empty parameter between commas')
+          call state%refuse('empty parameter between commas')
         else if (parameter_number(entry, name) == 0) then
-          call bad(card, state, unknown_parameter(entry%name, name, known))
-        else if (card%find(name) < i) then
-          call bad(card, state, 'parameter '//name//' is given twice')
+          call state%refuse(unknown_parameter(entry%name, name, known))
+        else if (state%card%find(name) < i) then
+          call state%refuse('parameter '//name//' is given twice')
         end if
       end associate
     end do
     do i = 1, size(entry%parameters)
       if (.not. entry%parameters(i)%required) cycle
-      if (card%find(entry%parameters(i)%name) == 0) call bad(card, state, &
-        'parameter '//entry%parameters(i)%name//' is missing')
+      if (state%card%find(entry%parameters(i)%name) == 0) call state%refuse('parameter '//entry%parameters(i)%name// &
+        ' is missing')
     end do
   end subroutine check_names
 
@@ -79,24 +84,20 @@ contains
     character(len=*), intent(in) :: name
     integer :: i
 
-    number = 0
-    do i = 1, size(entry%parameters)
-      if (entry%parameters(i)%name == name) number = i
-    end do
+    number = findloc([(entry%parameters(i)%name == name, i=1, size(entry%parameters))], .true., dim=1)
   end function parameter_number
 
   !> Every value is of its kind and in its range; a bad one is replaced by the default.
-  subroutine check_values(entry, card, state)
+  subroutine check_values(entry, state)
     type(keyword_type), intent(in) :: entry
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: problem
     integer :: i, k
 
-    do i = 1, size(card%parameters)
-      k = parameter_number(entry, card%parameters(i)%name)
+    do i = 1, size(state%card%parameters)
+      k = parameter_number(entry, state%card%parameters(i)%name)
       if (k == 0) cycle
-      associate (parameter => card%parameters(i), item => entry%parameters(k))
+      associate (parameter => state%card%parameters(i), item => entry%parameters(k))
         problem = ''
         if (item%kind == kind_flag) then
           if (parameter%has_value) problem = item%name//' takes no value'
@@ -107,9 +108,10 @@ contains
         end if
         if (len(problem) == 0) cycle
         associate (written => item%name//'='//upper(squeezed(parameter%value)))
-          if (len(renamed(card%keyword, written)) > 0) problem = written//' is now '//renamed(card%keyword, written)
+          if (len(renamed(state%card%keyword, written)) > 0) problem = written//' is now '// &
+            renamed(state%card%keyword, written)
         end associate
-        call bad(card, state, problem)
+        call state%refuse(problem)
         parameter%value = item%default
       end associate
     end do
@@ -132,86 +134,83 @@ contains
   end subroutine fill_defaults
 
   !> No parameter is given that has no meaning beside the others.
-  subroutine check_context(entry, card, state)
+  subroutine check_context(entry, state)
     type(keyword_type), intent(in) :: entry
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     type(string_type), allocatable :: others(:)
     integer :: i, k
 
     do i = 1, size(entry%parameters)
       associate (item => entry%parameters(i))
-        if (.not. card%has(item%name)) cycle
-        if (.not. holds(card, item%needs)) call bad(card, state, 'parameter '//item%name// &
-          ' has no meaning without '//item%needs)
+        if (.not. state%card%has(item%name)) cycle
+        if (.not. holds(state%card, item%needs)) call state%refuse('parameter '//item%name//' has no meaning '// &
+          'without '//item%needs)
         if (len(item%excludes) == 0) cycle
         call split(item%excludes, '|', others)
         do k = 1, size(others)
-          if (card%has(others(k)%text)) call bad(card, state, &
-            'parameters '//item%name//' and '//others(k)%text//' exclude each other')
+          if (state%card%has(others(k)%text)) call state%refuse('parameters '//item%name//' and '//others(k)%text// &
+            ' exclude each other')
         end do
       end associate
     end do
   end subroutine check_context
 
   !> Data lines are as many and of the form the card wants.
-  subroutine check_data(entry, card, state)
+  subroutine check_data(entry, state)
     type(keyword_type), intent(in) :: entry
-    type(card_type), intent(inout) :: card
     type(deck_state_type), intent(inout) :: state
     integer :: i, d
 
     do d = 1, size(entry%data)
-      if (holds(card, entry%data(d)%when)) exit
+      if (holds(state%card, entry%data(d)%when)) exit
     end do
     if (d > size(entry%data)) then
-      do i = 1, size(card%rows)
-        call bad_row(card, i, state, 'data line where none belongs')
+      do i = 1, size(state%card%rows)
+        call state%refuse_row(i, 'data line where none belongs')
       end do
       return
     end if
     associate (lines => entry%data(d))
-      call order_named_items(lines, card, state)
-      do i = 1, size(card%rows)
+      call order_named_items(lines, state)
+      do i = 1, size(state%card%rows)
         if (i > lines%maximum) then
-          call bad_row(card, i, state, 'more data lines than the '//integer_text(lines%maximum)//' that belong here')
-        else if (.not. (lines%free .or. card%rows(i)%by_name)) then
-          call check_row(lines, card, i, state)
+          call state%refuse_row(i, 'more data lines than the '//integer_text(lines%maximum)//' that belong here')
+        else if (.not. (lines%free .or. state%card%rows(i)%by_name)) then
+          call check_row(lines, i, state)
         end if
       end do
-      if (size(card%rows) < lines%minimum) call bad(card, state, integer_text(lines%minimum)// &
-        ' data line(s) wanted ('//lines%sentence//'), '//integer_text(size(card%rows))//' found')
+      if (size(state%card%rows) < lines%minimum) call state%refuse(integer_text(lines%minimum)//' data line(s) '// &
+        'wanted ('//lines%sentence//'), '//integer_text(size(state%card%rows))//' found')
     end associate
   end subroutine check_data
 
   !> One data line against the columns.
-  subroutine check_row(lines, card, i, state)
+  subroutine check_row(lines, i, state)
     type(data_type), intent(in) :: lines
-    type(card_type), intent(inout) :: card
     integer, intent(in) :: i
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: problem
     integer :: k, c, least, most, most_in_3d, items
 
     call allowed_count(lines, state%dimension, least, most)
-    items = size(card%rows(i)%items)
+    items = size(state%card%rows(i)%items)
     if (items < least .or. items > most) then
       problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)//' are wanted'
       call allowed_count(lines, 3, least, most_in_3d)
       if (items > most .and. items == most_in_3d) problem = problem//' (the model is plane)'
-      call bad_row(card, i, state, problem)
+      call state%refuse_row(i, problem)
     end if
     do k = 1, min(items, most)
       c = min(k, size(lines%columns))
       if (.not. used(lines%columns(c), state%dimension)) exit
-      associate (value => card%rows(i)%items(k)%text)
+      associate (value => state%card%rows(i)%items(k)%text)
         if (len(value) == 0) then
           problem = lines%columns(c)%name//' is empty'
         else
           problem = value_problem(lines%columns(c), value)
         end if
       end associate
-      if (len(problem) > 0) call bad_row(card, i, state, problem)
+      if (len(problem) > 0) call state%refuse_row(i, problem)
     end do
   end subroutine check_row
 
@@ -265,24 +264,190 @@ contains
     end do
   end function column_list
 
-  !> Report an error of the keyword line.
-  subroutine bad(card, state, sentence)
-    type(card_type), intent(inout) :: card
+  !> Whether the columns of data lines may be given by name.
+  pure logical function may_be_named(lines)
+    type(data_type), intent(in) :: lines
+    integer :: c
+
+    may_be_named = .not. lines%free .and. size(lines%columns) > 1
+    do c = 1, size(lines%columns)
+      associate (column => lines%columns(c))
+        may_be_named = may_be_named .and. .not. column%repeated &
+          .and. any(column%kind == [kind_word, kind_integer, kind_real])
+      end associate
+    end do
+  end function may_be_named
+
+  !> Put what is given by name into the order of the columns; such rows are checked here.
+  subroutine order_named_items(lines, state)
+    type(data_type), intent(in) :: lines
     type(deck_state_type), intent(inout) :: state
-    character(len=*), intent(in) :: sentence
+    type(item_type), allocatable :: columns(:)
+    integer :: i
 
-    card%good = .false.
-    call state%report_error(card, sentence)
-  end subroutine bad
+    if (.not. may_be_named(lines)) return
+    if (.not. any([(is_named(state%card, i), i=1, size(state%card%rows))])) return
+    columns = pack(lines%columns, .not. (lines%columns%third .and. state%dimension == 2))
+    if (lines%maximum == 1) then
+      call order_rows(columns, 1, size(state%card%rows), state)
+      state%card%rows = state%card%rows(:1)
+      return
+    end if
+    do i = 1, size(state%card%rows)
+      if (is_named(state%card, i)) call order_rows(columns, i, i, state)
+    end do
+  end subroutine order_named_items
 
-  !> Report an error of a data line.
-  subroutine bad_row(card, i, state, sentence)
-    type(card_type), intent(inout) :: card
-    integer, intent(in) :: i
+  !> Whether a row has a name in it.
+  pure logical function is_named(card, row)
+    type(card_type), intent(in) :: card
+    integer, intent(in) :: row
+    integer :: k
+
+    is_named = any([(index(card%rows(row)%items(k)%text, '=') > 0, k=1, size(card%rows(row)%items))])
+  end function is_named
+
+  !> Some rows as one in the order of the columns, in the place of the first of them; what must be given is.
+  subroutine order_rows(columns, first, last, state)
+    type(item_type), intent(in) :: columns(:)
+    integer, intent(in) :: first, last
     type(deck_state_type), intent(inout) :: state
-    character(len=*), intent(in) :: sentence
+    type(string_type) :: values(size(columns))
+    character(len=:), allocatable :: missing
+    integer :: k
 
-    card%rows(i)%good = .false.
-    call state%error_at(card, card%rows(i), sentence)
-  end subroutine bad_row
+    do k = 1, size(values)
+      values(k)%text = ''
+    end do
+    missing = ''
+    do k = first, last
+      call take_row(columns, k, k > first, state, values)
+    end do
+    state%card%rows(first)%by_name = .true.
+    state%card%rows(first)%good = all(state%card%rows(first:last)%good)
+    do k = 1, size(columns)
+      if (columns(k)%required .and. len(values(k)%text) == 0) missing = missing//', '//columns(k)%name
+    end do
+    if (len(missing) > 0 .and. state%card%rows(first)%good) call state%refuse_row(first, missing(3:)// &
+      trim(merge(' are missing', ' is missing ', index(missing(3:), ', ') > 0)))
+    state%card%rows(first)%items = values
+  end subroutine order_rows
+
+  !> The items of a row; those behind a name have one.
+  subroutine take_row(columns, row, named_before, state, values)
+    type(item_type), intent(in) :: columns(:)
+    integer, intent(in) :: row
+    !> Names are wanted from the first item on.
+    logical, intent(in) :: named_before
+    type(deck_state_type), intent(inout) :: state
+    !> As text, empty where there is none yet (columns).
+    type(string_type), intent(inout) :: values(:)
+    character(len=:), allocatable :: text, problem
+    integer :: k, column, equals
+    logical :: named
+
+    named = named_before
+    do k = 1, size(state%card%rows(row)%items)
+      text = state%card%rows(row)%items(k)%text
+      equals = index(text, '=')
+      named = named .or. equals > 0
+      column = k
+      if (equals > 0) column = column_of(columns, text(:equals - 1))
+      if (named .and. equals == 0) then
+        problem = "'"//text//"' has no name, as those beside it: "//columns(min(k, size(columns)))%name//'='//text//'?'
+      else if (column > size(columns)) then
+        problem = "'"//text//"' is more than the columns: "//names_of(columns)
+      else if (column == 0) then
+        problem = unknown_name(columns, state%card, squeezed(text(:equals - 1)))
+      else
+        call take_value(columns(column), squeezed(text(equals + 1:)), values(column)%text, problem)
+      end if
+      if (len(problem) > 0) call state%refuse_row(row, problem)
+    end do
+  end subroutine take_row
+
+  !> A value of a column.
+  subroutine take_value(column, text, value, problem)
+    type(item_type), intent(in) :: column
+    character(len=*), intent(in) :: text
+    !> That of before, empty for none, and then this one.
+    character(len=:), allocatable, intent(inout) :: value
+    !> Empty for none.
+    character(len=:), allocatable, intent(out) :: problem
+
+    if (len(value) > 0) then
+      problem = column%name//' is given twice'
+      return
+    end if
+    value = text
+    problem = column%name//' is empty'
+    if (len(text) > 0) problem = value_problem(column, text)
+  end subroutine take_value
+
+  !> Column of a name, 0 where there is none.
+  pure integer function column_of(columns, name) result(c)
+    type(item_type), intent(in) :: columns(:)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: plain
+    integer :: e, ending
+
+    plain = plain_name(name)
+    do c = 1, size(columns)
+      if (plain == plain_name(columns(c)%name) .or. plain == plain_name(columns(c)%other_name)) return
+    end do
+    do e = 1, size(endings)
+      ending = len(plain) - len_trim(endings(e))
+      if (ending < 1) cycle
+      if (plain(ending + 1:) /= endings(e)) cycle
+      do c = 1, size(columns)
+        if (plain(:ending) == plain_name(columns(c)%name)) return
+      end do
+    end do
+    c = 0
+  end function column_of
+
+  !> Capitals, without blanks, underscores, primes, stars, points and carets.
+  pure function plain_name(name) result(plain)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: plain
+    integer :: i
+
+    plain = ''
+    do i = 1, len(name)
+      if (scan(name(i:i), " _'*.^") == 0) plain = plain//name(i:i)
+    end do
+    plain = upper(plain)
+  end function plain_name
+
+  !> What is said of a name that no column has.
+  pure function unknown_name(columns, card, name) result(sentence)
+    type(item_type), intent(in) :: columns(:)
+    type(card_type), intent(in) :: card
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: sentence
+    type(string_type), allocatable :: known(:)
+    integer :: c
+
+    if (card%find(upper(name)) > 0) then
+      sentence = name//' is a parameter and stands in the line of the keyword: *'//card%keyword//', '//upper(name)//'='
+      return
+    end if
+    allocate (known(0))
+    do c = 1, size(columns)
+      call add_word(known, columns(c)%name)
+    end do
+    sentence = "unknown name '"//name//"'"//did_you_mean(name, known)//'; there are '//names_of(columns)
+  end function unknown_name
+
+  !> Names of columns for a message.
+  pure function names_of(columns) result(text)
+    type(item_type), intent(in) :: columns(:)
+    character(len=:), allocatable :: text
+    integer :: c
+
+    text = columns(1)%name
+    do c = 2, size(columns)
+      text = text//', '//columns(c)%name
+    end do
+  end function names_of
 end module qsmpm_card_check

@@ -54,9 +54,11 @@ module qsmpm_card_fields
     procedure(begin_interface), deferred :: begin_data
     procedure(row_interface), deferred :: row
     procedure :: given
+    procedure :: there
     procedure :: line
     procedure :: whole
     procedure :: number
+    procedure :: vector
     procedure :: choice
     procedure :: word
     procedure :: answer
@@ -117,9 +119,17 @@ contains
     class(card_fields_type), intent(inout) :: self
     logical, intent(inout) :: yes
 
-    if (self%writing) self%left_out = .not. yes
+    call self%there(yes)
     if (self%reading) yes = .true.
   end subroutine given
+
+  !> Where there is no such card none is written.
+  subroutine there(self, yes)
+    class(card_fields_type), intent(inout) :: self
+    logical, intent(in) :: yes
+
+    if (self%writing) self%left_out = .not. yes
+  end subroutine there
 
   !> Where the card or data line was written.
   subroutine line(self, where)
@@ -212,6 +222,25 @@ contains
       call read_real(text, value, outcome)
     end if
   end subroutine number
+
+  !> Columns of a vector or a place: `head` and `tail` stand around the letter of the axis.
+  subroutine vector(self, head, values, sentence, others, tail)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: head, sentence
+    real(wp), intent(inout) :: values(3)
+    !> `others`: what is said of the second and third column, where not the same.
+    character(len=*), intent(in), optional :: others, tail
+    character(len=:), allocatable :: said, behind
+    integer :: i
+
+    said = sentence
+    behind = ''
+    if (present(tail)) behind = tail
+    do i = 1, 3
+      if (present(others) .and. i > 1) said = others
+      call self%number(head//achar(iachar('w') + i)//behind, values(i), said, third=i == 3)
+    end do
+  end subroutine vector
 
   !> One of several words, kept as its number.
   subroutine choice(self, name, value, words, sentence, first, needs, required, open, excludes)
@@ -378,10 +407,8 @@ contains
     character(len=*), intent(in) :: sentence
     !> Items there are; those of the card where it is read, 1 where it is described.
     integer, intent(inout) :: count
-    logical :: any_there
 
-    any_there = count > 0
-    call self%given(any_there)
+    call self%there(count > 0)
     call self%data(sentence, 1, huge(1), rows=count)
   end subroutine list
 

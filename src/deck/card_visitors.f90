@@ -1,17 +1,29 @@
-!> What is done with the fields of a card (qsmpm_card_fields): the table of keywords is given them, a card is read
-!> into them, a card is written of them. Nothing here knows any card.
+!> What is done with the fields of a card (qsmpm_card_fields): the table of keywords is given them, a card is read into
+!> them, a card is written of them. Nothing here knows any card. Text of an echo deck grows line by line; its numbers
+!> read back to the same bits.
 module qsmpm_card_visitors
-  use qsmpm_text, only: string_type, upper, squeezed
+  use qsmpm_text, only: string_type, upper, squeezed, newline, real_text
   use qsmpm_cards, only: card_type, parameter_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_card_items, only: item_type, data_type, append_item, append_data, holds, kind_word, kind_name, kind_file, &
     kind_integer, kind_flag
   use qsmpm_deck_state, only: source_line
-  use qsmpm_echo_lines, only: echo_type, quoted
+  use qsmpm_kinds, only: wp
   implicit none
   private
 
-  public :: describer_type, card_reader_type, writer_type, reader, writer
+  public :: describer_type, card_reader_type, writer_type, reader, writer, echo_type, numbers
+
+  !> Room that is made at once, so that long decks are not copied for every line.
+  integer, parameter :: block = 65536
+
+  !> The text so far: `text(:length)`.
+  type :: echo_type
+    integer :: length = 0
+    character(len=:), allocatable :: text
+  contains
+    procedure :: line
+  end type echo_type
 
   !> Describes the fields: parameters and data lines, which the check of cards, help and the deck reference go by.
   type, extends(card_fields_type) :: describer_type
@@ -365,4 +377,44 @@ contains
     call end_row(self)
     if (self%rows%length > 0) call echo%line(self%rows%text(:self%rows%length - 1))
   end subroutine finish
+
+  !> Write a line.
+  pure subroutine line(self, text)
+    class(echo_type), intent(inout) :: self
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: longer
+    integer :: needed
+
+    if (.not. allocated(self%text)) allocate (character(len=block) :: self%text)
+    needed = self%length + len(text) + 1
+    if (needed > len(self%text)) then
+      allocate (character(len=2*needed) :: longer)
+      longer(:self%length) = self%text(:self%length)
+      call move_alloc(longer, self%text)
+    end if
+    self%text(self%length + 1:needed) = text//newline
+    self%length = needed
+  end subroutine line
+
+  !> Reals with commas between them.
+  pure function numbers(values) result(text)
+    real(wp), intent(in) :: values(:)
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(values)
+      if (i > 1) text = text//', '
+      text = text//real_text(values(i))
+    end do
+  end function numbers
+
+  !> A name or file as a value: in double quotes where it needs them.
+  pure function quoted(name) result(text)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: text
+
+    text = name
+    if (scan(name, ',=') > 0 .or. index(name, '*') == 1) text = '"'//name//'"'
+  end function quoted
 end module qsmpm_card_visitors

@@ -1,38 +1,38 @@
-!> A deck from text to the analysis it describes. The whole deck is read before it is judged: all
-!> errors and warnings are collected with file and line.
+!> A deck from text to the analysis it describes. The whole deck is read before it is judged: all errors and warnings
+!> are collected with file and line.
+!>
+!> The echo: a complete deck of an analysis with every default spelt out, its cards in the order of the table of
+!> keywords. Read again it gives the same analysis, bit for bit.
 module qsmpm_deck
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
-  use qsmpm_analysis, only: analysis_type
+  use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_mesh_description, only: mesh_none, mesh_inline
   use qsmpm_basis_traits, only: usual_factor
   use qsmpm_carried_cards, only: note_card
   use qsmpm_recommended_method, only: decide_mesh, decide_method
   use qsmpm_text, only: did_you_mean, string_type, integer_text
-  use qsmpm_file, only: read_text
-  use qsmpm_path, only: base_name
-  use qsmpm_messages, only: message_list_type, message_text, severity_error
-  use qsmpm_deck_lines, only: line_list_type, cut_lines
-  use qsmpm_cards, only: card_type, make_cards, word_at
+  use qsmpm_file, only: read_text, base_name
+  use qsmpm_messages, only: message_list_type, message_text
+  use qsmpm_cards, only: line_list_type, cut_lines, card_type, make_cards, word_at
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_deck_objects, only: list_mesh, empty_deck, open_item, go_to_item, count_items, check_new_name
+  use qsmpm_deck_objects, only: list_mesh, empty_deck, open_item, go_to_item, count_items, check_new_name, &
+    list_phases, list_points
   use qsmpm_deck_words, only: position_of, model_words
-  use qsmpm_card_visitors, only: card_reader_type, reader
+  use qsmpm_card_visitors, only: card_reader_type, reader, writer_type, writer, echo_type
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, once
   use qsmpm_keywords, only: make_table
   use qsmpm_card_check, only: check_card
-  use qsmpm_help_topics, only: is_topic, topic_text
-  use qsmpm_renamed_words, only: renamed, by_converter
+  use qsmpm_help_topics, only: is_topic, topic_text, renamed, by_converter
   use qsmpm_deck_bodies, only: give_points
-  use qsmpm_deck_histories, only: give_units
+  use qsmpm_deck_general, only: give_units
   use qsmpm_deck_references, only: check_references
-  use qsmpm_deck_echo, only: echo_text
   use qsmpm_deck_help, only: help_text, keyword_list_text, deck_markdown
   implicit none
   private
 
-  public :: read_deck, parse_deck, message_list_type, message_text
-  public :: echo_text, help_text, keyword_list_text, deck_markdown
+  public :: read_deck, parse_deck, message_list_type, message_text, echo_text, help_text, keyword_list_text, &
+    deck_markdown
 
 contains
 
@@ -151,7 +151,7 @@ contains
 
   !> Check and use the cards in order.
   subroutine take_cards(cards, state)
-    type(card_type), intent(inout) :: cards(:)
+    type(card_type), target, intent(inout) :: cards(:)
     type(deck_state_type), intent(inout) :: state
     type(table_type) :: table
     type(string_type), allocatable :: names(:)
@@ -163,11 +163,11 @@ contains
     allocate (seen(table%count), source=0)
     do i = 1, size(cards)
       k = table%find(cards(i)%keyword)
+      state%card => cards(i)
       if (k == 0) then
-        call state%messages%add(severity_error, cards(i)%place, cards(i)%keyword, &
-          unknown_keyword(cards(i)%keyword, names))
+        call state%report_error(unknown_keyword(cards(i)%keyword, names))
       else
-        call take_card(table, k, cards(i), seen, state)
+        call take_card(table, k, seen, state)
       end if
     end do
   end subroutine take_cards
@@ -198,53 +198,51 @@ contains
   end function first_clause
 
   !> Check one card and use it when it stands where it may.
-  subroutine take_card(table, k, card, seen, state)
+  subroutine take_card(table, k, seen, state)
     type(table_type), intent(in) :: table
     integer, intent(in) :: k
-    type(card_type), intent(inout) :: card
     !> Line of each keyword's last card in the deck, phase or material; 0 for none.
     integer, intent(inout) :: seen(:)
     type(deck_state_type), intent(inout) :: state
     integer :: before, i
     logical :: usable
 
-    if (card%keyword == 'PHASE' .or. card%keyword == 'MATERIAL') then
+    if (state%card%keyword == 'PHASE' .or. state%card%keyword == 'MATERIAL') then
       do i = 1, table%count
-        if (table%keywords(i)%section == merge(in_phase, in_material, card%keyword == 'PHASE')) seen(i) = 0
+        if (table%keywords(i)%section == merge(in_phase, in_material, state%card%keyword == 'PHASE')) seen(i) = 0
       end do
     end if
-    call check_card(table%keywords(k), card, state)
-    call check_section(table%keywords(k)%section, card, state, usable)
+    call check_card(table%keywords(k), state)
+    call check_section(table%keywords(k)%section, state, usable)
     if (.not. usable) return
     before = seen(k)
-    seen(k) = card%place%line
+    seen(k) = state%card%place%line
     if (before > 0 .and. table%keywords(k)%times == once) then
-      call state%report_error(card, 'is given twice (first in line '//integer_text(before)//')')
+      call state%report_error('is given twice (first in line '//integer_text(before)//')')
       return
     end if
-    call note_card(state%analysis, card%keyword)
-    call read_card(table%keywords(k), card, state)
+    call note_card(state%analysis, state%card%keyword)
+    call read_card(table%keywords(k), state)
   end subroutine take_card
 
   !> Read a card into what it is about.
-  subroutine read_card(entry, card, state)
+  subroutine read_card(entry, state)
     type(keyword_type), intent(in) :: entry
-    type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     type(card_reader_type) :: fields
 
     if (allocated(entry%opens)) then
-      if (entry%list == list_mesh .and. .not. may_bring_mesh(card%keyword, state%analysis%mesh%kind)) then
-        call state%report_error(card, 'the deck has a mesh already')
+      if (entry%list == list_mesh .and. .not. may_bring_mesh(state%card%keyword, state%analysis%mesh%kind)) then
+        call state%report_error('the deck has a mesh already')
         return
       end if
       call open_item(state, entry%list)
       call go_to_item(state, entry%list, count_items(state, entry%list))
     end if
-    fields = reader(card, state%dimension)
+    fields = reader(state%card, state%dimension)
     call entry%fields(fields, state)
-    if (allocated(entry%opens)) call check_new_name(card, state, entry%list, entry%opens)
-    if (associated(entry%finish)) call entry%finish(card, state)
+    if (allocated(entry%opens)) call check_new_name(state, entry%list, entry%opens)
+    if (associated(entry%finish)) call entry%finish(state)
   end subroutine read_card
 
   !> Whether there is no mesh yet, or one that grows by cards.
@@ -256,10 +254,9 @@ contains
   end function may_bring_mesh
 
   !> Whether a card stands where it may.
-  subroutine check_section(section, card, state, usable)
+  subroutine check_section(section, state, usable)
     !> Where it may stand.
     integer, intent(in) :: section
-    type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     !> There is something it can be read into.
     logical, intent(out) :: usable
@@ -267,12 +264,88 @@ contains
     usable = .true.
     select case (section)
     case (in_model, in_material)
-      if (size(state%analysis%phases) > 0) call state%report_error(card, 'belongs before the first *PHASE')
+      if (size(state%analysis%phases) > 0) call state%report_error('belongs before the first *PHASE')
       if (section == in_material) usable = size(state%analysis%materials) > 0
-      if (.not. usable) call state%report_error(card, 'belongs below a *MATERIAL')
+      if (.not. usable) call state%report_error('belongs below a *MATERIAL')
     case (in_phase)
       usable = state%in_phase
-      if (.not. usable) call state%report_error(card, 'belongs inside *PHASE ... *END PHASE')
+      if (.not. usable) call state%report_error('belongs inside *PHASE ... *END PHASE')
     end select
   end subroutine check_section
+
+  !> Write an analysis as a deck.
+  subroutine echo_text(analysis, text)
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable, intent(out) :: text
+    type(table_type) :: table
+    type(deck_state_type) :: deck
+    type(echo_type) :: echo
+    integer :: i
+
+    deck%analysis = analysis
+    deck%dimension = merge(3, 2, analysis%model == three_dimensional)
+    if (.not. allocated(deck%analysis%point_test%stages)) allocate (deck%analysis%point_test%stages(0))
+    allocate (deck%points(0))
+    do i = 1, size(analysis%bodies)
+      call open_item(deck, list_points)
+      deck%points(i)%body = analysis%bodies(i)%name
+      deck%points(i)%per_element = analysis%bodies(i)%points_per_element
+    end do
+    call make_table(table)
+    call write_cards(table%keywords(:table%count), .false., deck, echo)
+    text = echo%text(:echo%length)
+  end subroutine echo_text
+
+  !> Write cards: those that follow each other in the table and are about the same list, for each item of it.
+  recursive subroutine write_cards(entries, in_phase, deck, echo)
+    type(keyword_type), intent(in) :: entries(:)
+    !> Only those of the phase that was gone to.
+    logical, intent(in) :: in_phase
+    type(deck_state_type), intent(inout) :: deck
+    type(echo_type), intent(inout) :: echo
+    integer :: first, last, list, i, k
+
+    first = 1
+    do while (first <= size(entries))
+      list = list_of(entries(first), in_phase)
+      last = first
+      do while (last < size(entries))
+        if (list_of(entries(last + 1), in_phase) /= list) exit
+        last = last + 1
+      end do
+      do i = 1, merge(1, count_items(deck, list), in_phase .and. list == list_phases)
+        if (list == list_phases .and. .not. in_phase) then
+          call go_to_item(deck, list, i)
+          call write_cards(entries(first:last), .true., deck, echo)
+          cycle
+        end if
+        if (list /= list_phases) call go_to_item(deck, list, i)
+        do k = first, last
+          call write_card(entries(k), deck, echo)
+        end do
+      end do
+      first = last + 1
+    end do
+  end subroutine write_cards
+
+  !> List of a card; outside a phase those of its loads are that of the phases.
+  pure integer function list_of(entry, in_phase) result(list)
+    type(keyword_type), intent(in) :: entry
+    logical, intent(in) :: in_phase
+
+    list = entry%list
+    if (.not. in_phase) list = min(list, list_phases)
+  end function list_of
+
+  !> Write one card.
+  subroutine write_card(entry, deck, echo)
+    type(keyword_type), intent(in) :: entry
+    type(deck_state_type), intent(inout) :: deck
+    type(echo_type), intent(inout) :: echo
+    type(writer_type) :: fields
+
+    fields = writer(entry%name, deck%dimension)
+    call entry%fields(fields, deck)
+    call fields%finish(echo)
+  end subroutine write_card
 end module qsmpm_deck

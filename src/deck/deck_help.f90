@@ -1,21 +1,27 @@
-!> The keyword table as text: help on the terminal, the list of keywords, the deck reference.
+!> The keyword table as text: help on the terminal, the list of keywords, the deck reference (docs/deck.md) with its
+!> hand-written head: rules that hold for all cards, and exit codes; and as JSON for programs, what editors complete and
+!> explain: a word that is empty in the table is not there; kinds are word, name, file, integer, number and flag.
 module qsmpm_deck_help
-  use qsmpm_text, only: did_you_mean, replaced, string_type, upper, squeezed, newline
+  use qsmpm_text, only: did_you_mean, replaced, string_type, upper, squeezed, newline, split, json_string, integer_text
   use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
   use qsmpm_keyword_table, only: table_type, keyword_type, many
   use qsmpm_keywords, only: make_table
-  use qsmpm_help_topics, only: is_topic, topic_text
-  use qsmpm_named_items, only: may_be_named
-  use qsmpm_deck_reference_head, only: reference_head
-  use qsmpm_renamed_words, only: renamed_text
+  use qsmpm_help_topics, only: is_topic, topic_text, renamed_text
+  use qsmpm_card_check, only: may_be_named
   implicit none
   private
 
-  public :: help_text, keyword_list_text, deck_markdown, explanation
+  public :: help_text, keyword_list_text, deck_markdown, explanation, deck_json
 
   !> Where a card may stand, by in_model ....
   character(len=*), parameter :: places(4) = &
     [character(len=22) :: 'Before the first phase', 'Below a *MATERIAL', 'Inside a phase', 'Anywhere']
+
+  !> Where a card may stand and what a value is, by in_model ... and kind_word ....
+  character(len=*), parameter :: sections(4) = [character(len=8) :: 'model', 'material', 'phase', 'anywhere']
+  character(len=*), parameter :: kinds(6) = [character(len=7) :: 'word', 'name', 'file', 'integer', 'number', 'flag']
+
+  integer, parameter :: width = 92
 
 contains
 
@@ -205,4 +211,188 @@ contains
       text = bulleted(example//newline, '    ')
     end if
   end function example_text
+
+  !> All keywords.
+  subroutine deck_json(text)
+    character(len=:), allocatable, intent(out) :: text
+    type(table_type) :: table
+    integer :: k
+
+    call make_table(table)
+    text = '{"keywords": ['
+    do k = 1, table%count
+      if (k > 1) text = text//','
+      text = text//newline//keyword_json(table%keywords(k))
+    end do
+    text = text//newline//']}'//newline
+  end subroutine deck_json
+
+  !> One keyword.
+  pure function keyword_json(entry) result(text)
+    type(keyword_type), intent(in) :: entry
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = '{"name": '//json_string(entry%name)//said('sentence', entry%sentence)// &
+      said('section', trim(sections(entry%section)))//', "many": '//logical_json(entry%times == many)
+    if (allocated(entry%opens)) text = text//said('opens', entry%opens)
+    if (allocated(entry%advice)) text = text//said('advice', entry%advice)
+    text = text//items_json('parameters', entry%parameters)//', "data": ['
+    do i = 1, size(entry%data)
+      if (i > 1) text = text//', '
+      text = text//data_json(entry%data(i))
+    end do
+    text = text//']'//said('example', entry%example)//'}'
+  end function keyword_json
+
+  !> Data lines.
+  pure function data_json(data) result(text)
+    type(data_type), intent(in) :: data
+    character(len=:), allocatable :: text
+
+    text = '{"sentence": '//json_string(data%sentence)//said('when', data%when)//', "minimum": '// &
+      integer_text(data%minimum)//', "maximum": '//integer_text(data%maximum)//items_json('columns', data%columns)//'}'
+  end function data_json
+
+  !> Parameters or columns.
+  pure function items_json(name, items) result(text)
+    character(len=*), intent(in) :: name
+    type(item_type), intent(in) :: items(:)
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ', "'//name//'": ['
+    do i = 1, size(items)
+      if (i > 1) text = text//', '
+      text = text//item_json(items(i))
+    end do
+    text = text//']'
+  end function items_json
+
+  !> One of them.
+  pure function item_json(item) result(text)
+    type(item_type), intent(in) :: item
+    character(len=:), allocatable :: text
+
+    text = '{"name": '//json_string(item%name)//said('kind', trim(kinds(item%kind)))//words_json(item)// &
+      said('sentence', item%sentence)//', "required": '//logical_json(item%required)//said('range', item%range)// &
+      said('needs', item%needs)//said('excludes', item%excludes)//said('default', item%default)
+    if (item%third) text = text//', "in_space": true'
+    if (item%repeated) text = text//', "repeated": true'
+    text = text//'}'
+  end function item_json
+
+  !> The words that a value may be, if there are any.
+  pure function words_json(item) result(text)
+    type(item_type), intent(in) :: item
+    character(len=:), allocatable :: text
+    type(string_type), allocatable :: words(:)
+    integer :: i
+
+    text = ''
+    if (len(item%allowed) == 0) return
+    call split(item%allowed, '|', words)
+    text = ', "words": ['
+    do i = 1, size(words)
+      if (i > 1) text = text//', '
+      text = text//json_string(words(i)%text)
+    end do
+    text = text//']'
+  end function words_json
+
+  !> A further text of an object; nothing for an empty one.
+  pure function said(name, value) result(text)
+    character(len=*), intent(in) :: name, value
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (len(value) > 0) text = ', "'//name//'": '//json_string(value)
+  end function said
+
+  !> true or false.
+  pure function logical_json(value) result(text)
+    logical, intent(in) :: value
+    character(len=:), allocatable :: text
+
+    text = trim(merge('true ', 'false', value))
+  end function logical_json
+
+  !> The head of the page.
+  pure function reference_head() result(text)
+    character(len=:), allocatable :: text
+
+    text = page([character(len=width) :: &
+      '# Deck reference', '', &
+      'This page is written by `qsmpm help --markdown` from the table that the reader of decks', &
+      'and `qsmpm help KEYWORD` use; do not edit it.', ''])//writing()//rules()// &
+      page([character(len=width) :: '', '## Keywords'])
+  end function reference_head
+
+  !> Lines with newlines.
+  pure function page(lines) result(text)
+    character(len=*), intent(in) :: lines(:)
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(lines)
+      text = text//trim(lines(i))//new_line('a')
+    end do
+  end function page
+
+  !> How cards are written.
+  pure function writing() result(text)
+    character(len=:), allocatable :: text
+
+    text = page([character(len=width) :: '## Writing', '', &
+      '- A card is a line `*KEYWORD, PARAMETER=value, ...` and the data lines below it, their', &
+      '  items between commas. `**` begins a comment line; empty lines are skipped.', &
+      '- Keywords, parameters and words of a choice may be in capitals or not; blanks inside', &
+      '  them count as one. Names of sets, bodies, materials and files keep their case.', &
+      '- A comma at the end of a line goes on with the next line. Lines may be of any length.', &
+      '- Numbers: `1`, `1.0`, `1e3`, `1d3`. Nothing is abbreviated or cut off.', &
+      '- A value or name that holds a comma or an equals sign stands in double quotes.', &
+      '- Numbers of a data line may be given by name, in any order and on any number of lines:', &
+      "  `E50ref=3e4` or `phi'=30, c'=2`. Names are the columns', without regard to capitals,", &
+      "  blanks, `_`, `'`, `*`, `.`, `^` and the endings `ref`, `ur`, `rm`, `unsat`, `x`. Numbers", &
+      '  without a name come first, in the order of the columns.', &
+      '- Files are relative to the file that names them. `*INCLUDE` puts the lines of another', &
+      '  file in its place; it may bring cards, or data lines of the card before.', &
+      '- Units are consistent and only labelled (`*UNITS`). Tension is positive. Angles are in', &
+      '  degrees.', &
+      '- Stress components: XX, YY, ZZ, XY, XZ, YZ. Plane and axisymmetric models have x', &
+      '  (the radius) and y.', ''])
+  end function writing
+
+  !> What is an error, the order of cards and the echo, exit codes of the program.
+  pure function rules() result(text)
+    character(len=:), allocatable :: text
+
+    text = page([character(len=width) :: '## Errors', '', &
+      'An unknown keyword, parameter, word or name, a card or parameter given twice, a', &
+      'parameter without meaning beside the others, a wrong number of items, a number that is', &
+      'none or out of its range: each is an error. All errors of a deck are listed, in its', &
+      'order, as', '', '```', &
+      "slope.inp:27: *CONTROLS: unknown parameter 'TOLERENCE' (did you mean TOLERANCE?)", &
+      '```', '', &
+      'and the program ends with exit code 2 before it writes anything. A warning looks alike,', &
+      'with `warning:` behind the line, and stops nothing.', '', &
+      '## Order', '', &
+      'The model comes first, in any order, except that properties follow their `*MATERIAL`.', &
+      'Then come the phases, `*PHASE` to `*END PHASE`, in the order they are run. A deck of one', &
+      'material point (`qsmpm point`) has a `*POINT TEST` and its `*POINT STAGE` cards instead.', '', &
+      'Every run writes `<job>.echo.inp`: the same analysis with includes resolved and every', &
+      'default spelt out. It is a deck and gives the same results; a mesh file is named by its', &
+      'full path.', '', &
+      '## Exit codes', '', &
+      '| code | meaning |', &
+      '|---|---|', &
+      '| 0 | done |', &
+      '| 1 | wrong call, or anything not below |', &
+      '| 2 | the deck, or the mesh it names |', &
+      '| 3 | not converged, in any of the phases |', &
+      '| 4 | a material point left the mesh |', &
+      '| 5 | singular equations from the first iteration on: supports or stiffness are missing |', &
+      '| 6 | user material |', '| 130, 143 | stopped by a signal; `restart.h5` continues the run |'])
+  end function rules
 end module qsmpm_deck_help

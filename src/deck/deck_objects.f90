@@ -10,7 +10,6 @@ module qsmpm_deck_objects
   use qsmpm_mesh_description, only: set_type, surface_type, mesh_none
   use qsmpm_phase_description, only: phase_type
   use qsmpm_structures, only: rigid_body_type, contact_type, rigid_move_type, prop_type
-  use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, points_request_type
   use qsmpm_point_test, only: point_stage_type
   use qsmpm_recommended_method, only: undecided_method
@@ -165,8 +164,7 @@ contains
   end subroutine go_to_item
 
   !> The name of the last item of a list is that of no other; an empty one has been reported.
-  subroutine check_new_name(card, state, list, what)
-    type(card_type), intent(in) :: card
+  subroutine check_new_name(state, list, what)
     type(deck_state_type), intent(inout), target :: state
     integer, intent(in) :: list
     character(len=*), intent(in) :: what
@@ -178,7 +176,7 @@ contains
     last = size(items)
     if (len(items(last)%name) == 0) return
     do i = 1, last - 1
-      if (items(i)%name == items(last)%name) call state%report_error(card, 'there is already a '//what//" '"// &
+      if (items(i)%name == items(last)%name) call state%report_error('there is already a '//what//" '"// &
         items(i)%name//"'")
     end do
   end subroutine check_new_name

@@ -19,26 +19,18 @@ module qsmpm_deck_references
   use qsmpm_text, only: did_you_mean, string_type
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, check_name
-  use qsmpm_deck_props, only: check_props
-  use qsmpm_deck_stops, only: check_histories, check_stops
-  use qsmpm_deck_controls, only: check_limit_compliance
-  use qsmpm_deck_k0, only: check_k0
+  use qsmpm_deck_stages, only: check_props, check_stages
+  use qsmpm_deck_controls, only: check_histories, check_stops, check_limit_compliance, check_safety
+  use qsmpm_deck_materials, only: check_k0, check_softening
   use qsmpm_deck_magnitudes, only: check_magnitudes, check_strengths
-  use qsmpm_deck_body_motion, only: check_moves
-  use qsmpm_deck_contact, only: check_contacts
-  use qsmpm_deck_safety, only: check_safety
-  use qsmpm_deck_softening, only: check_softening
-  use qsmpm_deck_stage_check, only: check_stages
-  use qsmpm_deck_profile, only: check_profiles
-  use qsmpm_deck_value_fields, only: check_value_fields
+  use qsmpm_deck_rigid_bodies, only: check_moves, check_contacts
+  use qsmpm_deck_values_by_place, only: check_profiles, check_value_fields
   use qsmpm_deck_words, only: axis_words
-  use qsmpm_deck_consolidation, only: check_drainage
+  use qsmpm_deck_water, only: check_drainage, check_water, check_undrained
   use qsmpm_deck_phases, only: check_first_times
-  use qsmpm_deck_water, only: check_water
-  use qsmpm_deck_strength_constants, only: check_strength_constants
-  use qsmpm_deck_undrained, only: check_undrained
+  use qsmpm_deck_user_material, only: check_strength_constants
   use qsmpm_deck_mesh, only: check_inline_mesh
-  use qsmpm_deck_point_check, only: check_point_deck
+  use qsmpm_deck_point, only: check_point_deck
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_vertical, only: vertical_of
   implicit none

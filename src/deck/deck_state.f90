@@ -3,7 +3,7 @@ module qsmpm_deck_state
   use qsmpm_named, only: named_type, place_named, add_names
   use qsmpm_analysis, only: analysis_type
   use qsmpm_source_line, only: source_line_type
-  use qsmpm_path, only: directory_of, joined, absolute_path
+  use qsmpm_file, only: directory_of, joined, absolute_path
   use qsmpm_text, only: string_type, word_place, did_you_mean
   use qsmpm_messages, only: message_list_type, line_origin_type, severity_error, severity_warning
   use qsmpm_cards, only: card_type, row_type
@@ -24,6 +24,8 @@ module qsmpm_deck_state
   type :: deck_state_type
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
+    !> The card that is read; it and its rows learn whether they are good.
+    type(card_type), pointer :: card => null()
     !> The material, the phase and the item of another list (body, set, load, ...) that a card is about.
     integer :: material = 0, phase = 0, item = 0
     !> 2 or 3, 0 while *MODEL is missing or wrong.
@@ -45,6 +47,8 @@ module qsmpm_deck_state
   contains
     procedure :: report_error
     procedure :: error_at
+    procedure :: refuse
+    procedure :: refuse_row
     procedure :: error_from
     procedure :: check_once
     procedure :: warn
@@ -57,24 +61,42 @@ module qsmpm_deck_state
 
 contains
 
-  !> Report an error of a card.
-  pure subroutine report_error(self, card, sentence)
+  !> Report an error of the card.
+  pure subroutine report_error(self, sentence)
     class(deck_state_type), intent(inout) :: self
-    type(card_type), intent(in) :: card
     character(len=*), intent(in) :: sentence
 
-    call self%messages%add(severity_error, card%place, card%keyword, sentence)
+    call self%messages%add(severity_error, self%card%place, self%card%keyword, sentence)
   end subroutine report_error
 
-  !> Report an error of a data line.
-  pure subroutine error_at(self, card, row, sentence)
+  !> Report an error of a data line of the card.
+  pure subroutine error_at(self, row, sentence)
     class(deck_state_type), intent(inout) :: self
-    type(card_type), intent(in) :: card
     type(row_type), intent(in) :: row
     character(len=*), intent(in) :: sentence
 
-    call self%messages%add(severity_error, row%place, card%keyword, sentence)
+    call self%messages%add(severity_error, row%place, self%card%keyword, sentence)
   end subroutine error_at
+
+  !> Report an error of the card, which is not good.
+  subroutine refuse(self, sentence)
+    class(deck_state_type), intent(inout) :: self
+    character(len=*), intent(in) :: sentence
+
+    self%card%good = .false.
+    call self%report_error(sentence)
+  end subroutine refuse
+
+  !> Report an error of a data line, which is not good.
+  subroutine refuse_row(self, row, sentence)
+    class(deck_state_type), intent(inout) :: self
+    !> Its number.
+    integer, intent(in) :: row
+    character(len=*), intent(in) :: sentence
+
+    self%card%rows(row)%good = .false.
+    call self%error_at(self%card%rows(row), sentence)
+  end subroutine refuse_row
 
   !> Report an error of an item of the analysis.
   pure subroutine error_from(self, where, keyword, sentence)
@@ -94,21 +116,22 @@ contains
     call self%messages%add(severity_warning, place_of(self, where), keyword, sentence)
   end subroutine warn
 
-  !> No data line of a card names what one before it does.
-  pure subroutine check_once(self, card, what)
+  !> No data line of the card names what one before it does.
+  pure subroutine check_once(self, what)
     class(deck_state_type), intent(inout) :: self
-    type(card_type), intent(in) :: card
     !> What the first items are.
     character(len=*), intent(in) :: what
     integer :: i, k
 
-    do i = 2, size(card%rows)
-      if (.not. card%rows(i)%good) cycle
-      associate (name => card%rows(i)%items(1)%text, before => pack([(k, k=1, i - 1)], card%rows(:i - 1)%good))
-        if (any([(card%rows(before(k))%items(1)%text == name, k=1, size(before))])) call self%error_at(card, &
-          card%rows(i), what//" '"//name//"' is given twice")
-      end associate
-    end do
+    associate (rows => self%card%rows)
+      do i = 2, size(rows)
+        if (.not. rows(i)%good) cycle
+        associate (name => rows(i)%items(1)%text, before => pack([(k, k=1, i - 1)], rows(:i - 1)%good))
+          if (any([(rows(before(k))%items(1)%text == name, k=1, size(before))])) call self%error_at(rows(i), &
+            what//" '"//name//"' is given twice")
+        end associate
+      end do
+    end associate
   end subroutine check_once
 
   !> The place of an item: its first occurrence, for a file included twice.

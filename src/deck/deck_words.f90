@@ -48,8 +48,6 @@ module qsmpm_deck_words
   character(len=18), parameter, public :: test_words(7) = [character(len=18) :: &
     'OEDOMETER', 'TRIAXIAL DRAINED', 'TRIAXIAL UNDRAINED', 'BIAXIAL', 'SIMPLE SHEAR', 'ISOTROPIC', 'PATH']
   character(len=n), parameter, public :: strain_words(2) = [character(len=n) :: 'ENGINEERING', 'LOGARITHMIC']
-  !> From 0.
-  character(len=n), parameter, public :: height_words(0:1) = [character(len=n) :: 'FREE', 'FIXED']
 
 contains
 

@@ -2,7 +2,6 @@
 !> and which one finishes a card that was read. Check, reader, echo, help and deck reference go by it.
 module qsmpm_keyword_table
   use qsmpm_text, only: string_type, replaced
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_card_items, only: item_type, data_type
   use qsmpm_card_visitors, only: describer_type
@@ -26,11 +25,9 @@ module qsmpm_keyword_table
       type(deck_state_type), intent(inout) :: deck
     end subroutine fields_interface
 
-    !> What follows the reading of a card: checks of what its fields say together, and data lines that are no columns.
-    subroutine finish_interface(card, state)
-      import :: card_type, deck_state_type
-      !> With its defaults filled in.
-      type(card_type), intent(in) :: card
+    !> What follows the reading of the card: checks of what its fields say together, and data lines that are no columns.
+    subroutine finish_interface(state)
+      import :: deck_state_type
       type(deck_state_type), intent(inout) :: state
     end subroutine finish_interface
   end interface
@@ -126,10 +123,7 @@ contains
     character(len=*), intent(in) :: name
     integer :: i
 
-    find = 0
-    do i = 1, self%count
-      if (self%keywords(i)%name == name) find = i
-    end do
+    find = findloc([(self%keywords(i)%name == name, i=1, self%count)], .true., dim=1)
   end function find
 
   !> Names of all keywords.

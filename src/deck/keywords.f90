@@ -2,17 +2,13 @@
 !> fields in one of the modules used here.
 module qsmpm_keywords
   use qsmpm_keyword_table, only: table_type
-  use qsmpm_deck_general, only: add_general_keywords, add_output_keywords
-  use qsmpm_deck_grid, only: add_grid_keyword
-  use qsmpm_deck_mesh, only: add_mesh_keywords
-  use qsmpm_deck_sets, only: add_set_keywords
-  use qsmpm_deck_bodies, only: add_body_keywords
+  use qsmpm_deck_general, only: add_general_keywords, add_history_keyword
+  use qsmpm_deck_mesh, only: add_grid_keyword
+  use qsmpm_deck_bodies, only: add_set_keywords
   use qsmpm_deck_materials, only: add_material_keywords
-  use qsmpm_deck_histories, only: add_history_keyword
   use qsmpm_deck_phases, only: add_phase_keywords
-  use qsmpm_deck_contact, only: add_contact_keywords
-  use qsmpm_deck_props, only: add_prop_keyword
   use qsmpm_deck_rigid_bodies, only: add_rigid_body_keywords
+  use qsmpm_deck_stages, only: add_prop_keyword
   use qsmpm_deck_point, only: add_point_keywords
   implicit none
   private
@@ -27,15 +23,11 @@ contains
 
     call add_general_keywords(table)
     call add_grid_keyword(table)
-    call add_mesh_keywords(table)
     call add_set_keywords(table)
-    call add_body_keywords(table)
     call add_rigid_body_keywords(table)
-    call add_contact_keywords(table)
     call add_prop_keyword(table)
     call add_material_keywords(table)
     call add_history_keyword(table)
-    call add_output_keywords(table)
     call add_phase_keywords(table)
     call add_point_keywords(table)
   end subroutine make_table

@@ -21,13 +21,12 @@ module qsmpm_division
   use qsmpm_cell_sharing, only: has_boxes, share_model
   use qsmpm_error, only: error_type, fail, error_deck, error_other
   use qsmpm_exchange, only: hand_over
-  use qsmpm_first_window, only: least_margin, usual_margin
+  use qsmpm_model_window, only: least_margin, usual_margin, fit_window, lay_window
   use qsmpm_grid, only: grid_type
   use qsmpm_grid_window, only: window_type, operator(==), cell_place, cells_over, holds, hull, widen
   use qsmpm_kept_arrays, only: clear_nodal
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of
-  use qsmpm_model_window, only: fit_window, lay_window
   use qsmpm_outline_surfaces, only: is_laid_anew
   use qsmpm_own_marks, only: link_histories, mark_own
   use qsmpm_own_part, only: own_part_type, is_divided, own_of, reset_copies

@@ -1,31 +1,54 @@
-!> Histories: what the deck wants in the columns of the curve.
+!> Histories: what the deck wants in the columns of the curve, and where it is taken: a massless tracer for each
+!> displacement or position, the nearest material point for each stress, strain and state variable.
 module qsmpm_histories
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_named, only: place_named
-  use qsmpm_phase_times, only: time_in_phase
+  use qsmpm_phase_tree, only: time_in_phase, parent_of
   use qsmpm_own_part, only: is_divided, own_of
-  use qsmpm_team, only: largest, total
+  use qsmpm_team, only: largest, total, smallest
   use qsmpm_analysis, only: plane_strain
   use qsmpm_history_description, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
     quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
     quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation, &
-    quantity_contact_pressure, quantity_contact_slip, quantity_prop_force, quantity_time, &
-    quantity_excess_pressure, quantity_discharge
-  use qsmpm_history_quantities, only: history_quantities, is_taken_at, at_point
+    quantity_contact_pressure, quantity_contact_slip, quantity_prop_force, quantity_time, quantity_excess_pressure, &
+    quantity_discharge
+  use qsmpm_history_quantities, only: history_quantities, is_taken_at, at_point, at_tracer
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: items_of
   use qsmpm_consolidation, only: excess_pressure
   use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on
-  use qsmpm_pore_water, only: discharge_in
+  use qsmpm_pore_water, only: discharge_in, has_inflow, has_pore_pressure
   use qsmpm_props, only: prop_force
   use qsmpm_rigid_bodies, only: force_on_body, pose_of
   use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at
-  use qsmpm_strain, only: logarithmic_strain
+  use qsmpm_isotropic_function, only: logarithmic_strain
+  use qsmpm_source_line, only: source_line_type
+  use qsmpm_agreement, only: lowest_rank
+  use qsmpm_active_bodies, only: bodies_active
+  use qsmpm_body_stages, only: body_to_follow
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic, where_text
+  use qsmpm_exchange, only: spread_from
+  use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
+  use qsmpm_phase_loads, only: has_consolidation, prop_stage, prop_stage_type
+  use qsmpm_points, only: allocate_carried
+  use qsmpm_mesh_measure, only: cell_width, interpolate
+  use qsmpm_mesh_search, only: inverse_map
+  use qsmpm_structures, only: prop_type
+  use qsmpm_element, only: face_count, inside_distance, local_centre, max_faces, max_nodes, node_count, shape_functions
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_seed_table, only: seed_table_type
+  use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_text, only: upper
   implicit none
   private
 
-  public :: take_histories
+  public :: take_histories, make_histories
+
+  !> A body reaches the side of the mesh from this share of its length on.
+  real(wp), parameter :: on_side = 1.0e-3_wp
+  !> A place is outside of the ground by rounding, and taken for one on its face, up to these shares of a cell.
+  real(wp), parameter :: on_face = 1.0e-6_wp, near = 0.05_wp
 
 contains
 
@@ -162,12 +185,10 @@ contains
       end associate
       return
     end if
-    value = 0.0_wp
+    s = place_named(model%analysis%surfaces, history%surface)
     associate (surface => model%state%surface)
-      do s = 1, size(model%analysis%surfaces)
-        if (model%analysis%surfaces(s)%name == history%surface) value = value + sum(surface%reaction( &
-          history%component, :), mask=surface%surface == s .and. own_of(model%part%surface, surface%count))
-      end do
+      value = sum(surface%reaction(history%component, :), mask=surface%surface == s .and. &
+        own_of(model%part%surface, surface%count))
     end associate
   end function reaction_of
 
@@ -191,11 +212,301 @@ contains
     type(model_type), intent(in) :: model
     type(history_type), intent(in) :: history
     logical :: here(model%state%points%count)
-    integer :: b
 
-    here = len(history%body) == 0
-    do b = 1, size(model%analysis%bodies)
-      if (model%analysis%bodies(b)%name == history%body) here = here .or. model%state%points%body == b
-    end do
+    here = len(history%body) == 0 .or. model%state%points%body == place_named(model%analysis%bodies, history%body)
   end function is_of_body
+
+  !> Tracers and points of all histories.
+  subroutine make_histories(model, table, diagnostics)
+    type(model_type), intent(inout) :: model
+    !> What of the bodies the cells hold.
+    type(seed_table_type), intent(in) :: table
+    type(diagnostics_type), intent(inout) :: diagnostics
+    logical :: traced(size(model%analysis%histories)), occupied(model%mesh%cell_count)
+    integer :: i, n, material
+
+    associate (histories => model%analysis%histories)
+      traced = is_taken_at(histories%quantity, at_tracer)
+      allocate (model%history_tracer(size(histories)), model%history_point(size(histories)), &
+        model%history_state(size(histories)), source=0)
+      if (is_divided(model%part)) allocate (model%part%history_number(size(histories)), source=0_long)
+      occupied = any(table%points > 0, dim=2)
+      call allocate_carried(model%state%tracers, model%mesh%dimension, count(traced) &
+        + count(.not. model%analysis%props%fixed) + size(model%analysis%props))
+      n = 0
+      material = 0
+      do i = 1, size(histories)
+        if (histories(i)%quantity == quantity_reaction .and. len(histories(i)%surface) == 0) then
+          if (place_named(model%mesh%node_sets, histories(i)%set) == 0) call add_diagnostic(diagnostics, &
+            histories(i)%where, '*HISTORY', "there is no node set '"//histories(i)%set//"'")
+        end if
+        if (is_taken_at(histories(i)%quantity, at_point)) call pick_point(model, histories(i), i, material)
+        if (histories(i)%quantity == quantity_strain .and. .not. model%analysis%output%strains) &
+          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'the material points carry no strains; '// &
+          '*FIELD, STRAIN gives them')
+        if (histories(i)%quantity == quantity_pore_pressure .and. .not. has_pore_pressure(model)) &
+          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'there is no water: neither *WATER '// &
+          'LEVEL nor *UNDRAINED')
+        if (histories(i)%quantity == quantity_excess_pressure .and. .not. has_consolidation(model%analysis%phases)) &
+          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'no pore water flows: no phase has a '// &
+          '*CONSOLIDATION')
+        if (histories(i)%quantity == quantity_discharge .and. .not. has_inflow(model%analysis, histories(i)%set// &
+          histories(i)%surface)) call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'no *WATER '// &
+          "LEVEL, TYPE=SEEPAGE has a level at '"//histories(i)%set//histories(i)%surface//"'")
+        if (histories(i)%quantity == quantity_state) call find_state(model, i, material, diagnostics)
+        if (histories(i)%quantity == quantity_runout) call check_front(model, histories(i))
+        if (.not. traced(i)) cycle
+        n = n + 1
+        model%history_tracer(i) = n
+        call place_tracer(model, histories(i)%at, '*HISTORY', histories(i)%name, histories(i)%where, occupied, n, &
+          diagnostics)
+        call tell_body(model, histories(i), body_to_follow(model, histories(i)%at(:model%mesh%dimension)))
+      end do
+    end associate
+    call place_props(model, occupied, n, diagnostics)
+  end subroutine make_histories
+
+  !> Tracers of the ends of props, behind those of the histories.
+  subroutine place_props(model, occupied, before, diagnostics)
+    type(model_type), intent(inout) :: model
+    !> Cells that hold material (cell_count).
+    logical, intent(in) :: occupied(:)
+    !> Tracers of the histories.
+    integer, intent(in) :: before
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: b, e, n
+
+    n = before
+    allocate (model%prop_tracer(2, size(model%analysis%props)), source=0)
+    do b = 1, size(model%analysis%props)
+      associate (prop => model%analysis%props(b))
+        do e = 1, merge(1, 2, prop%fixed)
+          n = n + 1
+          model%prop_tracer(e, b) = n
+          call place_tracer(model, prop%places(:, e), '*PROP', prop%name, prop%where, occupied, n, diagnostics)
+          call check_seat(model, prop, e, diagnostics)
+        end do
+      end associate
+    end do
+  end subroutine place_props
+
+  !> The end of a prop bears on ground that is there in every phase that has the prop.
+  subroutine check_seat(model, prop, number, diagnostics)
+    type(model_type), intent(in) :: model
+    type(prop_type), intent(in) :: prop
+    !> Number of the end.
+    integer, intent(in) :: number
+    type(diagnostics_type), intent(inout) :: diagnostics
+    !> Widths of a cell between a place at the edge of the ground and the nearest material point.
+    real(wp), parameter :: near = 1.0_wp
+    type(prop_stage_type) :: stage
+    logical :: active(size(model%analysis%bodies))
+    real(wp) :: distance
+    integer :: p, i
+
+    do p = 1, size(model%analysis%phases)
+      stage = prop_stage(model%analysis%phases, p, prop%name)
+      if (.not. stage%there) cycle
+      active = bodies_active(model%analysis, p)
+      distance = huge(1.0_wp)
+      associate (points => model%state%points, x => prop%places(:model%mesh%dimension, number))
+        do i = 1, points%count
+          if (active(points%body(i))) distance = min(distance, norm2(points%position(:, i) - x) &
+            /cell_width(model%mesh, points%cell(i)))
+        end do
+        distance = smallest(model%part%team, distance)
+        if (.not. distance > near) cycle
+        call add_diagnostic(diagnostics, prop%where, '*PROP', "'"//prop%name//"' bears on nothing in phase '"// &
+          model%analysis%phases(p)%name//"': the nearest ground is "//rounded_text(distance, 2)//' cells from its '// &
+          'end at ('//rounded_text(x(1))//', '//rounded_text(x(2))//')')
+        return
+      end associate
+    end do
+  end subroutine check_seat
+
+  !> Find the state variable of a history among those of the law of its point.
+  subroutine find_state(model, number, material, diagnostics)
+    type(model_type), intent(inout) :: model
+    !> Number of the history, and the material of its point.
+    integer, intent(in) :: number, material
+    type(diagnostics_type), intent(inout) :: diagnostics
+    character(len=:), allocatable :: known, name
+    integer :: k
+
+    known = ''
+    associate (law => model%laws(material)%law, history => model%analysis%histories(number))
+      if (allocated(law%state_names)) then
+        do k = 1, law%state_count
+          name = law%state_names(k)%text
+          if (len(name) == 0) cycle
+          known = known//', '//name
+          if (is_named(name, history%state)) model%history_state(number) = k
+        end do
+      end if
+      if (model%history_state(number) > 0) return
+      if (len(known) == 0) known = ', none'
+      call add_diagnostic(diagnostics, history%where, '*HISTORY', "'"//history%state// &
+        "' is no state variable of material '"// &
+        model%analysis%materials(material)%name//"', whose point is nearest; it has: "//known(3:))
+    end associate
+  end subroutine find_state
+
+  !> Whether a name, or the number in it, is meant: SDV3_void_ratio is also SDV3 and 3.
+  pure logical function is_named(name, word)
+    !> Name of a state variable; what the deck says.
+    character(len=*), intent(in) :: name, word
+    character(len=:), allocatable :: wanted, head
+
+    wanted = upper(word)
+    head = upper(name(:scan(name//'_', '_') - 1))
+    is_named = upper(name) == wanted .or. (index(head, 'SDV') == 1 .and. (head == wanted .or. head == 'SDV'//wanted))
+  end function is_named
+
+  !> Put a tracer into an occupied cell that holds its place, preferring the nearest point's cell. A place that is
+  !> outside of all by a little, as rounded coordinates of an outline are, is moved onto the nearest one.
+  subroutine place_tracer(model, at, keyword, name, where, occupied, tracer, diagnostics)
+    type(model_type), intent(inout) :: model
+    !> The place, and the card that wants it.
+    real(wp), intent(in) :: at(3)
+    character(len=*), intent(in) :: keyword, name
+    type(source_line_type), intent(in) :: where
+    !> Cells that hold material (cell_count).
+    logical, intent(in) :: occupied(:)
+    integer, intent(in) :: tracer
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: x(model%mesh%dimension), local(model%mesh%dimension), distance(6), best
+    logical :: ok
+    integer :: c, n, cell
+
+    x = at(:model%mesh%dimension)
+    best = -near
+    cell = 0
+    do c = 1, model%mesh%cell_count
+      if (.not. occupied(c)) cycle
+      call inverse_map(model%mesh, c, x, local, ok)
+      if (.not. ok) cycle
+      n = face_count(model%mesh%cell_kind(c))
+      call inside_distance(model%mesh%cell_kind(c), local, distance(:n))
+      if (minval(distance(:n)) < best) cycle
+      if (cell > 0 .and. .not. minval(distance(:n)) > best + 1.0e-9_wp) cycle
+      best = max(best, minval(distance(:n)))
+      cell = c
+    end do
+    if (cell == 0) then
+      call add_diagnostic(diagnostics, where, keyword, "the place of '"//name// &
+        "' lies in no element that holds material")
+      return
+    end if
+    call inverse_map(model%mesh, cell, x, local, ok)
+    if (best < -on_face) call move_onto_cell(model%mesh, cell, local, x)
+    model%state%tracers%cell(tracer) = cell
+    model%state%tracers%local(:, tracer) = local
+    model%state%tracers%position(:, tracer) = x
+    model%state%tracers%initial_position(:, tracer) = x
+  end subroutine place_tracer
+
+  !> Move a place outside of a cell towards its middle, onto its face.
+  pure subroutine move_onto_cell(mesh, cell, local, x)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell
+    !> Local coordinates, and the place (dimension).
+    real(wp), intent(inout) :: local(:), x(:)
+    real(wp) :: middle(size(local)), within(max_faces), outside(max_faces), functions(max_nodes)
+    integer :: n, kind
+
+    kind = mesh%cell_kind(cell)
+    n = face_count(kind)
+    middle = local_centre(kind)
+    call inside_distance(kind, middle, within(:n))
+    call inside_distance(kind, local, outside(:n))
+    local = middle + minval(within(:n)/(within(:n) - outside(:n)), mask=outside(:n) < 0.0_wp)*(local - middle)
+    n = node_count(kind)
+    call shape_functions(kind, local, functions(:n))
+    x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
+  end subroutine move_onto_cell
+
+  !> The material point nearest to the place of a history; tell which one was picked.
+  subroutine pick_point(model, history, number, material)
+    type(model_type), intent(inout) :: model
+    type(history_type), intent(in) :: history
+    !> Number of the history.
+    integer, intent(in) :: number
+    !> Of the point.
+    integer, intent(out) :: material
+    character(len=160) :: line
+    integer(long) :: point(1), known(1)
+    real(wp) :: place(model%mesh%dimension)
+    integer :: p, owner, body
+
+    body = body_to_follow(model, history%at(:size(place)))
+    point = nearest_numbers(model, reshape(history%at(:size(place)), [size(place), 1]), body)
+    if (is_divided(model%part)) model%part%history_number(number) = point(1)
+    p = place_of_number(model, point(1))
+    model%history_point(number) = p
+    place = 0.0_wp
+    known = 0
+    if (p > 0) then
+      place = model%state%points%position(:, p)
+      known = model%state%points%material(p)
+    end if
+    owner = lowest_rank(model%part%team, p > 0)
+    call spread_from(model%part%team, owner, place)
+    call spread_from(model%part%team, owner, known)
+    material = int(known(1))
+    write (line, '(3a,i0,a,3(1x,es12.5))') "history '", history%name, "' reads material point ", point(1), ' at', place
+    model%notes = model%notes//trim(line)
+    if (history%quantity == quantity_stress .and. model%laws(material)%pressure_factor > 0.0_wp) &
+      model%notes = model%notes//"; cells of material '"//model%analysis%materials(material)%name// &
+      "' have one pressure each, and the history takes the smooth one of the cells around"
+    model%notes = model%notes//new_line('a')
+    call tell_body(model, history, body)
+  end subroutine pick_point
+
+  !> Tell which body a history follows where bodies come and go, and warn of one that a phase takes out.
+  subroutine tell_body(model, history, body)
+    type(model_type), intent(inout) :: model
+    type(history_type), intent(in) :: history
+    !> Its number, 0 for none in particular.
+    integer, intent(in) :: body
+    logical :: before(size(model%analysis%bodies)), now(size(before))
+    integer :: p
+
+    if (body == 0) return
+    associate (name => model%analysis%bodies(body)%name, phases => model%analysis%phases)
+      model%notes = model%notes//"history '"//history%name//"' follows body '"//name//"'"//new_line('a')
+      do p = 1, size(phases)
+        before = bodies_active(model%analysis, parent_of(phases, p))
+        now = bodies_active(model%analysis, p)
+        if (.not. before(body) .or. now(body)) cycle
+        model%notes = model%notes//'warning: '//where_text(history%where)//"*HISTORY: '"//history%name// &
+          "' follows body '"//name//"', which phase '"//phases(p)%name// &
+          "' takes out: from there on it tells nothing "// &
+          'of the ground; choose a place in a body that stays, or one on its face'//new_line('a')
+        return
+      end do
+    end associate
+  end subroutine tell_body
+
+  !> Warn of a front that cannot move: the body reaches the side of the mesh that it is to run out to.
+  subroutine check_front(model, history)
+    type(model_type), intent(inout) :: model
+    type(history_type), intent(in) :: history
+    real(wp) :: gap
+    integer :: b, c, p
+
+    c = history%component
+    gap = huge(gap)
+    associate (points => model%state%points, side => model%mesh%bounds(c, merge(1, 2, history%smallest)))
+      do p = 1, points%count
+        b = points%body(p)
+        if (len(history%body) > 0 .and. model%analysis%bodies(b)%name /= history%body) cycle
+        gap = min(gap, abs(side - points%position(c, p)) - points%half_size(c, p))
+      end do
+      gap = smallest(model%part%team, gap)
+      if (gap > on_side*(model%mesh%bounds(c, 2) - model%mesh%bounds(c, 1))) return
+      model%notes = model%notes//"warning: history '"//history%name//"' (RUNOUT): the body reaches the side of the "// &
+        'mesh at '//rounded_text(side)//', where its outermost material point stays; let BODY= name what slides, '// &
+        'drawn as a body of its own, apart from the ground in front of it'//new_line('a')
+    end associate
+  end subroutine check_front
 end module qsmpm_histories

@@ -30,7 +30,8 @@ module qsmpm_model
   implicit none
   private
 
-  public :: model_type, state_type, kept_phase_type, loading_type, progress_type, phase_end_type, contact_pair_type
+  public :: model_type, state_type, rest_of_state_type, kept_phase_type, loading_type, progress_type, phase_end_type, &
+    contact_pair_type, carried_set_type, carried_sets
 
   !> How a phase has ended.
   type :: phase_end_type
@@ -85,9 +86,8 @@ module qsmpm_model
     type(phase_end_type), allocatable :: ends(:)
   end type progress_type
 
-  !> What a step changes.
-  type :: state_type
-    type(points_type) :: points
+  !> What a step changes beside the material points.
+  type :: rest_of_state_type
     type(surface_points_type) :: surface
     type(carried_type) :: tracers
     type(watched_points_type) :: watched
@@ -106,7 +106,18 @@ module qsmpm_model
     !> What terms of the equations keep from step to step.
     type(kept_arrays_type) :: kept
     type(progress_type) :: progress
+  end type rest_of_state_type
+
+  !> What a step changes.
+  type, extends(rest_of_state_type) :: state_type
+    type(points_type) :: points
   end type state_type
+
+  !> A set that rides on the mesh, and what one of its places is.
+  type :: carried_set_type
+    class(carried_type), pointer :: places => null()
+    character(len=37) :: noun
+  end type carried_set_type
 
   !> State at the end of a phase, kept for later ones that start from there.
   type :: kept_phase_type
@@ -183,7 +194,7 @@ module qsmpm_model
     type(rigid_outline_type), allocatable :: body_outlines(:)
     type(state_type) :: state
     type(loading_type) :: loading
-    !> Ends of phases that later ones start from (qsmpm_kept_phases); unallocated for none.
+    !> Ends of phases that later ones start from (qsmpm_phase_ends); unallocated for none.
     type(kept_phase_type), allocatable :: kept_phases(:)
     !> How often the mesh has been laid around the material anew.
     integer :: windows_built = 0
@@ -210,4 +221,25 @@ module qsmpm_model
     !> Sentences the builder wants in the log (points picked, sets found, ...).
     character(len=:), allocatable :: notes
   end type model_type
+
+contains
+
+  !> All that rides on the mesh.
+  function carried_sets(state) result(sets)
+    type(state_type), intent(in), target :: state
+    type(carried_set_type) :: sets(9)
+
+    sets(1)%places => state%points
+    sets(2)%places => state%surface
+    sets(3)%places => state%tracers
+    sets(4)%places => state%watched
+    sets(5)%places => state%inactive%points
+    sets(6)%places => state%inactive%unloading
+    sets(7)%places => state%inactive%surface
+    sets(8)%places => state%inactive%unloading_surface
+    sets(9)%places => state%inactive%feet
+    sets%noun = [character(len=37) :: 'material point', 'surface point', 'tracer', 'watched place', &
+      'material point that is not there', 'material point that is taken out', 'surface point that is not there', &
+      'surface point that is taken out', 'place under a body that comes']
+  end function carried_sets
 end module qsmpm_model

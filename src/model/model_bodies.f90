@@ -4,13 +4,14 @@
 !> have counted, and lay those points that are in their box or ring, and those of bodies that are not there at the
 !> start.
 module qsmpm_model_bodies
+  use, intrinsic :: iso_fortran_env, only: real32
   use qsmpm_kinds, only: wp, long
   use qsmpm_material_description, only: weight_at
   use qsmpm_named, only: place_named
   use qsmpm_agreement, only: agree
   use qsmpm_error, only: error_type
   use qsmpm_active_bodies, only: bodies_active, has_stages
-  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_analysis, only: axisymmetric, three_dimensional
   use qsmpm_method_description, only: basis_fem, basis_standard, basis_spline2, basis_spline3, integrate_points
   use qsmpm_basis_traits, only: grid_degree
   use qsmpm_cell_boxes, only: box_owners_type, share_grid
@@ -18,27 +19,30 @@ module qsmpm_model_bodies
   use qsmpm_element, only: shape_functions
   use qsmpm_element_kinds, only: quad4, hex8, hex20, linear_kind, element_order
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_layer_interfaces, only: corners
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of
-  use qsmpm_model_shapes, only: shape_of
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_points, only: allocate_points, carried_type, place_of
-  use qsmpm_seed_table, only: seed_table_type, start_table, add_to_table, join_counts, held_by, holds_any, &
-    number_seeds
+  use qsmpm_seed_table, only: seed_table_type, start_table, add_to_table, join_counts, held_by, holds_any, number_seeds
   use qsmpm_seeding, only: seed_list_type, seed_body, seed_even, seed_gauss, seed_fem
   use qsmpm_bodies_in_place, only: has_bodies_in_place, take_out_bodies
   use qsmpm_mesh_measure, only: interpolate, cell_size
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_polygon, only: polygon_area, polygon_centroid
-  use qsmpm_polyhedron, only: polyhedron_volume
+  use qsmpm_polyhedron, only: polyhedron_volume, make_polyhedron
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_team, only: team_type, total
   use qsmpm_rounded_text, only: rounded_text, rounded_place
   use qsmpm_text, only: integer_text
+  use qsmpm_body_description, only: body_type, body_box, body_polygon, body_region, body_polyhedron
+  use qsmpm_mesh_description, only: mesh_fitted
+  use qsmpm_polyhedron_check, only: polyhedron_problem
+  use qsmpm_stl_reader, only: read_stl
   implicit none
   private
 
-  public :: make_points, place_seeds, places_for
+  public :: make_points, place_seeds, places_for, shape_of
 
   !> Cells may be filled beyond one by rounding only; more means that bodies overlap, less that one ends inside.
   real(wp), parameter :: overfull = 1.0_wp + 1.0e-6_wp, cut = 1.0_wp - 1.0e-6_wp
@@ -47,6 +51,9 @@ module qsmpm_model_bodies
   real(wp), parameter :: outside = 1.0e-3_wp
   !> Cells that are counted at a time.
   integer, parameter :: chunk = 16384
+
+  !> Share of a cell that fits outlines by which it may miss a body that holds it.
+  real(wp), parameter :: moved = 0.4_wp
 
 contains
 
@@ -404,4 +411,59 @@ contains
       'stress: '//share//' off at the edge of a block turned in its grid; SPLINE2G, INTEGRATION=CELL with '// &
       'splines, TRI6 and WEDGE15 do (docs/methods/bodies.md)'//new_line('a')
   end subroutine report_inexact
+
+  !> Bounds of a body as the seeding wants them.
+  type(body_shape_type) function shape_of(model, body, diagnostics) result(shape)
+    type(model_type), intent(in) :: model
+    type(body_type), intent(in) :: body
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: s
+
+    select case (body%kind)
+    case (body_polygon, body_box)
+      allocate (shape%outline, source=corners(body))
+      if (body%kind == body_box .and. model%analysis%model == three_dimensional) then
+        shape%low = body%box(3, 1)
+        shape%high = body%box(3, 2)
+      end if
+    case (body_region)
+      allocate (shape%region(model%mesh%cell_count), source=.false.)
+      s = place_named(model%mesh%cell_sets, body%region)
+      if (s > 0) then
+        shape%region(model%mesh%cell_sets(s)%items) = .true.
+      else
+        call add_diagnostic(diagnostics, body%where, '*BODY', "there is no element set '"//body%region//"'")
+      end if
+    case (body_polyhedron)
+      call read_solid(body, shape, diagnostics)
+    end select
+    if (model%analysis%mesh%kind == mesh_fitted .and. model%analysis%method%basis == basis_fem) shape%slack = moved
+  end function shape_of
+
+  !> The polyhedron of a body, from its file.
+  subroutine read_solid(body, shape, diagnostics)
+    type(body_type), intent(in) :: body
+    !> Gains the polyhedron; one without facets when there is an error.
+    type(body_shape_type), intent(inout) :: shape
+    type(diagnostics_type), intent(inout) :: diagnostics
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: facets(:, :, :)
+    character(len=:), allocatable :: problem
+
+    allocate (shape%solid)
+    allocate (shape%solid%facets(3, 3, 0))
+    call read_stl(body%file, facets, error)
+    if (allocated(error)) then
+      call add_diagnostic(diagnostics, body%where, '*BODY', error%message)
+      return
+    end if
+    problem = polyhedron_problem(facets)
+    if (len(problem) > 0) then
+      call add_diagnostic(diagnostics, body%where, '*BODY', body%file//': '//problem)
+    else
+      call make_polyhedron(facets, shape%solid)
+      ! STL files are written in single precision, also those in ASCII.
+      shape%uncertainty = epsilon(1.0_real32)*maxval(abs(facets))
+    end if
+  end subroutine read_solid
 end module qsmpm_model_bodies

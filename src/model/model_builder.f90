@@ -4,7 +4,7 @@
 !> deck are reported together, one a line.
 module qsmpm_model_builder
   use qsmpm_body_loads, only: lay_body_loads
-  use qsmpm_gap_warnings, only: gap_notes
+  use qsmpm_layer_warnings, only: gap_notes, check_bending, layer_notes
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type, error_user_material, fail
@@ -25,16 +25,16 @@ module qsmpm_model_builder
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text
-  use qsmpm_first_window, only: first_window
-  use qsmpm_initial_results, only: check_initial_results
+  use qsmpm_model_window, only: first_window
+  use qsmpm_initial_stress, only: check_initial_results
   use qsmpm_model_space, only: make_space
   use qsmpm_model_bodies, only: make_points
   use qsmpm_model_surfaces, only: make_surfaces, choose_carrying_points
-  use qsmpm_model_histories, only: make_histories
+  use qsmpm_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_summary, only: summarise_phases, summarise_rigid_bodies
   use qsmpm_rigid_bodies, only: make_rigid_bodies, lay_rigid_bodies
-  use qsmpm_profile_check, only: check_strength_profiles
+  use qsmpm_material_law, only: check_strength_profiles, make_material_law, check_softening_cells
   use qsmpm_points, only: allocate_watched, start_strains, start_water
   use qsmpm_softening_parameters, only: regularise_nonlocal
   use qsmpm_stress_at_rest, only: horizontal_at_rest
@@ -42,14 +42,11 @@ module qsmpm_model_builder
   use qsmpm_consolidation, only: check_consolidation
   use qsmpm_seepage_scene, only: find_seepage
   use qsmpm_water_check, only: check_water_levels
-  use qsmpm_material_law, only: make_material_law
-  use qsmpm_layer_warnings, only: check_bending, layer_notes
   use qsmpm_lowered_laws, only: check_lowering
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: may_yield, traits_of
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_seed_table, only: seed_table_type
-  use qsmpm_soil_parameters, only: check_softening_cells
   use qsmpm_mesh_measure, only: mesh_volume
   use qsmpm_mesh_sets, only: items_of
   use qsmpm_bodies_in_place, only: has_bodies_in_place, drop_buried_surfaces

@@ -1,6 +1,6 @@
 !> The mesh of a model and the sets of the deck on it.
 !>
-!> Of a grid the part is made that the state names (`qsmpm_first_window`, `qsmpm_model_window`). A set may have
+!> Of a grid the part is made that the state names (`qsmpm_model_window`). A set may have
 !> no node there; it must have one in the whole grid, which is looked at when the model is built.
 module qsmpm_model_mesh
   use qsmpm_kinds, only: wp
@@ -209,7 +209,7 @@ contains
     type(set_type), intent(in) :: set
     type(diagnostics_type), intent(inout) :: diagnostics
     type(mesh_type) :: whole
-    integer, allocatable :: items(:)
+    integer, allocatable :: items(:), others(:)
     integer :: found
 
     call find_nodes(model%mesh, set, items)
@@ -221,7 +221,8 @@ contains
         found = 1
       else
         call make_grid(grid_of(model%analysis), whole)
-        call count_nodes(whole, set, found)
+        call find_nodes(whole, set, others)
+        found = size(others)
       end if
     end if
     if (is_missing(set, found) .and. set%selection == select_list) &
@@ -302,18 +303,6 @@ contains
         [(any(set%labels == mesh%node_label(i)), i=1, mesh%node_count)]))
     end select
   end subroutine find_nodes
-
-  !> How many nodes of a mesh a set chooses.
-  subroutine count_nodes(mesh, set, found)
-    type(mesh_type), intent(in) :: mesh
-    type(set_type), intent(in) :: set
-    !> Their number.
-    integer, intent(out) :: found
-    integer, allocatable :: items(:)
-
-    call find_nodes(mesh, set, items)
-    found = size(items)
-  end subroutine count_nodes
 
   !> One element set: labels, or the elements whose nodes all lie in a box.
   subroutine make_cell_set(model, set, diagnostics)

@@ -1,25 +1,30 @@
 !> The part of the grid that a model looks at follows the material.
 !>
-!> The window is rebuilt when something that rides on the mesh comes too near to a side of it that is no
-!> side of the grid. Mesh, space, sets and constraints are then built for the new one; cells of points,
-!> reactions and what is kept at nodes are carried over, everything else of the state does not depend on the mesh. The
-!> state names its window: one that is restored or read from a file brings its own.
+!> The window is rebuilt when something that rides on the mesh comes too near to a side of it that is no side of the
+!> grid. Mesh, space, sets and constraints are then built for the new one; cells of points, reactions and what is kept
+!> at nodes are carried over, everything else of the state does not depend on the mesh. The state names its window: one
+!> that is restored or read from a file brings its own.
+!>
+!> The part of a structured grid that a model starts with: the cells its bodies touch, and a margin.
+!>
+!> What a cell sees is its neighbours and the functions that reach into it: with splines of degree k those of k cells to
+!> either side. A margin of k + 1 cells, and never fewer than two, therefore leaves the equations those of the whole
+!> grid. A few cells more save laying the window anew with every step.
 module qsmpm_model_window
   use qsmpm_kinds, only: wp
-  use qsmpm_mesh_description, only: mesh_grid
+  use qsmpm_mesh_description, only: mesh_grid, select_box, select_plane
   use qsmpm_method_description, only: basis_fem
   use qsmpm_background_in_use, only: number_of, take_background
   use qsmpm_body_stages, only: link_points
   use qsmpm_cell_numbers, only: number_all
   use qsmpm_diagnostics, only: diagnostics_type
-  use qsmpm_first_window, only: is_windowed, least_margin, usual_margin
   use qsmpm_grid, only: grid_type, whole_window, pieces_of
   use qsmpm_grid_labels, only: row_of
   use qsmpm_grid_window, only: window_type, operator(==), cells_over, cell_place, hull, widen, holds, renumber
   use qsmpm_kept_arrays, only: renumber_nodal
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_mesh_measure, only: find_bounds
-  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model, only: model_type, state_type, carried_set_type, carried_sets
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
   use qsmpm_model_space, only: make_space
   use qsmpm_phase_start, only: resume_phase
@@ -28,11 +33,17 @@ module qsmpm_model_window
   use qsmpm_points, only: carried_type, copy_points
   use qsmpm_sorting, only: order_columns
   use qsmpm_space, only: node_label, refresh_space
+  use qsmpm_named, only: place_named
+  use qsmpm_error, only: error_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_body_description, only: body_type, body_box, body_polygon, body_region, body_polyhedron
+  use qsmpm_basis_traits, only: basis_list
+  use qsmpm_stl_reader, only: read_stl
   implicit none
   private
 
   public :: follow_material, window_of_material, reach_own, lay_window, restore, return_to_window, place_mesh, &
-    fit_window
+    fit_window, first_window, least_margin, usual_margin
 
 contains
 
@@ -74,23 +85,18 @@ contains
 
   !> Cells around all that rides on the mesh.
   subroutine add_all(model, grid, needed, any_point)
-    type(model_type), intent(in) :: model
+    type(model_type), intent(in), target :: model
     type(grid_type), intent(in) :: grid
     type(window_type), intent(inout) :: needed
     logical, intent(out) :: any_point
+    type(carried_set_type) :: sets(9)
+    integer :: i
 
     any_point = .false.
-    call add_carried(model, grid, model%state%points, needed, any_point)
-    call add_carried(model, grid, model%state%surface, needed, any_point)
-    call add_carried(model, grid, model%state%tracers, needed, any_point)
-    call add_carried(model, grid, model%state%watched, needed, any_point)
-    associate (inactive => model%state%inactive)
-      call add_carried(model, grid, inactive%points, needed, any_point)
-      call add_carried(model, grid, inactive%unloading, needed, any_point)
-      call add_carried(model, grid, inactive%surface, needed, any_point)
-      call add_carried(model, grid, inactive%unloading_surface, needed, any_point)
-      call add_carried(model, grid, inactive%feet, needed, any_point)
-    end associate
+    sets = carried_sets(model%state)
+    do i = 1, size(sets)
+      call add_carried(model, grid, sets(i)%places, needed, any_point)
+    end do
   end subroutine add_all
 
   !> Widen the window of a process of a team by the cells that its own places have moved to and those around them: what
@@ -170,77 +176,49 @@ contains
 
   !> Add the cells that the material points, surface points and tracers are still booked in.
   subroutine add_cells(model, pieces, needed)
-    type(model_type), intent(in) :: model
+    type(model_type), intent(in), target :: model
     !> Mesh cells a brick is cut into.
     integer, intent(in) :: pieces
     !> The cells.
     type(window_type), intent(inout) :: needed
+    type(carried_set_type) :: sets(9)
+    integer :: i, p, at(3)
 
-    call add(model%state%points)
-    call add(model%state%surface)
-    call add(model%state%tracers)
-    call add(model%state%watched)
-    call add(model%state%inactive%points)
-    call add(model%state%inactive%unloading)
-    call add(model%state%inactive%surface)
-    call add(model%state%inactive%unloading_surface)
-    call add(model%state%inactive%feet)
-
-  contains
-
-    !> Add the cells of one of them.
-    subroutine add(carried)
-      !> What rides on the mesh.
-      class(carried_type), intent(in) :: carried
-      integer :: p, at(3)
-
-      do p = 1, carried%count
-        at = cell_place(model%state%window, pieces, carried%cell(p))
+    sets = carried_sets(model%state)
+    do i = 1, size(sets)
+      do p = 1, sets(i)%places%count
+        at = cell_place(model%state%window, pieces, sets(i)%places%cell(p))
         needed%first = min(needed%first, at)
         needed%last = max(needed%last, at)
       end do
-    end subroutine add
+    end do
   end subroutine add_cells
 
   !> Go over to another window.
   subroutine move_window(model, window, pieces)
-    type(model_type), intent(inout) :: model
+    type(model_type), intent(inout), target :: model
     !> The new window; it holds all cells that are booked in.
     type(window_type), intent(in) :: window
     !> Mesh cells a brick is cut into.
     integer, intent(in) :: pieces
     type(window_type) :: old
+    type(carried_set_type) :: sets(9)
     real(wp), allocatable :: rows(:)
+    integer :: i, p
 
     old = model%state%window
     if (model%analysis%moving_mesh%active) call rows_of(model, rows)
     call lay_window(model, window)
-    call carry_cells(model%state%points)
-    call carry_cells(model%state%surface)
-    call carry_cells(model%state%tracers)
-    call carry_cells(model%state%watched)
-    call carry_cells(model%state%inactive%points)
-    call carry_cells(model%state%inactive%unloading)
-    call carry_cells(model%state%inactive%surface)
-    call carry_cells(model%state%inactive%unloading_surface)
-    call carry_cells(model%state%inactive%feet)
+    sets = carried_sets(model%state)
+    do i = 1, size(sets)
+      do p = 1, sets(i)%places%count
+        sets(i)%places%cell(p) = renumber(old, window, pieces, sets(i)%places%cell(p))
+      end do
+    end do
     if (.not. model%analysis%moving_mesh%active) return
     call set_rows(model, rows)
     model%state%coordinates = model%mesh%coordinates
     call refresh_space(model%space, model%mesh)
-
-  contains
-
-    !> Numbers of the same cells in the new window.
-    subroutine carry_cells(carried)
-      !> What rides on the mesh.
-      class(carried_type), intent(inout) :: carried
-      integer :: p
-
-      do p = 1, carried%count
-        carried%cell(p) = renumber(old, window, pieces, carried%cell(p))
-      end do
-    end subroutine carry_cells
   end subroutine move_window
 
   !> Build all for a window with the forces and what is kept at its nodes, but with the cells numbered as before.
@@ -285,17 +263,7 @@ contains
 
     call return_to_window(model, state%window)
     call copy_points(state%points, model%state%points)
-    model%state%surface = state%surface
-    model%state%tracers = state%tracers
-    model%state%watched = state%watched
-    model%state%inactive = state%inactive
-    model%state%coordinates = state%coordinates
-    model%state%reactions = state%reactions
-    model%state%released = state%released
-    model%state%window = state%window
-    model%state%plate = state%plate
-    model%state%kept = state%kept
-    model%state%progress = state%progress
+    model%state%rest_of_state_type = state%rest_of_state_type
     call place_mesh(model)
     call fit_laws(model)
     call link_points(model)
@@ -411,4 +379,144 @@ contains
       lines(a) = size(model%analysis%mesh%axes(a)%lines)
     end do
   end function line_counts
+
+  !> True when the mesh may be a part of the grid.
+  pure logical function is_windowed(analysis)
+    type(analysis_type), intent(in) :: analysis
+
+    is_windowed = analysis%mesh%kind == mesh_grid .and. analysis%mesh%windowed
+    ! Shifted nodes do not follow the lines of a moving mesh.
+    if (analysis%moving_mesh%active) is_windowed = is_windowed .and. .not. analysis%mesh%perturbation > 0.0_wp
+  end function is_windowed
+
+  !> Cells that must be there on each side of the material.
+  pure integer function least_margin(analysis)
+    type(analysis_type), intent(in) :: analysis
+
+    least_margin = basis_list(analysis%method%basis)%margin
+    ! A shifted node may put a place into the next cell.
+    if (analysis%mesh%perturbation > 0.0_wp) least_margin = least_margin + 1
+  end function least_margin
+
+  !> Cells that a new window leaves on each side: two more than it must, or a tenth of the body.
+  pure function usual_margin(analysis, extent) result(margin)
+    type(analysis_type), intent(in) :: analysis
+    !> Cells of the body along each axis (3).
+    integer, intent(in) :: extent(3)
+    integer :: margin(3)
+
+    margin = least_margin(analysis)
+    ! A carried mesh goes with the material.
+    if (analysis%method%basis /= basis_fem) margin = margin + max(2, extent/10)
+  end function usual_margin
+
+  !> Window of the bodies of the deck; the whole grid where their extent is not known beforehand.
+  subroutine first_window(analysis, grid, window)
+    type(analysis_type), intent(in) :: analysis
+    type(grid_type), intent(in) :: grid
+    type(window_type), intent(out) :: window
+    type(window_type) :: whole, part
+    real(wp) :: low(3), high(3)
+    logical :: known
+    integer :: b
+
+    whole = whole_window(grid)
+    known = is_windowed(analysis)
+    do b = 1, size(analysis%bodies)
+      if (.not. known) exit
+      call limits(analysis, analysis%bodies(b), low, high, known)
+      part = window_over(grid, whole, low, high)
+      if (b == 1) window = part
+      window = hull(window, part)
+    end do
+    if (.not. known .or. size(analysis%bodies) == 0) then
+      window = whole
+      return
+    end if
+    window = widen(window, usual_margin(analysis, window%last - window%first + 1), whole)
+    if (analysis%moving_mesh%active) call take_plate(analysis, grid, whole, window)
+  end subroutine first_window
+
+  !> Cells that a box touches.
+  pure type(window_type) function window_over(grid, whole, low, high) result(window)
+    !> The grid, and all of its cells.
+    type(grid_type), intent(in) :: grid
+    type(window_type), intent(in) :: whole
+    !> Corners of the box (3).
+    real(wp), intent(in) :: low(3), high(3)
+    integer :: a
+
+    window = whole
+    do a = 1, 3
+      if (.not. allocated(grid%axes(a)%lines)) cycle
+      call cells_over(grid%axes(a)%lines, low(a), high(a), window%first(a), window%last(a))
+    end do
+  end function window_over
+
+  !> Box around a body, as far as the deck tells.
+  subroutine limits(analysis, body, low, high, known)
+    type(analysis_type), intent(in) :: analysis
+    type(body_type), intent(in) :: body
+    !> Corners of the box (3).
+    real(wp), intent(out) :: low(3), high(3)
+    !> False when the body has no bounds, or they are not known.
+    logical, intent(out) :: known
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: facets(:, :, :)
+    integer :: s
+
+    low = -huge(1.0_wp)
+    high = huge(1.0_wp)
+    known = .true.
+    select case (body%kind)
+    case (body_box)
+      low = body%box(:, 1)
+      high = body%box(:, 2)
+    case (body_polygon)
+      low(:2) = minval(body%polygon, dim=2)
+      high(:2) = maxval(body%polygon, dim=2)
+    case (body_polyhedron)
+      call read_stl(body%file, facets, error)
+      known = .not. allocated(error)
+      if (.not. known) return
+      low = minval(minval(facets, dim=3), dim=2)
+      high = maxval(maxval(facets, dim=3), dim=2)
+    case (body_region)
+      s = place_named(analysis%element_sets, body%region)
+      known = s > 0
+      if (.not. known) return
+      known = analysis%element_sets(s)%selection == select_box
+      low = analysis%element_sets(s)%box(:, 1)
+      high = analysis%element_sets(s)%box(:, 2)
+    case default
+      known = .false.
+    end select
+  end subroutine limits
+
+  !> The rows of a moving mesh are all there, and some of its plate.
+  pure subroutine take_plate(analysis, grid, whole, window)
+    type(analysis_type), intent(in) :: analysis
+    !> The grid, and all of its cells.
+    type(grid_type), intent(in) :: grid
+    type(window_type), intent(in) :: whole
+    type(window_type), intent(inout) :: window
+    type(window_type) :: part
+    integer :: s
+
+    associate (axis => analysis%moving_mesh%axis)
+      window%first(axis) = whole%first(axis)
+      window%last(axis) = whole%last(axis)
+    end associate
+    if (analysis%moving_mesh%by_body) return
+    do s = 1, size(analysis%node_sets)
+      associate (set => analysis%node_sets(s))
+        if (set%name /= analysis%moving_mesh%set) cycle
+        if (set%selection == select_box) then
+          part = window_over(grid, whole, set%box(:, 1), set%box(:, 2))
+          if (any(part%first > window%last .or. part%last < window%first)) window = hull(window, part)
+        end if
+        if (set%selection /= select_box .and. set%selection /= select_plane) window = whole
+      end associate
+    end do
+  end subroutine take_plate
 end module qsmpm_model_window

@@ -66,7 +66,10 @@ contains
         end associate
       end do
     end associate
-    call number_in_window(model)
+    if (.not. is_divided(model%part)) return
+    model%part%watched_cell = model%state%watched%cell
+    model%state%watched%cell = window_cells(model, model%state%watched%cell)
+    call mark_own(model)
   end subroutine watch_sets
 
   !> Cells of the places of a model that is divided as numbered in the whole grid: all processes know all places.
@@ -79,16 +82,6 @@ contains
       where (watched%cell == 0) watched%cell = model%part%watched_cell
     end associate
   end subroutine number_in_grid
-
-  !> The same as numbered in the window, and which of the places are own.
-  subroutine number_in_window(model)
-    type(model_type), intent(inout) :: model
-
-    if (.not. is_divided(model%part)) return
-    model%part%watched_cell = model%state%watched%cell
-    model%state%watched%cell = window_cells(model, model%state%watched%cell)
-    call mark_own(model)
-  end subroutine number_in_window
 
   !> Whether the grid goes along with what is pushed along an axis.
   pure logical function follows(model, axis)

@@ -1,40 +1,34 @@
 !> What moves when a step is taken, to restore it when something is found to have left the mesh.
 !>
 !> Stress, state, volume, deformation gradient, strains and pore pressures of the material points are updated last
-!> (`qsmpm_convection`, `qsmpm_pore_water`) and are not copied, nor is what the model is built with: a static step
-!> holds one copy of the large arrays, the state that `qsmpm_stepping` saves by assignment and `restore` of
+!> (`qsmpm_convection`, `qsmpm_pore_water`) and are not copied, nor is what the model is built with: a static step holds
+!> one copy of the large arrays, the state that `qsmpm_stepping` saves by assignment and `restore` of
 !> `qsmpm_model_window` brings back.
+!>
+!> Whether the state that a step begins from can be computed with: a restart file, an embedding program or a law's start
+!> may have brought in what is not a number. What a step computes itself is looked at where it is born.
 module qsmpm_saved_places
-  use qsmpm_kinds, only: wp
-  use qsmpm_model, only: model_type, progress_type
-  use qsmpm_points, only: surface_points_type, carried_type, watched_points_type
-  use qsmpm_inactive_points, only: inactive_points_type
-  use qsmpm_grid_window, only: window_type
-  use qsmpm_kept_arrays, only: kept_arrays_type
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_model, only: model_type, rest_of_state_type, progress_type, carried_set_type, carried_sets
+  use qsmpm_points, only: carried_type
   use qsmpm_model_window, only: return_to_window, place_mesh
+  use qsmpm_agreement, only: agree
+  use qsmpm_error, only: error_type, fail, error_other
+  use qsmpm_finite, only: all_usable, is_usable, unusable
+  use qsmpm_field_list, only: field_list_type
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
-  public :: saved_places_type, save_places, restore_places
+  public :: saved_places_type, save_places, restore_places, check_state
 
   !> Positions and progress.
   type :: saved_places_type
     !> Position and local coordinates of the material points (dimension, count), owner cells (count).
     real(wp), allocatable :: position(:, :), local(:, :)
     integer, allocatable :: cell(:)
-    type(surface_points_type) :: surface
-    type(carried_type) :: tracers
-    type(watched_points_type) :: watched
-    !> Bodies that are not there, of which some ride.
-    type(inactive_points_type) :: inactive
-    !> Node coordinates, reactions and released forces (dimension, nodes), plate of a moving mesh.
-    real(wp), allocatable :: coordinates(:, :), reactions(:, :), released(:, :)
-    real(wp) :: plate = 0.0_wp
-    !> Part of the grid all this belongs to.
-    type(window_type) :: window
-    !> Among them the nodal values of fields.
-    type(kept_arrays_type) :: kept
-    type(progress_type) :: progress
+    !> Bodies that are not there, of which some ride, and the nodal values of fields among it.
+    type(rest_of_state_type) :: rest
   end type saved_places_type
 
 contains
@@ -44,22 +38,10 @@ contains
     type(model_type), intent(in) :: model
     type(saved_places_type), intent(out) :: saved
 
-    associate (state => model%state, points => model%state%points)
-      saved%position = points%position
-      saved%local = points%local
-      saved%cell = points%cell
-      saved%surface = state%surface
-      saved%tracers = state%tracers
-      saved%watched = state%watched
-      saved%inactive = state%inactive
-      saved%coordinates = state%coordinates
-      saved%reactions = state%reactions
-      saved%released = state%released
-      saved%plate = state%plate
-      saved%kept = state%kept
-      saved%progress = state%progress
-      saved%window = state%window
-    end associate
+    saved%position = model%state%points%position
+    saved%local = model%state%points%local
+    saved%cell = model%state%points%cell
+    saved%rest = model%state%rest_of_state_type
   end subroutine save_places
 
   !> Restore a copy.
@@ -67,22 +49,87 @@ contains
     type(saved_places_type), intent(in) :: saved
     type(model_type), intent(inout) :: model
 
-    call return_to_window(model, saved%window)
-    associate (state => model%state, points => model%state%points)
-      points%position = saved%position
-      points%local = saved%local
-      points%cell = saved%cell
-      state%surface = saved%surface
-      state%tracers = saved%tracers
-      state%watched = saved%watched
-      state%inactive = saved%inactive
-      state%coordinates = saved%coordinates
-      state%reactions = saved%reactions
-      state%released = saved%released
-      state%plate = saved%plate
-      state%kept = saved%kept
-      state%progress = saved%progress
-    end associate
+    call return_to_window(model, saved%rest%window)
+    model%state%points%position = saved%position
+    model%state%points%local = saved%local
+    model%state%points%cell = saved%cell
+    model%state%rest_of_state_type = saved%rest
     call place_mesh(model)
   end subroutine restore_places
+
+  !> Refuse a state with a number that cannot be computed with, on all processes alike; the first one is named.
+  subroutine check_state(model, error)
+    type(model_type), intent(in), target :: model
+    !> error_other
+    type(error_type), allocatable, intent(out) :: error
+    type(carried_set_type) :: sets(9)
+    integer :: i
+
+    sets = carried_sets(model%state)
+    do i = 1, size(sets)
+      call check_carried(sets(i)%places, trim(sets(i)%noun), error)
+    end do
+    call check(model%state%coordinates, 'position', 'node', error)
+    call check(model%state%reactions, 'reaction', 'node', error)
+    call check(model%state%released, 'released force', 'node', error)
+    if (allocated(model%state%kept%list)) then
+      do i = 1, size(model%state%kept%list)
+        associate (kept => model%state%kept%list(i))
+          call check(kept%values, 'value', kept%name//', column', error)
+        end associate
+      end do
+    end if
+    call check_progress(model%state%plate, model%state%progress, error)
+    call agree(model%part%team, error)
+  end subroutine check_state
+
+  !> All fields of what rides on the mesh.
+  subroutine check_carried(carried, noun, error)
+    class(carried_type), intent(in), target :: carried
+    character(len=*), intent(in) :: noun
+    type(error_type), allocatable, intent(inout) :: error
+    type(field_list_type) :: list
+    integer :: i
+
+    if (allocated(error)) return
+    call carried%list_fields(list)
+    do i = 1, list%count
+      associate (field => list%fields(i))
+        if (associated(field%reals)) call check(field%reals, field%spoken(), noun, error, carried%number)
+      end associate
+    end do
+  end subroutine check_carried
+
+  !> Where the analysis stands, and the plate of a moving mesh.
+  subroutine check_progress(plate, progress, error)
+    real(wp), intent(in) :: plate
+    type(progress_type), intent(in) :: progress
+    type(error_type), allocatable, intent(inout) :: error
+
+    if (allocated(error)) return
+    if (.not. is_usable(plate)) call fail(error, error_other, 'the plate of the moving mesh has a position'//unusable)
+    if (.not. (is_usable(progress%fraction) .and. is_usable(progress%next_step) .and. is_usable(progress%damping))) &
+      call fail(error, error_other, 'the step has a load fraction, a length or a damping'//unusable)
+    if (.not. (is_usable(progress%external_work) .and. is_usable(progress%internal_work))) &
+      call fail(error, error_other, 'the steps so far have a work'//unusable)
+  end subroutine check_progress
+
+  !> Numbers of points (numbers, points); nothing is done where there is an error already.
+  subroutine check(values, name, noun, error, numbers)
+    real(wp), intent(in) :: values(:, :)
+    !> What they are and of what.
+    character(len=*), intent(in) :: name, noun
+    type(error_type), allocatable, intent(inout) :: error
+    !> Numbers of the points, where they have some of their own.
+    integer(long), intent(in), optional :: numbers(:)
+    integer(long) :: number
+    integer :: i
+
+    if (allocated(error)) return
+    if (all_usable(size(values), values)) return
+    i = findloc(all(is_usable(values), dim=1), .false., dim=1)
+    number = i
+    if (present(numbers)) number = numbers(i)
+    call fail(error, error_other, noun//' '//integer_text(number)//' has a '//name//unusable)
+  end subroutine check
 end module qsmpm_saved_places

@@ -4,17 +4,16 @@
 module qsmpm_worn_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_background_in_use, only: is_at_start, take_background
-  use qsmpm_cells_of_bodies, only: bodies_fit
+  use qsmpm_body_placing, only: bodies_fit
   use qsmpm_error, only: error_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_kept_arrays, only: renumber_nodal
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, carried_set_type, carried_sets
   use qsmpm_model_window, only: fit_window, window_of_material
   use qsmpm_moving_rows, only: least_jacobian
   use qsmpm_nonlocal_field, only: gather_field
   use qsmpm_point_location, only: relocate
-  use qsmpm_points, only: carried_type
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -78,42 +77,28 @@ contains
 
   !> Go over to the grid.
   subroutine leave_mesh(model, note, error)
-    type(model_type), intent(inout) :: model
+    type(model_type), intent(inout), target :: model
     !> For the log.
     character(len=:), allocatable, intent(out) :: note
     !> A place that lies outside of the grid.
     type(error_type), allocatable, intent(out) :: error
     type(window_type) :: window
+    type(carried_set_type) :: sets(9)
+    integer :: i
 
     call take_background(2, model)
     call window_of_material(model, window)
     call fit_window(model, window)
     call renumber_nodal(model%state%kept, spread(0, 1, model%space%node_count))
-    associate (state => model%state)
-      call place(state%points, 'material point')
-      call place(state%surface, 'surface point')
-      call place(state%tracers, 'tracer')
-      call place(state%watched, 'material in front of a prescribed set')
-      call place(state%inactive%points, 'material point that is not there')
-      call place(state%inactive%unloading, 'material point that is taken out')
-      call place(state%inactive%surface, 'surface point that is not there')
-      call place(state%inactive%unloading_surface, 'surface point that is taken out')
-      call place(state%inactive%feet, 'place under a body that comes')
-    end associate
+    sets = carried_sets(model%state)
+    sets(4)%noun = 'material in front of a prescribed set'
+    do i = 1, size(sets)
+      sets(i)%places%cell = 1
+      call relocate(model%mesh, model%cell_size, sets(i)%places, trim(sets(i)%noun), error)
+      if (allocated(error)) exit
+    end do
     if (.not. allocated(error)) call gather_field(model)
     note = 'the triangles that fit the scene are left: the run goes on with splines on the grid of '// &
       integer_text(model%mesh%cell_count)//' cells, which is reset after every step (docs/methods/fitted.md)'
-
-  contains
-
-    !> Find the cells of a set.
-    subroutine place(carried, name)
-      class(carried_type), intent(inout) :: carried
-      character(len=*), intent(in) :: name
-
-      if (allocated(error)) return
-      carried%cell = 1
-      call relocate(model%mesh, model%cell_size, carried, name, error)
-    end subroutine place
   end subroutine leave_mesh
 end module qsmpm_worn_mesh

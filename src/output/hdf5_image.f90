@@ -237,7 +237,7 @@ contains
     type(image_type), intent(inout) :: image
     !> Its name on the disk.
     character(len=*), intent(in) :: path
-    !> It ends with a line by which damage is known (`qsmpm_seal`).
+    !> It ends with a line by which damage is known (`qsmpm_checksum`).
     logical, intent(in) :: sealed
     !> The same on all processes: it is not whole under its name.
     type(error_type), allocatable, intent(out) :: error

@@ -6,11 +6,10 @@ module qsmpm_shared_file
   use, intrinsic :: iso_fortran_env, only: int8, int32
   use qsmpm_kinds, only: long
   use qsmpm_agreement, only: agree, any_of
-  use qsmpm_checksum, only: crc32, followed_by
+  use qsmpm_checksum, only: crc32, followed_by, seal_line, sum_piece, seal_reason
   use qsmpm_error, only: error_type
   use qsmpm_file, only: file_type, create_file, join_file, move_to, put_bytes, put_text, finish_file, commit_file, &
     discard_file
-  use qsmpm_seal, only: seal_line, sum_piece, seal_reason
   use qsmpm_team, only: team_type, total
   implicit none
   private
@@ -23,7 +22,7 @@ module qsmpm_shared_file
     type(file_type) :: file
     !> Bytes of the file, but for its last line.
     integer(long) :: length = 0
-    !> It ends with a line by which damage is known (`qsmpm_seal`).
+    !> It ends with a line by which damage is known (`qsmpm_checksum`).
     logical :: sealed = .false.
     !> What the own bytes have added to its checksum.
     integer(int32) :: share = 0

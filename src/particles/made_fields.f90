@@ -5,7 +5,7 @@ module qsmpm_made_fields
   use qsmpm_field_list, only: field_list_type, kind_number, kind_tensor, kind_vector, shown_everywhere, unit_length, &
     unit_stress
   use qsmpm_points, only: points_type, carries_water
-  use qsmpm_strain, only: logarithmic_strain, shear_strain, volume_strain
+  use qsmpm_isotropic_function, only: logarithmic_strain, shear_strain, volume_strain
   implicit none
   private
 

@@ -56,7 +56,7 @@ module qsmpm_points
     !> Total deformation gradient, packed; no columns unless domains need it (5 or 9, count or 0).
     real(wp), allocatable :: deformation_gradient(:, :)
     !> Left Cauchy-Green tensor of the total deformation in stress order, and accumulated plastic shear strain
-    !> (qsmpm_strain); no columns unless results ask for strains (4 or 6, count or 0), (count or 0).
+    !> (qsmpm_isotropic_function); no columns unless results ask for strains (4 or 6, count or 0), (count or 0).
     real(wp), allocatable :: left_cauchy_green(:, :), plastic_strain(:)
     !> Pressure of the water in the pores, compression positive: of water at rest below a level, and with the excess
     !> that undrained laws carry; none where no scene has water (count or 0).

@@ -13,7 +13,7 @@ module qsmpm_layer_interfaces
   implicit none
   private
 
-  public :: interface_type, find_interfaces, thin_seam, is_weak, measure_body, corners
+  public :: interface_type, find_interfaces, thin_seam, is_weak, measure_body, corners, moduli
 
   !> Cells that a weak body needs across it, and the share of its neighbour's strength below which it is weak.
   real(wp), parameter, public :: fewest_cells = 3.0_wp
@@ -264,7 +264,8 @@ contains
     real(wp), intent(out) :: thick, long, cell
     !> Unit vector across it.
     real(wp), intent(out) :: normal(3)
-    real(wp) :: area, around, edge(2), longest(2), bounds(3, 2)
+    real(wp), allocatable :: edges(:, :), lengths(:)
+    real(wp) :: area, around, longest(2), bounds(3, 2)
     integer :: i, n, axis
 
     associate (axes => analysis%mesh%axes)
@@ -279,18 +280,13 @@ contains
         normal(axis) = 1.0_wp
         return
       end if
-      area = 0.0_wp
-      around = 0.0_wp
-      longest = 0.0_wp
-      n = size(body%polygon, 2)
-      do i = 1, n
-        associate (p => body%polygon(:, i), q => body%polygon(:, modulo(i, n) + 1))
-          edge = q - p
-          area = area + 0.5_wp*(p(1)*q(2) - p(2)*q(1))
-          around = around + norm2(edge)
-          if (norm2(edge) > norm2(longest)) longest = edge
-        end associate
-      end do
+      edges = cshift(body%polygon, 1, dim=2) - body%polygon
+      lengths = [(norm2(edges(:, i)), i=1, size(edges, 2))]
+      around = sum(lengths)
+      longest = edges(:, maxloc(lengths, dim=1))
+      associate (x => body%polygon(1, :), y => body%polygon(2, :))
+        area = 0.5_wp*sum(x*cshift(y, 1) - cshift(x, 1)*y)
+      end associate
       thick = around/4.0_wp - sqrt(max(0.0_wp, (around/4.0_wp)**2 - abs(area)))
       long = around/2.0_wp - thick
       longest = longest/norm2(longest)

@@ -8,7 +8,7 @@ module qsmpm_load_description
   private
 
   public :: fixity_type, prescription_type, traction_type, support_type, gravity_type, water_level_type, head_type, &
-    consolidation_type
+    consolidation_type, drainage_type
 
   !> Support of a surface: none, no motion along its normal, no motion.
   integer, parameter, public :: support_none = 0, support_normal = 1, support_all = 2

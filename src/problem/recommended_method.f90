@@ -24,7 +24,7 @@ module qsmpm_recommended_method
     basis_spline2, basis_spline2g, integrate_points, integrate_cells, stabilise_background, stabilise_ghost, &
     stabilise_none
   use qsmpm_element, only: allowed_counts, tri6
-  use qsmpm_layer_interfaces, only: thin_seam
+  use qsmpm_layer_interfaces, only: moduli, thin_seam
   use qsmpm_material_traits, only: may_yield
   implicit none
   private
@@ -246,37 +246,14 @@ contains
   !> or gets; 0 for none. Of soil laws and models of the user no modulus is known.
   pure integer function stiff_body(analysis) result(b)
     type(analysis_type), intent(in) :: analysis
-    real(wp) :: least
-    integer :: m, p, i
+    real(wp), allocatable :: young(:, :)
 
     b = 0
     if (.not. (allocated(analysis%materials) .and. allocated(analysis%bodies) .and. allocated(analysis%phases))) return
-    least = huge(least)
-    do m = 1, size(analysis%materials)
-      if (analysis%materials(m)%young > 0.0_wp) least = min(least, analysis%materials(m)%young)
-    end do
-    do b = 1, size(analysis%bodies)
-      if (is_stiff(analysis%bodies(b)%material)) return
-      do p = 1, size(analysis%phases)
-        if (.not. allocated(analysis%phases(p)%materials)) cycle
-        do i = 1, size(analysis%phases(p)%materials)
-          associate (change => analysis%phases(p)%materials(i))
-            if (change%body == analysis%bodies(b)%name .and. is_stiff(change%material)) return
-          end associate
-        end do
-      end do
-    end do
-    b = 0
-  contains
-    !> Whether the material of a name is stiff.
-    pure logical function is_stiff(name)
-      character(len=*), intent(in) :: name
-      integer :: k
-
-      k = place_named(analysis%materials, name)
-      is_stiff = k > 0
-      if (is_stiff) is_stiff = analysis%materials(k)%young/stiff >= least
-    end function is_stiff
+    call moduli(analysis, young)
+    associate (least => minval(analysis%materials%young, mask=analysis%materials%young > 0.0_wp))
+      b = findloc(any(young/stiff >= least, dim=2), .true., dim=1)
+    end associate
   end function stiff_body
 
   !> Whether the bounds of a body are lines of the grid: a box, or a polygon of such edges.

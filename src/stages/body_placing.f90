@@ -3,27 +3,44 @@
 !> FILL=LEVEL stretches it along the vertical from the top as drawn down to the ground as it has settled
 !> (qsmpm_lift_feet); where the ground lies above the top nothing is left of it. FILL=SHAPE takes it as drawn: an
 !> overlap with the ground of more than a thousandth of it is an error. A body that has been there before comes back
-!> where it is. On a mesh that goes with the ground it fills its cells (qsmpm_cells_of_bodies).
+!> where it is. On a mesh that goes with the ground it fills its cells.
+!>
+!> Cells of bodies that come, on a mesh that goes with the ground: their nodes on the ground have moved with it, those
+!> on free bounds are put where they are drawn, and the nodes between follow by a smooth displacement, so that every
+!> cell keeps its shape as far as it can. Material points, surface points and tracers go with their cells.
 module qsmpm_body_placing
   use qsmpm_kinds, only: wp
   use qsmpm_body_description, only: body_change_type, fill_level
   use qsmpm_method_description, only: basis_fem
-  use qsmpm_active_bodies, only: body_number
-  use qsmpm_cells_of_bodies, only: put_in_cells, place_in_cell
-  use qsmpm_error, only: error_type, error_deck, fail
+  use qsmpm_active_bodies, only: body_number, bodies_named
+  use qsmpm_error, only: error_type, error_deck, fail, error_tangled
   use qsmpm_lift_feet, only: stretch_over, height_over
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: relocate
   use qsmpm_point_selection, only: select_points
-  use qsmpm_points, only: points_type, surface_points_type, carries_strains, reset_strains, set_normals, place_of
+  use qsmpm_points, only: points_type, surface_points_type, carries_strains, reset_strains, set_normals, place_of, &
+    carried_type
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_element, only: corner_count, face_corners, face_count, linear_kind, local_nodes, node_count, &
+    shape_functions, shape_gradients
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_measure, only: interpolate
+  use qsmpm_moving_rows, only: least_jacobian
+  use qsmpm_tensor, only: cofactor, determinant
   implicit none
   private
 
-  public :: place_body
+  public :: place_body, bodies_fit, move_their_nodes
 
   !> Share of a body that may overlap the ground, and below which thickness, over that drawn, nothing is left of it.
   real(wp), parameter :: overlapping = 1.0e-3_wp, vanishing = 1.0e-2_wp
+
+  !> Least determinant of the map of a cell, over that of the cell as drawn.
+  real(wp), parameter :: least_share = 0.15_wp
+  !> Sweeps of the smoothing at most, and the largest change at which it ends, over the largest displacement.
+  integer, parameter :: most_sweeps = 400
+  real(wp), parameter :: at_rest = 1.0e-4_wp
 
 contains
 
@@ -225,4 +242,258 @@ contains
       end associate
     end do
   end subroutine start_anew
+
+  !> Whether the bodies that come in the current phase find room in their cells; true on a mesh that is reset.
+  logical function bodies_fit(model) result(fit)
+    type(model_type), intent(in) :: model
+    real(wp), allocatable :: places(:, :)
+
+    fit = model%analysis%method%basis /= basis_fem
+    if (fit) return
+    call find_places(model, places, fit)
+  end function bodies_fit
+
+  !> Move the nodes of the bodies that come in the current phase.
+  subroutine move_their_nodes(model, error)
+    type(model_type), intent(inout) :: model
+    !> A cell would turn inside out.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), allocatable :: places(:, :)
+    logical :: fit
+
+    call find_places(model, places, fit)
+    if (.not. fit) then
+      call fail(error, error_tangled, '*ACTIVATE: the ground has moved so far that cells of a body which comes '// &
+        'would be flat or turn inside out; a mesh that is reset takes it (*GRID, REFIT=AUTO, or ELEMENT=QUAD4)')
+      return
+    end if
+    model%mesh%coordinates = places
+    model%state%coordinates = places
+  end subroutine move_their_nodes
+
+  !> Places of all nodes with the bodies that come in their cells.
+  subroutine find_places(model, places, fit)
+    type(model_type), intent(in) :: model
+    !> (dimension, nodes)
+    real(wp), allocatable, intent(out) :: places(:, :)
+    logical, intent(out) :: fit
+    real(wp), allocatable :: moved(:, :)
+    logical :: coming(model%mesh%cell_count), ground(model%mesh%node_count), held(model%mesh%node_count), &
+      of_body(model%mesh%node_count)
+    integer :: c
+
+    allocate (places, source=model%state%coordinates)
+    fit = .true.
+    call mark_cells(model, coming)
+    if (.not. any(coming)) return
+    moved = places - model%drawn_coordinates
+    call find_ground(model, ground)
+    held = ground
+    call put_bounds_as_drawn(model%mesh, coming, held, of_body, moved)
+    call smooth(model%mesh, coming, held, moved)
+    call straighten(model%mesh, coming, ground, moved)
+    where (spread(of_body .and. .not. ground, 1, size(moved, 1))) places = model%drawn_coordinates + moved
+    do c = 1, size(coming)
+      if (.not. coming(c)) cycle
+      fit = least_jacobian(model%mesh, places, c) > least_share*least_jacobian(model%mesh, model%drawn_coordinates, c)
+      if (.not. fit) return
+    end do
+  end subroutine find_places
+
+  !> Cells of the bodies that come and are not there.
+  subroutine mark_cells(model, coming)
+    type(model_type), intent(in) :: model
+    !> (cells)
+    logical, intent(out) :: coming(:)
+    logical :: named(size(model%analysis%bodies))
+    integer :: p
+
+    coming = .false.
+    named = bodies_named(model%analysis, model%analysis%phases(model%state%progress%phase)%activations)
+    associate (waiting => model%state%inactive%points)
+      do p = 1, waiting%count
+        if (named(waiting%body(p))) coming(waiting%cell(p)) = .true.
+      end do
+    end associate
+  end subroutine mark_cells
+
+  !> Nodes of the ground that is there.
+  subroutine find_ground(model, ground)
+    type(model_type), intent(in) :: model
+    !> (nodes)
+    logical, intent(out) :: ground(:)
+    integer :: p
+
+    ground = .false.
+    associate (mesh => model%mesh, points => model%state%points)
+      do p = 1, points%count
+        associate (c => points%cell(p))
+          ground(mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1)) = .true.
+        end associate
+      end do
+    end associate
+  end subroutine find_ground
+
+  !> Nodes on bounds of what comes, where no ground is, are put where they are drawn; so are those inside, to begin
+  !> with.
+  subroutine put_bounds_as_drawn(mesh, coming, held, of_body, moved)
+    type(mesh_type), intent(in) :: mesh
+    logical, intent(in) :: coming(:)
+    !> Those of the ground; gets those on bounds.
+    logical, intent(inout) :: held(:)
+    !> Nodes of what comes.
+    logical, intent(out) :: of_body(:)
+    !> Displacement since the drawing (dimension, nodes).
+    real(wp), intent(inout) :: moved(:, :)
+    logical :: on_bounds(size(held))
+    integer :: c, f
+
+    on_bounds = .false.
+    of_body = .false.
+    do c = 1, size(coming)
+      if (.not. coming(c)) cycle
+      associate (nodes => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1), kind => mesh%cell_kind(c))
+        of_body(nodes) = .true.
+        do f = 1, face_count(kind)
+          if (.not. is_inside(mesh%face_neighbour(f, c))) on_bounds(nodes(face_corners(kind, f))) = .true.
+        end do
+      end associate
+    end do
+    where (spread(of_body .and. .not. held, 1, size(moved, 1))) moved = 0.0_wp
+    held = held .or. on_bounds
+  contains
+    !> Whether a cell is of what comes.
+    pure logical function is_inside(beyond)
+      integer, intent(in) :: beyond
+
+      is_inside = beyond > 0
+      if (is_inside) is_inside = coming(beyond)
+    end function is_inside
+  end subroutine put_bounds_as_drawn
+
+  !> The displacement of a corner that is not held becomes the mean of those around it.
+  subroutine smooth(mesh, coming, held, moved)
+    type(mesh_type), intent(in) :: mesh
+    logical, intent(in) :: coming(:), held(:)
+    !> (dimension, nodes)
+    real(wp), intent(inout) :: moved(:, :)
+    real(wp) :: total(size(moved, 1), size(moved, 2)), largest, change
+    integer :: seen(size(held)), sweep, c, k, n
+
+    largest = maxval(abs(moved))
+    do sweep = 1, most_sweeps
+      total = 0.0_wp
+      seen = 0
+      do c = 1, size(coming)
+        if (.not. coming(c)) cycle
+        n = corner_count(mesh%cell_kind(c))
+        associate (corners => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c) + n - 1))
+          do k = 1, n
+            total(:, corners(k)) = total(:, corners(k)) + sum(moved(:, corners), dim=2) - moved(:, corners(k))
+          end do
+          seen(corners) = seen(corners) + n - 1
+        end associate
+      end do
+      change = 0.0_wp
+      do k = 1, size(seen)
+        if (seen(k) == 0 .or. held(k)) cycle
+        change = max(change, maxval(abs(total(:, k)/seen(k) - moved(:, k))))
+        moved(:, k) = total(:, k)/seen(k)
+      end do
+      if (.not. change > at_rest*largest) exit
+    end do
+  end subroutine smooth
+
+  !> Nodes between corners move with these, where they are not those of the ground.
+  subroutine straighten(mesh, coming, ground, moved)
+    type(mesh_type), intent(in) :: mesh
+    logical, intent(in) :: coming(:), ground(:)
+    !> (dimension, nodes)
+    real(wp), intent(inout) :: moved(:, :)
+    real(wp), allocatable :: place(:, :), shape(:)
+    integer :: c, k, n
+
+    do c = 1, size(coming)
+      if (.not. coming(c)) cycle
+      associate (kind => mesh%cell_kind(c), nodes => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1))
+        n = corner_count(kind)
+        place = local_nodes(kind)
+        if (allocated(shape)) deallocate (shape)
+        allocate (shape(n))
+        do k = n + 1, node_count(kind)
+          if (ground(nodes(k))) cycle
+          call shape_functions(linear_kind(kind), place(:, k), shape)
+          moved(:, nodes(k)) = matmul(moved(:, nodes(:n)), shape)
+        end do
+      end associate
+    end do
+  end subroutine straighten
+
+  !> A body goes with its cells: places, volumes and weights of its material points, places and areas of its surface
+  !> points.
+  subroutine put_in_cells(model, body, surface)
+    type(model_type), intent(in) :: model
+    type(points_type), intent(inout) :: body
+    type(surface_points_type), intent(inout) :: surface
+    real(wp) :: before(3, 3), behind(3, 3), area(3), old, ratio
+    integer :: p
+
+    do p = 1, body%count
+      call maps_at(model, body, p, before, behind)
+      ratio = determinant(behind)/determinant(before)
+      body%volume(p) = ratio*body%volume(p)
+      body%weight(p) = ratio*body%weight(p)
+      body%position(:, p) = place_in_cell(model, body, p)
+    end do
+    do p = 1, surface%count
+      call maps_at(model, surface, p, before, behind)
+      area = 0.0_wp
+      area(:model%mesh%dimension) = surface%area_vector(:, p)
+      old = norm2(area)
+      ! cof(F) = cof(J') cof(J)^-1 with the maps J and J' of the cell as drawn and as it is.
+      area = matmul(cofactor(behind), matmul(transpose(before), area))/determinant(before)
+      surface%area_vector(:, p) = area(:model%mesh%dimension)
+      if (old > 0.0_wp) surface%area(p) = surface%area(p)*norm2(area)/old
+      surface%position(:, p) = place_in_cell(model, surface, p)
+    end do
+  end subroutine put_in_cells
+
+  !> Place of something at its local coordinates.
+  function place_in_cell(model, carried, p) result(place)
+    type(model_type), intent(in) :: model
+    class(carried_type), intent(in) :: carried
+    integer, intent(in) :: p
+    real(wp) :: place(model%mesh%dimension), shape(node_count(model%mesh%cell_kind(carried%cell(p))))
+
+    associate (mesh => model%mesh, c => carried%cell(p))
+      call shape_functions(mesh%cell_kind(c), carried%local(:, p), shape)
+      place = interpolate(mesh, c, shape, mesh%coordinates)
+    end associate
+  end function place_in_cell
+
+  !> Derivatives of the place by the local coordinates in the cell of something, as drawn and as it is; across the plane
+  !> 1, or the radius.
+  subroutine maps_at(model, carried, p, before, behind)
+    type(model_type), intent(in) :: model
+    class(carried_type), intent(in) :: carried
+    integer, intent(in) :: p
+    real(wp), intent(out) :: before(3, 3), behind(3, 3)
+    real(wp), allocatable :: gradients(:, :), shape(:)
+
+    before = 0.0_wp
+    before(3, 3) = 1.0_wp
+    behind = before
+    associate (mesh => model%mesh, c => carried%cell(p), d => model%mesh%dimension)
+      associate (nodes => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1))
+        allocate (gradients(d, size(nodes)), shape(size(nodes)))
+        call shape_gradients(mesh%cell_kind(c), carried%local(:, p), gradients)
+        before(:d, :d) = matmul(model%drawn_coordinates(:, nodes), transpose(gradients))
+        behind(:d, :d) = matmul(mesh%coordinates(:, nodes), transpose(gradients))
+        if (model%analysis%model /= axisymmetric) return
+        call shape_functions(mesh%cell_kind(c), carried%local(:, p), shape)
+        before(3:, 3) = interpolate(mesh, c, shape, model%drawn_coordinates(:1, :))
+        behind(3:, 3) = interpolate(mesh, c, shape, mesh%coordinates(:1, :))
+      end associate
+    end associate
+  end subroutine maps_at
 end module qsmpm_body_placing

@@ -11,6 +11,7 @@ module qsmpm_cavities
   use qsmpm_analysis, only: plane_strain
   use qsmpm_load_description, only: support_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_named, only: place_named
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: body_holds, make_overburden, overburden_type
   use qsmpm_own_part, only: own_cells
@@ -36,11 +37,10 @@ contains
     do p = 1, size(model%analysis%phases)
       do i = 1, size(model%analysis%phases(p)%supports)
         associate (support => model%analysis%phases(p)%supports(i))
-          do s = 1, size(model%cavity_middle, 2)
-            if (.not. support%contracts .or. model%analysis%surfaces(s)%name /= support%surface) cycle
-            call measure_cavity(model, s, support, diagnostics)
-            call warn_of_core(model, s, p, support)
-          end do
+          s = place_named(model%analysis%surfaces, support%surface)
+          if (.not. support%contracts .or. s == 0) cycle
+          call measure_cavity(model, s, support, diagnostics)
+          call warn_of_core(model, s, p, support)
         end associate
       end do
     end do

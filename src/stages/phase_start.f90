@@ -7,6 +7,7 @@
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: support_none
+  use qsmpm_named, only: place_named
   use qsmpm_phase_description, only: phase_type, initial_keep, phase_safety
   use qsmpm_active_bodies, only: has_stages
   use qsmpm_agreement, only: joint_norm
@@ -146,16 +147,13 @@ contains
   subroutine release(model)
     type(model_type), intent(inout) :: model
     logical :: changed(model%state%surface%count)
-    integer :: i, s
+    integer :: i
 
     changed = .false.
     associate (phase => model%analysis%phases(model%state%progress%phase), surface => model%state%surface, &
         state => model%state)
       do i = 1, size(phase%supports)
-        do s = 1, size(model%analysis%surfaces)
-          if (model%analysis%surfaces(s)%name == phase%supports(i)%surface) &
-            changed = changed .or. surface%surface == s
-        end do
+        changed = changed .or. surface%surface == place_named(model%analysis%surfaces, phase%supports(i)%surface)
       end do
       state%released = state%progress%release_left*state%released &
         + merge(0.0_wp, state%reactions, model%loading%constrained)
@@ -258,25 +256,28 @@ contains
     call take_levels(model%analysis, phase, loading%water_final)
     ! The field of qsmpm_pore_flow has all of the pressure, at once.
     if (any(phase%water_levels%coupled)) loading%water_start = loading%water_final
-    do s = 1, size(model%analysis%surfaces)
-      do i = 1, size(phase%tractions)
-        if (model%analysis%surfaces(s)%name /= phase%tractions(i)%surface) cycle
-        if (phase%tractions(i)%follows) then
-          loading%pressure_final(s) = final_pressure(phase, i, upwards(model%analysis))
-        else
-          loading%traction_final(:, s) = phase%load_factor*phase%tractions(i)%vector
-          loading%carrier(s) = phase%tractions(i)%carrier
-        end if
-      end do
-      do i = 1, size(phase%supports)
-        associate (support => phase%supports(i))
-          if (model%analysis%surfaces(s)%name /= support%surface) cycle
-          loading%support(s) = support%kind
-          loading%floats(s) = support%contracts .and. .not. support%held
-          loading%closure_start(s) = 0.0_wp
-          loading%closure_final(s) = closure_of(phase%load_factor*support%volume_loss)
+    do i = 1, size(phase%tractions)
+      s = place_named(model%analysis%surfaces, phase%tractions(i)%surface)
+      if (s == 0) cycle
+      if (phase%tractions(i)%follows) then
+        associate (load => phase%tractions(i), factor => phase%load_factor)
+          loading%pressure_final(s) = surface_pressure_type(factor*load%pressure, upwards(model%analysis)*factor* &
+            load%gradient, load%height, load%of_water)
         end associate
-      end do
+      else
+        loading%traction_final(:, s) = phase%load_factor*phase%tractions(i)%vector
+        loading%carrier(s) = phase%tractions(i)%carrier
+      end if
+    end do
+    do i = 1, size(phase%supports)
+      associate (support => phase%supports(i))
+        s = place_named(model%analysis%surfaces, support%surface)
+        if (s == 0) cycle
+        loading%support(s) = support%kind
+        loading%floats(s) = support%contracts .and. .not. support%held
+        loading%closure_start(s) = 0.0_wp
+        loading%closure_final(s) = closure_of(phase%load_factor*support%volume_loss)
+      end associate
     end do
     if (phase%initial%kind == initial_keep) return
     loading%gravity_start = loading%gravity_final
@@ -311,19 +312,6 @@ contains
       end associate
     end do
   end subroutine apply_constraints
-
-  !> Pressure that a phase ends with on a surface.
-  pure type(surface_pressure_type) function final_pressure(phase, number, up) result(pressure)
-    type(phase_type), intent(in) :: phase
-    !> Number of the load.
-    integer, intent(in) :: number
-    !> Sense of upwards along the vertical.
-    real(wp), intent(in) :: up
-
-    associate (load => phase%tractions(number), factor => phase%load_factor)
-      pressure = surface_pressure_type(factor*load%pressure, up*factor*load%gradient, load%height, load%of_water)
-    end associate
-  end function final_pressure
 
   !> Strengths that follow the effective stress of their points (SHANSEP, Ladd and Foott 1974) by the present stresses.
   pure subroutine update_strengths(model)

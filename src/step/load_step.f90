@@ -19,7 +19,7 @@ module qsmpm_load_step
   use qsmpm_model, only: model_type
   use qsmpm_nodal_fields, only: keep_changes
   use qsmpm_pushed_material, only: note_push
-  use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
+  use qsmpm_saved_places, only: saved_places_type, save_places, restore_places, check_state
   use qsmpm_safety_factors, only: is_searching
   use qsmpm_step_control, only: retries_line_search
   use qsmpm_step_goal, only: set_goal
@@ -28,7 +28,6 @@ module qsmpm_load_step
   use qsmpm_stopwatch, only: switch_timer, part_control, part_convection
   use qsmpm_team, only: largest
   use qsmpm_term_sums, only: keep_nodal_of_terms, commit_terms, discard_terms
-  use qsmpm_usable_state, only: check_state
   implicit none
   private
 

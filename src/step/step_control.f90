@@ -29,7 +29,7 @@
 !>   phase ends   with its whole load, its limit load, or a value of *STOP (phase_is_complete)
 !>
 !> Not here: the iterations (qsmpm_equilibrium), and what ends a run as an error of the model (qsmpm_pushed_material,
-!> qsmpm_initial_balance, qsmpm_usable_state).
+!> qsmpm_initial_balance, qsmpm_saved_places).
 module qsmpm_step_control
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of

@@ -11,7 +11,7 @@ module qsmpm_step_goal
   use qsmpm_model, only: model_type
   use qsmpm_nodal_fields, only: add_shares, find_prescribed
   use qsmpm_own_part, only: own_of
-  use qsmpm_phase_times, only: phase_start_time
+  use qsmpm_phase_tree, only: phase_start_time
   use qsmpm_space, only: node_label
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type, term_slot_type, role_external

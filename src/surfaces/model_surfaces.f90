@@ -9,8 +9,7 @@ module qsmpm_model_surfaces
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
-  use qsmpm_model_bodies, only: place_seeds
-  use qsmpm_model_shapes, only: shape_of
+  use qsmpm_model_bodies, only: place_seeds, shape_of
   use qsmpm_nearest_of_team, only: nearest_numbers
   use qsmpm_own_part, only: is_divided
   use qsmpm_points, only: allocate_surface_points, set_normals

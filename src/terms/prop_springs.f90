@@ -17,7 +17,7 @@ module qsmpm_prop_springs
   use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
-  use qsmpm_prop_stages, only: prop_stage_type, prop_stage
+  use qsmpm_phase_loads, only: prop_stage_type, prop_stage
   use qsmpm_props, only: lay_prop_forces, prop_forces
   use qsmpm_space, only: shape_values_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type

@@ -37,7 +37,7 @@ module qsmpm_soil_points
   use qsmpm_text, only: integer_text
   use qsmpm_unknowns, only: joint_node
   use qsmpm_group_evaluation, only: results_type
-  use qsmpm_strain, only: deform, plastic_shear_increment
+  use qsmpm_isotropic_function, only: deform, plastic_shear_increment
   implicit none
   private
 
@@ -453,7 +453,7 @@ contains
 
   !> Add the strains of a step, before the points take its stresses, where results ask for them (*FIELD, STRAIN): the
   !> left Cauchy-Green tensor of a point is deformed by the gradient that its law has seen, so that strain, volume and
-  !> stress belong together under any treatment of volumetric locking; and the plastic shear strain (qsmpm_strain) is
+  !> stress belong together under any treatment of volumetric locking; and the plastic shear strain is
   !> added. A law that tells which points yield adds nothing elsewhere.
   subroutine add_strains(results, source, laws, points)
     !> What the laws said, with the deformation gradients of the step.

@@ -4,12 +4,10 @@ module test_card_fields
   use qsmpm_kinds, only: wp
   use qsmpm_card_check, only: check_card
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_card_visitors, only: card_reader_type, writer_type, reader, writer
-  use qsmpm_cards, only: card_type, make_cards
+  use qsmpm_card_visitors, only: card_reader_type, writer_type, reader, writer, echo_type
+  use qsmpm_cards, only: card_type, make_cards, line_list_type, cut_lines
   use qsmpm_deck_help, only: explanation
-  use qsmpm_deck_lines, only: line_list_type, cut_lines
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_echo_lines, only: echo_type
   use qsmpm_keyword_table, only: table_type, in_model, once
   use qsmpm_messages, only: message_text
   use qsmpm_text, only: same_bits
@@ -90,14 +88,15 @@ contains
     character(len=:), allocatable, intent(out) :: messages
     type(table_type) :: table
     type(line_list_type) :: lines
-    type(card_type), allocatable :: cards(:)
+    type(card_type), allocatable, target :: cards(:)
     type(deck_state_type) :: state
     type(card_reader_type) :: fields
 
     call make_sample_table(table)
     call cut_lines('a.inp', text, lines, state%messages)
     call make_cards(lines, cards, state%messages)
-    call check_card(table%keywords(1), cards(1), state)
+    state%card => cards(1)
+    call check_card(table%keywords(1), state)
     fields = reader(cards(1), 3)
     call sample_fields(fields, sample)
     messages = message_text(state%messages)

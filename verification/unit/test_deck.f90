@@ -10,8 +10,8 @@ module test_deck
   use qsmpm_method_description, only: stabilise_none, kinematics_logarithmic
   use qsmpm_phase_description, only: controls_type
   use qsmpm_text, only: string_type, split, same_bits
-  use qsmpm_deck, only: read_deck, parse_deck, message_list_type, message_text, echo_text, &
-    help_text, keyword_list_text, deck_markdown
+  use qsmpm_deck, only: read_deck, parse_deck, message_list_type, message_text, echo_text, help_text, &
+    keyword_list_text, deck_markdown
   use qsmpm_keyword_table, only: table_type
   use qsmpm_messages, only: line_origin_type, severity_error
   use qsmpm_keywords, only: make_table

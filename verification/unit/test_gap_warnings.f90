@@ -4,7 +4,7 @@ module test_gap_warnings
   use qsmpm_analysis, only: analysis_type, plane_strain, three_dimensional
   use qsmpm_deck, only: parse_deck
   use qsmpm_error, only: error_type
-  use qsmpm_gap_warnings, only: gap_notes
+  use qsmpm_layer_warnings, only: gap_notes
   use qsmpm_messages, only: message_list_type
   use testing, only: tests_type
   implicit none

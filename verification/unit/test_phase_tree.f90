@@ -9,8 +9,7 @@ module test_phase_tree
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_kept_phases, only: find_kept_phase
-  use qsmpm_phase_times, only: phase_start_time
-  use qsmpm_phase_tree, only: parent_of, lineage, is_wanted
+  use qsmpm_phase_tree, only: phase_start_time, parent_of, lineage, is_wanted
   use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, &
     leave_lost_phase
   use qsmpm_restart, only: read_restart, write_restart

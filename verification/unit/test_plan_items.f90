@@ -1,6 +1,6 @@
 !> The lines of a plan as text and as JSON.
 module test_plan_items
-  use qsmpm_plan_items, only: plan_items_type, add_heading, add_item, plan_text, plan_json
+  use qsmpm_plan, only: plan_items_type, add_heading, add_item, plan_text, plan_json
   use testing, only: tests_type
   implicit none
   private

@@ -10,7 +10,7 @@ module test_strain
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_phase_start, only: start_phase
   use qsmpm_points, only: carries_strains
-  use qsmpm_strain, only: deform, logarithmic_strain, plastic_shear_increment, shear_strain, volume_strain
+  use qsmpm_isotropic_function, only: deform, logarithmic_strain, plastic_shear_increment, shear_strain, volume_strain
   use qsmpm_tensor, only: identity, pack_gradient, pack_symmetric
   use deck_samples, only: joined
   use scratch_folder, only: make_folder, remove_folder

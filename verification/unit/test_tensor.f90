@@ -1,8 +1,7 @@
 !> Tensor algebra: inverse, packing, spectral decomposition, functions of tensors.
 module test_tensor
   use qsmpm_kinds, only: wp
-  use qsmpm_isotropic_function, only: compose, pair_quotients, isotropic_change, tensor_logarithm, &
-    tensor_exponential
+  use qsmpm_isotropic_function, only: compose, pair_quotients, isotropic_change, tensor_logarithm, tensor_exponential
   use qsmpm_spectral, only: spectral, jacobi_spectral
   use qsmpm_tensor, only: determinant, inverse, unpack_gradient, pack_gradient, unpack_symmetric, pack_symmetric, &
     gradient_row, gradient_column, gradient_index, gradient_size, identity

@@ -495,9 +495,7 @@ subroutine qsmgrv(handle, gx, gy, gz, ierr)
   use qsmpm_f77_handles, only: pointer_of, c_double, c_intptr_t
   implicit none
   integer(c_intptr_t), intent(in) :: handle
-  double precision, intent(in) :: gx
-  double precision, intent(in) :: gy
-  double precision, intent(in) :: gz
+  double precision, intent(in) :: gx, gy, gz
   integer, intent(out) :: ierr
 
   ierr = int(qsmpm_set_gravity(pointer_of(handle), real([gx, gy, gz], c_double)))
@@ -510,9 +508,7 @@ subroutine qsmtrc(handle, surfac, tx, ty, tz, ierr)
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: surfac
-  double precision, intent(in) :: tx
-  double precision, intent(in) :: ty
-  double precision, intent(in) :: tz
+  double precision, intent(in) :: tx, ty, tz
   integer, intent(out) :: ierr
 
   ierr = int(qsmpm_set_traction(pointer_of(handle), as_c(surfac), real([tx, ty, tz], c_double)))
@@ -565,9 +561,7 @@ subroutine qsmfix(handle, set, ix, iy, iz, ierr)
   implicit none
   integer(c_intptr_t), intent(in) :: handle
   character(len=*), intent(in) :: set
-  integer, intent(in) :: ix
-  integer, intent(in) :: iy
-  integer, intent(in) :: iz
+  integer, intent(in) :: ix, iy, iz
   integer, intent(out) :: ierr
 
   ierr = int(qsmpm_set_fixity(pointer_of(handle), as_c(set), int([ix, iy, iz], c_int)))

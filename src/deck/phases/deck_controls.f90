@@ -1,22 +1,30 @@
-!> Cards of a phase that say how it is stepped: *CONTROLS, *CONSTANT LOAD TEST.
+!> How a phase is stepped and what ends it: *CONTROLS, *CONSTANT LOAD TEST, *SAFETY of phases of TYPE=SAFETY, *STOP; and
+!> what such phases may not have, and histories and stops refer to.
 module qsmpm_deck_controls
   use qsmpm_kinds, only: wp
-  use qsmpm_phase_description, only: controls_type, phase_type
-  use qsmpm_text, only: integer_text, real_text
-  use qsmpm_cards, only: card_type, number_at
+  use qsmpm_phase_description, only: controls_type, phase_type, phase_safety, initial_keep, stop_type
+  use qsmpm_text, only: integer_text, real_text, string_type, add_word
+  use qsmpm_cards, only: number_at
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_keyword_table, only: table_type, in_phase, once
-  use qsmpm_phase_loads, only: is_body_loaded
-  use qsmpm_phase_tree, only: lineage
+  use qsmpm_phase_loads, only: is_body_loaded, is_loaded
+  use qsmpm_phase_tree, only: lineage, parent_of
+  use qsmpm_deck_words, only: bar_list, geometry_words, side_words
+  use qsmpm_strength_factor, only: flow_words
+  use qsmpm_named, only: add_names
+  use qsmpm_history_description, only: quantity_discharge
+  use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
+  use qsmpm_phase_stops, only: factor_column
   implicit none
   private
 
-  public :: add_control_keywords, check_limit_compliance
+  public :: add_control_keywords, check_limit_compliance, check_safety, add_stop_keyword, &
+    check_histories, check_stops
 
 contains
 
-  !> *CONTROLS, *CONSTANT LOAD TEST.
+  !> *CONTROLS, *CONSTANT LOAD TEST, *SAFETY.
   subroutine add_control_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -26,6 +34,10 @@ contains
     call table%add('CONSTANT LOAD TEST', in_phase, once, 'At certain load factors equilibrium is '// &
       'solved again at constant load, to see how far the first history moves on; then the state is restored.', &
       constant_load_fields, '*CONSTANT LOAD TEST, REPEATS=10| 0.5, 1.0', check_constant_load)
+    call table%add('SAFETY', in_phase, once, 'Factor of safety of a phase of TYPE=SAFETY: cohesion, tan(phi) and '// &
+      'tension cut-off are divided by a factor F that grows from 1 until no equilibrium is found. The answer is a '// &
+      'bracket: the last stable F and the first one lost.', safety_fields, &
+      '*SAFETY, TOLERANCE=0.005, FLOW=DAVIS B, RUNOUT=1.5')
   end subroutine add_control_keywords
 
   !> *CONTROLS.
@@ -93,16 +105,15 @@ contains
   end subroutine equilibrium_fields
 
   !> What the numbers of *CONTROLS say together.
-  subroutine check_controls(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_controls(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (c => state%analysis%phases(state%phase)%controls)
-      if (card%good .and. c%limit_compliance > 0.0_wp .and. &
-        c%limit_compliance <= 1.0_wp) call state%report_error(card, &
-        'LIMIT COMPLIANCE = '//real_text(c%limit_compliance)//' is met by the first step: it is 0 or above 1')
-      if (card%good .and. c%few_iterations > c%many_iterations) call state%report_error(card, &
-        'DESIRED MIN ITERATIONS = '//integer_text(c%few_iterations)//' is above DESIRED MAX ITERATIONS = '// &
+      if (state%card%good .and. c%limit_compliance > 0.0_wp .and. c%limit_compliance &
+        <= 1.0_wp) call state%report_error('LIMIT COMPLIANCE = '//real_text(c%limit_compliance)//' is met by the '// &
+        'first step: it is 0 or above 1')
+      if (state%card%good .and. c%few_iterations > c%many_iterations) call state%report_error('DESIRED MIN '// &
+        'ITERATIONS = '//integer_text(c%few_iterations)//' is above DESIRED MAX ITERATIONS = '// &
         integer_text(c%many_iterations))
     end associate
   end subroutine check_controls
@@ -155,11 +166,9 @@ contains
   subroutine constant_load_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
     associate (test => deck%analysis%phases(deck%phase)%constant_load_test)
-      given = size(test%at) > 0
-      call fields%given(given)
+      call fields%there(size(test%at) > 0)
       call fields%whole('REPEATS', test%repeats, 'solutions at constant load', range='[1, inf)')
       call fields%data('load factors in rising order, above 0, up to the one of the phase', 1, huge(1))
       call fields%numbers('load factor', test%at, 'where to test', range='(0, inf)')
@@ -167,24 +176,202 @@ contains
   end subroutine constant_load_fields
 
   !> The load factors rise and are reached.
-  subroutine check_constant_load(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_constant_load(state)
     type(deck_state_type), intent(inout) :: state
     real(wp) :: at, before
     integer :: i, k
 
     before = 0.0_wp
     associate (phase => state%analysis%phases(state%phase))
-      do i = 1, size(card%rows)
-        if (.not. card%rows(i)%good) cycle
-        do k = 1, size(card%rows(i)%items)
-          at = number_at(card%rows(i), k)
-          if (.not. at > before) call state%error_at(card, card%rows(i), 'the load factors do not rise')
-          if (at > phase%load_factor) call state%error_at(card, card%rows(i), 'load factor '// &
-            card%rows(i)%items(k)%text//' is above the one the phase ends at, '//real_text(phase%load_factor))
+      do i = 1, size(state%card%rows)
+        if (.not. state%card%rows(i)%good) cycle
+        do k = 1, size(state%card%rows(i)%items)
+          at = number_at(state%card%rows(i), k)
+          if (.not. at > before) call state%error_at(state%card%rows(i), 'the load factors do not rise')
+          if (at > phase%load_factor) call state%error_at(state%card%rows(i), 'load factor '// &
+            state%card%rows(i)%items(k)%text//' is above the one the phase ends at, '//real_text(phase%load_factor))
           before = at
         end do
       end do
     end associate
   end subroutine check_constant_load
+
+  !> *SAFETY.
+  subroutine safety_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (safety => deck%analysis%phases(deck%phase)%safety)
+      call fields%line(safety%where)
+      call fields%given(safety%given)
+      call fields%number('TOLERANCE', safety%tolerance, 'width of the bracket', range='[1e-4, 0.1]')
+      call fields%choice('FLOW', safety%flow, bar_list(flow_words), 'MATERIAL: psi stays until phi of F comes down '// &
+        'to it; DAVIS A, DAVIS B: associated flow with the strength that psi leaves, by the given angles or by '// &
+        'those of F')
+      call fields%choice('GEOMETRY', safety%geometry, bar_list(geometry_words), 'FIXED: the search updates '// &
+        'stresses, not places; MOVING: places follow')
+      call fields%number('RUNOUT', safety%runout, 'factor, above that of safety, to which the strength falls '// &
+        'afterwards while the body moves to a new rest, in STEPS of *CONTROLS', range='(1, inf)', none='NO')
+    end associate
+  end subroutine safety_fields
+
+  !> Safety phases lower the strength at the loads of their parents, and nothing starts from them.
+  subroutine check_safety(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p
+
+    do p = 1, size(state%analysis%phases)
+      call check_kind(state, p)
+      call check_parent_kind(state, p)
+    end do
+  end subroutine check_safety
+
+  !> A safety phase has a loaded parent and nothing of its own.
+  subroutine check_kind(state, number)
+    type(deck_state_type), intent(inout) :: state
+    integer, intent(in) :: number
+    character(len=:), allocatable :: card
+
+    associate (phases => state%analysis%phases, phase => state%analysis%phases(number))
+      if (phase%kind /= phase_safety) then
+        if (phase%safety%given) call state%error_from(phase%safety%where, 'SAFETY', "phase '"//phase%name// &
+          "' is none of TYPE=SAFETY")
+        return
+      end if
+      card = own_card(phase)
+      if (len(card) > 0) then
+        call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' lowers the strength as it is after "// &
+          'its parent: *'//card//' belongs into a phase before it')
+      else if (.not. is_loaded(phases, number)) then
+        call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' lowers the strength, but no load is "// &
+          'in force: put *GRAVITY or another load into a phase before it')
+      end if
+    end associate
+  end subroutine check_kind
+
+  !> A card of a phase that a safety phase may not have; empty for none.
+  pure function own_card(phase) result(card)
+    type(phase_type), intent(in) :: phase
+    character(len=:), allocatable :: card
+
+    card = ''
+    if (size(phase%supports) > 0) card = 'SUPPORT'
+    if (size(phase%installed) > 0) card = 'INSTALL'
+    if (size(phase%removed) > 0) card = 'REMOVE'
+    if (size(phase%tractions) > 0) card = 'TRACTION or *PRESSURE'
+    if (phase%gravity%given) card = 'GRAVITY'
+    if (size(phase%prescriptions) > 0) card = 'PRESCRIBE'
+    if (size(phase%fixities) > 0) card = 'FIX'
+    if (phase%initial%kind /= initial_keep) card = 'INITIAL'
+    if (phase%drain_state%given) card = 'DRAIN STATE'
+    if (size(phase%water_levels) > 0) card = 'WATER LEVEL'
+  end function own_card
+
+  !> Nothing starts from a safety phase.
+  subroutine check_parent_kind(state, number)
+    type(deck_state_type), intent(inout) :: state
+    integer, intent(in) :: number
+    integer :: parent, before
+
+    associate (phases => state%analysis%phases)
+      parent = parent_of(phases, number)
+      if (parent == 0) return
+      if (phases(parent)%kind /= phase_safety) return
+      before = parent
+      do while (before > 0)
+        if (phases(before)%kind /= phase_safety) exit
+        before = parent_of(phases, before)
+      end do
+      if (before == 0) return
+      call state%error_from(phases(number)%where, 'PHASE', "phase '"//phases(number)%name//"' would start with the "// &
+        "lowered strength of the safety phase '"//phases(parent)%name//"': give it PARENT="//phases(before)%name)
+    end associate
+  end subroutine check_parent_kind
+
+  !> *STOP.
+  subroutine add_stop_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('STOP', in_phase, once, 'The phase ends where a *HISTORY reaches a value, the first of those '// &
+      'given. Its loads are then those reached; the next phase goes on from there. A search for a factor of safety '// &
+      'ends at the stable factor at which the value is reached.', stop_fields, &
+      '*STOP| crest, BELOW, -0.5| force, ABOVE, 200')
+  end subroutine add_stop_keyword
+
+  !> *STOP.
+  subroutine stop_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    integer :: i, n
+
+    associate (phase => deck%analysis%phases(deck%phase))
+      n = size(phase%stops)
+      call fields%number('TOLERANCE', phase%stop_tolerance, 'by how much a value may be passed, relative to it: a '// &
+        'step that goes further is taken again, shorter', range='(0, 1)')
+      call fields%list('history and value', n)
+      if (.not. fields%writing) phase%stops = [(stop_type(), i=1, n)]
+      do i = 1, n
+        call fields%row(i)
+        call fields%line(phase%stops(i)%where)
+        call fields%name('history', phase%stops(i)%history, 'name of a *HISTORY; F for the factor of a safety phase')
+        call fields%choice('side', phase%stops(i)%side, bar_list(side_words), 'reached from below, or from above')
+        call fields%number('value', phase%stops(i)%value, 'as it stands in curves.csv, SCALE in it')
+      end do
+    end associate
+  end subroutine stop_fields
+
+  !> Bodies and surfaces of histories exist; a surface that nothing supports has no reaction.
+  subroutine check_histories(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    do i = 1, size(state%analysis%histories)
+      associate (history => state%analysis%histories(i), scene => state%analysis)
+        if (is_taken_at(history%quantity, at_rigid_body)) then
+          call check_name(state, history%body, scene%rigid_bodies, history%where, 'HISTORY', 'rigid body')
+          cycle
+        end if
+        call check_name(state, history%body, scene%bodies, history%where, 'HISTORY', 'body')
+        call check_name(state, history%prop, scene%props, history%where, 'HISTORY', 'prop')
+        if (len(history%surface) == 0) cycle
+        call check_name(state, history%surface, scene%surfaces, history%where, 'HISTORY', 'surface')
+        if (history%quantity == quantity_discharge) cycle
+        if (.not. is_supported(state, history%surface)) call state%error_from(history%where, 'HISTORY', &
+          "no *SUPPORT or *CONTRACTION holds the surface '"//history%surface//"': it has no reaction")
+      end associate
+    end do
+  end subroutine check_histories
+
+  !> Whether a phase holds a surface.
+  pure logical function is_supported(state, surface)
+    type(deck_state_type), intent(in) :: state
+    character(len=*), intent(in) :: surface
+    integer :: p, i
+
+    is_supported = .false.
+    do p = 1, size(state%analysis%phases)
+      associate (supports => state%analysis%phases(p)%supports)
+        is_supported = is_supported .or. any([(supports(i)%surface == surface, i=1, size(supports))])
+      end associate
+    end do
+  end function is_supported
+
+  !> Histories of stops exist; the factor is one of a safety phase.
+  subroutine check_stops(state)
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: names(:), known(:)
+    integer :: i, p
+
+    allocate (names(0))
+    call add_names(state%analysis%histories, names)
+    do p = 1, size(state%analysis%phases)
+      associate (stops => state%analysis%phases(p)%stops)
+        known = names
+        if (state%analysis%phases(p)%kind == phase_safety) call add_word(known, factor_column)
+        do i = 1, size(stops)
+          call check_name(state, stops(i)%history, known, stops(i)%where, 'STOP', '*HISTORY')
+        end do
+      end associate
+    end do
+  end subroutine check_stops
 end module qsmpm_deck_controls

@@ -1,24 +1,19 @@
 !> Cards of phases: *PHASE, what changes in it, *END PHASE. Loads on surfaces: qsmpm_deck_loads.
 module qsmpm_deck_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_load_description, only: fixity_type
+  use qsmpm_load_description, only: fixity_type, prescription_type
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_text, only: string_type, add_word, integer_text
-  use qsmpm_cards, only: card_type, row_type, word_at
+  use qsmpm_cards, only: row_type, word_at
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_controls, only: add_control_keywords
-  use qsmpm_deck_initial, only: add_initial_keywords
-  use qsmpm_deck_loads, only: add_load_keywords
+  use qsmpm_deck_controls, only: add_control_keywords, add_stop_keyword
+  use qsmpm_deck_loads, only: add_initial_keywords, add_load_keywords
   use qsmpm_deck_objects, only: list_phases
-  use qsmpm_deck_body_motion, only: add_move_keywords
-  use qsmpm_deck_props, only: add_prop_stage_keywords
-  use qsmpm_deck_stages, only: add_stage_keywords
-  use qsmpm_deck_consolidation, only: add_consolidation_keyword
-  use qsmpm_deck_safety, only: add_safety_keyword
-  use qsmpm_deck_stops, only: add_stop_keyword
+  use qsmpm_deck_rigid_bodies, only: add_move_keywords
+  use qsmpm_deck_stages, only: add_prop_stage_keywords, add_stage_keywords
+  use qsmpm_deck_water, only: add_consolidation_keyword, add_drain_keyword
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_deck_undrained, only: add_drain_keyword
   use qsmpm_deck_words, only: bar_list, axis_words, phase_words
   use qsmpm_keyword_table, only: table_type, in_phase, anywhere, once, many
   implicit none
@@ -50,7 +45,6 @@ contains
     call add_load_keywords(table)
     call add_move_keywords(table)
     call add_control_keywords(table)
-    call add_safety_keyword(table)
     call add_consolidation_keyword(table)
     call add_stop_keyword(table)
     call table%add('END PHASE', in_phase, once, 'Ends a phase.', end_fields, '*END PHASE', end_phase)
@@ -60,7 +54,6 @@ contains
   subroutine phase_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: first_given
 
     associate (phase => deck%analysis%phases(deck%phase))
       call fields%line(phase%where)
@@ -72,10 +65,8 @@ contains
       call fields%number('LOAD FACTOR', phase%load_factor, 'load factor at the end of the phase', range='(0, inf)')
       call fields%number('TIME', phase%duration, 'how long the phase lasts, for models that depend on time', &
         range='(0, inf)', given=phase%duration_given)
-      first_given = phase%first_time > 0.0_wp
       call fields%number('FIRST TIME', phase%first_time, 'how long its first step lasts: those behind it grow '// &
-        'evenly, so that STEPS of them fill the phase; all are even when not given', &
-        range='(0, inf)', given=first_given)
+        'evenly, so that STEPS of them fill the phase; all are even when not given', range='(0, inf)')
       if (fields%reading) phase%controls%first_share = phase%first_time/phase%duration
       call fields%number('START TIME', phase%start_time, 'time at its start; the end of the phase before, 0 for '// &
         'the first one, when not given', given=phase%start_given)
@@ -83,14 +74,13 @@ contains
   end subroutine phase_fields
 
   !> The phase before has ended.
-  subroutine begin_phase(card, state)
-    type(card_type), intent(in) :: card
+  subroutine begin_phase(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (state%in_phase) call state%report_error(card, 'the phase before, of line '// &
-      integer_text(state%phase_place%line)//', has no *END PHASE')
+    if (state%in_phase) call state%report_error('the phase before, of line '//integer_text(state%phase_place%line)// &
+      ', has no *END PHASE')
     state%in_phase = .true.
-    state%phase_place = card%place
+    state%phase_place = state%card%place
   end subroutine begin_phase
 
   !> A first step is shorter than even ones, and a share of the time that the phase says it lasts.
@@ -119,18 +109,15 @@ contains
   subroutine end_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
-    given = size(deck%analysis%phases) > 0
-    call fields%given(given)
+    call fields%there(size(deck%analysis%phases) > 0)
   end subroutine end_fields
 
   !> What follows is in no phase.
-  subroutine end_phase(card, state)
-    type(card_type), intent(in) :: card
+  subroutine end_phase(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (.not. state%in_phase) call state%report_error(card, 'there is no phase to end')
+    if (.not. state%in_phase) call state%report_error('there is no phase to end')
     state%in_phase = .false.
   end subroutine end_phase
 
@@ -144,10 +131,7 @@ contains
     associate (phase => deck%analysis%phases(deck%phase))
       n = size(phase%fixities)
       call fields%list('set and components', n)
-      if (.not. fields%writing) then
-        deallocate (phase%fixities)
-        allocate (phase%fixities(n))
-      end if
+      if (.not. fields%writing) phase%fixities = [(fixity_type(), i=1, n)]
       do i = 1, n
         call fields%row(i)
         call fields%line(phase%fixities(i)%where)
@@ -191,23 +175,22 @@ contains
   end subroutine hold
 
   !> Each set is named once, and each component of it.
-  subroutine check_fixities(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_fixities(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
-    call state%check_once(card, 'set')
-    do i = 1, size(card%rows)
-      if (.not. card%rows(i)%good) cycle
-      call check_components(card, card%rows(i), state)
-      if (state%dimension == 2 .and. state%analysis%phases(state%phase)%fixities(i)%fixed(3)) &
-        call state%error_at(card, card%rows(i), 'component Z has no meaning in a plane model')
+    call state%check_once('set')
+    do i = 1, size(state%card%rows)
+      if (.not. state%card%rows(i)%good) cycle
+      call check_components(state%card%rows(i), state)
+      if (state%dimension == 2 .and. &
+        state%analysis%phases(state%phase)%fixities(i)%fixed(3)) call state%error_at(state%card%rows(i), &
+        'component Z has no meaning in a plane model')
     end do
   end subroutine check_fixities
 
   !> FREE and ALL stand alone, and no axis twice.
-  subroutine check_components(card, row, state)
-    type(card_type), intent(in) :: card
+  subroutine check_components(row, state)
     type(row_type), intent(in) :: row
     type(deck_state_type), intent(inout) :: state
     logical :: named(3)
@@ -216,13 +199,13 @@ contains
     named = .false.
     do k = 2, size(row%items)
       if (word_at(row, k) == 'FREE' .or. word_at(row, k) == 'ALL') then
-        if (size(row%items) > 2) call state%error_at(card, row, word_at(row, k)//' stands alone')
+        if (size(row%items) > 2) call state%error_at(row, word_at(row, k)//' stands alone')
         if (word_at(row, k) == 'ALL') named = .true.
         cycle
       end if
       do axis = 1, 3
         if (index(word_at(row, k), trim(axis_words(axis))) == 0) cycle
-        if (named(axis)) call state%error_at(card, row, 'component '//trim(axis_words(axis))//' is given twice')
+        if (named(axis)) call state%error_at(row, 'component '//trim(axis_words(axis))//' is given twice')
         named(axis) = .true.
       end do
     end do
@@ -237,10 +220,7 @@ contains
     associate (phase => deck%analysis%phases(deck%phase))
       n = size(phase%prescriptions)
       call fields%list('set, component and value', n)
-      if (.not. fields%writing) then
-        deallocate (phase%prescriptions)
-        allocate (phase%prescriptions(n))
-      end if
+      if (.not. fields%writing) phase%prescriptions = [(prescription_type(), i=1, n)]
       do i = 1, n
         call fields%row(i)
         call fields%line(phase%prescriptions(i)%where)
@@ -252,19 +232,19 @@ contains
   end subroutine prescribe_fields
 
   !> Each component of a set is prescribed once.
-  subroutine check_prescriptions(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_prescriptions(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k
 
     associate (list => state%analysis%phases(state%phase)%prescriptions)
       do i = 1, size(list)
-        if (.not. card%rows(i)%good) cycle
-        if (list(i)%component == 3 .and. state%dimension == 2) call state%error_at(card, card%rows(i), &
-          'component Z has no meaning in a plane model')
+        if (.not. state%card%rows(i)%good) cycle
+        if (list(i)%component == 3 .and. state%dimension == 2) call state%error_at(state%card%rows(i), 'component '// &
+          'Z has no meaning in a plane model')
         do k = 1, i - 1
-          if (list(k)%set == list(i)%set .and. list(k)%component == list(i)%component) call state%error_at(card, &
-            card%rows(i), "this component of set '"//list(i)%set//"' is given twice")
+          if (list(k)%set == list(i)%set .and. list(k)%component &
+            == list(i)%component) call state%error_at(state%card%rows(i), "this component of set '"//list(i)%set// &
+            "' is given twice")
         end do
       end do
     end associate

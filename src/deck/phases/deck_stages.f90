@@ -1,16 +1,28 @@
-!> Cards of staged construction: *ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL. What only the whole deck tells is checked by
-!> qsmpm_deck_stage_check.
+!> Staged construction: *ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL. When the whole deck is known: the bodies exist, come
+!> when they are not there and go when they are, and something is left; nothing acts on a body that is not there. Props:
+!> the cards *PROP, *INSTALL and *REMOVE.
 module qsmpm_deck_stages
   use qsmpm_body_description, only: body_change_type, fill_level
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: bar_list, fill_words
-  use qsmpm_keyword_table, only: table_type, in_phase, once
+  use qsmpm_keyword_table, only: table_type, in_phase, once, in_model, many
+  use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages, leaves_cells
+  use qsmpm_load_description, only: carrier_points
+  use qsmpm_mesh_description, only: select_outline
+  use qsmpm_method_description, only: basis_fem
+  use qsmpm_phase_description, only: phase_type
+  use qsmpm_source_line, only: source_line_type
+  use qsmpm_phase_tree, only: parent_of
+  use qsmpm_vertical, only: upwards
+  use qsmpm_structures, only: prop_change_type, prop_type
+  use qsmpm_deck_objects, only: list_props, check_new_name
+  use qsmpm_phase_loads, only: prop_stage_type, prop_stage
   implicit none
   private
 
-  public :: add_stage_keywords
+  public :: add_stage_keywords, check_stages, add_prop_keyword, add_prop_stage_keywords, check_props
 
 contains
 
@@ -71,10 +83,7 @@ contains
 
     n = size(list)
     call fields%list(trim(merge('body and material', 'body             ', with_material)), n)
-    if (.not. fields%writing) then
-      deallocate (list)
-      allocate (list(n))
-    end if
+    if (.not. fields%writing) list = [(body_change_type(), i=1, n)]
     do i = 1, n
       call fields%row(i)
       call fields%line(list(i)%where)
@@ -84,10 +93,326 @@ contains
   end subroutine body_rows
 
   !> Each body is named once.
-  subroutine check_changes(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_changes(state)
     type(deck_state_type), intent(inout) :: state
 
-    call state%check_once(card, 'body')
+    call state%check_once('body')
   end subroutine check_changes
+
+  !> All phases, one after the other.
+  subroutine check_stages(state)
+    type(deck_state_type), intent(inout) :: state
+    logical :: before(size(state%analysis%bodies)), now(size(state%analysis%bodies))
+    integer :: p
+
+    if (.not. has_stages(state%analysis)) return
+    call check_method(state)
+    if (size(before) > 0 .and. .not. any(state%analysis%bodies%active)) call state%error_from( &
+      state%analysis%bodies(1)%where, 'BODY', 'no body is there at the start: all have ACTIVE=NO')
+    do p = 1, size(state%analysis%phases)
+      before = bodies_active(state%analysis, parent_of(state%analysis%phases, p))
+      now = bodies_active(state%analysis, p)
+      associate (phase => state%analysis%phases(p))
+        call check_names(state, phase%activations, 'ACTIVATE')
+        call check_names(state, phase%deactivations, 'DEACTIVATE')
+        call check_names(state, phase%materials, 'CHANGE MATERIAL')
+        call check_phase(state, p, before, now)
+        if (.not. any(now) .and. any(before)) call state%error_from(phase%deactivations(1)%where, 'DEACTIVATE', &
+          "phase '"//phase%name//"' takes out all bodies that are there")
+        call check_surfaces(state, phase, now)
+      end associate
+    end do
+    call check_unused(state)
+  end subroutine check_stages
+
+  !> What bodies that come and go cannot be combined with.
+  subroutine check_method(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p, i
+
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        if (state%analysis%method%basis == basis_fem) then
+          if (leaves_cells(state%analysis, p)) call state%error_from(phase%activations(1)%where, 'ACTIVATE', &
+            'FILL=SHAPE, and a body that is taken out in another phase, want a mesh that is reset: *METHOD, '// &
+            'BASIS=FEM is not for them')
+        end if
+        do i = 1, size(phase%tractions)
+          if (phase%tractions(i)%carrier == carrier_points) call state%error_from(phase%tractions(i)%where, &
+            'TRACTION', 'CARRIER=POINTS is not for analyses in which bodies come or go')
+        end do
+      end associate
+    end do
+  end subroutine check_method
+
+  !> Bodies and materials of a list exist.
+  subroutine check_names(state, changes, keyword)
+    type(deck_state_type), intent(inout) :: state
+    type(body_change_type), intent(in) :: changes(:)
+    character(len=*), intent(in) :: keyword
+    integer :: i
+
+    do i = 1, size(changes)
+      call check_name(state, changes(i)%body, state%analysis%bodies, changes(i)%where, keyword, 'body')
+      if (allocated(changes(i)%material)) call check_name(state, changes(i)%material, state%analysis%materials, &
+        changes(i)%where, keyword, 'material')
+    end do
+  end subroutine check_names
+
+  !> What one phase changes can be changed.
+  subroutine check_phase(state, p, before, now)
+    type(deck_state_type), intent(inout) :: state
+    !> Number of the phase.
+    integer, intent(in) :: p
+    !> Bodies that are there before it and in it (bodies).
+    logical, intent(in) :: before(:), now(:)
+    logical :: coming(size(before)), going(size(before))
+    integer :: i, b
+
+    associate (phase => state%analysis%phases(p), analysis => state%analysis)
+      coming = bodies_named(analysis, phase%activations)
+      going = bodies_named(analysis, phase%deactivations)
+      if (p == 1 .and. size(phase%activations) > 0) call state%error_from(phase%activations(1)%where, 'ACTIVATE', &
+        'the first phase begins with the bodies that are there: leave out ACTIVE=NO of *BODY')
+      if (p == 1 .and. size(phase%deactivations) > 0) call state%error_from(phase%deactivations(1)%where, &
+        'DEACTIVATE', 'nothing can be taken out before the first phase has put it under stress')
+      if (p == 1 .and. size(phase%materials) > 0) call state%error_from(phase%materials(1)%where, &
+        'CHANGE MATERIAL', 'the first phase begins with the materials of *BODY')
+      do i = 1, size(phase%activations)
+        if (phase%activations(i)%fill == fill_level .and. upwards(analysis) < 0.0_wp) call state%error_from( &
+          phase%activations(i)%where, 'ACTIVATE', 'FILL=LEVEL wants a coordinate that grows upwards, and '// &
+          'gravity acts along it here: turn the drawing, or take FILL=SHAPE')
+        b = body_number(analysis, phase%activations(i)%body)
+        if (b > 0) call refuse(before(b) .and. .not. going(b), phase%activations(i), 'ACTIVATE', 'is there already')
+        if (b > 0) call refuse(going(b), phase%activations(i), 'ACTIVATE', 'is taken out by the same phase')
+      end do
+      do i = 1, size(phase%deactivations)
+        b = body_number(analysis, phase%deactivations(i)%body)
+        if (b > 0) call refuse(.not. before(b), phase%deactivations(i), 'DEACTIVATE', 'is not there')
+      end do
+      do i = 1, size(phase%materials)
+        b = body_number(analysis, phase%materials(i)%body)
+        if (b == 0) cycle
+        call refuse(coming(b) .or. going(b), phase%materials(i), 'CHANGE MATERIAL', &
+          'is put in place or taken out by the same phase')
+        call refuse(.not. (now(b) .or. coming(b) .or. going(b)), phase%materials(i), 'CHANGE MATERIAL', 'is not there')
+      end do
+    end associate
+
+  contains
+
+    !> Report a change that cannot be made.
+    subroutine refuse(wrong, change, keyword, what)
+      logical, intent(in) :: wrong
+      type(body_change_type), intent(in) :: change
+      character(len=*), intent(in) :: keyword, what
+
+      if (wrong) call state%error_from(change%where, keyword, "body '"//change%body//"' "//what)
+    end subroutine refuse
+  end subroutine check_phase
+
+  !> A phase loads and holds outlines of bodies that are there.
+  subroutine check_surfaces(state, phase, now)
+    type(deck_state_type), intent(inout) :: state
+    type(phase_type), intent(in) :: phase
+    !> (bodies)
+    logical, intent(in) :: now(:)
+    integer :: i
+
+    do i = 1, size(phase%tractions)
+      call check_surface(phase%tractions(i)%surface, phase%tractions(i)%where, &
+        trim(merge('PRESSURE', 'TRACTION', phase%tractions(i)%follows)))
+    end do
+    do i = 1, size(phase%supports)
+      call check_surface(phase%supports(i)%surface, phase%supports(i)%where, &
+        trim(merge('CONTRACTION', 'SUPPORT    ', phase%supports(i)%contracts)))
+    end do
+
+  contains
+
+    !> The body of one surface is there.
+    subroutine check_surface(name, where, keyword)
+      character(len=*), intent(in) :: name, keyword
+      type(source_line_type), intent(in) :: where
+      integer :: s, b
+
+      do s = 1, size(state%analysis%surfaces)
+        associate (surface => state%analysis%surfaces(s))
+          if (surface%name /= name .or. surface%selection /= select_outline) cycle
+          b = body_number(state%analysis, surface%body)
+          if (b == 0) cycle
+          if (.not. now(b)) call state%error_from(where, keyword, "surface '"//name//"' is one of body '"// &
+            surface%body//"', which is not there in phase '"//phase%name//"'")
+        end associate
+      end do
+    end subroutine check_surface
+  end subroutine check_surfaces
+
+  !> A body that no phase puts in place is worth a word.
+  subroutine check_unused(state)
+    type(deck_state_type), intent(inout) :: state
+    logical :: used(size(state%analysis%bodies))
+    integer :: p, b
+
+    used = state%analysis%bodies%active
+    do p = 1, size(state%analysis%phases)
+      used = used .or. bodies_named(state%analysis, state%analysis%phases(p)%activations)
+    end do
+    do b = 1, size(used)
+      if (.not. used(b)) call state%warn(state%analysis%bodies(b)%where, 'BODY', "body '"// &
+        state%analysis%bodies(b)%name//"' has ACTIVE=NO, and no phase puts it in place")
+    end do
+  end subroutine check_unused
+
+  !> *PROP.
+  subroutine add_prop_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('PROP', in_model, many, 'A spring between two places of the ground or of what stands in it, '// &
+      'that go with it: a strut, or with FIXED=YES one that leans on a place that does not move. *INSTALL puts '// &
+      'it in place; its force is QUANTITY=PROP FORCE of *HISTORY. Forces and stiffness are those of a slice of '// &
+      'unit thickness in plane strain, of a radian in axisymmetry.', prop_fields, &
+      '*PROP, NAME=strut, STIFFNESS=2e4, TENSION LIMIT=0| 2, 5.5, 8, 5.5', check_prop, list=list_props, opens='prop')
+  end subroutine add_prop_keyword
+
+  !> *INSTALL, *REMOVE.
+  subroutine add_prop_stage_keywords(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('INSTALL', in_phase, once, 'Props that this phase puts in place, without force and at the '// &
+      'length that they have then. One with a force is jacked: the phase brings it there, and its stiffness counts '// &
+      'from the next phase on.', install_fields, '*INSTALL| strut, -100', check_prop_changes)
+    call table%add('REMOVE', in_phase, once, 'Props that this phase takes out; their force falls to zero over it.', &
+      remove_fields, '*REMOVE| strut', check_prop_changes)
+  end subroutine add_prop_stage_keywords
+
+  !> *PROP.
+  subroutine prop_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (prop => deck%analysis%props(deck%item))
+      call fields%line(prop%where)
+      call fields%name('NAME', prop%name, 'name of the prop', required=.true.)
+      call fields%number('STIFFNESS', prop%stiffness, 'force over change of length', range='(0, inf)', required=.true.)
+      call fields%number('COMPRESSION LIMIT', prop%limits(1), 'largest force of compression, at which it yields; '// &
+        'none when not given', range='[0, inf)')
+      call fields%number('TENSION LIMIT', prop%limits(2), 'the same of tension', range='[0, inf)')
+      call fields%answer('FIXED', prop%fixed, 'YES: the second end does not move')
+      call fields%data('ends')
+      call fields%vector('', prop%places(:, 1), 'first end', 'coordinate', '1')
+      call fields%vector('', prop%places(:, 2), 'second end', 'coordinate', '2')
+    end associate
+  end subroutine prop_fields
+
+  !> It has a name of its own and a length.
+  subroutine check_prop(state)
+    type(deck_state_type), intent(inout) :: state
+
+    call check_new_name(state, list_props, 'prop')
+    associate (prop => state%analysis%props(size(state%analysis%props)))
+      if (.not. norm2(prop%places(:, 2) - prop%places(:, 1)) > 0.0_wp) call state%report_error('both ends are the '// &
+        'same place')
+    end associate
+  end subroutine check_prop
+
+  !> *INSTALL.
+  subroutine install_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    call change_rows(fields, deck%analysis%phases(deck%phase)%installed, .true.)
+  end subroutine install_fields
+
+  !> *REMOVE.
+  subroutine remove_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    call change_rows(fields, deck%analysis%phases(deck%phase)%removed, .false.)
+  end subroutine remove_fields
+
+  !> Rows of a card.
+  subroutine change_rows(fields, list, with_force)
+    class(card_fields_type), intent(inout) :: fields
+    type(prop_change_type), allocatable, intent(inout) :: list(:)
+    !> A force may stand beside each prop.
+    logical, intent(in) :: with_force
+    integer :: i, n
+
+    n = size(list)
+    call fields%list(trim(merge('prop and force', 'prop          ', with_force)), n)
+    if (.not. fields%writing) list = [(prop_change_type(), i=1, n)]
+    do i = 1, n
+      call fields%row(i)
+      call fields%line(list(i)%where)
+      call fields%name('prop', list(i)%prop, 'the prop')
+      if (with_force) call fields%number('force', list(i)%force, 'force at the end of the phase, tension positive, '// &
+        'per unit of load factor; without it the prop follows its length from the start of the phase', &
+        required=.false., given=list(i)%jacked)
+    end do
+  end subroutine change_rows
+
+  !> Each prop is named once.
+  subroutine check_prop_changes(state)
+    type(deck_state_type), intent(inout) :: state
+
+    call state%check_once('prop')
+  end subroutine check_prop_changes
+
+  !> Props that phases name exist; they are there when they are taken out, and bear the force that they are jacked to.
+  subroutine check_props(state)
+    type(deck_state_type), intent(inout) :: state
+    type(prop_stage_type) :: stage
+    logical :: used
+    integer :: i, k, p
+
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        do k = 1, size(phase%installed)
+          call check_name(state, phase%installed(k)%prop, state%analysis%props, phase%installed(k)%where, 'INSTALL', &
+            'prop')
+        end do
+        do k = 1, size(phase%removed)
+          call check_name(state, phase%removed(k)%prop, state%analysis%props, phase%removed(k)%where, 'REMOVE', 'prop')
+        end do
+      end associate
+    end do
+    do i = 1, size(state%analysis%props)
+      used = .false.
+      do p = 1, size(state%analysis%phases)
+        stage = prop_stage(state%analysis%phases, p, state%analysis%props(i)%name)
+        used = used .or. stage%there
+        call check_stage(state, state%analysis%props(i), p, stage)
+      end do
+      if (.not. used) call state%warn(state%analysis%props(i)%where, 'PROP', "no phase installs prop '"// &
+        state%analysis%props(i)%name//"'")
+    end do
+  end subroutine check_props
+
+  !> What a phase does to a prop can be done.
+  subroutine check_stage(state, prop, number, stage)
+    type(deck_state_type), intent(inout) :: state
+    type(prop_type), intent(in) :: prop
+    !> Of the phase.
+    integer, intent(in) :: number
+    type(prop_stage_type), intent(in) :: stage
+    integer :: k
+
+    associate (phase => state%analysis%phases(number))
+      do k = 1, size(phase%installed)
+        if (phase%installed(k)%prop /= prop%name) cycle
+        if (.not. stage%there) call state%error_from(phase%installed(k)%where, 'INSTALL', "prop '"//prop%name// &
+          "' is taken out by the same phase")
+        if (stage%before .and. .not. stage%driven) call state%error_from(phase%installed(k)%where, 'INSTALL', &
+          "prop '"//prop%name//"' is there already; with a force it is jacked anew")
+        if (stage%force < -prop%limits(1) .or. stage%force > prop%limits(2)) call state%error_from( &
+          phase%installed(k)%where, 'INSTALL', "the force is beyond what prop '"//prop%name//"' bears")
+      end do
+      do k = 1, size(phase%removed)
+        if (phase%removed(k)%prop == prop%name .and. .not. stage%before) call state%error_from( &
+          phase%removed(k)%where, 'REMOVE', "prop '"//prop%name//"' is not there")
+      end do
+    end associate
+  end subroutine check_stage
 end module qsmpm_deck_stages

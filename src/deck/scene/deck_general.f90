@@ -1,25 +1,29 @@
-!> Cards of the analysis as a whole: heading, units, kind of model, method, solver, moving mesh and
-!> what is written.
+!> Cards of the analysis as a whole: heading, units, kind of model, method, solver, moving mesh and what is written:
+!> pictures, and *HISTORY, a column of the curves.
 module qsmpm_deck_general
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: three_dimensional, plane_strain, mirror_auto
+  use qsmpm_analysis, only: three_dimensional, plane_strain, mirror_auto, analysis_type
   use qsmpm_method_description, only: method_type, background_factor, ghost_factor, grid_ghost_factor, &
-    cubic_ghost_factor, basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, &
-    stabilise_background, stabilise_ghost, precision_auto, precision_single, keep_auto, solver_auto, solver_petsc
+    cubic_ghost_factor, basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, stabilise_background, &
+    stabilise_ghost, precision_auto, precision_single, keep_auto, solver_auto, solver_petsc
   use qsmpm_text, only: real_text
-  use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_solver_list, only: solver_row_type, solver_row, solver_words
   use qsmpm_petsc_solver, only: with_petsc
-  use qsmpm_deck_words, only: bar_list, model_words, mirror_words, integration_words, kinematics_words, &
-    rate_words, stabilisation_words, axis_words
+  use qsmpm_deck_words, only: bar_list, model_words, mirror_words, integration_words, kinematics_words, rate_words, &
+    stabilisation_words, axis_words, tensor_words
   use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many
+  use qsmpm_history_description, only: history_type, quantity_reaction, quantity_state, quantity_prop_force, &
+    quantity_discharge
+  use qsmpm_deck_objects, only: list_histories
+  use qsmpm_history_quantities, only: history_quantities, has_components, component_number, component_none, &
+    component_tensor, unit_of_history, is_taken_at, at_rigid_body
   implicit none
   private
 
-  public :: add_general_keywords, add_output_keywords
+  public :: add_general_keywords, add_history_keyword, give_units
 
   character(len=*), parameter :: not_fem = 'BASIS=AUTO|STANDARD|GIMP|SPLINE2|SPLINE3|SPLINE2G'
   !> Number of TYPE=AUTO, behind the kinds of model.
@@ -59,56 +63,31 @@ contains
   subroutine confinement_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
-    given = abs(deck%analysis%confinement) > 0.0_wp
-    call fields%given(given)
+    call fields%there(abs(deck%analysis%confinement) > 0.0_wp)
     call fields%data('pressure')
     call fields%number('p', deck%analysis%confinement, 'compression positive', range='[0, inf)')
   end subroutine confinement_fields
-
-  !> *FIELD and *RESTART.
-  subroutine add_output_keywords(table)
-    type(table_type), intent(inout) :: table
-
-    call table%add('FIELD', in_model, once, 'Pictures of points and mesh.', output_fields, &
-      '*FIELD, EVERY=10, HDF5=NO', finish_output)
-    call table%add('RESTART', in_model, once, 'The file a run can be continued from.', restart_fields, &
-      '*RESTART, EVERY=50')
-  end subroutine add_output_keywords
-
-  !> A card that a deck of one material point does not have.
-  subroutine of_a_scene(fields, deck)
-    class(card_fields_type), intent(inout) :: fields
-    type(deck_state_type), intent(in) :: deck
-    logical :: scene
-
-    scene = .not. deck%analysis%point_test%given
-    call fields%given(scene)
-  end subroutine of_a_scene
 
   !> *HEADING.
   subroutine heading_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
-    given = len(deck%analysis%heading) > 0
-    call fields%given(given)
+    call fields%there(len(deck%analysis%heading) > 0)
     call fields%data('free text', 0, huge(1), free=.true.)
     call fields%raw(deck%analysis%heading)
   end subroutine heading_fields
 
   !> The lines of *HEADING.
-  subroutine read_heading(card, state)
-    type(card_type), intent(in) :: card
+  subroutine read_heading(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
     state%analysis%heading = ''
-    do i = 1, size(card%rows)
+    do i = 1, size(state%card%rows)
       if (i > 1) state%analysis%heading = state%analysis%heading//new_line('a')
-      state%analysis%heading = state%analysis%heading//card%rows(i)%text
+      state%analysis%heading = state%analysis%heading//state%card%rows(i)%text
     end do
   end subroutine read_heading
 
@@ -132,11 +111,10 @@ contains
   end subroutine include_fields
 
   !> *INCLUDE has been replaced by its lines.
-  subroutine refuse_include(card, state)
-    type(card_type), intent(in) :: card
+  subroutine refuse_include(state)
     type(deck_state_type), intent(inout) :: state
 
-    call state%report_error(card, 'was not resolved')
+    call state%report_error('was not resolved')
   end subroutine refuse_include
 
   !> *MODEL.
@@ -145,7 +123,7 @@ contains
     type(deck_state_type), intent(inout) :: deck
     integer :: kind
 
-    call of_a_scene(fields, deck)
+    call fields%there(.not. deck%analysis%point_test%given)
     associate (analysis => deck%analysis)
       kind = merge(model_auto, analysis%model, analysis%reduce)
       call fields%choice('TYPE', kind, bar_list(model_words), 'plane strain and axisymmetric models have x '// &
@@ -163,12 +141,11 @@ contains
   end subroutine model_fields
 
   !> TYPE=AUTO has a grid, which says the dimension.
-  subroutine check_model(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_model(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (state%analysis%reduce .and. state%dimension == 0) call state%report_error(card, &
-      'TYPE=AUTO wants a *GRID: nothing is known of the symmetry of other meshes')
+    if (state%analysis%reduce .and. state%dimension == 0) call state%report_error('TYPE=AUTO wants a *GRID: '// &
+      'nothing is known of the symmetry of other meshes')
     if (state%analysis%model > 0) state%dimension = merge(3, 2, state%analysis%model == three_dimensional)
   end subroutine check_model
 
@@ -253,17 +230,16 @@ contains
   end subroutine advise_method
 
   !> What *METHOD leaves open follows from its basis.
-  subroutine finish_method(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_method(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (method => state%analysis%method)
       if (method%basis /= basis_auto) then
-        if (.not. card%has('INTEGRATION')) method%integration = integrate_points
-        if (.not. card%has('STABILISATION')) method%stabilisation = usual_stabilisation(method%basis)
+        if (.not. state%card%has('INTEGRATION')) method%integration = integrate_points
+        if (.not. state%card%has('STABILISATION')) method%stabilisation = usual_stabilisation(method%basis)
       end if
-      if (card%has('FACTOR') .and. method%stabilisation == stabilise_none) &
-        call state%report_error(card, 'parameter FACTOR has no meaning without a stabilisation')
+      if (state%card%has('FACTOR') .and. method%stabilisation &
+        == stabilise_none) call state%report_error('parameter FACTOR has no meaning without a stabilisation')
     end associate
   end subroutine finish_method
 
@@ -286,7 +262,7 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
 
-    call of_a_scene(fields, deck)
+    call fields%there(.not. deck%analysis%point_test%given)
     associate (solver => deck%analysis%solver)
       call fields%choice('TYPE', solver%kind, solver_words(), 'AUTO chooses by size and symmetry', first=solver_auto)
       call fields%choice('PRECISION', solver%precision, 'AUTO|DOUBLE|SINGLE', 'of the factors of CHOLMOD and '// &
@@ -298,17 +274,16 @@ contains
   end subroutine solver_fields
 
   !> Single precision is for the factors of two solvers.
-  subroutine check_solver(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_solver(state)
     type(deck_state_type), intent(inout) :: state
     type(solver_row_type) :: row
 
     associate (solver => state%analysis%solver)
       row = solver_row(solver%kind)
-      if (solver%precision == precision_single .and. .not. row%single) call state%report_error(card, &
-        'PRECISION=SINGLE is for the factors of AUTO, CHOLMOD and MUMPS')
-      if (solver%kind == solver_petsc .and. .not. with_petsc()) call state%report_error(card, &
-        'this program has no PETSc: the program qsmpm-mpi has it (docs/distributed.md); KRYLOV needs as little memory')
+      if (solver%precision == precision_single .and. .not. row%single) call state%report_error('PRECISION=SINGLE '// &
+        'is for the factors of AUTO, CHOLMOD and MUMPS')
+      if (solver%kind == solver_petsc .and. .not. with_petsc()) call state%report_error('this program has no '// &
+        'PETSc: the program qsmpm-mpi has it (docs/distributed.md); KRYLOV needs as little memory')
     end associate
   end subroutine check_solver
 
@@ -331,19 +306,18 @@ contains
   end subroutine moving_fields
 
   !> The rows move along an axis that there is.
-  subroutine check_moving(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_moving(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (state%analysis%moving_mesh%axis > state%dimension .and. state%dimension > 0) call state%report_error(card, &
-      'AXIS=Z has no meaning in a plane model')
-    state%analysis%moving_mesh%by_body = card%has('BODY')
-    if (card%has('BODY') .eqv. card%has('NSET')) call state%report_error(card, &
-      'one of the parameters NSET, a plate of nodes, and BODY, a rigid body, says what the rows follow')
-    if (card%has('BODY') .and. .not. card%has('NEAR')) call state%report_error(card, &
-      'NEAR is missing: the distance from the body within which rows keep their distances')
-    if (card%has('BODY') .and. card%has('BASE')) call state%report_error(card, &
-      'BASE is for rows that follow a plate; with BODY both ends of the grid stay')
+    if (state%analysis%moving_mesh%axis > state%dimension .and. state%dimension &
+      > 0) call state%report_error('AXIS=Z has no meaning in a plane model')
+    state%analysis%moving_mesh%by_body = state%card%has('BODY')
+    if (state%card%has('BODY') .eqv. state%card%has('NSET')) call state%report_error('one of the parameters NSET, '// &
+      'a plate of nodes, and BODY, a rigid body, says what the rows follow')
+    if (state%card%has('BODY') .and. .not. state%card%has('NEAR')) call state%report_error('NEAR is missing: the '// &
+      'distance from the body within which rows keep their distances')
+    if (state%card%has('BODY') .and. state%card%has('BASE')) call state%report_error('BASE is for rows that follow '// &
+      'a plate; with BODY both ends of the grid stay')
   end subroutine check_moving
 
   !> *FIELD.
@@ -351,7 +325,7 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
 
-    call of_a_scene(fields, deck)
+    call fields%there(.not. deck%analysis%point_test%given)
     associate (output => deck%analysis%output)
       call fields%whole('EVERY', output%field_every, 'accepted steps between two pictures; 0 means at the end of '// &
         'phases only', range='[0, inf)')
@@ -363,12 +337,11 @@ contains
   end subroutine output_fields
 
   !> Strains are carried where there is something to show them.
-  subroutine finish_output(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_output(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (output => state%analysis%output)
-      if (.not. card%has('STRAIN')) output%strains = output%vtk .or. output%hdf5
+      if (.not. state%card%has('STRAIN')) output%strains = output%vtk .or. output%hdf5
     end associate
   end subroutine finish_output
 
@@ -377,8 +350,135 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
 
-    call of_a_scene(fields, deck)
+    call fields%there(.not. deck%analysis%point_test%given)
     call fields%whole('EVERY', deck%analysis%output%restart_every, 'accepted steps between two restart files; 0 '// &
       'means at the end of phases only', range='[0, inf)')
   end subroutine restart_fields
+
+  !> *HISTORY, *FIELD, *RESTART.
+  subroutine add_history_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
+      'POSITION follow a massless tracer that starts at the place given; STRESS, STRAIN, PORE PRESSURE and STATE '// &
+      'are those of the nearest material point; REACTION is the sum over a node set or a supported surface '// &
+      '(as contact forces, of effective stresses: the pressure of water at rest comes on top); VOLUME is that of a '// &
+      'body; RUNOUT how far the front of a body has moved along an axis; CONTACT FORCE and CONTACT '// &
+      'MOMENT (about z) what the soil does to a rigid body, BODY MOVE and BODY ROTATION how far this has moved '// &
+      'and turned about z (degrees); CONTACT SLIP how far soil has slid along it since they touched; CONTACT '// &
+      'PRESSURE is that on the soil around a place as drawn, a mean over the length of a patch; PROP FORCE '// &
+      'that of a prop, tension positive; TIME that of the phases; EXCESS PRESSURE the largest there is of '// &
+      '*CONSOLIDATION, by its size; DISCHARGE what flows in (negative: out) by a row of *WATER LEVEL, '// &
+      'TYPE=SEEPAGE in a unit of time. *STOP ends a phase by one.', &
+      history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
+      '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate|'// &
+      '*HISTORY, NAME=toe, QUANTITY=RUNOUT, COMPONENT=X, BODY=slope', check_history, list=list_histories, &
+      opens='history')
+    call table%add('FIELD', in_model, once, 'Pictures of points and mesh.', output_fields, &
+      '*FIELD, EVERY=10, HDF5=NO', finish_output)
+    call table%add('RESTART', in_model, once, 'The file a run can be continued from.', restart_fields, &
+      '*RESTART, EVERY=50')
+  end subroutine add_history_keyword
+
+  !> *HISTORY.
+  subroutine history_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    character(len=len(history_quantities%word)) :: words(size(history_quantities))
+    integer :: i
+
+    words = [(history_quantities(i)%word, i=1, size(words))]
+    associate (history => deck%analysis%histories(deck%item))
+      call fields%line(history%where)
+      call fields%name('NAME', history%name, 'name of the column', required=.true.)
+      if (fields%reading) history%quantity = 0
+      call fields%choice('QUANTITY', history%quantity, bar_list(words), 'what is recorded', required=.true.)
+      call component_field(fields, history)
+      call fields%name('UNIT', history%unit, 'unit in the header; made of *UNITS when not given')
+      call fields%number('SCALE', history%scale, 'factor of the values')
+      call fields%name('NSET', history%set, 'node set', needs='QUANTITY=REACTION|DISCHARGE')
+      call fields%name('SURFACE', history%surface, 'surface, in place of NSET: held by *SUPPORT or '// &
+        '*CONTRACTION, or with a level', needs='QUANTITY=REACTION|DISCHARGE')
+      call fields%name('BODY', history%body, 'body; all when not given, but of CONTACT FORCE, CONTACT MOMENT, '// &
+        'CONTACT SLIP, BODY MOVE and BODY ROTATION, whose rigid body must be named', &
+        needs='QUANTITY=VOLUME|RUNOUT|CONTACT FORCE|CONTACT MOMENT|CONTACT SLIP|BODY MOVE|BODY ROTATION')
+      call fields%name('PROP', history%prop, 'the prop', needs='QUANTITY=PROP FORCE')
+      call fields%answer('MEAN', history%mean, 'YES: the mean over what is in contact, not the largest', &
+        needs='QUANTITY=CONTACT SLIP')
+      call fields%answer('SMALLEST', history%smallest, 'the front is where the coordinate is smallest, and moves '// &
+        'against the axis', needs='QUANTITY=RUNOUT')
+      call fields%name('STATE', history%state, 'state variable: its name in the results (plastic_strain, '// &
+        'SDV3_void_ratio) or, of a *USER MATERIAL, its number', needs='QUANTITY=STATE')
+      call fields%data('place', when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STATE|STRAIN|'// &
+        'PORE PRESSURE|CONTACT PRESSURE')
+      call fields%vector('', history%at, 'coordinate')
+    end associate
+  end subroutine history_fields
+
+  !> The component: of a vector, or, behind those in the list of words, of a tensor.
+  subroutine component_field(fields, history)
+    class(card_fields_type), intent(inout) :: fields
+    type(history_type), intent(inout) :: history
+    integer :: word, before
+
+    before = merge(size(axis_words), 0, has_components(history%quantity, component_tensor))
+    word = before + history%component
+    if (fields%reading .or. has_components(history%quantity, component_none)) word = 0
+    call fields%choice('COMPONENT', word, bar_list(axis_words)//'|'//bar_list(tensor_words), 'X, Y, Z for vectors, '// &
+      'XX to YZ for STRESS and STRAIN; wanted of quantities that have components', open=.true.)
+    if (.not. fields%reading) return
+    history%component = max(0, word - before)
+    if (before == 0 .and. word > size(axis_words)) history%component = 0
+  end subroutine component_field
+
+  !> The component is one of the quantity, and what the quantity needs is there.
+  subroutine check_history(state)
+    type(deck_state_type), intent(inout) :: state
+
+    associate (history => state%analysis%histories(state%item))
+      if (history%quantity == quantity_state .and. &
+        .not. state%card%has('STATE')) call state%report_error('QUANTITY=STATE wants the parameter STATE')
+      if (has_components(history%quantity, component_none)) then
+        if (state%card%has('COMPONENT')) call state%report_error('COMPONENT has no meaning with QUANTITY='// &
+          state%card%word('QUANTITY'))
+      else if (history%quantity > 0) then
+        if (.not. state%card%has('COMPONENT')) call state%report_error('the parameter COMPONENT is missing')
+        call check_component(history, state)
+      end if
+      if (.not. abs(history%scale) > 0.0_wp) call state%warn(history%where, 'HISTORY', &
+        "SCALE=0: the column '"//history%name//"' will be zero throughout")
+      if (is_taken_at(history%quantity, at_rigid_body) .and. &
+        .not. state%card%has('BODY')) call state%report_error('QUANTITY='//state%card%word('QUANTITY')// &
+        ' wants the parameter BODY, a rigid body')
+      if (history%quantity == quantity_prop_force .and. &
+        .not. state%card%has('PROP')) call state%report_error('QUANTITY=PROP FORCE wants the parameter PROP')
+      if (any(history%quantity == [quantity_reaction, quantity_discharge]) .and. &
+        (state%card%has('NSET') .eqv. state%card%has('SURFACE'))) call state%report_error('QUANTITY='// &
+        state%card%word('QUANTITY')//' wants one of the parameters NSET and SURFACE')
+    end associate
+  end subroutine check_history
+
+  !> The component is one of a vector or of a tensor, and in the plane of a plane model.
+  subroutine check_component(history, state)
+    type(history_type), intent(in) :: history
+    type(deck_state_type), intent(inout) :: state
+    if (len(state%card%word('COMPONENT')) == 0) return
+    if (history%component == 0) then
+      call state%report_error('COMPONENT='//state%card%word('COMPONENT')//' is none of '// &
+        state%card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', 'X, Y, Z               ', &
+        has_components(history%quantity, component_tensor))))
+    else if (history%component > component_number(history%quantity, state%dimension)) then
+      call state%report_error('COMPONENT='//state%card%word('COMPONENT')//' has no meaning in a plane model')
+    end if
+  end subroutine check_component
+
+  !> Units of the histories that have none of their own, when *UNITS and *MODEL are known.
+  pure subroutine give_units(analysis)
+    type(analysis_type), intent(inout) :: analysis
+    integer :: i
+
+    do i = 1, size(analysis%histories)
+      analysis%histories(i)%unit = unit_of_history(analysis, analysis%histories(i))
+    end do
+  end subroutine give_units
 end module qsmpm_deck_general

@@ -1,29 +1,41 @@
-!> Cards of materials: *MATERIAL and the properties that belong to the last one.
+!> Cards of materials: *MATERIAL and the properties that belong to the last one, *SOFTENING and *K0 among them, and what
+!> can be checked once the material is complete. The cards of the soil laws of qsmpm_standard_laws are as each describes
+!> itself: nothing here knows any of them.
 module qsmpm_deck_materials
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_material_description, only: locking_none
-  use qsmpm_cards, only: card_type
+  use qsmpm_material_description, only: locking_none, material_type
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_soil_laws, only: add_soil_law_keywords
-  use qsmpm_deck_profile, only: add_profile_keyword
+  use qsmpm_deck_values_by_place, only: add_profile_keyword
   use qsmpm_deck_objects, only: list_materials
-  use qsmpm_deck_k0, only: add_k0_keyword
-  use qsmpm_deck_softening, only: add_softening_keyword
   use qsmpm_deck_state, only: deck_state_type, source_line
-  use qsmpm_deck_strength_constants, only: add_strength_constants_keyword
-  use qsmpm_deck_undrained, only: add_undrained_keyword
   use qsmpm_deck_user_material, only: add_user_material_keywords
-  use qsmpm_deck_value_fields, only: add_value_fields_keyword
+  use qsmpm_deck_water, only: add_undrained_keyword
   use qsmpm_deck_words, only: bar_list
   use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many
   use qsmpm_permeability_law, only: permeability_constant, permeability_logarithm, permeability_words
+  use qsmpm_phase_description, only: newton_modified, initial_k0
+  use qsmpm_phase_loads, only: has_consolidation
+  use qsmpm_softening_parameters, only: regularise_nonlocal, softening_error
+  use qsmpm_undrained_parameters, only: undrained_c
+  use qsmpm_carried_cards, only: note_card
+  use qsmpm_error, only: error_type
+  use qsmpm_law_parameters, only: law_parameters_type, law_parameters_slot_type, law_description_type
+  use qsmpm_principal_model, only: principal_model_type
+  use qsmpm_soil_model, only: soil_model_type
+  use qsmpm_standard_laws, only: standard_laws
+  use qsmpm_material_traits, only: traits_of
+  use qsmpm_stress_at_rest, only: has_ratio, horizontal_at_rest, passive_ratio, unloading_poisson
+  use qsmpm_rounded_text, only: rounded_text
   implicit none
   private
 
-  public :: add_material_keywords
+  public :: add_material_keywords, check_softening, check_k0
 
   !> Radians.
   real(wp), parameter :: degree = pi/180.0_wp
+
+  !> K0 and the passive ratio are the same up to rounding.
+  real(wp), parameter :: rounding = 1.0e-9_wp
 
 contains
 
@@ -37,10 +49,12 @@ contains
     call table%add('ELASTIC', in_material, once, 'Isotropic elasticity.', elastic_fields, '*ELASTIC| 200, 0.33')
     call table%add('MOHR COULOMB', in_material, once, 'Strength after Mohr and Coulomb; phi = 0 is Tresca. Angles '// &
       'in degrees.', strength_fields, '*MOHR COULOMB| 1, 25, 0, 0', check_strength)
-    call add_softening_keyword(table)
+    call table%add('SOFTENING', in_material, once, 'The strength of *MOHR COULOMB falls to a residual one with the '// &
+      'plastic shear strain, the root of twice the sum of squares of the deviator of plastic strain: '// &
+      'docs/methods/softening.md. Angles in degrees.', softening_fields, &
+      '*MOHR COULOMB| 10, 30, 5|*SOFTENING, TYPE=LINEAR, LENGTH=0.1| 1, 20, 0, 0.2')
     call add_soil_law_keywords(table)
     call add_profile_keyword(table)
-    call add_value_fields_keyword(table)
     call add_undrained_keyword(table)
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')
@@ -49,13 +63,13 @@ contains
       permeability_fields, '*PERMEABILITY| 1e-5|*PERMEABILITY, LAW=LOGARITHM, VOID RATIO=1.8, CK=0.9| 1e-4|'// &
       '*PERMEABILITY, DRAINABLE POROSITY=0.25, ALPHA=1.5, N=1.6| 1e-6', &
       check_permeability)
-    call add_k0_keyword(table)
+    call table%add('K0', in_material, once, 'Horizontal over vertical effective stress of the material at the '// &
+      'start, in the place of that of *INITIAL, TYPE=K0.', ratio_fields, '*K0| 0.5|*K0, TYPE=JAKY, OCR=2', check_card)
     call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points '// &
       'of a cell share one pressure. For flow at constant volume, nearly incompressible elasticity, '// &
       'and soil under rigid bodies; it costs accuracy where the pressure varies smoothly.', locking_fields, &
       '*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE, FACTOR=0.5')
     call add_user_material_keywords(table)
-    call add_strength_constants_keyword(table)
   end subroutine add_material_keywords
 
   !> *MATERIAL.
@@ -73,11 +87,9 @@ contains
   subroutine elastic_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
     associate (material => deck%analysis%materials(deck%material))
-      given = material%young > 0.0_wp
-      call fields%given(given)
+      call fields%there(material%young > 0.0_wp)
       if (fields%reading) material%young = 1.0_wp
       call fields%data('elastic constants')
       call fields%number('E', material%young, "Young's modulus", range='(0, inf)')
@@ -102,19 +114,18 @@ contains
   end subroutine strength_fields
 
   !> There is strength, dilatancy is not above friction, and the tensile strength has a meaning.
-  subroutine check_strength(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_strength(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (.not. card%is_right()) return
+    if (.not. state%card%is_right()) return
     associate (material => state%analysis%materials(state%material))
       if (material%tensile_strength < huge(1.0_wp) .and. material%tensile_strength*sin(material%friction_angle*degree) &
-        > material%cohesion*cos(material%friction_angle*degree)) call state%warn(source_line(card%place), &
+        > material%cohesion*cos(material%friction_angle*degree)) call state%warn(source_line(state%card%place), &
         'MOHR COULOMB', 'the tensile strength lies beyond the tip of the yield surface, c cot phi: it has no effect')
-      if (material%dilatancy_angle > material%friction_angle) call state%error_at(card, &
-        card%rows(1), 'the dilatancy angle psi is above the friction angle phi')
-      if (max(material%cohesion, material%friction_angle) <= 0.0_wp) call state%error_at(card, &
-        card%rows(1), 'cohesion and friction angle are both zero: the material has no strength')
+      if (material%dilatancy_angle > material%friction_angle) call state%error_at(state%card%rows(1), &
+        'the dilatancy angle psi is above the friction angle phi')
+      if (max(material%cohesion, material%friction_angle) <= 0.0_wp) call state%error_at(state%card%rows(1), &
+        'cohesion and friction angle are both zero: the material has no strength')
     end associate
   end subroutine check_strength
 
@@ -135,12 +146,10 @@ contains
   subroutine permeability_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
 
     associate (k => deck%analysis%materials(deck%material)%permeability, &
         law => deck%analysis%materials(deck%material)%permeability_law)
-      given = k(1) >= 0.0_wp
-      call fields%given(given)
+      call fields%there(k(1) >= 0.0_wp)
       call fields%choice('LAW', law%kind, bar_list(permeability_words), 'how it follows the void ratio e under '// &
         '*CONSOLIDATION. KOZENY: as e^3/(1 + e), LOGARITHM: ten times as small where e has fallen by CK')
       call fields%number('VOID RATIO', law%void_ratio, 'that of the soil as drawn, or where *INITIAL sets its '// &
@@ -164,17 +173,17 @@ contains
   end subroutine permeability_fields
 
   !> What a law wants to know.
-  subroutine check_permeability(card, state)
-    type(card_type), intent(in) :: card
+  subroutine check_permeability(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (law => state%analysis%materials(state%material)%permeability_law)
-      if (law%kind /= permeability_constant .and. .not. card%has('VOID RATIO')) call state%report_error(card, &
-        'LAW wants the parameter VOID RATIO')
-      if (law%kind == permeability_logarithm .and. .not. card%has('CK')) call state%report_error(card, &
-        'LAW=LOGARITHM wants the parameter CK: half of VOID RATIO for many clays')
-      if (card%has('ALPHA') .and. .not. card%has('N')) call state%report_error(card, &
-        'ALPHA wants the parameter N: 1.1 to 1.5 for clay and silt, 2 to 4 for sand')
+      if (law%kind /= permeability_constant .and. &
+        .not. state%card%has('VOID RATIO')) call state%report_error('LAW wants the parameter VOID RATIO')
+      if (law%kind == permeability_logarithm .and. &
+        .not. state%card%has('CK')) call state%report_error('LAW=LOGARITHM wants the parameter CK: half of VOID '// &
+        'RATIO for many clays')
+      if (state%card%has('ALPHA') .and. .not. state%card%has('N')) call state%report_error('ALPHA wants the '// &
+        'parameter N: 1.1 to 1.5 for clay and silt, 2 to 4 for sand')
     end associate
   end subroutine check_permeability
 
@@ -195,4 +204,252 @@ contains
         range='(0, inf)', needs='TYPE=AUTO|UNIFORM PRESSURE')
     end associate
   end subroutine locking_fields
+
+  !> *SOFTENING.
+  subroutine softening_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (softening => deck%analysis%materials(deck%material)%softening)
+      call fields%given(softening%given)
+      call fields%choice('TYPE', softening%shape, 'LINEAR|EXPONENTIAL', 'the fall: in proportion, or exponential '// &
+        'with 95 % of it at the given strain')
+      call fields%choice('REGULARISATION', softening%regularisation, 'NONE|CELL|NONLOCAL', 'CELL: a strain '// &
+        'counts by the size of its cell over LENGTH, so that the work of a slip surface does not fall with the '// &
+        'cells; NONLOCAL: by a field on the grid, so that bands have a width, 0.7 LENGTH, and the same work in any '// &
+        'direction, on cells up to 0.11 LENGTH, by CELL in wider ones; NONE: it counts once, and the work falls '// &
+        'with the cells')
+      call fields%number('LENGTH', softening%length, 'width of the band in which the strain was measured, needed '// &
+        'with CELL and NONLOCAL', range='(0, inf)', needs='REGULARISATION=CELL|NONLOCAL')
+      call fields%number('OVER', softening%over, 'share m of the field in the strain that softens; 1 - m is that '// &
+        'of the place itself', range='(1, inf)', needs='REGULARISATION=NONLOCAL')
+      call fields%data('residual strength')
+      call fields%number('c', softening%cohesion, 'residual cohesion', range='[0, inf)')
+      call fields%number('phi', softening%friction_angle, 'residual friction angle', range='[0, 90)')
+      call fields%number('psi', softening%dilatancy_angle, 'residual dilatancy angle', range='[0, 90)')
+      call fields%number('plastic shear strain', softening%strain, 'at which it is reached', range='(0, inf)')
+    end associate
+  end subroutine softening_fields
+
+  !> Faults of the softening of complete materials.
+  subroutine check_softening(state)
+    type(deck_state_type), intent(inout) :: state
+    character(len=:), allocatable :: report_error
+    integer :: i
+
+    do i = 1, size(state%analysis%materials)
+      associate (material => state%analysis%materials(i))
+        ! A data line with an error has been reported already.
+        if (.not. (material%softening%given .and. material%softening%strain > 0.0_wp)) cycle
+        report_error = softening_error(material%softening, material%cohesion, material%friction_angle, &
+          material%dilatancy_angle)
+        if (.not. material%mohr_coulomb) report_error = 'there is no *MOHR COULOMB that could soften'
+        ! A faulty card of the peak strength has been reported already.
+        if (material%mohr_coulomb .and. max(material%cohesion, material%friction_angle) <= 0.0_wp) cycle
+        if (len(report_error) == 0 .and. material%softening%regularisation == regularise_nonlocal) report_error = &
+          wrong_beside_field(state, i)
+        if (len(report_error) > 0) call state%error_from(material%where, 'SOFTENING', &
+          "material '"//material%name//"': "//report_error)
+      end associate
+    end do
+  end subroutine check_softening
+
+  !> What a nonlocal strain cannot stand beside, empty for nothing.
+  function wrong_beside_field(state, m) result(sentence)
+    type(deck_state_type), intent(in) :: state
+    !> Number of the material.
+    integer, intent(in) :: m
+    character(len=:), allocatable :: sentence
+
+    sentence = ''
+    associate (undrained => state%analysis%materials(m)%undrained)
+      if (has_consolidation(state%analysis%phases)) then
+        sentence = 'REGULARISATION=NONLOCAL is not for a deck with *CONSOLIDATION; take REGULARISATION=CELL'
+      else if (any(state%analysis%phases%controls%newton == newton_modified)) then
+        sentence = 'REGULARISATION=NONLOCAL wants the tangent of stress and field; take NEWTON=FULL in all phases'
+      else if (undrained%given .and. undrained%kind /= undrained_c) then
+        sentence = 'REGULARISATION=NONLOCAL is not for effective stresses of *UNDRAINED soil; take TYPE=C of that '// &
+          'card, or REGULARISATION=CELL'
+      end if
+    end associate
+  end function wrong_beside_field
+
+  !> One card a law.
+  subroutine add_soil_law_keywords(table)
+    type(table_type), intent(inout) :: table
+    type(law_parameters_slot_type), allocatable :: laws(:)
+    type(law_description_type) :: law
+    integer :: i
+
+    call standard_laws(laws)
+    do i = 1, size(laws)
+      law = laws(i)%parameters%describe()
+      call table%add(law%keyword, in_material, once, law%sentence, soil_law_fields, law%example, check_soil_law)
+    end do
+  end subroutine add_soil_law_keywords
+
+  !> The card of a law: the material's own where it has that one, else one with default parameters.
+  subroutine soil_law_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    class(law_parameters_type), allocatable :: law
+    type(law_description_type) :: other
+    logical :: given
+
+    associate (material => deck%analysis%materials(deck%material))
+      given = .false.
+      if (allocated(material%soil_law)) then
+        other = material%soil_law%describe()
+        given = other%keyword == fields%keyword
+        if (fields%reading) call deck%error_from(material%where, 'MATERIAL', "material '"//material%name// &
+          "' has more than one law: *"//other%keyword//' and *'//fields%keyword)
+      end if
+      if (given) then
+        allocate (law, source=material%soil_law)
+      else
+        call find_law(fields%keyword, law)
+      end if
+      call fields%there(given)
+      call law%fields(fields)
+      if (fields%reading) call move_alloc(law, material%soil_law)
+    end associate
+  end subroutine soil_law_fields
+
+  !> A law by the keyword of its card.
+  subroutine find_law(keyword, law)
+    character(len=*), intent(in) :: keyword
+    class(law_parameters_type), allocatable, intent(out) :: law
+    type(law_parameters_slot_type), allocatable :: laws(:)
+    type(law_description_type) :: described
+    integer :: i
+
+    call standard_laws(laws)
+    do i = 1, size(laws)
+      described = laws(i)%parameters%describe()
+      if (described%keyword == keyword) call move_alloc(laws(i)%parameters, law)
+    end do
+  end subroutine find_law
+
+  !> Whether the parameters make a model, here, where the line is known.
+  subroutine check_soil_law(state)
+    type(deck_state_type), intent(inout) :: state
+    class(principal_model_type), allocatable :: model
+    class(soil_model_type), allocatable :: soil
+    type(law_description_type) :: described
+    type(error_type), allocatable :: error
+
+    if (.not. state%card%is_right()) return
+    associate (law => state%analysis%materials(state%material)%soil_law)
+      described = law%describe()
+      if (described%keeps_tensor) call note_card(state%analysis, state%card%keyword//' with a strain history')
+      call law%make_soil_model(soil, error)
+      if (.not. (allocated(error) .or. allocated(soil))) call law%make_model(model, error)
+    end associate
+    if (allocated(error)) call state%error_at(state%card%rows(1), error%message)
+  end subroutine check_soil_law
+
+  !> *K0.
+  subroutine ratio_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (rest => deck%analysis%materials(deck%material)%at_rest)
+      call fields%there(has_ratio(deck%analysis%materials(deck%material)))
+      call fields%line(rest%where)
+      call fields%answer('TYPE', rest%jaky, 'K0 of first loading: VALUE: that of the data line, JAKY: 1 - sin phi', &
+        words='VALUE|JAKY')
+      call fields%number('OCR', rest%overconsolidation, 'largest vertical stress in the past over the present one: '// &
+        'K0 OCR - (OCR - 1) nu/(1 - nu)', range='[1, inf)')
+      call fields%number('POP', rest%pre_overburden, 'largest vertical stress in the past less the present one, in '// &
+        'the place of OCR', range='[0, inf)')
+      call fields%number('NU', rest%poisson, "Poisson's ratio of unloading, for OCR and POP; that of the material "// &
+        'when not given', range='[0, 0.5)')
+      call fields%data('ratio', when='TYPE=VALUE')
+      call fields%number('k0', rest%k0, 'horizontal over vertical stress', range='(0, inf)')
+    end associate
+  end subroutine ratio_fields
+
+  !> One way to say what the ground has carried.
+  subroutine check_card(state)
+    type(deck_state_type), intent(inout) :: state
+
+    associate (rest => state%analysis%materials(state%material)%at_rest)
+      if (rest%overconsolidation > 1.0_wp .and. rest%pre_overburden > 0.0_wp) call state%report_error('give OCR or '// &
+        'POP, not both')
+    end associate
+  end subroutine check_card
+
+  !> K0 of all materials, when they are complete.
+  subroutine check_k0(state)
+    type(deck_state_type), intent(inout) :: state
+    real(wp) :: default
+    logical :: starts
+    integer :: i
+
+    default = 1.0_wp
+    starts = .false.
+    if (size(state%analysis%phases) > 0) then
+      starts = state%analysis%phases(1)%initial%kind == initial_k0
+      if (starts) default = state%analysis%phases(1)%initial%k0
+    end if
+    do i = 1, size(state%analysis%materials)
+      associate (material => state%analysis%materials(i))
+        if (has_ratio(material)) then
+          call check_source(state, material)
+          call check_range(state, material, default)
+        else if (starts) then
+          call check_range(state, material, default)
+        end if
+      end associate
+    end do
+  end subroutine check_k0
+
+  !> What K0 is made of is known of the material.
+  subroutine check_source(state, material)
+    type(deck_state_type), intent(inout) :: state
+    type(material_type), intent(in) :: material
+    type(law_description_type) :: traits
+
+    traits = traits_of(material)
+    if (material%at_rest%jaky .and. .not. traits%friction_angle > 0.0_wp) call state%error_from( &
+      material%at_rest%where, 'K0', "TYPE=JAKY wants a friction angle, which is not known of material '"// &
+      material%name//"': give a value")
+    if ((material%at_rest%overconsolidation > 1.0_wp .or. material%at_rest%pre_overburden > 0.0_wp) .and. &
+      .not. (unloading_poisson(material) > 0.0_wp .or. material%at_rest%poisson >= 0.0_wp)) call state%error_from( &
+      material%at_rest%where, 'K0', "OCR and POP want Poisson's ratio, which is not known of material '"// &
+      material%name//"': give NU")
+  end subroutine check_source
+
+  !> The ratio lies between 0 and the passive one of soil without cohesion.
+  subroutine check_range(state, material, default)
+    type(deck_state_type), intent(inout) :: state
+    type(material_type), intent(in) :: material
+    !> K0 of materials without their own.
+    real(wp), intent(in) :: default
+    type(material_type) :: normal
+    real(wp) :: ratio
+
+    ! With POP the ratio falls with depth; what can be judged is that of a great depth.
+    normal = material
+    normal%at_rest%pre_overburden = 0.0_wp
+    ratio = horizontal_at_rest(normal, default, 1.0_wp)
+    if (ratio > 0.0_wp .and. ratio*(1.0_wp - rounding) <= passive_ratio(material)) return
+    if (ratio > 0.0_wp) then
+      call report("K0 = "//rounded_text(ratio)//" of material '"//material%name//"' is above its passive ratio, "// &
+        rounded_text(passive_ratio(material)))
+    else
+      call report("K0 = "//rounded_text(ratio)//" of material '"//material%name//"' is not above 0")
+    end if
+  contains
+    !> An error at the card that has the ratio.
+    subroutine report(sentence)
+      character(len=*), intent(in) :: sentence
+
+      if (has_ratio(material)) then
+        call state%error_from(material%at_rest%where, 'K0', sentence)
+      else
+        call state%error_from(state%analysis%phases(1)%initial%where, 'INITIAL', sentence)
+      end if
+    end subroutine report
+  end subroutine check_range
 end module qsmpm_deck_materials

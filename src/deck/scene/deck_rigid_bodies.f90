@@ -1,27 +1,29 @@
-!> The card of rigid bodies, *RIGID BODY: what shapes are drawn by. Contacts: qsmpm_deck_contact; motions and loads:
-!> qsmpm_deck_body_motion.
+!> Rigid bodies: *RIGID BODY, what shapes are drawn by; *CONTACT, and what it must find: bodies, surfaces, an outline;
+!> *MOVE and *LOAD, what they do in a phase.
 module qsmpm_deck_rigid_bodies
-  use qsmpm_analysis, only: plane_strain
-  use qsmpm_structures, only: rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_polygon, rigid_cylinder
-  use qsmpm_cards, only: card_type
+  use qsmpm_analysis, only: plane_strain, axisymmetric
+  use qsmpm_structures, only: rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_polygon, rigid_cylinder, &
+    contact_on_soil, contact_on_body, patch_point, rigid_move_type
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_bodies, only: polygon_fields, finish_polygon
-  use qsmpm_deck_objects, only: list_rigid_bodies
-  use qsmpm_deck_sets, only: box_fields, check_box
-  use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_deck_words, only: bar_list, rigid_words
-  use qsmpm_keyword_table, only: table_type, in_model, many
+  use qsmpm_deck_bodies, only: polygon_fields, finish_polygon, box_fields, check_box
+  use qsmpm_deck_objects, only: list_rigid_bodies, list_contacts, list_moves
+  use qsmpm_deck_state, only: deck_state_type, check_name
+  use qsmpm_deck_words, only: bar_list, rigid_words, contact_words, patch_words, load_words
+  use qsmpm_keyword_table, only: table_type, in_model, many, in_phase
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: upper
+  use qsmpm_phase_description, only: phase_type
   implicit none
   private
 
-  public :: add_rigid_body_keywords, turn_fields
+  public :: add_rigid_body_keywords, check_contacts, add_move_keywords, check_moves
 
+  !> Component of a load that is a moment about z.
+  integer, parameter :: turning = 4
 
 contains
 
-  !> *RIGID BODY.
+  !> *RIGID BODY, *CONTACT.
   subroutine add_rigid_body_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -29,16 +31,17 @@ contains
       'says which surface of the soil may touch it, *MOVE how it moves.', rigid_body_fields, &
       '*RIGID BODY, NAME=pipe, SHAPE=CIRCLE| 0, 1.25, 0.25', finish_rigid_body, list=list_rigid_bodies, &
       opens='rigid body')
+    call table%add('CONTACT', in_model, many, 'A surface of the soil that may touch a rigid body, press against it '// &
+      'and slide along it; with ON=BODY any soil that flows around the body.', contact_fields, &
+      '*CONTACT, BODY=pipe, SURFACE=seabed, FRICTION ANGLE=20', check_contact, list=list_contacts, opens='contact')
   end subroutine add_rigid_body_keywords
 
   !> *RIGID BODY.
   subroutine rigid_body_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: rounded
 
     associate (body => deck%analysis%rigid_bodies(deck%item))
-      rounded = body%round > 0.0_wp
       call fields%line(body%where)
       call fields%name('NAME', body%name, 'name of the body', required=.true.)
       if (fields%reading) body%shape = 0
@@ -46,13 +49,11 @@ contains
         'axisymmetry and 3D a sphere. CONE: tip downwards, with a shaft above. POLYGON: in axisymmetry with an '// &
         'edge on the axis, in 3D all along z. CYLINDER: upright, in axisymmetry and 3D', required=.true.)
       call fields%number('ROUND', body%round, 'radius of the corners of BOX, CONE, POLYGON and CYLINDER; a quarter '// &
-        'of a cell when not given', range='(0, inf)', given=rounded)
+        'of a cell when not given', range='(0, inf)')
       call fields%answer('IN PLACE', body%in_place, 'YES: what is drawn of the soil inside of it is taken out '// &
         'before the first step; in plane strain and axisymmetry')
       call place_fields(fields, body, 'plane', 'a point of the plane')
-      call fields%number('nx', body%direction(1), 'direction in which it looks at the soil')
-      call fields%number('ny', body%direction(2), 'direction')
-      call fields%number('nz', body%direction(3), 'direction', third=.true.)
+      call fields%vector('n', body%direction, 'direction in which it looks at the soil', 'direction')
       call place_fields(fields, body, 'circle', 'the centre')
       call fields%number('radius', body%radius, 'radius', range='(0, inf)')
       call fields%data('box', when='SHAPE=BOX')
@@ -72,9 +73,7 @@ contains
     character(len=*), intent(in) :: shape, what
 
     call fields%data(shape, when='SHAPE='//upper(shape))
-    call fields%number('x', body%place(1), 'coordinate of '//what)
-    call fields%number('y', body%place(2), 'coordinate')
-    call fields%number('z', body%place(3), 'coordinate', third=.true.)
+    call fields%vector('', body%place, 'coordinate of '//what, 'coordinate')
   end subroutine place_fields
 
   !> A cone.
@@ -111,26 +110,306 @@ contains
   end subroutine turn_fields
 
   !> What a shape needs is there.
-  subroutine finish_rigid_body(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_rigid_body(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (body => state%analysis%rigid_bodies(state%item))
-      if (state%dimension == 3 .and. body%in_place) call state%report_error(card, &
-        'IN PLACE is for plane strain and axisymmetry: in 3D draw the bodies of soil without it')
-      if (state%analysis%model == plane_strain .and. body%shape == rigid_cylinder) call state%report_error(card, &
-        'CYLINDER is for axisymmetry and 3D; in plane strain draw a BOX or a CIRCLE')
-      if (card%has('ROUND') .and. any(body%shape == [rigid_plane, rigid_circle])) call state%report_error(card, &
-        'ROUND is for the corners of BOX, CONE, POLYGON and CYLINDER')
+      if (state%dimension == 3 .and. body%in_place) call state%report_error('IN PLACE is for plane strain and '// &
+        'axisymmetry: in 3D draw the bodies of soil without it')
+      if (state%analysis%model == plane_strain .and. body%shape &
+        == rigid_cylinder) call state%report_error('CYLINDER is for axisymmetry and 3D; in plane strain draw a BOX '// &
+        'or a CIRCLE')
+      if (state%card%has('ROUND') .and. any(body%shape == [rigid_plane, &
+        rigid_circle])) call state%report_error('ROUND is for the corners of BOX, CONE, POLYGON and CYLINDER')
       select case (body%shape)
       case (rigid_plane)
-        if (card%is_right() .and. .not. norm2(body%direction) > 0.0_wp) call state%report_error(card, &
-          'the plane looks in no direction: nx, ny are 0')
+        if (state%card%is_right() .and. .not. norm2(body%direction) > 0.0_wp) call state%report_error('the plane '// &
+          'looks in no direction: nx, ny are 0')
       case (rigid_box)
-        call check_box(card, .true., body%box, state)
+        call check_box(.true., body%box, state)
       case (rigid_polygon)
-        call finish_polygon(card, body%polygon, state)
+        call finish_polygon(body%polygon, state)
       end select
     end associate
   end subroutine finish_rigid_body
+
+  !> *CONTACT.
+  subroutine contact_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (contact => deck%analysis%contacts(deck%item))
+      call fields%line(contact%where)
+      call fields%name('BODY', contact%body, 'the rigid body', required=.true.)
+      call fields%choice('ON', contact%place, bar_list(contact_words), 'where contact is asked for. SOIL: at the '// &
+        'points of SURFACE. BODY: on the outline of the body, for soil that flows around it')
+      call fields%name('SURFACE', contact%surface, 'the surface of the soil; not with ON=BODY')
+      call fields%number('FRICTION ANGLE', contact%friction_angle, 'degrees', range='[0, 90)')
+      call fields%number('ADHESION', contact%adhesion, 'shear strength beside that of friction; where the '// &
+        'soil parts from the body it is lost, unless TENSION=YES, as along a pile that is pulled', range='[0, inf)')
+      call fields%number('INTERFACE', contact%interface, 'in place of FRICTION ANGLE and ADHESION: share R of the '// &
+        'strength of the soil there, tan(delta) = R tan(phi), a = R c', range='(0, 1]')
+      call fields%number('PENALTY', contact%penalty, 'penalty of the gap times the size of a cell over the modulus '// &
+        'of the soil; 100 on soil and 10 on bodies when not given, that of the slip is 1', range='(0, inf)')
+      call fields%choice('PATCH', contact%patch, bar_list(patch_words), 'what contact is asked for on in the mean. '// &
+        'CELL: what a cell holds of the surface. POINT: every point, with waves in the pressure; to compare with')
+      call fields%answer('TENSION', contact%tension, 'YES: what has touched once, or touches at the start, does '// &
+        'not part')
+    end associate
+  end subroutine contact_fields
+
+  !> A surface has one contact, and so has the outline of a body.
+  subroutine check_contact(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i, n
+
+    associate (contacts => state%analysis%contacts)
+      n = size(contacts)
+      if (state%card%has('SURFACE') .and. contacts(n)%place &
+        == contact_on_body) call state%report_error('with ON=BODY contact is asked for on the body: there is no '// &
+        'SURFACE')
+      if (contacts(n)%place == contact_on_soil .and. &
+        .not. state%card%has('SURFACE')) call state%report_error('SURFACE is missing: the surface of the soil that '// &
+        'may touch the body; or ON=BODY')
+      if (state%card%has('INTERFACE') .and. (state%card%has('FRICTION ANGLE') .or. &
+        state%card%has('ADHESION'))) call state%report_error('INTERFACE says what FRICTION ANGLE and ADHESION '// &
+        'would: one or the other')
+      if (contacts(n)%patch == patch_point) call state%warn(contacts(n)%where, 'CONTACT', 'PATCH=POINT is there to '// &
+        'be compared with: the pressure swings from point to point')
+      if (contacts(n)%place == contact_on_body .and. state%dimension == 3) call state%report_error('ON=BODY is for '// &
+        'plane and axisymmetric models; in 3D name a SURFACE')
+      do i = 1, n - 1
+        if (contacts(i)%place /= contacts(n)%place) cycle
+        if (contacts(n)%place == contact_on_soil .and. contacts(i)%surface &
+          == contacts(n)%surface) call state%report_error("surface '"//contacts(n)%surface//"' has a contact already")
+        if (contacts(n)%place == contact_on_body .and. contacts(i)%body &
+          == contacts(n)%body) call state%report_error("body '"//contacts(n)%body//"' has a contact with ON=BODY "// &
+          "already")
+      end do
+    end associate
+  end subroutine check_contact
+
+  !> Bodies and surfaces of contacts exist.
+  subroutine check_contacts(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    do i = 1, size(state%analysis%contacts)
+      associate (contact => state%analysis%contacts(i))
+        call check_name(state, contact%body, state%analysis%rigid_bodies, contact%where, 'CONTACT', 'rigid body')
+        if (contact%place == contact_on_body) then
+          call check_outline(state, i)
+        else
+          call check_name(state, contact%surface, state%analysis%surfaces, contact%where, 'CONTACT', 'surface')
+          if (state%analysis%confinement > 0.0_wp) call state%error_from(contact%where, 'CONTACT', 'under a '// &
+            '*CONFINING PRESSURE contact is asked for on the body: ON=BODY in place of SURFACE')
+        end if
+      end associate
+    end do
+    call warn_of_untouched(state)
+    call warn_of_water(state)
+  end subroutine check_contacts
+
+  !> A body on which contact is asked for has an outline.
+  subroutine check_outline(state, contact)
+    type(deck_state_type), intent(inout) :: state
+    integer, intent(in) :: contact
+    integer :: b
+
+    associate (bodies => state%analysis%rigid_bodies, where => state%analysis%contacts(contact)%where)
+      do b = 1, size(bodies)
+        if (bodies(b)%name == state%analysis%contacts(contact)%body .and. bodies(b)%shape == rigid_plane) &
+          call state%error_from(where, 'CONTACT', 'ON=BODY is for bodies with an outline, which a PLANE has not; '// &
+          'name the SURFACE of the soil')
+      end do
+    end associate
+  end subroutine check_outline
+
+  !> A rigid body that no surface may touch does nothing.
+  subroutine warn_of_untouched(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: b, i
+    logical :: touched
+
+    do b = 1, size(state%analysis%rigid_bodies)
+      associate (body => state%analysis%rigid_bodies(b))
+        touched = any([(state%analysis%contacts(i)%body == body%name, i=1, size(state%analysis%contacts))])
+        if (.not. touched) call state%warn(body%where, 'RIGID BODY', "'"//body%name//"' touches nothing: it has no "// &
+          '*CONTACT')
+      end associate
+    end do
+  end subroutine warn_of_untouched
+
+  !> Contact carries effective stresses.
+  subroutine warn_of_water(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p
+
+    if (size(state%analysis%contacts) == 0) return
+    do p = 1, size(state%analysis%phases)
+      if (size(state%analysis%phases(p)%water_levels) == 0) cycle
+      call state%warn(state%analysis%contacts(1)%where, 'CONTACT', 'contact carries effective stresses: the '// &
+        'pressure of the water below *WATER LEVEL is in no CONTACT FORCE; add it for the whole force on the body')
+      return
+    end do
+  end subroutine warn_of_water
+
+  !> *MOVE, *LOAD.
+  subroutine add_move_keywords(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('MOVE', in_phase, many, 'Motion of a rigid body in the phase, per unit of load factor; without '// &
+      'the card it stays where it is.', move_fields, '*MOVE, BODY=pipe| 0, -0.5', check_move, list=list_moves, &
+      opens='motion')
+    call table%add('LOAD', in_phase, many, 'Force on a rigid body along one axis, or moment about z, per unit of '// &
+      'load factor: there it is free from this phase on and finds its place, until *MOVE takes it in hand again. A '// &
+      'body that was held starts from what the soil pushes.', load_fields, '*LOAD, BODY=plate, COMPONENT=Y| -50|'// &
+      '*LOAD, BODY=plate, COMPONENT=MZ| 0', check_body_load, list=list_moves, opens='force on a rigid body')
+  end subroutine add_move_keywords
+
+  !> *MOVE.
+  subroutine move_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    logical :: plane
+
+    associate (move => deck%analysis%phases(deck%phase)%moves(deck%item))
+      call fields%there(.not. move%is_load)
+      call fields%line(move%where)
+      call fields%name('BODY', move%body, 'the rigid body', required=.true.)
+      plane = deck%dimension /= 3
+      call fields%number('ROTATION', move%rotation(3), 'about its reference point (centre, tip), degrees, '// &
+        'counter-clockwise; in 3D rx, ry, rz say it', given=plane)
+      call fields%data('displacement')
+      call fields%vector('u', move%vector, 'component')
+      call turn_fields(fields, move%rotation, 'its reference point')
+    end associate
+  end subroutine move_fields
+
+  !> A body has one motion in a phase.
+  subroutine check_move(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (moves => state%analysis%phases(state%phase)%moves)
+      do i = 1, size(moves) - 1
+        if (moves(i)%is_load .or. moves(i)%body /= moves(size(moves))%body) cycle
+        call state%report_error("body '"//moves(i)%body//"' has a motion in this phase already")
+      end do
+      if (state%dimension == 3 .and. state%card%has('ROTATION')) call state%report_error('ROTATION is for the '// &
+        'plane; in 3D give rx, ry, rz behind the displacement: axis times angle in degrees')
+    end associate
+  end subroutine check_move
+
+  !> *LOAD.
+  subroutine load_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (move => deck%analysis%phases(deck%phase)%moves(deck%item))
+      call fields%given(move%is_load)
+      call fields%line(move%where)
+      call fields%name('BODY', move%body, 'the rigid body', required=.true.)
+      call fields%choice('COMPONENT', move%component, bar_list(load_words), 'axis of a force; MZ: moment about the '// &
+        'reference point of the body (plane strain), also 0, so that it may turn', required=.true.)
+      call fields%data('force')
+      call fields%number('force', move%load, 'on the body, or moment; in axisymmetry per radian')
+      call fields%number('x', move%place(1), 'place of the body, as drawn, in which the force acts and '// &
+        'with which it turns; its reference point (centre, tip) when not given', required=.false., given=move%placed(1))
+      call fields%number('y', move%place(2), 'coordinate', required=.false., given=move%placed(2))
+    end associate
+  end subroutine load_fields
+
+  !> A component is loaded once, and not moved as well.
+  subroutine check_body_load(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i, n
+
+    associate (moves => state%analysis%phases(state%phase)%moves)
+      n = size(moves)
+      if (moves(n)%component == 3 .and. state%dimension == 2) call state%report_error('COMPONENT=Z is for 3D')
+      if (moves(n)%component == turning .and. state%analysis%model &
+        /= plane_strain) call state%report_error('COMPONENT=MZ is for plane strain: elsewhere bodies turn by '// &
+        '*MOVE alone')
+      call check_load_place(state, moves(n))
+      if (state%analysis%model == axisymmetric .and. moves(n)%component &
+        == 1) call state%report_error('in axisymmetry a body is free along the axis alone: COMPONENT=Y')
+      do i = 1, n - 1
+        if (moves(i)%is_load .and. moves(i)%body == moves(n)%body .and. moves(i)%component &
+          == moves(n)%component) call state%report_error("body '"//moves(n)%body//"' has a load in this component "// &
+          "in this phase already")
+      end do
+    end associate
+  end subroutine check_body_load
+
+  !> A place in which a force acts is whole, and that of a force.
+  subroutine check_load_place(state, load)
+    type(deck_state_type), intent(inout) :: state
+    type(rigid_move_type), intent(in) :: load
+
+    if (.not. any(load%placed)) return
+    if (.not. all(load%placed)) call state%report_error('the place in which the force acts wants x and y')
+    if (load%component == turning) call state%report_error('a moment acts in no place: it is the force that does')
+  end subroutine check_load_place
+
+  !> Bodies that are moved, loaded and followed exist.
+  subroutine check_moves(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i, p
+
+    do p = 1, size(state%analysis%phases)
+      do i = 1, size(state%analysis%phases(p)%moves)
+        associate (move => state%analysis%phases(p)%moves(i))
+          call check_name(state, move%body, state%analysis%rigid_bodies, move%where, &
+            trim(merge('LOAD', 'MOVE', move%is_load)), 'rigid body')
+          if (any(move%placed) .and. .not. may_turn(state%analysis%phases(:p), move%body)) &
+            call state%error_from(move%where, 'LOAD', "the place in which the force acts does not matter: body '"// &
+            move%body//"' may not turn; *LOAD, COMPONENT=MZ with 0 frees it")
+        end associate
+      end do
+    end do
+    associate (moving => state%analysis%moving_mesh)
+      if (moving%by_body) call check_name(state, moving%body, state%analysis%rigid_bodies, moving%where, &
+        'MOVING MESH', 'rigid body')
+    end associate
+    call check_moved_and_loaded(state)
+  end subroutine check_moves
+
+  !> Whether a moment acts on a body in a phase, and be it 0, and frees it to turn.
+  pure logical function may_turn(phases, body)
+    type(phase_type), intent(in) :: phases(:)
+    character(len=*), intent(in) :: body
+    integer :: p, i
+
+    may_turn = .false.
+    do p = 1, size(phases)
+      do i = 1, size(phases(p)%moves)
+        associate (other => phases(p)%moves(i))
+          may_turn = may_turn .or. (other%is_load .and. other%component == turning .and. other%body == body)
+        end associate
+      end do
+    end do
+  end function may_turn
+
+  !> A body is moved or loaded in a component, not both in one phase.
+  subroutine check_moved_and_loaded(state)
+    type(deck_state_type), intent(inout) :: state
+    real(wp) :: motion(4)
+    integer :: p, i, j
+
+    do p = 1, size(state%analysis%phases)
+      associate (moves => state%analysis%phases(p)%moves)
+        do i = 1, size(moves)
+          if (.not. moves(i)%is_load) cycle
+          do j = 1, size(moves)
+            if (moves(j)%is_load .or. moves(j)%body /= moves(i)%body) cycle
+            motion = [moves(j)%vector, moves(j)%rotation(3)]
+            if (abs(motion(moves(i)%component)) > 0.0_wp) call state%error_from(moves(i)%where, 'LOAD', &
+              "body '"//moves(i)%body//"' is moved in this component in the same phase: *MOVE it with 0 there, or "// &
+              'in a phase of its own')
+          end do
+        end do
+      end associate
+    end do
+  end subroutine check_moved_and_loaded
 end module qsmpm_deck_rigid_bodies

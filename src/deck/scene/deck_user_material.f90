@@ -1,25 +1,32 @@
-!> Cards of a material whose model is in a shared library: *USER MATERIAL and *USER STATE.
+!> Cards of a material whose model is in a shared library, *USER MATERIAL and *USER STATE, and *STRENGTH CONSTANTS:
+!> which constants of a law a factor of safety divides.
 module qsmpm_deck_user_material
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, beside_deck
   use qsmpm_deck_words, only: bar_list, axis_words, interface_words, model_tangent_words
-  use qsmpm_echo_lines, only: numbers
+  use qsmpm_card_visitors, only: numbers
   use qsmpm_keyword_table, only: table_type, in_material, once
-  use qsmpm_path, only: absolute_path
-  use qsmpm_text, only: integer_text
+  use qsmpm_file, only: absolute_path
+  use qsmpm_text, only: integer_text, real_text
   use qsmpm_user_material, only: user_material_type, interface_udsm, interface_umat, model_tangent_auto
+  use qsmpm_material_description, only: material_type
+  use qsmpm_error, only: error_type
+  use qsmpm_strength_constants, only: strength_constant_type, lowering_words, divide_tangent, follow_friction
+  use qsmpm_strength_factor, only: strength_factor_type
+  use qsmpm_law_parameters, only: law_parameters_type
+  use qsmpm_kinds, only: wp
   implicit none
   private
 
-  public :: add_user_material_keywords
+  public :: add_user_material_keywords, check_strength_constants
 
   !> Constants of a UDSM.
   integer, parameter :: most_of_udsm = 50
 
 contains
 
-  !> *USER MATERIAL and *USER STATE.
+  !> *USER MATERIAL, *USER STATE, *STRENGTH CONSTANTS.
   subroutine add_user_material_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -31,6 +38,10 @@ contains
     call table%add('USER STATE', in_material, once, 'State variables of the points of a *USER MATERIAL at the '// &
       'start, zero where the list is shorter. A UDSM is handed them in its task 1 and may replace them.', &
         user_state_fields, '*USER STATE| 0, 0, 0, 0, 0, 0, 0.65', read_profile)
+    call table%add('STRENGTH CONSTANTS', in_material, once, 'Constants of *USER MATERIAL or *CAM CLAY that are its '// &
+      'strength, a line each: what a phase of TYPE=SAFETY divides by its factor F. Constants that are not named '// &
+      'stay.', constants_fields, '*USER MATERIAL, INTERFACE=UMAT, LIBRARY=libsand.so| 200, 0.33, 1, 25, 0'// &
+      '|*STRENGTH CONSTANTS| 3, DIVIDE| 4, TAN| 5, DILATANCY')
   end subroutine add_user_material_keywords
 
   !> *USER MATERIAL.
@@ -80,18 +91,17 @@ contains
   end subroutine choice_fields
 
   !> The library is found, and what is not given follows from the interface.
-  subroutine finish_user_material(card, state)
-    type(card_type), intent(in) :: card
+  subroutine finish_user_material(state)
     type(deck_state_type), intent(inout) :: state
 
     associate (user => state%analysis%materials(state%material)%user)
-      call find_library(card, user%library)
+      call find_library(state%card, user%library)
       if (len(user%symbol) == 0) user%symbol = trim(merge('user_mod', 'umat    ', user%interface == interface_udsm))
       if (user%interface == interface_umat) user%states = max(0, user%states)
-      if (user%components == 5) call state%report_error(card, 'COMPONENTS is 6 or 4')
-      if (user%interface == interface_udsm .and. size(user%constants) > most_of_udsm) call state%report_error(card, &
-        'a UDSM has no more than '//integer_text(most_of_udsm)//' constants, here are '// &
-        integer_text(size(user%constants)))
+      if (user%components == 5) call state%report_error('COMPONENTS is 6 or 4')
+      if (user%interface == interface_udsm .and. size(user%constants) &
+        > most_of_udsm) call state%report_error('a UDSM has no more than '//integer_text(most_of_udsm)// &
+        ' constants, here are '//integer_text(size(user%constants)))
     end associate
   end subroutine finish_user_material
 
@@ -112,12 +122,10 @@ contains
   subroutine user_state_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    logical :: given
     integer :: i
 
     associate (user => deck%analysis%materials(deck%material)%user)
-      given = allocated(user%start) .or. user%along > 0
-      call fields%given(given)
+      call fields%there(allocated(user%start) .or. user%along > 0)
       call fields%choice('ALONG', user%along, bar_list(axis_words), 'axis along which they differ: each line is '// &
         'then a coordinate and the state variables there, linear between the lines and constant beyond; '// &
         'the coordinates rise', open=.true.)
@@ -133,29 +141,119 @@ contains
   end subroutine user_state_fields
 
   !> State variables that differ along an axis: a level a line.
-  subroutine read_profile(card, state)
-    type(card_type), intent(in) :: card
+  subroutine read_profile(state)
     type(deck_state_type), intent(inout) :: state
     integer :: i, k, n
 
     associate (user => state%analysis%materials(state%material)%user)
       if (user%along == 0) return
-      if (user%along > state%dimension) call state%report_error(card, 'ALONG=Z has no meaning in a plane model')
-      if (.not. card%is_right()) return
-      n = size(card%rows(1)%items)
-      if (n < 2 .or. any([(size(card%rows(i)%items) /= n, i=1, size(card%rows))])) then
-        call state%report_error(card, 'each line wants a coordinate and the same number of state variables')
+      if (user%along > state%dimension) call state%report_error('ALONG=Z has no meaning in a plane model')
+      if (.not. state%card%is_right()) return
+      n = size(state%card%rows(1)%items)
+      if (n < 2 .or. any([(size(state%card%rows(i)%items) /= n, i=1, size(state%card%rows))])) then
+        call state%report_error('each line wants a coordinate and the same number of state variables')
         user%along = 0
         return
       end if
-      allocate (user%levels(size(card%rows)), user%profile(n - 1, size(card%rows)))
-      do i = 1, size(card%rows)
-        user%levels(i) = number_at(card%rows(i), 1)
-        user%profile(:, i) = [(number_at(card%rows(i), k), k=2, n)]
+      allocate (user%levels(size(state%card%rows)), user%profile(n - 1, size(state%card%rows)))
+      do i = 1, size(state%card%rows)
+        user%levels(i) = number_at(state%card%rows(i), 1)
+        user%profile(:, i) = [(number_at(state%card%rows(i), k), k=2, n)]
       end do
-      if (any(user%levels(2:) <= user%levels(:size(user%levels) - 1))) &
-        call state%report_error(card, 'the coordinates must rise from line to line')
+      if (any(user%levels(2:) <= user%levels(:size(user%levels) - 1))) call state%report_error('the coordinates '// &
+        'must rise from line to line')
       user%start = user%profile(:, 1)
     end associate
   end subroutine read_profile
+
+  !> Fields of *STRENGTH CONSTANTS.
+  subroutine constants_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    type(strength_constant_type), allocatable :: list(:)
+    integer :: i, n
+
+    associate (material => deck%analysis%materials(deck%material))
+      allocate (list(0))
+      if (allocated(material%strength_constants)) list = material%strength_constants
+      n = size(list)
+      call fields%line(material%strength_where)
+      call fields%list('a constant and how it is lowered', n)
+      if (.not. fields%writing) list = [(strength_constant_type(), i=1, n)]
+      do i = 1, n
+        call fields%row(i)
+        call fields%whole('constant', list(i)%number, 'its number from 1, in the order of the data lines of the law', &
+          range='[1, inf)')
+        call fields%choice('rule', list(i)%rule, bar_list(lowering_words), 'DIVIDE: c/F; TAN: an angle in degrees, '// &
+          'atan(tan(phi)/F); DILATANCY: an angle in degrees that stays until the smallest lowered one of TAN comes '// &
+          'down to it')
+      end do
+      if (fields%reading) call move_alloc(list, material%strength_constants)
+    end associate
+  end subroutine constants_fields
+
+  !> Constants that there are, once each, of a law that does not know its strength.
+  subroutine check_strength_constants(state)
+    type(deck_state_type), intent(inout) :: state
+    character(len=:), allocatable :: sentence
+    integer :: m
+
+    do m = 1, size(state%analysis%materials)
+      associate (material => state%analysis%materials(m))
+        if (.not. allocated(material%strength_constants)) cycle
+        ! Rows that could not be read.
+        if (any(material%strength_constants%number < 1)) cycle
+        call find_fault(material, sentence)
+        if (len(sentence) > 0) call state%error_from(material%strength_where, 'STRENGTH CONSTANTS', "material '"// &
+          material%name//"': "//sentence)
+      end associate
+    end do
+  end subroutine check_strength_constants
+
+  !> What is wrong with the list, empty for nothing.
+  subroutine find_fault(material, sentence)
+    type(material_type), intent(in) :: material
+    character(len=:), allocatable, intent(out) :: sentence
+    class(law_parameters_type), allocatable :: law
+    type(error_type), allocatable :: error
+
+    sentence = ''
+    associate (list => material%strength_constants)
+      if (allocated(material%soil_law)) then
+        allocate (law, source=material%soil_law)
+        call law%lower_named(list, strength_factor_type(), error)
+        if (allocated(error)) sentence = error%message
+      else if (.not. material%user%given) then
+        sentence = 'what is divided of the strength of *MOHR COULOMB is known: the card is for *USER MATERIAL and '// &
+          '*CAM CLAY'
+      else
+        sentence = fault_of_user(list, material%user%constants)
+      end if
+    end associate
+  end subroutine find_fault
+
+  !> What is wrong with the list of a model of the user's.
+  pure function fault_of_user(list, constants) result(sentence)
+    type(strength_constant_type), intent(in) :: list(:)
+    real(wp), intent(in) :: constants(:)
+    character(len=:), allocatable :: sentence
+    integer :: i
+
+    sentence = ''
+    do i = 1, size(list)
+      associate (number => list(i)%number, angle => list(i)%rule == divide_tangent .or. list(i)%rule == follow_friction)
+        if (number > size(constants)) then
+          sentence = 'there is no constant '//integer_text(number)//', *USER MATERIAL has '// &
+            integer_text(size(constants))
+        else if (any(list(:i - 1)%number == number)) then
+          sentence = 'constant '//integer_text(number)//' stands there twice'
+        else if (angle .and. .not. abs(constants(number)) < 90.0_wp) then
+          sentence = 'constant '//integer_text(number)//' is '//real_text(constants(number))//', no angle in degrees'
+        end if
+      end associate
+      if (len(sentence) > 0) return
+    end do
+    if (any(list%rule == follow_friction) .and. .not. any(list%rule == divide_tangent)) sentence = &
+      'an angle of DILATANCY wants one of friction beside it, by TAN'
+  end function fault_of_user
 end module qsmpm_deck_user_material

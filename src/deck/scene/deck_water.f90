@@ -1,0 +1,469 @@
+!> Water in the ground: *WATER LEVEL and its level, *CONSOLIDATION, pore water that flows in time, from a phase on;
+!> *UNDRAINED of a material, *DRAIN STATE of a phase, and what must fit them.
+module qsmpm_deck_water
+  use qsmpm_kinds, only: wp
+  use qsmpm_named, only: add_names, place_named
+  use qsmpm_load_description, only: head_type, water_level_type, consolidation_type, drainage_type
+  use qsmpm_mesh_description, only: mesh_file
+  use qsmpm_phase_description, only: phase_type, initial_keep, phase_safety
+  use qsmpm_card_fields, only: card_fields_type, column_type
+  use qsmpm_deck_objects, only: list_water_levels
+  use qsmpm_deck_state, only: check_name, deck_state_type
+  use qsmpm_keyword_table, only: table_type, in_phase, many, once, in_material
+  use qsmpm_phase_tree, only: lineage
+  use qsmpm_pore_water, only: has_water
+  use qsmpm_vertical, only: upwards, vertical_of
+  use qsmpm_text, only: string_type, real_text
+  use qsmpm_phase_loads, only: consolidation_of
+  use qsmpm_body_description, only: drain_state_type
+  use qsmpm_material_description, only: material_type
+  use qsmpm_drainage, only: set_drainage, is_drained_by, has_excess_pressure
+  use qsmpm_law_parameters, only: law_description_type
+  use qsmpm_material_traits, only: traits_of
+  use qsmpm_undrained_parameters, only: undrained_a, undrained_b, undrained_ratio
+  implicit none
+  private
+
+  public :: add_water_keyword, check_water, add_consolidation_keyword, check_drainage, add_undrained_keyword, &
+    add_drain_keyword, check_undrained
+
+contains
+
+  !> *WATER LEVEL.
+  subroutine add_water_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('WATER LEVEL', in_phase, many, 'Level of the water in the ground and above it; stays until '// &
+      'changed. Below it the pores carry the pressure of water at rest, the laws the effective stress. A level '// &
+      'that is new or moves acts evenly over the phase. A body with a level of its own does not follow others. Or '// &
+      'the water flows, and its surface is found from the levels at the bounds (docs/methods/seepage.md).', &
+      water_fields, '*WATER LEVEL, UNIT WEIGHT=9.81| 0, 3| 10, 3|*WATER LEVEL, BODY=core, TYPE=NONE|'// &
+      '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=9.81| upstream, 7| downstream, 2', check_level, &
+      list=list_water_levels, opens='water level')
+  end subroutine add_water_keyword
+
+  !> *WATER LEVEL.
+  subroutine water_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    integer :: kind
+
+    associate (level => deck%analysis%phases(deck%phase)%water_levels(deck%item))
+      call fields%line(level%where)
+      kind = merge(3, merge(2, 1, level%none), level%flows)
+      call fields%choice('TYPE', kind, 'LINE|NONE|SEEPAGE', 'LINE: the level is given by its corners, NONE: there '// &
+        'is no water any more, SEEPAGE: the water flows through the bodies as they are drawn, which fill whole '// &
+        'cells in 3D')
+      level%none = kind == 2
+      level%flows = kind == 3
+      call fields%answer('FLOW', level%transient, 'TRANSIENT: the surface of the water follows in the '// &
+        'TIME of the phase, from the flow of the phases before; levels move evenly to those given; with '// &
+        '*CONSOLIDATION the ground swells and settles with it', needs='TYPE=SEEPAGE', words='STEADY|TRANSIENT')
+      call fields%name('BODY', level%body, 'the body whose level it is; of all bodies without one of their own '// &
+        'when not given', needs='TYPE=LINE|NONE')
+      call fields%number('UNIT WEIGHT', level%unit_weight, 'weight of water per volume, in the units of the deck; '// &
+        '*GRAVITY multiplies it. Wanted unless TYPE=NONE', range='(0, inf)', needs='TYPE=LINE|SEEPAGE')
+      call fields%table('corners of the line, in order of x; it goes on level beyond them', [ &
+        column_type('x', 'horizontal coordinate: x, or y where gravity acts along x'), &
+        column_type('y', 'height: the coordinate along which gravity acts')], level%line, when='TYPE=LINE')
+      call head_fields(fields, level)
+    end associate
+  end subroutine water_fields
+
+  !> Levels at the bounds.
+  subroutine head_fields(fields, level)
+    class(card_fields_type), intent(inout) :: fields
+    type(water_level_type), intent(inout) :: level
+    integer :: i, n
+
+    n = 0
+    if (allocated(level%heads)) n = size(level%heads)
+    call fields%data('levels of the free water at parts of the bounds; above them water may leave, and on all '// &
+      'other bounds in air; the sides of the grid and what a *SUPPORT holds are tight', 1, huge(1), &
+        when='TYPE=SEEPAGE', rows=n)
+    if (.not. fields%writing) level%heads = [(head_type(), i=1, n)]
+    do i = 1, n
+      call fields%row(i)
+      call fields%line(level%heads(i)%where)
+      call fields%name('set', level%heads(i)%set, 'node set (in the plane by PLANE or BOX; within the '// &
+        'ground a drain) or surface')
+      call fields%number('level', level%heads(i)%level, 'height: the coordinate along which gravity acts')
+      call fields%number('rain', level%heads(i)%rain, 'water that falls on what lies above the level, a volume a '// &
+        'unit of level area and time; what the ground does not take runs off', range='[0, inf)', required=.false.)
+    end do
+  end subroutine head_fields
+
+  !> A line that is one over the horizontal, once for each body.
+  subroutine check_level(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (list => state%analysis%phases(state%phase)%water_levels)
+      associate (level => list(size(list)))
+        if (.not. level%none .and. .not. state%card%has('UNIT WEIGHT')) call state%report_error('the parameter '// &
+          'UNIT WEIGHT is missing: the weight of water per volume in the units of the deck, 9.81 or 10 for kN and m')
+        do i = 2, merge(0, size(level%line, 2), level%flows)
+          if (level%line(1, i) > level%line(1, i - 1) .or. .not. state%card%is_right()) cycle
+          call state%error_at(state%card%rows(i), 'x does not increase: the level is a line over the horizontal, '// &
+            'from left to right')
+        end do
+        do i = 1, size(list) - 1
+          if (list(i)%body /= level%body) cycle
+          call state%report_error('the water level '//of_body(level)//' is given in this phase already')
+        end do
+      end associate
+    end associate
+  end subroutine check_level
+
+  !> Whose level it is.
+  pure function of_body(level) result(text)
+    type(water_level_type), intent(in) :: level
+    character(len=:), allocatable :: text
+
+    text = 'of all bodies'
+    if (len(level%body) > 0) text = "of body '"//level%body//"'"
+  end function of_body
+
+  !> The bodies of levels exist; there is gravity that makes water heavy.
+  subroutine check_water(state)
+    type(deck_state_type), intent(inout) :: state
+    logical :: heavy
+    integer :: p, i
+
+    call check_stops(state)
+    call check_direction(state)
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        heavy = is_heavy(state%analysis%phases, p)
+        do i = 1, size(phase%water_levels)
+          associate (level => phase%water_levels(i))
+            if (.not. (heavy .or. level%none)) call state%error_from(level%where, 'WATER LEVEL', 'the water has no '// &
+              'weight: there is no *GRAVITY up to this phase')
+            call check_heads(state, level)
+            call check_name(state, level%body, state%analysis%bodies, level%where, 'WATER LEVEL', 'body')
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine check_water
+
+  !> Node sets or surfaces that levels are given at.
+  subroutine check_heads(state, level)
+    type(deck_state_type), intent(inout) :: state
+    type(water_level_type), intent(in) :: level
+    type(string_type), allocatable :: names(:)
+    integer :: i, k
+
+    if (.not. level%flows) return
+    allocate (names(0))
+    call add_names(state%analysis%node_sets, names)
+    call add_names(state%analysis%surfaces, names)
+    do i = 1, size(level%heads)
+      ! Sets of a mesh file are not known yet: where no face lies in one it is told as the model is built.
+      if (state%analysis%mesh%kind /= mesh_file) call check_name(state, level%heads(i)%set, names, &
+        level%heads(i)%where, 'WATER LEVEL', 'node set or surface')
+      if (any([(level%heads(k)%set == level%heads(i)%set, k=1, i - 1)])) call state%error_from(level%heads(i)%where, &
+        'WATER LEVEL', "'"//level%heads(i)%set//"' has a level already")
+    end do
+  end subroutine check_heads
+
+  !> Water has one vertical and one upwards: where it has a level gravity acts most along the same coordinate, and
+  !> in the same sense, in all phases.
+  subroutine check_direction(state)
+    type(deck_state_type), intent(inout) :: state
+    character(len=1), parameter :: letter(3) = ['x', 'y', 'z']
+    integer :: p, axis
+    logical :: wet
+
+    axis = vertical_of(state%analysis)
+    wet = has_water(state%analysis)
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        wet = wet .or. any(phase%tractions%of_water)
+        associate (pull => phase%gravity%vector)
+          if (.not. (wet .and. any(abs(pull) > 0.0_wp))) cycle
+          if (abs(pull(axis)) >= maxval(abs(pull)) .and. -pull(axis)*upwards(state%analysis) > 0.0_wp) cycle
+        end associate
+        call state%error_from(phase%where, 'GRAVITY', "in phase '"//phase%name//"' gravity does not act along "// &
+          trim(merge('-', '+', upwards(state%analysis) > 0.0_wp))//letter(axis)//' as elsewhere in the deck, but '// &
+          'water has one level, over one direction of gravity: let water of another direction have a deck of its own')
+      end associate
+    end do
+  end subroutine check_direction
+
+  !> Whether there is gravity in a phase or before it.
+  pure logical function is_heavy(phases, number)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    integer, allocatable :: path(:)
+    integer :: i
+
+    allocate (path, source=lineage(phases, number))
+    is_heavy = any([(any(abs(phases(path(i))%gravity%vector) > 0.0_wp), i=1, size(path))])
+  end function is_heavy
+
+  !> A phase that may end early does not move water: half way between two levels is no level.
+  subroutine check_stops(state)
+    type(deck_state_type), intent(inout) :: state
+    logical :: moves
+    integer :: p, i, q, k
+
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        if (size(phase%stops) == 0 .or. phase%initial%kind /= initial_keep) cycle
+        moves = size(phase%water_levels) > 0
+        do i = 1, size(phase%tractions)
+          if (.not. phase%tractions(i)%follows) cycle
+          do q = 1, p
+            do k = 1, size(state%analysis%phases(q)%tractions)
+              associate (load => state%analysis%phases(q)%tractions(k))
+                moves = moves .or. (load%of_water .and. load%surface == phase%tractions(i)%surface)
+              end associate
+            end do
+          end do
+        end do
+        if (moves) call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' moves water and has a "// &
+          '*STOP: half way between two levels is no level to go on from; move the water in a phase of its own')
+      end associate
+    end do
+  end subroutine check_stops
+
+  !> *CONSOLIDATION.
+  subroutine add_consolidation_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('CONSOLIDATION', in_phase, once, 'Excess pore pressure that flows away in the TIME of the '// &
+      'phase, and of those behind it: soil of a *PERMEABILITY bears what is put on it by its water first. Faces in '// &
+      'air are open, the sides of the grid closed, unless the lines say otherwise. In a phase of TYPE=SAFETY time '// &
+      'stands still. With *WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT in the phase the pressure is all that there '// &
+      'is, under a surface of the water that moves.', consolidation_fields, &
+      '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN')
+  end subroutine add_consolidation_keyword
+
+  !> *CONSOLIDATION.
+  subroutine consolidation_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (card => deck%analysis%phases(deck%phase)%consolidation)
+      call fields%line(card%where)
+      call fields%given(card%given)
+      call fields%number('UNIT WEIGHT', card%unit_weight, 'weight of water per volume, as it stands', &
+        range='(0, inf)', required=.true.)
+      call fields%number('STORAGE', card%storage, 'change of the volume of water and grains a unit of volume and '// &
+        'pressure', range='[0, inf)')
+      call fields%answer('FACES', card%held, 'LAYER: pressures of nodes at open faces fall as fast as water leaves '// &
+        'from within their cells. HELD: they are 0 at once, as in other programs: in short phases too much leaves', &
+        words='LAYER|HELD')
+      call drainage_fields(fields, card)
+    end associate
+  end subroutine consolidation_fields
+
+  !> Sets that are open or closed.
+  subroutine drainage_fields(fields, card)
+    class(card_fields_type), intent(inout) :: fields
+    type(consolidation_type), intent(inout) :: card
+    integer :: i, n
+
+    n = 0
+    if (allocated(card%sets)) n = size(card%sets)
+    call fields%data('where water leaves, and where it does not', 0, huge(1), rows=n)
+    if (.not. fields%writing) card%sets = [(drainage_type(), i=1, n)]
+    do i = 1, n
+      call fields%row(i)
+      call fields%line(card%sets(i)%where)
+      call fields%name('set', card%sets(i)%name, 'node set')
+      call fields%answer('way', card%sets(i)%closed, 'OPEN: the excess pressure is 0 there', words='OPEN|CLOSED')
+    end do
+  end subroutine drainage_fields
+
+  !> Phases in which time goes on say how long they last.
+  subroutine check_drainage(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p
+
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        if (consolidation_of(state%analysis%phases, p) > 0) &
+          phase%water_levels%coupled = phase%water_levels%flows .and. phase%water_levels%transient
+        phase%controls%by_water = consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety
+        if (consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety .and. .not. &
+          phase%duration_given) &
+          call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' does not say how long it lasts, "// &
+          'and pore water flows in it (*CONSOLIDATION): TIME=')
+      end associate
+    end do
+  end subroutine check_drainage
+
+  !> *UNDRAINED.
+  subroutine add_undrained_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('UNDRAINED', in_material, once, 'Pore water that cannot leave: volume changes raise or lower an '// &
+      'excess pore pressure (state variable excess_pore_pressure, compression positive), stresses are total beyond '// &
+      'the steady pore pressure, and the treatment of volumetric locking is on: docs/methods/undrained.md.', &
+      undrained_fields, '*ELASTIC| 3000, 0.3|*MOHR COULOMB| 2, 25, 0|*UNDRAINED, TYPE=A', finish_undrained)
+  end subroutine add_undrained_keyword
+
+  !> *DRAIN STATE.
+  subroutine add_drain_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('DRAIN STATE', in_phase, once, 'The pore water of *UNDRAINED materials may leave in this phase: '// &
+      'the excess pressure falls evenly to zero over it, and the soil takes over what the water carried. Every '// &
+      'step is in equilibrium. Without bodies it is about all of them.', drain_fields, &
+      '*DRAIN STATE, AFTERWARDS=DRAINED')
+  end subroutine add_drain_keyword
+
+  !> Fields of *UNDRAINED.
+  subroutine undrained_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (undrained => deck%analysis%materials(deck%material)%undrained)
+      call fields%given(undrained%given)
+      call fields%line(deck%analysis%materials(deck%material)%undrained_where)
+      call fields%choice('TYPE', undrained%kind, 'A|B|C', 'A: effective stiffness and strength; B: effective '// &
+        'stiffness, strength s_u (*MOHR COULOMB with phi = 0); C: total stress, no pore pressure, strength s_u, '// &
+        'the shear modulus of *ELASTIC with NU', required=.true.)
+      call fields%number('NU', undrained%poisson, "undrained Poisson's ratio", range='(0, 0.5)')
+      call fields%number('SKEMPTON', undrained%skempton, "Skempton's B in the place of NU", range='(0, 1)')
+      call fields%answer('DILATANT', undrained%dilatant, 'YES allows a dilatancy angle with TYPE=A, which gives '// &
+        'strength without end', needs='TYPE=A')
+    end associate
+  end subroutine undrained_fields
+
+  !> NU or SKEMPTON.
+  subroutine finish_undrained(state)
+    type(deck_state_type), intent(inout) :: state
+
+    if (state%card%has('NU') .and. state%card%has('SKEMPTON')) call state%report_error('give NU or SKEMPTON, not both')
+  end subroutine finish_undrained
+
+  !> Fields of *DRAIN STATE.
+  subroutine drain_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (drain => deck%analysis%phases(deck%phase)%drain_state)
+      call fields%given(drain%given)
+      call fields%line(drain%where)
+      call fields%answer('KEEP PRESSURE', drain%keeps, 'YES leaves the excess pressure as it is; the soil is '// &
+        'drained in the phase, so that no other one comes about')
+      call fields%answer('AFTERWARDS', drain%stays_drained, 'what the soil is in the phases after this one', &
+        words='UNDRAINED|DRAINED')
+      call drain_rows(fields, drain%bodies)
+    end associate
+  end subroutine drain_fields
+
+  !> Bodies of *DRAIN STATE, one a line.
+  subroutine drain_rows(fields, bodies)
+    class(card_fields_type), intent(inout) :: fields
+    type(string_type), allocatable, intent(inout) :: bodies(:)
+    integer :: i, n
+
+    n = 0
+    if (allocated(bodies)) n = size(bodies)
+    call fields%data('bodies, one a line', 0, huge(1), rows=n)
+    if (.not. fields%writing) bodies = [(string_type(), i=1, n)]
+    do i = 1, n
+      call fields%row(i)
+      call fields%name('body', bodies(i)%text, 'body that is drained')
+    end do
+  end subroutine drain_rows
+
+  !> What belongs to undrained soil of complete materials and phases.
+  subroutine check_undrained(state)
+    type(deck_state_type), intent(inout) :: state
+    character(len=:), allocatable :: sentence
+    integer :: i
+
+    do i = 1, size(state%analysis%materials)
+      associate (material => state%analysis%materials(i))
+        if (.not. material%undrained%given) cycle
+        sentence = wrong_material(material)
+        if (len(sentence) > 0) call state%error_from(material%undrained_where, 'UNDRAINED', &
+          "material '"//material%name//"': "//sentence)
+      end associate
+    end do
+    do i = 1, size(state%analysis%phases)
+      associate (card => state%analysis%phases(i)%drain_state)
+        if (card%given) call check_drain_state(state, card)
+      end associate
+    end do
+    call set_drainage(state%analysis)
+  end subroutine check_undrained
+
+  !> What is wrong with the card of a material, empty for nothing.
+  function wrong_material(material) result(sentence)
+    type(material_type), intent(in) :: material
+    character(len=:), allocatable :: sentence
+    type(law_description_type) :: traits
+
+    sentence = ''
+    traits = traits_of(material)
+    associate (undrained => material%undrained)
+      if (traits%total_stress) then
+        sentence = '*'//traits%keyword//' is a law of total stress, undrained by itself'
+      else if (undrained%kind /= undrained_a .and. (.not. material%mohr_coulomb .or. material%user%given .or. &
+        allocated(material%soil_law))) then
+        sentence = 'TYPE='//trim(merge('B', 'C', undrained%kind == undrained_b))//' wants a strength s_u: *MOHR '// &
+          'COULOMB with c = s_u and phi = 0; TYPE=A takes the effective strength of any law'
+      else if (undrained%kind /= undrained_a .and. material%friction_angle > 0.0_wp) then
+        sentence = 'TYPE='//trim(merge('B', 'C', undrained%kind == undrained_b))//' wants *MOHR COULOMB with c = '// &
+          's_u and phi = 0; with friction it is TYPE=A'
+      else if (undrained%kind == undrained_a .and. traits%dilatancy_angle > 0.0_wp .and. .not. undrained%dilatant) then
+        sentence = 'the dilatancy angle psi is '//real_text(traits%dilatancy_angle)//': undrained soil that '// &
+          'dilates gains strength without end; take psi = 0, or ask for it by DILATANT=YES'
+      else if (material%user%given .and. material%user%undrained > 0.0_wp) then
+        sentence = 'the model has pore water of its own by UNDRAINED of *USER MATERIAL: it would count twice'
+      else if (traits%linear_elasticity .and. material%young > 0.0_wp .and. &
+        .not. undrained_ratio(undrained, material%poisson) > material%poisson) then
+        sentence = 'NU='//real_text(undrained%poisson)//" is not above Poisson's ratio of the soil, "// &
+          real_text(material%poisson)//': the pore water would have no stiffness'
+      end if
+    end associate
+  end function wrong_material
+
+  !> There is excess pressure to drain, and the bodies of one material go together.
+  subroutine check_drain_state(state, card)
+    type(deck_state_type), intent(inout) :: state
+    type(drain_state_type), intent(in) :: card
+    integer :: i, m
+    logical :: wet
+
+    do i = 1, size(card%bodies)
+      if (place_named(state%analysis%bodies, card%bodies(i)%text) > 0) cycle
+      call check_name(state, card%bodies(i)%text, state%analysis%bodies, card%where, 'DRAIN STATE', 'body')
+      return
+    end do
+    wet = .false.
+    do m = 1, size(state%analysis%materials)
+      if (.not. is_drained_by(state%analysis, m, card)) cycle
+      wet = wet .or. has_excess_pressure(state%analysis, m)
+      if (has_excess_pressure(state%analysis, m) .and. size(card%bodies) > 0) call check_together(state, card, m)
+    end do
+    if (.not. wet) call state%error_from(card%where, 'DRAIN STATE', 'there is no excess pore pressure to drain: no '// &
+      'body named has a material that is *UNDRAINED, TYPE=A or B')
+  end subroutine check_drain_state
+
+  !> All bodies of a material are named where one is.
+  subroutine check_together(state, card, material)
+    type(deck_state_type), intent(inout) :: state
+    type(drain_state_type), intent(in) :: card
+    !> Number of the material.
+    integer, intent(in) :: material
+    integer :: b, i
+    logical :: named
+
+    do b = 1, size(state%analysis%bodies)
+      associate (body => state%analysis%bodies(b))
+        if (body%material /= state%analysis%materials(material)%name) cycle
+        named = any([(card%bodies(i)%text == body%name, i=1, size(card%bodies))])
+        if (.not. named) call state%error_from(card%where, 'DRAIN STATE', "body '"//body%name// &
+          "' has the material '"//body%material//"' of a body that is drained: name it too, or give it a material "// &
+          'of its own')
+      end associate
+    end do
+  end subroutine check_together
+end module qsmpm_deck_water
