@@ -2,12 +2,10 @@
 !> wants each to be its own image.
 module qsmpm_water_symmetry
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type
   use qsmpm_load_description, only: water_level_type
-  use qsmpm_mirror_images, only: body_partner, mirror_plane
-  use qsmpm_reduction, only: refuse, place_text
-  use qsmpm_set_members, only: scene_tolerance
+  use qsmpm_mirror_images, only: body_partner
   use qsmpm_water_table, only: water_table_type, level_at
+  use qsmpm_examined_scene, only: examined_type, place_text, refuse
   implicit none
   private
 
@@ -16,45 +14,41 @@ module qsmpm_water_symmetry
 contains
 
   !> Every line is level.
-  pure subroutine require_level_water(analysis, reason)
-    type(analysis_type), intent(in) :: analysis
-    !> Why not; unallocated when proved.
-    character(len=:), allocatable, intent(inout) :: reason
+  pure subroutine require_level_water(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: p, i
 
-    do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%water_levels)
-        associate (level => analysis%phases(p)%water_levels(i))
+    do p = 1, size(scene%phases)
+      do i = 1, size(scene%phases(p)%water_levels)
+        associate (level => scene%phases(p)%water_levels(i))
           if (level%none) cycle
-          if (level%flows) call refuse(reason, 'water flows (*WATER LEVEL'//place_text(level%where)//')')
+          if (level%flows) call refuse(scene, 'water flows (*WATER LEVEL'//place_text(level%where)//')')
           if (level%flows) cycle
-          if (maxval(level%line(2, :)) - minval(level%line(2, :)) > scene_tolerance(analysis)) call refuse(reason, &
-            '*WATER LEVEL'//place_text(level%where)//' is not level')
+          if (maxval(level%line(2, :)) - minval(level%line(2, :)) > scene%nothing) &
+            call refuse(scene, '*WATER LEVEL'//place_text(level%where)//' is not level')
         end associate
       end do
     end do
   end subroutine require_level_water
 
   !> Every line is its own image, and that of a body belongs to one that is its own image.
-  pure subroutine require_mirrored_water(analysis, axis, reason)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: axis
-    character(len=:), allocatable, intent(inout) :: reason
+  pure subroutine require_mirrored_water(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: p, i, b
 
-    do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%water_levels)
-        associate (level => analysis%phases(p)%water_levels(i))
-          if (level%flows) call refuse(reason, 'water flows (*WATER LEVEL'//place_text(level%where)//')')
+    do p = 1, size(scene%phases)
+      do i = 1, size(scene%phases(p)%water_levels)
+        associate (level => scene%phases(p)%water_levels(i))
+          if (level%flows) call refuse(scene, 'water flows (*WATER LEVEL'//place_text(level%where)//')')
           if (level%flows) cycle
-          do b = 1, size(analysis%bodies)
-            if (analysis%bodies(b)%name /= level%body) cycle
-            if (body_partner(analysis, b, axis) /= b) call refuse(reason, '*WATER LEVEL'//place_text(level%where)// &
+          do b = 1, size(scene%bodies)
+            if (scene%bodies(b)%name /= level%body) cycle
+            if (body_partner(scene, b) /= b) call refuse(scene, '*WATER LEVEL'//place_text(level%where)// &
               " is that of body '"//level%body//"', which is not its own mirror image")
           end do
-          if (axis == 1 .and. .not. level%none) then
-            if (.not. is_own_image(level, mirror_plane(analysis, axis), scene_tolerance(analysis))) &
-              call refuse(reason, '*WATER LEVEL'//place_text(level%where)//' is not its own mirror image')
+          if (scene%axis == 1 .and. .not. level%none) then
+            if (.not. is_own_image(level, scene%plane, scene%nothing)) &
+              call refuse(scene, '*WATER LEVEL'//place_text(level%where)//' is not its own mirror image')
           end if
         end associate
       end do
