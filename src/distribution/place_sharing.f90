@@ -3,13 +3,14 @@
 module qsmpm_place_sharing
   use qsmpm_kinds, only: wp
   use qsmpm_own_part, only: own_part_type
-  use qsmpm_point_delivery, only: deliver_points, deliver_surface_points
-  use qsmpm_points, only: carried_type, points_type, surface_points_type
+  use qsmpm_point_delivery, only: deliver_points
+  use qsmpm_point_selection, only: allocate_like, select_points
+  use qsmpm_points, only: carried_type
   use qsmpm_team, only: total
   implicit none
   private
 
-  public :: near_ones, send_points, send_surface_points, share_places
+  public :: near_ones, send_points, share_places
 
 contains
 
@@ -40,39 +41,32 @@ contains
     near = pack([(i, i=1, carried%count)], part%owners%near(part%team%rank, ring, carried%cell(:carried%count)))
   end function near_ones
 
-  !> Send own material points to those whose own or in whose rings they are, and take those that come in their stead.
-  subroutine send_points(part, own, points, everywhere)
+  !> Send own points of a set to those whose own or in whose rings they are, and take those that come in their stead.
+  subroutine send_points(part, own, ring, carried, everywhere)
     type(own_part_type), intent(in) :: part
     logical, intent(in) :: own(:)
-    type(points_type), intent(inout) :: points
+    !> Rows of cells around the own ones that they are copied from.
+    integer, intent(in) :: ring
+    class(carried_type), intent(inout) :: carried
     !> Every process gets all.
     logical, intent(in) :: everywhere
-    type(points_type) :: got, none
-    logical :: goes(part%team%ranks, points%count)
+    class(carried_type), allocatable :: like, got
+    logical :: goes(part%team%ranks, carried%count)
+    integer :: i
 
     goes = spread(own, 1, part%team%ranks)
-    if (.not. everywhere) goes = goes_to(part, points, own, part%ring)
-    call deliver_points(part%team, points, goes, part%like, got)
-    ! An assignment frees what was there when the copy is made.
-    points = none
-    points = got
+    if (.not. everywhere) goes = goes_to(part, carried, own, ring)
+    if (same_type_as(carried, part%like)) then
+      allocate (like, source=part%like)
+    else
+      ! All surface points carry the same.
+      allocate (like, mold=carried)
+      call allocate_like(carried, 1, like)
+    end if
+    allocate (got, mold=carried)
+    call deliver_points(part%team, carried, goes, like, got)
+    call select_points(got, [(i, i=1, got%count)], carried)
   end subroutine send_points
-
-  !> The same of surface points, copied from a row of cells less: the nearest material point to one is looked for
-  !> (qsmpm_carried_basis).
-  subroutine send_surface_points(part, own, points, everywhere)
-    type(own_part_type), intent(in) :: part
-    logical, intent(in) :: own(:)
-    type(surface_points_type), intent(inout) :: points
-    logical, intent(in) :: everywhere
-    type(surface_points_type) :: got
-    logical :: goes(part%team%ranks, points%count)
-
-    goes = spread(own, 1, part%team%ranks)
-    if (.not. everywhere) goes = goes_to(part, points, own, part%ring - 1)
-    call deliver_surface_points(part%team, points, goes, got)
-    points = got
-  end subroutine send_surface_points
 
   !> What the process whose own it is knows of a place, all know: where it is and was, and its cell.
   subroutine share_places(part, own, cell, carried)

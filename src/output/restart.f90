@@ -20,10 +20,10 @@ module qsmpm_restart
   use qsmpm_number_text, only: integer_text
   use qsmpm_own_part, only: is_divided
   use qsmpm_phase_tree, only: is_wanted
-  use qsmpm_points, only: points_type, surface_points_type, allocate_surface_points, allocate_watched
+  use qsmpm_points, only: points_type, allocate_watched
   use qsmpm_model_window, only: restore
-  use qsmpm_restart_division, only: read_divided, size_points
-  use qsmpm_restart_fields, only: get_carried, get_kept, get_mesh
+  use qsmpm_restart_division, only: read_divided
+  use qsmpm_restart_fields, only: get_carried, get_kept, get_mesh, size_set
   use qsmpm_restart_progress, only: get_progress
   use qsmpm_restart_rows, only: node_values_type, node_labels, put_state, put_own, share_reason, get_node_values, &
     lay_joined, put_node_values
@@ -279,8 +279,23 @@ contains
     character(len=*), intent(in) :: group
     type(model_type), intent(in) :: model
     type(state_type), intent(inout) :: state
+    type(points_type) :: like
+    integer :: left
 
-    call size_all_points(reader, group, model, state)
+    like = state%points
+    associate (inactive => state%inactive)
+      left = state%points%count + inactive%points%count + inactive%unloading%count
+      if (has_stages(model%analysis)) then
+        call size_set(reader, group//'/points', like, state%points)
+        call size_set(reader, group//'/inactive_points', like, inactive%points)
+        call size_set(reader, group//'/unloading_points', like, inactive%unloading)
+        if (state%points%count + inactive%points%count + inactive%unloading%count > left) &
+          call note_reason(reader, 'it has more material points than the bodies')
+      end if
+      call size_set(reader, group//'/surface', like, state%surface)
+      call size_set(reader, group//'/inactive_surface', like, inactive%surface)
+      call size_set(reader, group//'/unloading_surface', like, inactive%unloading_surface)
+    end associate
     call get_carried(reader, group//'/points', state%points)
     call get_carried(reader, group//'/inactive_points', state%inactive%points)
     call get_carried(reader, group//'/unloading_points', state%inactive%unloading)
@@ -289,44 +304,6 @@ contains
     call get_carried(reader, group//'/unloading_surface', state%inactive%unloading_surface)
     call get_carried(reader, group//'/feet', state%inactive%feet)
   end subroutine get_points
-
-  !> Room for as many material and surface points as the file has.
-  subroutine size_all_points(reader, group, model, state)
-    type(reader_type), intent(inout) :: reader
-    !> Of the state, empty for the root.
-    character(len=*), intent(in) :: group
-    type(model_type), intent(in) :: model
-    type(state_type), intent(inout) :: state
-    type(points_type) :: like
-    integer :: left
-
-    like = state%points
-    associate (inactive => state%inactive)
-      left = state%points%count + inactive%points%count + inactive%unloading%count
-      if (has_stages(model%analysis)) then
-        call size_points(reader, group//'/points', like, state%points)
-        call size_points(reader, group//'/inactive_points', like, inactive%points)
-        call size_points(reader, group//'/unloading_points', like, inactive%unloading)
-        if (state%points%count + inactive%points%count + inactive%unloading%count > left) &
-          call note_reason(reader, 'it has more material points than the bodies')
-      end if
-      call size_surface(group//'/surface', state%surface)
-      call size_surface(group//'/inactive_surface', inactive%surface)
-      call size_surface(group//'/unloading_surface', inactive%unloading_surface)
-    end associate
-
-  contains
-
-    !> Room for surface points.
-    subroutine size_surface(name, points)
-      character(len=*), intent(in) :: name
-      type(surface_points_type), intent(inout) :: points
-      integer :: count
-
-      count = count_rows(reader, name//'/cell')
-      if (count /= points%count) call allocate_surface_points(points, size(like%position, 1), count)
-    end subroutine size_surface
-  end subroutine size_all_points
 
   !> Note when the file is not one of this program or of this deck.
   subroutine check_origin(reader, fingerprint)

@@ -13,15 +13,15 @@ module qsmpm_restart_division
   use qsmpm_error, only: error_type
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_hdf5_reader, only: reader_type, get_attribute, note_reason
-  use qsmpm_hdf5_rows, only: block_rows, count_components, count_rows, get_rows
+  use qsmpm_hdf5_rows, only: block_rows, count_rows, get_rows
   use qsmpm_kept_arrays, only: clear_nodal
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: lay_window, return_to_window
   use qsmpm_point_delivery, only: sort_by_number
   use qsmpm_point_selection, only: select_points
-  use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points, allocate_watched
-  use qsmpm_restart_fields, only: get_carried, get_kept, get_mesh, get_some
+  use qsmpm_points, only: carried_type, points_type, allocate_surface_points, allocate_watched
+  use qsmpm_restart_fields, only: get_carried, get_kept, get_mesh, get_some, size_set
   use qsmpm_restart_rows, only: node_values_type, get_node_values, put_node_values, share_reason
   use qsmpm_restart_progress, only: get_progress
   use qsmpm_state_check, only: check_state, places_reason
@@ -30,7 +30,7 @@ module qsmpm_restart_division
   implicit none
   private
 
-  public :: read_divided, size_points
+  public :: read_divided
 
   character(len=*), parameter :: points_words = 'the material points', surface_words = 'the surface points'
 
@@ -142,40 +142,18 @@ contains
     type(points_type), intent(in) :: like
     type(model_type), intent(in) :: model
     type(state_type), intent(inout) :: state
-    integer :: count
 
     call get_carried(reader, group//'/tracers', state%tracers)
     call allocate_watched(state%watched, model%mesh%dimension, count_rows(reader, group//'/watched/cell'))
     call get_carried(reader, group//'/watched', state%watched)
     associate (inactive => state%inactive)
       call get_carried(reader, group//'/feet', inactive%feet)
-      call size_points(reader, group//'/inactive_points', like, inactive%points)
+      call size_set(reader, group//'/inactive_points', like, inactive%points)
       call get_carried(reader, group//'/inactive_points', inactive%points)
-      count = count_rows(reader, group//'/inactive_surface/cell')
-      call allocate_surface_points(inactive%surface, model%mesh%dimension, count)
+      call size_set(reader, group//'/inactive_surface', like, inactive%surface)
       call get_carried(reader, group//'/inactive_surface', inactive%surface)
     end associate
   end subroutine get_places
-
-  !> Room for as many material points as the file has in a set, or for some of them; where none are left they have
-  !> carried what others do, or there have been none.
-  subroutine size_points(reader, name, like, points, some)
-    type(reader_type), intent(inout) :: reader
-    !> The group of the set in the file.
-    character(len=*), intent(in) :: name
-    type(points_type), intent(in) :: like
-    type(points_type), intent(inout) :: points
-    integer, intent(in), optional :: some
-    type(points_type) :: sized
-    integer :: count, states
-
-    count = count_rows(reader, name//'/cell')
-    if (present(some)) count = some
-    states = count_components(reader, name//'/state')
-    if (count == points%count .and. states == size(points%state, 1)) return
-    call select_points(like, spread(1, 1, count), sized)
-    points = sized
-  end subroutine size_points
 
   !> Note where the file has other numbers of material points than the bodies.
   subroutine count_points(reader, group, count, most, model)
@@ -261,12 +239,7 @@ contains
       integer :: count
 
       call find_near(reader, group//name, window, lowest, words, ring, model, rows, count)
-      select type (carried)
-      type is (points_type)
-        call size_points(reader, group//name, like, carried, size(rows))
-      type is (surface_points_type)
-        call allocate_surface_points(carried, model%mesh%dimension, size(rows))
-      end select
+      call size_set(reader, group//name, like, carried, size(rows))
       call get_some(reader, group//name, rows, count, carried)
       if (in_rows) call sort_by_number(carried)
       carried%cell = whole_cells(model, carried%cell, window)

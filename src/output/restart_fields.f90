@@ -3,18 +3,19 @@ module qsmpm_restart_fields
   use qsmpm_kinds, only: wp, long
   use qsmpm_hdf5_image, only: image_type, put_group, put_array, put_attribute
   use qsmpm_hdf5_reader, only: reader_type, get_array, get_attribute, note_reason
-  use qsmpm_hdf5_rows, only: get_rows
+  use qsmpm_hdf5_rows, only: count_components, count_rows, get_rows
   use qsmpm_kept_arrays, only: clear_nodal, kept_arrays_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_model, only: model_type, state_type
   use qsmpm_state_check, only: window_reason
   use qsmpm_field_list, only: field_list_type
-  use qsmpm_points, only: carried_type
+  use qsmpm_point_selection, only: allocate_like
+  use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points
   use qsmpm_team, only: total
   implicit none
   private
 
-  public :: put_carried, get_carried, get_some, put_kept, get_kept, get_mesh, kept_count
+  public :: put_carried, size_set, get_carried, get_some, put_kept, get_kept, get_mesh, kept_count
 
 contains
 
@@ -115,6 +116,30 @@ contains
       end associate
     end do
   end subroutine put_carried
+
+  !> Room for as many points as the file has in a set, or for some of them; where none are left they have carried what
+  !> others do, or there have been none.
+  subroutine size_set(reader, group, like, carried, some)
+    type(reader_type), intent(inout) :: reader
+    !> The group of the set in the file.
+    character(len=*), intent(in) :: group
+    type(points_type), intent(in) :: like
+    !> Material points or surface points.
+    class(carried_type), intent(inout) :: carried
+    integer, intent(in), optional :: some
+    integer :: count, states
+
+    count = count_rows(reader, group//'/cell')
+    if (present(some)) count = some
+    select type (carried)
+    type is (points_type)
+      states = count_components(reader, group//'/state')
+      if (count == carried%count .and. states == size(carried%state, 1)) return
+      call allocate_like(like, count, carried)
+    type is (surface_points_type)
+      call allocate_surface_points(carried, size(like%position, 1), count)
+    end select
+  end subroutine size_set
 
   !> Get all fields of a carried set; their sizes are those of the model.
   subroutine get_carried(reader, group, carried)

@@ -10,6 +10,14 @@ module qsmpm_restart_progress
 
   public :: put_progress, get_progress
 
+  !> A number in the file: one of the three is where it lies.
+  type :: number_type
+    character(len=24) :: name
+    integer, pointer :: whole => null()
+    real(wp), pointer :: real => null()
+    logical, pointer :: yes => null()
+  end type number_type
+
 contains
 
   !> Put where the analysis stands.
@@ -17,111 +25,83 @@ contains
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group
     !> Where the analysis stands.
-    type(progress_type), intent(in) :: progress
+    type(progress_type), intent(in), target :: progress
+    type(number_type), allocatable :: list(:)
+    logical, target :: has_ends
     integer :: i
 
     call put_group(image, group)
-    call put_attribute(image, group, 'phase', progress%phase)
-    call put_attribute(image, group, 'step', progress%step)
-    call put_attribute(image, group, 'phase_steps', progress%phase_steps)
-    call put_attribute(image, group, 'fraction', progress%fraction)
-    call put_attribute(image, group, 'load_factor', progress%load_factor)
-    call put_attribute(image, group, 'next_step', progress%next_step)
-    call put_attribute(image, group, 'damping', progress%damping)
-    call put_attribute(image, group, 'failed_solvers', progress%failed_solvers)
-    call put_attribute(image, group, 'undamped_newton', merge(1, 0, progress%undamped_newton))
-    call put_attribute(image, group, 'external_work', progress%external_work)
-    call put_attribute(image, group, 'internal_work', progress%internal_work)
-    call put_attribute(image, group, 'constant_load_tests_done', progress%constant_load_tests_done)
-    call put_attribute(image, group, 'release_left', progress%release_left)
-    call put_attribute(image, group, 'own_settlement', progress%own_settlement)
-    call put_attribute(image, group, 'force_at_start', progress%force_at_start)
-    call put_attribute(image, group, 'strength_factor', progress%strength_factor)
-    call put_attribute(image, group, 'stable_factor', progress%bracket%stable)
-    call put_attribute(image, group, 'lost_factor', progress%bracket%lost)
-    do i = 1, size(progress%bracket%lost_above)
-      call put_attribute(image, group, 'lost_factor_above_'//integer_text(i), progress%bracket%lost_above(i))
+    has_ends = allocated(progress%ends)
+    call list_numbers(progress, has_ends, list)
+    do i = 1, size(list)
+      associate (number => list(i))
+        if (associated(number%whole)) call put_attribute(image, group, trim(number%name), number%whole)
+        if (associated(number%real)) call put_attribute(image, group, trim(number%name), number%real)
+        if (associated(number%yes)) call put_attribute(image, group, trim(number%name), merge(1, 0, number%yes))
+      end associate
     end do
-    call put_attribute(image, group, 'factor_increment', progress%bracket%increment)
     if (allocated(progress%factors)) call put_array(image, group//'/factors', progress%factors)
-    call put_attribute(image, group, 'stopped', merge(1, 0, progress%stopped))
-    call put_ends(image, group, progress)
-    associate (limit => progress%limit)
-      call put_attribute(image, group, 'first_compliance', limit%first)
-      call put_attribute(image, group, 'last_compliance', limit%last)
-      call put_attribute(image, group, 'last_middle', limit%middle)
-      call put_attribute(image, group, 'refused', limit%refused)
-      call put_attribute(image, group, 'refused_compliance', limit%refused_compliance)
-      call put_attribute(image, group, 'refused_middle', limit%refused_middle)
-      call put_attribute(image, group, 'plateau', limit%plateau)
-      call put_attribute(image, group, 'most_compliance', limit%most)
-      call put_attribute(image, group, 'knee', limit%knee)
-    end associate
-  end subroutine put_progress
-
-  !> Put how phases have ended.
-  subroutine put_ends(image, group, progress)
-    type(image_type), intent(inout) :: image
-    character(len=*), intent(in) :: group
-    type(progress_type), intent(in) :: progress
-
-    call put_attribute(image, group, 'ends', merge(1, 0, allocated(progress%ends)))
-    if (.not. allocated(progress%ends)) return
+    if (.not. has_ends) return
     call put_array(image, group//'/end_reason', progress%ends%reason)
     call put_array(image, group//'/end_fraction', progress%ends%fraction)
     call put_array(image, group//'/end_displacement', progress%ends%displacement)
-  end subroutine put_ends
+  end subroutine put_progress
 
   !> Get where the analysis stood.
   subroutine get_progress(reader, group, progress)
     type(reader_type), intent(inout) :: reader
     character(len=*), intent(in) :: group
     !> Where the analysis stood.
-    type(progress_type), intent(inout) :: progress
-    integer :: whole, stopped, i
+    type(progress_type), intent(inout), target :: progress
+    type(number_type), allocatable :: list(:)
+    logical, target :: has_ends
+    integer :: i, found
 
-    whole = 0
-    stopped = 0
-    call get_attribute(reader, group, 'phase', progress%phase)
-    call get_attribute(reader, group, 'step', progress%step)
-    call get_attribute(reader, group, 'phase_steps', progress%phase_steps)
-    call get_attribute(reader, group, 'fraction', progress%fraction)
-    call get_attribute(reader, group, 'load_factor', progress%load_factor)
-    call get_attribute(reader, group, 'next_step', progress%next_step)
-    call get_attribute(reader, group, 'damping', progress%damping)
-    call get_attribute(reader, group, 'failed_solvers', progress%failed_solvers)
-    call get_attribute(reader, group, 'undamped_newton', whole)
-    progress%undamped_newton = whole == 1
-    call get_attribute(reader, group, 'external_work', progress%external_work)
-    call get_attribute(reader, group, 'internal_work', progress%internal_work)
-    call get_attribute(reader, group, 'constant_load_tests_done', progress%constant_load_tests_done)
-    call get_attribute(reader, group, 'release_left', progress%release_left)
-    call get_attribute(reader, group, 'own_settlement', progress%own_settlement)
-    call get_attribute(reader, group, 'force_at_start', progress%force_at_start)
-    call get_attribute(reader, group, 'strength_factor', progress%strength_factor)
-    call get_attribute(reader, group, 'stable_factor', progress%bracket%stable)
-    call get_attribute(reader, group, 'lost_factor', progress%bracket%lost)
-    do i = 1, size(progress%bracket%lost_above)
-      call get_attribute(reader, group, 'lost_factor_above_'//integer_text(i), progress%bracket%lost_above(i))
+    call list_numbers(progress, has_ends, list)
+    do i = 1, size(list)
+      associate (number => list(i))
+        found = 0
+        if (associated(number%whole)) call get_attribute(reader, group, trim(number%name), number%whole)
+        if (associated(number%real)) call get_attribute(reader, group, trim(number%name), number%real)
+        if (associated(number%yes)) call get_attribute(reader, group, trim(number%name), found)
+        if (associated(number%yes)) number%yes = found == 1
+      end associate
     end do
-    call get_attribute(reader, group, 'factor_increment', progress%bracket%increment)
     if (allocated(progress%factors)) deallocate (progress%factors)
     call get_array(reader, group//'/factors', progress%factors)
-    call get_attribute(reader, group, 'stopped', stopped)
-    progress%stopped = stopped == 1
-    call get_ends(reader, group, progress)
-    associate (limit => progress%limit)
-      call get_attribute(reader, group, 'first_compliance', limit%first)
-      call get_attribute(reader, group, 'last_compliance', limit%last)
-      call get_attribute(reader, group, 'last_middle', limit%middle)
-      call get_attribute(reader, group, 'refused', limit%refused)
-      call get_attribute(reader, group, 'refused_compliance', limit%refused_compliance)
-      call get_attribute(reader, group, 'refused_middle', limit%refused_middle)
-      call get_attribute(reader, group, 'plateau', limit%plateau)
-      call get_attribute(reader, group, 'most_compliance', limit%most)
-      call get_attribute(reader, group, 'knee', limit%knee)
-    end associate
+    if (allocated(progress%ends)) deallocate (progress%ends)
+    if (has_ends) call get_ends(reader, group, progress)
   end subroutine get_progress
+
+  !> All numbers of the progress in the order of the file.
+  subroutine list_numbers(progress, has_ends, list)
+    type(progress_type), intent(in), target :: progress
+    !> Whether phases have ended.
+    logical, intent(in), target :: has_ends
+    type(number_type), allocatable, intent(out) :: list(:)
+    integer :: i
+
+    associate (p => progress, bracket => progress%bracket, limit => progress%limit)
+      list = [ &
+        number_type('phase', whole=p%phase), number_type('step', whole=p%step), &
+        number_type('phase_steps', whole=p%phase_steps), number_type('fraction', real=p%fraction), &
+        number_type('load_factor', real=p%load_factor), number_type('next_step', real=p%next_step), &
+        number_type('damping', real=p%damping), number_type('failed_solvers', whole=p%failed_solvers), &
+        number_type('undamped_newton', yes=p%undamped_newton), number_type('external_work', real=p%external_work), &
+        number_type('internal_work', real=p%internal_work), &
+        number_type('constant_load_tests_done', whole=p%constant_load_tests_done), &
+        number_type('release_left', real=p%release_left), number_type('own_settlement', real=p%own_settlement), &
+        number_type('force_at_start', real=p%force_at_start), number_type('strength_factor', real=p%strength_factor), &
+        number_type('stable_factor', real=bracket%stable), number_type('lost_factor', real=bracket%lost), &
+        (number_type('lost_factor_above_'//integer_text(i), real=bracket%lost_above(i)), i=1, size(bracket%lost_above)), &
+        number_type('factor_increment', real=bracket%increment), number_type('stopped', yes=p%stopped), &
+        number_type('ends', yes=has_ends), number_type('first_compliance', real=limit%first), &
+        number_type('last_compliance', real=limit%last), number_type('last_middle', real=limit%middle), &
+        number_type('refused', real=limit%refused), number_type('refused_compliance', real=limit%refused_compliance), &
+        number_type('refused_middle', real=limit%refused_middle), number_type('plateau', real=limit%plateau), &
+        number_type('most_compliance', real=limit%most), number_type('knee', real=limit%knee)]
+    end associate
+  end subroutine list_numbers
 
   !> Get how phases have ended.
   subroutine get_ends(reader, group, progress)
@@ -131,12 +111,8 @@ contains
     integer, allocatable :: reason(:)
     real(wp), allocatable :: fraction(:), displacement(:)
     logical :: whole
-    integer :: there, i
+    integer :: i
 
-    there = 0
-    if (allocated(progress%ends)) deallocate (progress%ends)
-    call get_attribute(reader, group, 'ends', there)
-    if (there == 0 .or. allocated(reader%reason)) return
     call get_array(reader, group//'/end_reason', reason)
     call get_array(reader, group//'/end_fraction', fraction)
     call get_array(reader, group//'/end_displacement', displacement)

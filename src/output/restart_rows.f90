@@ -11,8 +11,8 @@ module qsmpm_restart_rows
   use qsmpm_kept_arrays, only: kept_arrays_type, clear_nodal
   use qsmpm_model, only: model_type, state_type
   use qsmpm_point_delivery, only: sort_by_number
-  use qsmpm_point_selection, only: select_points, select_surface_points
-  use qsmpm_points, only: points_type, surface_points_type
+  use qsmpm_point_selection, only: select_points
+  use qsmpm_points, only: carried_type
   use qsmpm_restart_fields, only: kept_count, put_carried, put_kept
   use qsmpm_restart_progress, only: put_progress
   use qsmpm_sorting, only: order_columns, place_in_order
@@ -88,10 +88,10 @@ contains
       own%progress = state%progress
       own%plate = state%plate
       own%window = whole_of(model)
-      call take_points(state%points, part%points, own%points)
-      call take_points(state%inactive%unloading, part%unloading, own%inactive%unloading)
-      call take_surface(state%surface, part%surface, own%surface)
-      call take_surface(state%inactive%unloading_surface, part%unloading_surface, own%inactive%unloading_surface)
+      call take(state%points, part%points, own%points)
+      call take(state%inactive%unloading, part%unloading, own%inactive%unloading)
+      call take(state%surface, part%surface, own%surface)
+      call take(state%inactive%unloading_surface, part%unloading_surface, own%inactive%unloading_surface)
       own%inactive%points = part%waiting
       own%inactive%surface = part%waiting_surface
       own%tracers = state%tracers
@@ -105,25 +105,15 @@ contains
 
   contains
 
-    !> Own material points.
-    subroutine take_points(points, own, chosen)
-      type(points_type), intent(in) :: points
+    !> Own points of a set.
+    subroutine take(points, own, chosen)
+      class(carried_type), intent(in) :: points
       logical, intent(in) :: own(:)
-      type(points_type), intent(out) :: chosen
+      class(carried_type), intent(inout) :: chosen
 
       call select_points(points, places_of(own), chosen)
       chosen%cell = whole_cells(model, chosen%cell)
-    end subroutine take_points
-
-    !> Own surface points.
-    subroutine take_surface(points, own, chosen)
-      type(surface_points_type), intent(in) :: points
-      logical, intent(in) :: own(:)
-      type(surface_points_type), intent(out) :: chosen
-
-      call select_surface_points(points, places_of(own), chosen)
-      chosen%cell = whole_cells(model, chosen%cell)
-    end subroutine take_surface
+    end subroutine take
   end subroutine take_own
 
   !> Places of what is marked.

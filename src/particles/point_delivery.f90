@@ -6,65 +6,43 @@ module qsmpm_point_delivery
   use qsmpm_kinds, only: wp, long
   use qsmpm_exchange, only: hand_over
   use qsmpm_field_list, only: field_list_type, field_type
-  use qsmpm_point_selection, only: keep_chosen, select_points
-  use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points
+  use qsmpm_point_selection, only: allocate_like, keep_chosen
+  use qsmpm_points, only: carried_type
   use qsmpm_sorting, only: order_columns
   use qsmpm_team, only: team_type, total
   implicit none
   private
 
-  public :: deliver_points, deliver_surface_points, sort_by_number, fingerprint
+  public :: deliver_points, sort_by_number, fingerprint
 
 contains
 
-  !> Send points and get those that others send.
+  !> Send material points or surface points and get those that others send.
   subroutine deliver_points(team, points, goes, like, got)
     type(team_type), intent(in) :: team
-    type(points_type), intent(in), target :: points
+    class(carried_type), intent(in), target :: points
     !> Whether a point goes to a rank (ranks, points).
     logical, intent(in) :: goes(:, :)
     !> A point that carries what all of them do: a process may have none.
-    type(points_type), intent(in), target :: like
+    class(carried_type), intent(in), target :: like
     !> What has come, sorted by number.
-    type(points_type), intent(out) :: got
-    type(points_type), target :: come
+    class(carried_type), intent(inout), target :: got
+    class(carried_type), allocatable, target :: come
     real(wp), allocatable :: reals(:)
     integer(long), allocatable :: longs(:)
     integer, allocatable :: stay(:), order(:)
     integer :: n
 
     call exchange(team, points, goes, like, stay, reals, longs, n)
-    call select_points(like, spread(1, 1, n), come)
+    allocate (come, mold=like)
+    call allocate_like(like, n, come)
     call unpack_points(reals, longs, like, come)
     deallocate (reals, longs)
     order = number_order([points%number(stay), come%number])
     ! What a process without points does not carry, it carries from now on.
-    call select_points(like, spread(1, 1, size(order)), got)
+    call allocate_like(like, size(order), got)
     call gather_points(points, stay, come, order, like, got)
   end subroutine deliver_points
-
-  !> The same of surface points, all of which carry the same.
-  subroutine deliver_surface_points(team, points, goes, got)
-    type(team_type), intent(in) :: team
-    type(surface_points_type), intent(in), target :: points
-    !> Whether a point goes to a rank (ranks, points).
-    logical, intent(in) :: goes(:, :)
-    !> What has come, sorted by number.
-    type(surface_points_type), intent(out) :: got
-    type(surface_points_type), target :: like, come
-    real(wp), allocatable :: reals(:)
-    integer(long), allocatable :: longs(:)
-    integer, allocatable :: stay(:), order(:)
-    integer :: n
-
-    call allocate_surface_points(like, size(points%position, 1), 1)
-    call exchange(team, points, goes, like, stay, reals, longs, n)
-    call allocate_surface_points(come, size(points%position, 1), n)
-    call unpack_points(reals, longs, like, come)
-    order = number_order([points%number(stay), come%number])
-    call allocate_surface_points(got, size(points%position, 1), size(order))
-    call gather_points(points, stay, come, order, like, got)
-  end subroutine deliver_surface_points
 
   !> Send what points carry and get what others send.
   subroutine exchange(team, points, goes, like, stay, their_reals, their_longs, count)

@@ -14,7 +14,7 @@ module qsmpm_body_placing
   use qsmpm_lift_feet, only: stretch_over, height_over
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: relocate
-  use qsmpm_point_selection, only: select_points
+  use qsmpm_point_selection, only: keep_chosen
   use qsmpm_points, only: points_type, surface_points_type, carries_strains, reset_strains, set_normals, place_of
   use qsmpm_rounded_text, only: rounded_text
   implicit none
@@ -94,7 +94,6 @@ contains
     character(len=:), allocatable, intent(inout) :: notes
     !> Nothing is left of it.
     type(error_type), allocatable, intent(out) :: error
-    type(points_type) :: left
     real(wp) :: ratio(body%count), drawn
     integer :: i
 
@@ -116,10 +115,7 @@ contains
         end associate
       end do
     end associate
-    if (any(ratio < vanishing)) then
-      call select_points(body, pack([(i, i=1, body%count)], ratio >= vanishing), left)
-      body = left
-    end if
+    if (any(ratio < vanishing)) call keep_chosen(body, pack([(i, i=1, body%count)], ratio >= vanishing))
     if (body%count == 0) call fail(error, error_deck, "body '"//name//"' cannot be put in place: the ground lies "// &
       'above all of it')
     notes = notes//comes_text(name, sum(body%volume), drawn)

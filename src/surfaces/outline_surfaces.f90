@@ -19,7 +19,7 @@ module qsmpm_outline_surfaces
   use qsmpm_outlines, only: measures
   use qsmpm_own_marks, only: mark_own_surface
   use qsmpm_own_part, only: own_cells
-  use qsmpm_point_selection, only: select_surface_points, append_surface_points
+  use qsmpm_point_selection, only: keep_chosen, append_points
   use qsmpm_points, only: surface_points_type, allocate_surface_points, set_normals
   use qsmpm_ring_exchange, only: near_cells
   use qsmpm_seed_list, only: seed_list_type
@@ -221,11 +221,11 @@ contains
     integer(long), intent(in) :: number(:)
     !> Whose points go (surfaces of the deck).
     logical, intent(in) :: replaced(:)
-    type(surface_points_type) :: new, near, now
+    type(surface_points_type) :: new
     integer :: i
 
     associate (old => model%state%surface)
-      call select_surface_points(old, pack([(i, i=1, old%count)], .not. replaced(old%surface)), now)
+      call keep_chosen(old, pack([(i, i=1, old%count)], .not. replaced(old%surface)))
     end associate
     associate (list => laid%list)
       call allocate_surface_points(new, model%mesh%dimension, list%count)
@@ -238,9 +238,8 @@ contains
       end if
       call set_normals(new, [(.true., i=1, list%count)])
     end associate
-    call select_surface_points(new, chosen, near)
-    near%number = number
-    call append_surface_points(near, now)
-    model%state%surface = now
+    call keep_chosen(new, chosen)
+    new%number = number
+    call append_points(new, model%state%surface)
   end subroutine replace_points
 end module qsmpm_outline_surfaces
