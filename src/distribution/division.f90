@@ -251,7 +251,8 @@ contains
 
     call number_all(model, model%state%window, whole_of(model))
     associate (part => model%part, state => model%state, inactive => model%state%inactive)
-      ! Surface points are copied from a row less: the nearest material point to one is looked for (qsmpm_carried_basis).
+      ! Surface points are copied from a row less: the nearest material point to one is looked for
+      ! (qsmpm_carried_basis).
       call send_points(part, part%points, part%ring, state%points, everywhere)
       call send_points(part, part%surface, part%ring - 1, state%surface, everywhere)
       if (any(part%taken_out)) then

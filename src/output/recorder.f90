@@ -137,8 +137,101 @@ contains
       recorder%options%display = display_none
     end if
     call agree(options%team, error)
-    if (.not. allocated(error)) call begin_files(recorder, model, error)
+    if (.not. allocated(error)) call begin_files()
     if (allocated(error)) call unlock_folder(recorder%lock)
+
+  contains
+
+    !> Remove what was there and begin the files.
+    subroutine begin_files()
+      if (leads(recorder)) call make_place(recorder%directory, own_files, recorder%options%continued, &
+        model%analysis%output%hdf5, error)
+      if (recorder%options%continued) call read_timing(recorder%directory, recorder%earlier)
+      call agree(recorder%options%team, error)
+      if (allocated(error)) return
+      call start_display(recorder%display, recorder%options%display, model)
+      if (leads(recorder)) call open_log()
+      call agree(recorder%options%team, error)
+      if (allocated(error)) return
+      call begin_log()
+      if (is_reduced(recorder%options%whole)) then
+        call log_savings()
+        call follow_step(recorder%options%whole, model)
+        call open_tables(recorder%options%whole%model)
+      else
+        call open_tables(model)
+      end if
+      ! A run from the start has a picture of it, when the initial stresses are set.
+      if (.not. allocated(error) .and. recorder%options%begun) call recorder%phase_begun(model, error)
+      if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
+    end subroutine begin_files
+
+    !> Open the log: anew, or behind what the continued run wrote.
+    subroutine open_log()
+      character(len=:), allocatable :: path, text
+
+      path = recorder%directory//'/job.log'
+      text = ''
+      if (recorder%options%continued) then
+        if (file_exists(path)) call read_text(path, text, error)
+        if (allocated(error)) return
+      end if
+      call append_file(recorder%log, path, len(text, kind=long), error)
+    end subroutine open_log
+
+    !> The head of the log: program, deck, what the model builder has to say.
+    subroutine begin_log()
+      if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
+      if (allocated(model%analysis%deck)) call write_log(recorder, 'deck '//model%analysis%deck)
+      call write_log(recorder, sizes_text(model))
+      if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
+      if (recorder%options%continued) then
+        call recorder%note('continued from step '//integer_text(model%state%progress%step))
+      else if (allocated(model%notes)) then
+        if (len(model%notes) > 0) call recorder%note(model%notes)
+      end if
+    end subroutine begin_log
+
+    !> Begin or continue the curves and the list of pictures.
+    subroutine open_tables(model)
+      type(model_type), intent(in) :: model
+      logical :: there
+
+      if (leads(recorder)) call open_curves(model)
+      call agree(recorder%options%team, error)
+      if (allocated(error)) return
+      ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
+      there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
+      there = any_of(recorder%options%team, there .and. leads(recorder) .and. recorder%options%continued)
+      if (model%analysis%output%hdf5 .and. .not. there .and. writes(recorder, model)) &
+        call write_mesh_results(recorder%directory, model, error)
+      call agree(recorder%options%team, error)
+    end subroutine open_tables
+
+    !> Begin or continue the curves, and read which pictures there are.
+    subroutine open_curves(model)
+      type(model_type), intent(in) :: model
+
+      if (recorder%options%continued) then
+        call continue_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, &
+          model%state%progress%step, error)
+        if (allocated(error)) return
+        if (file_exists(recorder%directory//'/points.pvd')) then
+          call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, error)
+        end if
+      else
+        call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
+      end if
+    end subroutine open_curves
+
+    !> Tell by what the model is smaller than the scene.
+    subroutine log_savings()
+      character(len=:), allocatable :: text
+
+      if (recorder%options%continued) return
+      call savings_text(recorder%options%whole, model, text)
+      call recorder%note(text)
+    end subroutine log_savings
   end subroutine create
 
   !> Whether this process writes what there is one of.
@@ -155,117 +248,6 @@ contains
 
     writes = leads(recorder) .or. is_divided(model%part)
   end function writes
-
-  !> Remove what was there and begin the files.
-  subroutine begin_files(recorder, model, error)
-    type(recorder_type), intent(inout) :: recorder
-    !> The model, its state as read when the run continues another.
-    type(model_type), intent(in) :: model
-    !> Set when a file cannot be made.
-    type(error_type), allocatable, intent(out) :: error
-
-    if (leads(recorder)) call make_place(recorder%directory, own_files, recorder%options%continued, &
-      model%analysis%output%hdf5, error)
-    if (recorder%options%continued) call read_timing(recorder%directory, recorder%earlier)
-    call agree(recorder%options%team, error)
-    if (allocated(error)) return
-    call start_display(recorder%display, recorder%options%display, model)
-    if (leads(recorder)) call open_log(recorder, error)
-    call agree(recorder%options%team, error)
-    if (allocated(error)) return
-    call begin_log(recorder, model)
-    if (is_reduced(recorder%options%whole)) then
-      call log_savings(recorder, model)
-      call follow_step(recorder%options%whole, model)
-      call open_tables(recorder, recorder%options%whole%model, error)
-    else
-      call open_tables(recorder, model, error)
-    end if
-    ! A run from the start has a picture of it, when the initial stresses are set.
-    if (.not. allocated(error) .and. recorder%options%begun) call recorder%phase_begun(model, error)
-    if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
-  end subroutine begin_files
-
-  !> Open the log: anew, or behind what the continued run wrote.
-  subroutine open_log(recorder, error)
-    type(recorder_type), intent(inout) :: recorder
-    !> Set when it cannot be written.
-    type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: path, text
-
-    path = recorder%directory//'/job.log'
-    text = ''
-    if (recorder%options%continued) then
-      if (file_exists(path)) call read_text(path, text, error)
-      if (allocated(error)) return
-    end if
-    call append_file(recorder%log, path, len(text, kind=long), error)
-  end subroutine open_log
-
-  !> The head of the log: program, deck, what the model builder has to say.
-  subroutine begin_log(recorder, model)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-
-    if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
-    if (allocated(model%analysis%deck)) call write_log(recorder, 'deck '//model%analysis%deck)
-    call write_log(recorder, sizes_text(model))
-    if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
-    if (recorder%options%continued) then
-      call recorder%note('continued from step '//integer_text(model%state%progress%step))
-    else if (allocated(model%notes)) then
-      if (len(model%notes) > 0) call recorder%note(model%notes)
-    end if
-  end subroutine begin_log
-
-  !> Begin or continue the curves and the list of pictures.
-  subroutine open_tables(recorder, model, error)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    !> Set when a file cannot be written.
-    type(error_type), allocatable, intent(out) :: error
-    logical :: there
-
-    if (leads(recorder)) call open_curves(recorder, model, error)
-    call agree(recorder%options%team, error)
-    if (allocated(error)) return
-    ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
-    there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
-    there = any_of(recorder%options%team, there .and. leads(recorder) .and. recorder%options%continued)
-    if (model%analysis%output%hdf5 .and. .not. there .and. writes(recorder, model)) &
-      call write_mesh_results(recorder%directory, model, error)
-    call agree(recorder%options%team, error)
-  end subroutine open_tables
-
-  !> Begin or continue the curves, and read which pictures there are.
-  subroutine open_curves(recorder, model, error)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    !> Set when a file cannot be written.
-    type(error_type), allocatable, intent(out) :: error
-
-    if (recorder%options%continued) then
-      call continue_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, &
-        model%state%progress%step, error)
-      if (allocated(error)) return
-      if (file_exists(recorder%directory//'/points.pvd')) then
-        call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, error)
-      end if
-    else
-      call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
-    end if
-  end subroutine open_curves
-
-  !> Tell by what the model is smaller than the scene.
-  subroutine log_savings(recorder, model)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    character(len=:), allocatable :: text
-
-    if (recorder%options%continued) return
-    call savings_text(recorder%options%whole, model, text)
-    call recorder%note(text)
-  end subroutine log_savings
 
   !> A phase has begun: the picture that a record begins with, where there is none yet.
   subroutine phase_begun(self, model, error)

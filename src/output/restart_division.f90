@@ -58,12 +58,12 @@ contains
 
     call enter_team(model, team)
     call drop_points(model, like)
-    call get_known_to_all(reader, group, in_rows, like, model, window, nodes)
+    call get_known_to_all(window, nodes)
     ! A grid that is shared in parts is looked at whole.
     if (.not. (has_boxes(model%analysis) .or. allocated(reader%reason) .or. model%state%window == whole_of(model))) &
       call lay_window(model, whole_of(model))
     count = count_rows(reader, group//'/points/cell')
-    call count_points(reader, group, count, most, model)
+    call count_points()
     call share_cells(reader, group//'/points', count, window, model, short)
     if (short) call refuse_short(team%ranks, error)
     if (short) return
@@ -75,6 +75,70 @@ contains
     if (in_rows) call put_node_values(model, nodes)
     call fit_laws(model)
     if (any_of(team, needs_refining(model))) call join_model(model, error)
+
+  contains
+
+    !> Get what all processes know, and look at the part of the grid that it is numbered in. Cells are numbered as in
+    !> the whole grid then.
+    subroutine get_known_to_all(window, nodes)
+      !> In which the file numbers its cells.
+      type(window_type), intent(out) :: window
+      !> Nodal values where the file has rows of several processes.
+      type(node_values_type), intent(out) :: nodes
+      type(state_type) :: state
+
+      state = model%state
+      window = whole_of(model)
+      call get_progress(reader, group//'/progress', state%progress)
+      if (in_rows) then
+        call get_node_values(reader, state%kept, nodes)
+        state%reactions = 0.0_wp
+        state%released = 0.0_wp
+      else
+        call get_mesh(reader, group, model, state)
+        window = state%window
+      end if
+      call get_places(state)
+      call get_attribute(reader, group//'/mesh', 'plate', state%plate)
+      if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model, window))
+      if (allocated(reader%reason)) return
+      if (.not. in_rows) then
+        call return_to_window(model, window)
+        call clear_nodal(model%state%kept, model%space%node_count)
+      end if
+      call get_kept(reader, group//'/terms', model%state%kept, nodal=.not. in_rows)
+      state%kept = model%state%kept
+      model%state = state
+      call number_all(model, window, whole_of(model))
+    end subroutine get_known_to_all
+
+    !> Get tracers, watched places, feet and the bodies that wait.
+    subroutine get_places(state)
+      type(state_type), intent(inout) :: state
+
+      call get_carried(reader, group//'/tracers', state%tracers)
+      call allocate_watched(state%watched, model%mesh%dimension, count_rows(reader, group//'/watched/cell'))
+      call get_carried(reader, group//'/watched', state%watched)
+      associate (inactive => state%inactive)
+        call get_carried(reader, group//'/feet', inactive%feet)
+        call size_set(reader, group//'/inactive_points', like, inactive%points)
+        call get_carried(reader, group//'/inactive_points', inactive%points)
+        call size_set(reader, group//'/inactive_surface', like, inactive%surface)
+        call get_carried(reader, group//'/inactive_surface', inactive%surface)
+      end associate
+    end subroutine get_places
+
+    !> Note where the file has other numbers of material points than the bodies.
+    subroutine count_points()
+      integer :: all
+
+      all = count + model%state%inactive%points%count + count_rows(reader, group//'/unloading_points/cell')
+      if (has_stages(model%analysis)) then
+        if (all > most) call note_reason(reader, 'it has more material points than the bodies')
+      else if (count /= most) then
+        call note_reason(reader, group//'/points has another size than in this analysis')
+      end if
+    end subroutine count_points
   end subroutine read_divided
 
   !> The material and surface points that are there give way to those of a file.
@@ -95,82 +159,6 @@ contains
       call allocate_surface_points(inactive%unloading_surface, d, 0)
     end associate
   end subroutine drop_points
-
-  !> Get what all processes know, and look at the part of the grid that it is numbered in. Cells are numbered as in the
-  !> whole grid then.
-  subroutine get_known_to_all(reader, group, in_rows, like, model, window, nodes)
-    type(reader_type), intent(inout) :: reader
-    character(len=*), intent(in) :: group
-    logical, intent(in) :: in_rows
-    type(points_type), intent(in) :: like
-    type(model_type), intent(inout) :: model
-    !> In which the file numbers its cells.
-    type(window_type), intent(out) :: window
-    !> Nodal values where the file has rows of several processes.
-    type(node_values_type), intent(out) :: nodes
-    type(state_type) :: state
-
-    state = model%state
-    window = whole_of(model)
-    call get_progress(reader, group//'/progress', state%progress)
-    if (in_rows) then
-      call get_node_values(reader, state%kept, nodes)
-      state%reactions = 0.0_wp
-      state%released = 0.0_wp
-    else
-      call get_mesh(reader, group, model, state)
-      window = state%window
-    end if
-    call get_places(reader, group, like, model, state)
-    call get_attribute(reader, group//'/mesh', 'plate', state%plate)
-    if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model, window))
-    if (allocated(reader%reason)) return
-    if (.not. in_rows) then
-      call return_to_window(model, window)
-      call clear_nodal(model%state%kept, model%space%node_count)
-    end if
-    call get_kept(reader, group//'/terms', model%state%kept, nodal=.not. in_rows)
-    state%kept = model%state%kept
-    model%state = state
-    call number_all(model, window, whole_of(model))
-  end subroutine get_known_to_all
-
-  !> Get tracers, watched places, feet and the bodies that wait.
-  subroutine get_places(reader, group, like, model, state)
-    type(reader_type), intent(inout) :: reader
-    character(len=*), intent(in) :: group
-    type(points_type), intent(in) :: like
-    type(model_type), intent(in) :: model
-    type(state_type), intent(inout) :: state
-
-    call get_carried(reader, group//'/tracers', state%tracers)
-    call allocate_watched(state%watched, model%mesh%dimension, count_rows(reader, group//'/watched/cell'))
-    call get_carried(reader, group//'/watched', state%watched)
-    associate (inactive => state%inactive)
-      call get_carried(reader, group//'/feet', inactive%feet)
-      call size_set(reader, group//'/inactive_points', like, inactive%points)
-      call get_carried(reader, group//'/inactive_points', inactive%points)
-      call size_set(reader, group//'/inactive_surface', like, inactive%surface)
-      call get_carried(reader, group//'/inactive_surface', inactive%surface)
-    end associate
-  end subroutine get_places
-
-  !> Note where the file has other numbers of material points than the bodies.
-  subroutine count_points(reader, group, count, most, model)
-    type(reader_type), intent(inout) :: reader
-    character(len=*), intent(in) :: group
-    !> Points that are there, and those of all bodies.
-    integer, intent(in) :: count, most
-    type(model_type), intent(in) :: model
-    integer :: all
-
-    all = count + model%state%inactive%points%count + count_rows(reader, group//'/unloading_points/cell')
-    if (has_stages(model%analysis)) then
-      if (all > most) call note_reason(reader, 'it has more material points than the bodies')
-    else if (count /= most) then
-      call note_reason(reader, group//'/points has another size than in this analysis')
-    end if
-  end subroutine count_points
 
   !> Share the cells by the points that are there, of which every process looks at as many.
   subroutine share_cells(reader, name, count, window, model, short)
