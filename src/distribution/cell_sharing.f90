@@ -11,7 +11,7 @@ module qsmpm_cell_sharing
   use qsmpm_cell_owners, only: cell_owners_type
   use qsmpm_cell_parts, only: part_owners_type, cells_graph, own_all_cells
   use qsmpm_element, only: element_from_name
-  use qsmpm_graph_parts, only: part_graph
+  use qsmpm_node_ordering, only: part_graph
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of

@@ -15,10 +15,9 @@ module qsmpm_recorder
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
   use qsmpm_display, only: display_type, display_none, display_plain, start_display, show_step, show_text, &
     show_result, end_display, step_text
-  use qsmpm_earlier_run, only: make_place
   use qsmpm_error, only: error_type, error_other
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, read_text, write_text
-  use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder
+  use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_place
   use qsmpm_mesh_description, only: mesh_grid
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type
@@ -26,8 +25,7 @@ module qsmpm_recorder
   use qsmpm_number_text, only: integer_text, newline, without_last_newline
   use qsmpm_own_part, only: is_divided
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_picture_files, only: write_fields, write_way_of_failure
-  use qsmpm_picture_list, only: picture_list_type, read_collection
+  use qsmpm_picture_list, only: picture_list_type, read_collection, write_fields, write_way_of_failure
   use qsmpm_posix, only: signal_received
   use qsmpm_restart, only: write_restart, writes_kept_phases
   use qsmpm_step_length, only: phase_is_complete

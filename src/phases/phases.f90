@@ -10,7 +10,6 @@ module qsmpm_phases
   use qsmpm_error, only: error_type, fail, error_not_converged, error_tangled
   use qsmpm_histories, only: take_histories
   use qsmpm_division, only: divide_anew, division_text, unevenness
-  use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_initialisation, only: step_type, begin_analysis
   use qsmpm_limit_load, only: is_found, limit_loads, limit_report, jump_note
@@ -40,7 +39,7 @@ module qsmpm_phases
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, is_load_known, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
-  use qsmpm_stepping, only: error_stopped, is_reported, is_stopped, take_step
+  use qsmpm_stepping, only: error_stopped, is_reported, is_stopped, take_step, test_constant_load
   use qsmpm_stopwatch, only: switch_timer, part_control, part_output
   use qsmpm_surface_refinement, only: needs_refining
   use qsmpm_team, only: team_type, total

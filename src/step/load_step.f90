@@ -13,7 +13,6 @@ module qsmpm_load_step
   use qsmpm_division, only: migrate_points
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_error, only: error_type
-  use qsmpm_extrapolation, only: extrapolate, keep_rates, length_of
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_joint_system, only: leave_joint_system
   use qsmpm_model, only: model_type
@@ -22,7 +21,7 @@ module qsmpm_load_step
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_safety_factors, only: is_searching
   use qsmpm_step_control, only: retries_line_search
-  use qsmpm_step_goal, only: set_goal
+  use qsmpm_step_goal, only: set_goal, extrapolate, keep_rates, length_of
   use qsmpm_step_outcome, only: judge_length, compliance_in, take_reactions_and_work, name_worst_node, place_share
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_stopwatch, only: switch_timer, part_control, part_convection

@@ -23,7 +23,7 @@ module qsmpm_outline_surfaces
   use qsmpm_points, only: surface_points_type, allocate_surface_points, set_normals
   use qsmpm_ring_exchange, only: near_cells
   use qsmpm_seed_list, only: seed_list_type
-  use qsmpm_seed_numbers, only: number_jointly
+  use qsmpm_seed_table, only: number_jointly
   use qsmpm_surface_seeding, only: seed_segment
   use qsmpm_team, only: largest
   implicit none
