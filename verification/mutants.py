@@ -56,7 +56,7 @@ ROOMS = {
     "convection": ["step/convection", "step/held_sides", "assembly/recovered_gradient", "step/nodal_fields", "particles/point_location", "mesh/moving_rows"],
     "phases": ["phases/phase", "stages/phase_start"],
     "loads": ["terms/dead_loads", "terms/pressures", "terms/supports", "surfaces/model_surfaces"],
-    "contact": ["terms/contact/", "phases/contact_report", "contact/body_loads", "contact/body_points", "contact/contact_gaps", "step/penetration",
+    "contact": ["terms/contact/", "phases/contact_report", "contact/body_loads", "contact/body_points", "contact/contact_results", "step/penetration",
                 "materials/confinement"],
     "safety": ["phases/safety_", "safety/", "materials/strength_factor"],
     "flow of water": ["water/seepage", "water/transient_seepage", "geometry/seepage_field", "water/consolidation", "water/free_surface",

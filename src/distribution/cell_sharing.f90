@@ -1,5 +1,5 @@
 !> The cells of a model shared between the processes of a team, so that each has as many material points: boxes of a
-!> grid (qsmpm_cell_boxes), parts of other meshes (qsmpm_cell_parts, qsmpm_graph_parts). A grid of triangles, of
+!> grid (qsmpm_cell_boxes), parts of other meshes (qsmpm_cell_parts, qsmpm_node_ordering). A grid of triangles, of
 !> wedges of six or of tetrahedra of four nodes is shared as a mesh, and every process looks at all of it: which of its
 !> cells share a pressure follows from all that hold material (qsmpm_pressure_groups).
 module qsmpm_cell_sharing

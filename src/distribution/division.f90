@@ -29,9 +29,8 @@ module qsmpm_division
   use qsmpm_model_mesh, only: grid_of
   use qsmpm_model_window, only: fit_window, lay_window
   use qsmpm_outline_surfaces, only: is_laid_anew
-  use qsmpm_own_marks, only: link_histories, mark_own
+  use qsmpm_own_marks, only: link_histories, mark_own, near_ones, send_points, share_places
   use qsmpm_own_part, only: own_part_type, is_divided, own_of, reset_copies
-  use qsmpm_place_sharing, only: near_ones, send_points, share_places
   use qsmpm_point_delivery, only: fingerprint
   use qsmpm_point_selection, only: keep_chosen, select_points
   use qsmpm_points, only: carried_type

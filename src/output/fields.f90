@@ -7,7 +7,7 @@
 module qsmpm_fields
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
-  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_cell_share, only: cell_volumes
   use qsmpm_field_list, only: field_list_type, kind_number, kind_vector, shown_in_results, unit_force, unit_length, &
     unit_stress, field_type, kind_internal, kind_names, row_components, shown_nowhere
   use qsmpm_load_path, only: between

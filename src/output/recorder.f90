@@ -14,7 +14,7 @@ module qsmpm_recorder
   use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
   use qsmpm_display, only: display_type, display_none, display_plain, start_display, show_step, show_text, &
-    show_result, end_display, step_text
+    show_result, end_display, step_text, keep_warnings, repeated_warnings
   use qsmpm_error, only: error_type, error_other
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, read_text, write_text
   use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_place
@@ -31,12 +31,11 @@ module qsmpm_recorder
   use qsmpm_step_length, only: phase_is_complete
   use qsmpm_results, only: results_folder, write_mesh_results
   use qsmpm_team, only: team_type
-  use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
+  use qsmpm_profile_report, only: timing_type, timing_file, read_timing, write_timing
   use qsmpm_safety_factors, only: has_factor
   use qsmpm_safety_files, only: safety_file, write_safety
   use qsmpm_standard_terms, only: standard_shares
   use qsmpm_summary, only: limit_json, summary_file, summary_table, write_summary
-  use qsmpm_warning_list, only: keep_warnings, repeated_warnings
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text, &

@@ -23,10 +23,8 @@ module qsmpm_restart
   use qsmpm_points, only: points_type, allocate_watched
   use qsmpm_model_window, only: restore
   use qsmpm_restart_division, only: read_divided
-  use qsmpm_restart_fields, only: get_carried, get_kept, get_mesh, size_set
-  use qsmpm_restart_progress, only: get_progress
   use qsmpm_restart_rows, only: node_values_type, node_labels, put_state, put_own, share_reason, get_node_values, &
-    lay_joined, put_node_values
+    lay_joined, put_node_values, get_carried, get_kept, get_mesh, size_set, get_progress
   use qsmpm_shared_file, only: check_shared_seal
   use qsmpm_state_check, only: check_state
   use qsmpm_team, only: team_type

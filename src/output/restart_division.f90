@@ -21,9 +21,8 @@ module qsmpm_restart_division
   use qsmpm_point_delivery, only: sort_by_number
   use qsmpm_point_selection, only: select_points
   use qsmpm_points, only: carried_type, points_type, allocate_surface_points, allocate_watched
-  use qsmpm_restart_fields, only: get_carried, get_kept, get_mesh, get_some, size_set
-  use qsmpm_restart_rows, only: node_values_type, get_node_values, put_node_values, share_reason
-  use qsmpm_restart_progress, only: get_progress
+  use qsmpm_restart_rows, only: node_values_type, get_node_values, put_node_values, share_reason, get_carried, &
+    get_kept, get_mesh, get_some, size_set, get_progress
   use qsmpm_state_check, only: check_state, places_reason
   use qsmpm_surface_refinement, only: needs_refining
   use qsmpm_team, only: team_type

@@ -9,8 +9,7 @@ module qsmpm_outline_quadrature
   use qsmpm_element_kinds, only: element_order
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
-  use qsmpm_cell_measure, only: volume_of
-  use qsmpm_cell_share, only: corners_of
+  use qsmpm_cell_share, only: corners_of, volume_of
   use qsmpm_polygon, only: polygon_area, polygon_centroid, polygon_contains
   use qsmpm_polygon_pieces, only: polygon_list_type, pieces_in_convex, begin_list
   use qsmpm_triangle_rule, only: triangle_degree

@@ -10,15 +10,13 @@ module qsmpm_seeding
   use qsmpm_element, only: corner_count, shape_functions
   use qsmpm_element_kinds, only: quad4, hex8, linear_kind, max_nodes
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_cell_measure, only: measure_at, volume_of
   use qsmpm_body_shape, only: body_shape_type
-  use qsmpm_cell_share, only: occupied_share, upright_prism, corners_of, solid_of
+  use qsmpm_cell_share, only: occupied_share, upright_prism, corners_of, solid_of, measure_at, volume_of
   use qsmpm_cell_pieces, only: prism_pieces, solid_pieces
-  use qsmpm_piece_list, only: piece_list_type, merge_small_pieces
+  use qsmpm_piece_list, only: piece_list_type, merge_small_pieces, points_of_piece, find_inside, half_of_box
   use qsmpm_polyhedron, only: polyhedron_type
   use qsmpm_seed_pattern, only: pattern_type, choose_pattern, choose_sub_cells, layers_of, face_kind, &
     seed_even, seed_gauss, seed_fem
-  use qsmpm_piece_points, only: points_of_piece, find_inside, half_of_box
   use qsmpm_seed_list, only: seed_list_type, add_seed
   use qsmpm_mesh_measure, only: interpolate
   use qsmpm_error, only: error_type, fail, error_deck

@@ -5,7 +5,7 @@ module qsmpm_phases
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: agree, any_of
   use qsmpm_phase_description, only: phase_type, initial_keep, phase_safety
-  use qsmpm_contact_gaps, only: widest_gap
+  use qsmpm_contact_results, only: widest_gap
   use qsmpm_contact_report, only: begin_contact_check
   use qsmpm_error, only: error_type, fail, error_not_converged, error_tangled
   use qsmpm_histories, only: take_histories

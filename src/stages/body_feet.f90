@@ -1,6 +1,6 @@
-!> Feet of the bodies that are not there at the start (qsmpm_lift_feet), one for every vertical line on which points,
-!> surface points and tracers of such a body lie, and the bodies that tracers belong to. All is found from the drawings,
-!> when the model is built.
+!> Feet of the bodies that are not there at the start (qsmpm_inactive_points), one for every vertical line on which
+!> points, surface points and tracers of such a body lie, and the bodies that tracers belong to. All is found from the
+!> drawings, when the model is built.
 module qsmpm_body_feet
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: bodies_active, has_stages

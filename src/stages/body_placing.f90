@@ -1,7 +1,7 @@
 !> A body that comes, put on the ground: without stress and strain, its weight still to come.
 !>
 !> FILL=LEVEL stretches it along the vertical from the top as drawn down to the ground as it has settled
-!> (qsmpm_lift_feet); where the ground lies above the top nothing is left of it. FILL=SHAPE takes it as drawn: an
+!> (qsmpm_inactive_points); where the ground lies above the top nothing is left of it. FILL=SHAPE takes it as drawn: an
 !> overlap with the ground of more than a thousandth of it is an error. A body that has been there before comes back
 !> where it is. On a mesh that goes with the ground it fills its cells (qsmpm_cells_of_bodies).
 module qsmpm_body_placing
@@ -11,7 +11,7 @@ module qsmpm_body_placing
   use qsmpm_active_bodies, only: body_number
   use qsmpm_cells_of_bodies, only: put_in_cells, place_in_cell
   use qsmpm_error, only: error_type, error_deck, fail
-  use qsmpm_lift_feet, only: stretch_over, height_over
+  use qsmpm_inactive_points, only: stretch_over, height_over
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: relocate
   use qsmpm_point_selection, only: keep_chosen

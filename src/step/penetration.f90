@@ -1,6 +1,6 @@
 !> Soil inside rigid bodies. Contact is asked for at surface points: where the surface is folded, has gaps or the body
 !> has corners smaller than a patch, soil may get into a body unseen. The material points tell. Where contact is asked
-!> for on the body soil may drift away from it and press from afar; they tell that too (qsmpm_contact_gaps).
+!> for on the body soil may drift away from it and press from afar; they tell that too (qsmpm_contact_results).
 !>
 !> On a body it is the mean over a patch that keeps soil out, and where the flow closes behind it single points on the
 !> way would get inside step by step. They are put back on the outline along its normal: a place corrected, nothing

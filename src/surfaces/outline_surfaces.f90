@@ -11,7 +11,6 @@ module qsmpm_outline_surfaces
   use qsmpm_carried_outline, only: carried_outline_type, shape_of_outline
   use qsmpm_cell_numbers, only: whole_cells
   use qsmpm_error, only: error_type, fail, error_other
-  use qsmpm_facet_seeding, only: seed_facets
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: place_seeds
@@ -24,7 +23,7 @@ module qsmpm_outline_surfaces
   use qsmpm_ring_exchange, only: near_cells
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_seed_table, only: number_jointly
-  use qsmpm_surface_seeding, only: seed_segment
+  use qsmpm_surface_seeding, only: seed_segment, seed_facets
   use qsmpm_team, only: largest
   implicit none
   private

@@ -349,7 +349,7 @@ contains
 
   !> Nodes of every patch, each once, and the functions of its places by them. A body that is free is one more node,
   !> which all places of the patch are carried away from: -1; one that may turn yet another, of its own kind: 0
-  !> (qsmpm_contact_turning).
+  !> (qsmpm_contact_push).
   subroutine gather_nodes(self, basis)
     type(contact_scratch_type), intent(inout) :: self
     !> (places)

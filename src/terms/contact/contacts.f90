@@ -11,7 +11,7 @@
 !> points ride on the soil: g is the whole gap. Points on the body are at no distance from it at the start of each step:
 !> g is what the step opens. A body that is loaded along an axis is a node of its own there (field `body_motion`), with
 !> N = -1 at all its places; its equation is load - sum of its pushes = 0. In plane strain the angle of one that is
-!> loaded by a moment is another (field `body_turning`, qsmpm_contact_turning), judged by the moments. Pose, force and
+!> loaded by a moment is another (field `body_turning`, qsmpm_contact_push), judged by the moments. Pose, force and
 !> moment of a body are kept (qsmpm_rigid_bodies). docs/methods/contact.md.
 !>
 !> Where a team shares the model a patch pushes at the nodes on every process that knows it; what it does to its body is
