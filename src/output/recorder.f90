@@ -424,14 +424,14 @@ contains
     logical :: by_signal
 
     by_signal = any_of(recorder%options%team, signal_received() /= 0)
-    if (leads(recorder)) call log_summary(recorder, model, outcome)
+    if (leads(recorder)) call log_summary()
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     said = repeated_warnings(recorder%warnings)
     if (len(said) > 0) call write_log(recorder, without_last_newline(said))
     if (.not. allocated(outcome)) then
       call recorder%phase_begun(model, error)
     else
-      call keep_last_state(recorder, model, outcome, by_signal, error)
+      call keep_last_state(outcome)
       if (.not. by_signal) call report_stress_error(recorder, model)
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
       if (allocated(error)) call write_log(recorder, 'qsmpm: '//error%message)
@@ -446,21 +446,33 @@ contains
     call unlock_folder(recorder%lock)
     if (.not. allocated(outcome)) call show_text(recorder%display, last_line(error))
     call end_display(recorder%display)
+
+  contains
+
+    !> The table of phases, and the file too where the run did not finish; a run that could not write has none.
+    subroutine log_summary()
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: text
+
+      call summary_table(recorder%directory, scene_of(recorder%options%whole, model), model, text, error, outcome)
+      if (.not. allocated(error)) call write_log(recorder, text)
+      if (.not. allocated(outcome)) return
+      call write_summary(recorder%directory, scene_of(recorder%options%whole, model), model, error, outcome)
+    end subroutine log_summary
+
+    !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
+    subroutine keep_last_state(outcome)
+      !> What ended the run.
+      type(error_type), intent(in) :: outcome
+
+      if (recorder%restart_step /= model%state%progress%step) call save_restart(recorder, model, error)
+      ! A disk that took a file no longer takes no picture either; a signal leaves what a run
+      ! without the interruption would have left.
+      if (allocated(error) .or. outcome%code == error_other) return
+      if (by_signal) return
+      if (recorder%picture_step /= model%state%progress%step) call write_pictures(recorder, model, error)
+    end subroutine keep_last_state
   end subroutine close
-
-  !> The table of phases, and the file too where the run did not finish; a run that could not write has none.
-  subroutine log_summary(recorder, model, outcome)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    type(error_type), allocatable, intent(in) :: outcome
-    type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
-
-    call summary_table(recorder%directory, scene_of(recorder%options%whole, model), model, text, error, outcome)
-    if (.not. allocated(error)) call write_log(recorder, text)
-    if (.not. allocated(outcome)) return
-    call write_summary(recorder%directory, scene_of(recorder%options%whole, model), model, error, outcome)
-  end subroutine log_summary
 
   !> Last line of a run that nothing but its files may have stopped.
   pure function last_line(error) result(line)
@@ -471,25 +483,6 @@ contains
     line = finished_line
     if (allocated(error)) line = 'qsmpm: stopped: '//error%message
   end function last_line
-
-  !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
-  subroutine keep_last_state(recorder, model, outcome, by_signal, error)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    !> What ended the run.
-    type(error_type), intent(in) :: outcome
-    !> A signal has asked for it.
-    logical, intent(in) :: by_signal
-    !> Set when something could not be written.
-    type(error_type), allocatable, intent(out) :: error
-
-    if (recorder%restart_step /= model%state%progress%step) call save_restart(recorder, model, error)
-    ! A disk that took a file no longer takes no picture either; a signal leaves what a run
-    ! without the interruption would have left.
-    if (allocated(error) .or. outcome%code == error_other) return
-    if (by_signal) return
-    if (recorder%picture_step /= model%state%progress%step) call write_pictures(recorder, model, error)
-  end subroutine keep_last_state
 
   !> Write the pictures and results of the present step, those of the scene where the model is a
   !> reduced one.

@@ -229,25 +229,8 @@ contains
     if (is_stopped) call fail(error, error_stopped, 'stopped on request')
   end function is_stopped
 
-  !> Do the tests that are due at the present load factor.
+  !> Do the tests that are due at the present load factor: solve again at constant load and report.
   subroutine test_constant_load(model, step, solver, phase, observer, error)
-    type(model_type), intent(inout) :: model
-    type(step_type), intent(inout) :: step
-    class(step_solver_type), intent(inout) :: solver
-    type(phase_type), intent(in) :: phase
-    class(observer_type), intent(inout) :: observer
-    type(error_type), allocatable, intent(out) :: error
-    integer :: due
-
-    if (.not. allocated(phase%constant_load_test%at)) return
-    due = count(abs(phase%constant_load_test%at) <= abs(model%state%progress%load_factor)*(1.0_wp + 1.0e-9_wp))
-    if (due <= model%state%progress%constant_load_tests_done) return
-    model%state%progress%constant_load_tests_done = due
-    call hold(model, step, solver, phase, observer, error)
-  end subroutine test_constant_load
-
-  !> Solve again at constant load and report.
-  subroutine hold(model, step, solver, phase, observer, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
@@ -258,8 +241,12 @@ contains
     type(solution_type) :: solution
     real(wp), allocatable :: start(:), final(:)
     character(len=180) :: text
-    integer :: repeat
+    integer :: due, repeat
 
+    if (.not. allocated(phase%constant_load_test%at)) return
+    due = count(abs(phase%constant_load_test%at) <= abs(model%state%progress%load_factor)*(1.0_wp + 1.0e-9_wp))
+    if (due <= model%state%progress%constant_load_tests_done) return
+    model%state%progress%constant_load_tests_done = due
     if (size(model%analysis%histories) == 0) return
     before = model%state
     call take_histories(model, start)
@@ -282,5 +269,5 @@ contains
         ': rejected at re-solve ', repeat, ' ('//solution%reason//')'
     end if
     call observer%note(trim(text))
-  end subroutine hold
+  end subroutine test_constant_load
 end module qsmpm_stepping
