@@ -101,7 +101,8 @@ contains
     model%part%team = team
     model%part%ring = ring_of(model%analysis)
     model%part%history_number = numbers_of(model)
-    call carry_by_number(model)
+    ! Points that carry tractions are known by their numbers while the model is divided.
+    if (allocated(model%carrying_point)) model%carrying_point = int(model%state%points%number(model%carrying_point))
   end subroutine enter_team
 
   !> Keep the part of a model that is this process's, the owners of the cells being known.
@@ -333,15 +334,7 @@ contains
     call clear_nodal(model%state%kept, model%space%node_count)
   end subroutine look_at_all
 
-  !> Points that carry tractions are known by their numbers while the model is divided.
-  pure subroutine carry_by_number(model)
-    type(model_type), intent(inout) :: model
-
-    if (.not. allocated(model%carrying_point)) return
-    model%carrying_point = int(model%state%points%number(model%carrying_point))
-  end subroutine carry_by_number
-
-  !> They are known by their places in the whole model again, whose points are sorted by number.
+  !> Points that carry tractions are known by their places in the whole model again, whose points are sorted by number.
   pure subroutine carry_by_place(model)
     type(model_type), intent(inout) :: model
     integer :: i

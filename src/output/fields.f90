@@ -11,7 +11,6 @@ module qsmpm_fields
   use qsmpm_field_list, only: field_list_type, kind_number, kind_vector, shown_in_results, unit_force, unit_length, &
     unit_stress, field_type, kind_internal, kind_names, row_components, shown_nowhere
   use qsmpm_load_path, only: between
-  use qsmpm_made_fields, only: list_made_fields
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
@@ -19,7 +18,7 @@ module qsmpm_fields
   use qsmpm_sorting, only: place_in_order
   use qsmpm_stress_error, only: stress_error_type
   use qsmpm_number_text, only: integer_text, newline
-  use qsmpm_points, only: allocate_points
+  use qsmpm_points, only: allocate_points, list_made_fields
   implicit none
   private
 

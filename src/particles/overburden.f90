@@ -266,7 +266,8 @@ contains
     above = body
     filled = 1
     do i = 1, size(z)
-      weight = weight + piece_weight(overburden, above, position, last, top_of(z(i), filled > 0, surface))
+      ! All of it has weight in a body, in a gap what is below the level.
+      weight = weight + piece_weight(overburden, above, position, last, merge(z(i), min(z(i), surface), filled > 0))
       last = z(i)
       filled = filled + merge(-1, 1, looks_up(i))
       if (.not. looks_up(i)) above = owner(i)
@@ -312,17 +313,6 @@ contains
       weight = weight + value_at(overburden%weights, body, place, 0.0_wp)/slices
     end do
   end function mean_weight
-
-  !> Where the part of a piece of a vertical line that has weight ends: all of it in a body, in a gap what is below the
-  !> level.
-  pure real(wp) function top_of(to, in_body, level) result(top)
-    real(wp), intent(in) :: to
-    logical, intent(in) :: in_body
-    real(wp), intent(in) :: level
-
-    top = to
-    if (.not. in_body) top = min(to, level)
-  end function top_of
 
   !> Crossings of the vertical line above a place with the bounds of all bodies, upwards.
   pure subroutine crossings_above(overburden, x, z, looks_up, owner)

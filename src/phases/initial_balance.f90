@@ -13,6 +13,14 @@
 !> and not judged: it is as large where the rule of a cell does not integrate a linear stress, which moves the ground a
 !> little and hurts nobody. What the phase has moved the ground in fact stands in the log where it ends
 !> (qsmpm_phase_report).
+!>
+!> Where ground gets one water pressure with a free surface, suction above it and the water that fills its pores in part
+!> act from the first step on. What is out of balance by it at the start of the phase, at all free nodes,
+!>
+!>   r = sum V (sigma' + S chi p) grad N - f_load,
+!>
+!> is held then and falls to nothing over the phase, as what a freed fixity has carried: cutting a step would not make
+!> it smaller.
 module qsmpm_initial_balance
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
@@ -21,11 +29,10 @@ module qsmpm_initial_balance
   use qsmpm_exchange, only: spread_from
   use qsmpm_phase_description, only: phase_type, initial_k0
   use qsmpm_initial_stress, only: reaches_above, measure_slope, structures_at_rest
-  use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, find_largest_move, &
-    largest_move
+  use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, find_largest_move, largest_move
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_law, only: tangent_elastic
+  use qsmpm_law, only: tangent_elastic, tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
@@ -34,10 +41,12 @@ module qsmpm_initial_balance
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term_sums, only: set_loads, discard_terms
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_phase_loads, only: free_surface_of
+  use qsmpm_phase_tree, only: parent_of
   implicit none
   private
 
-  public :: check_initial_balance, measure_balance, balance_type
+  public :: check_initial_balance, measure_balance, balance_type, hold_water_start
 
   !> Move of the ground, as a share of that under its weight, that is worth a warning, and that is refused.
   real(wp), parameter :: warned_from = 1.0e-3_wp, refused = 1.0e-2_wp
@@ -343,4 +352,40 @@ contains
       model%analysis%confinement, force)
     force = force + (step%forces%internal(:size(force, 1), :size(force, 2)) - by_law)
   end subroutine force_before_law
+
+  !> Hold what is out of balance where the surface of the water begins to move.
+  subroutine hold_water_start(model, step, error)
+    type(model_type), intent(inout) :: model
+    !> Scratch.
+    type(step_type), intent(inout) :: step
+    !> Failures of the initialisation.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. begins(model)) return
+    call initialise_step(model, step, error)
+    if (allocated(error)) return
+    call set_loads(step%terms, model, step%configuration_type, 0.0_wp)
+    call evaluate_step(model, step, 0.0_wp*step%forces%internal, tangent_none)
+    associate (released => model%state%released)
+      associate (internal => step%forces%internal(:size(released, 1), :size(released, 2)), &
+          external => step%forces%external(:size(released, 1), :size(released, 2)))
+        where (.not. model%loading%constrained .and. spread(step%equations%active(:size(released, 2)), 1, &
+          size(released, 1))) released = released + internal - external
+      end associate
+    end associate
+    call discard_terms(step%terms)
+  end subroutine hold_water_start
+
+  !> Whether the phase is the first of its line with a free surface in ground that consolidates.
+  pure logical function begins(model)
+    type(model_type), intent(in) :: model
+    integer :: parent
+
+    associate (phases => model%analysis%phases, number => model%state%progress%phase)
+      begins = free_surface_of(phases, number) > 0
+      if (.not. begins) return
+      parent = parent_of(phases, number)
+      if (parent > 0) begins = free_surface_of(phases, parent) == 0
+    end associate
+  end function begins
 end module qsmpm_initial_balance

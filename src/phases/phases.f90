@@ -10,7 +10,7 @@ module qsmpm_phases
   use qsmpm_error, only: error_type, fail, error_not_converged, error_tangled
   use qsmpm_histories, only: take_histories
   use qsmpm_division, only: divide_anew, division_text, unevenness
-  use qsmpm_initial_balance, only: check_initial_balance
+  use qsmpm_initial_balance, only: check_initial_balance, hold_water_start
   use qsmpm_initialisation, only: step_type, begin_analysis
   use qsmpm_limit_load, only: is_found, limit_loads, limit_report, jump_note
   use qsmpm_linear_system, only: end_system
@@ -46,7 +46,6 @@ module qsmpm_phases
   use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
   use qsmpm_unfinished_phases, only: any_lost, is_loss, need_all_phases, not_run_text
-  use qsmpm_water_start, only: hold_water_start
   use qsmpm_worn_mesh, only: has_no_room, is_worn, leave_mesh, may_leave_mesh
   implicit none
   private
@@ -262,7 +261,7 @@ contains
         end if
       end associate
       call switch_timer(loop%step%profile%watch, part_output)
-      call join_for(observer, model, loop, error)
+      if (any_of(loop%team, observer%needs_model(model))) call put_together(model, loop, error)
       if (.not. allocated(error)) call observer%phase_begun(model, error)
       call agree(loop%team, error)
       if (.not. allocated(error)) call take_parts()
@@ -436,16 +435,6 @@ contains
     call reset_division(model, loop)
   end subroutine put_together
 
-  !> The whole model on every process where the observer of any of them needs it.
-  subroutine join_for(observer, model, loop, error)
-    class(observer_type), intent(inout) :: observer
-    type(model_type), intent(inout) :: model
-    type(step_loop_type), intent(inout) :: loop
-    type(error_type), allocatable, intent(inout) :: error
-
-    if (any_of(loop%team, observer%needs_model(model))) call put_together(model, loop, error)
-  end subroutine join_for
-
   !> Go on without a phase that was lost, where phases are left that do not start from it or another one was lost
   !> before. Otherwise, and where something else has ended the run, the error stays, and the step can be tried again.
   subroutine leave_lost_phase(model, loop, observer, error)
@@ -492,7 +481,7 @@ contains
       if (progress%stopped) call observer%tell_result(text_of_stop(model, phase))
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
-    call join_for(observer, model, loop, error)
+    if (any_of(loop%team, observer%needs_model(model))) call put_together(model, loop, error)
     if (.not. allocated(error)) call observer%phase_done(model, error)
     call agree(loop%team, error)
     call switch_timer(loop%step%profile%watch, part_control)

@@ -129,7 +129,11 @@ contains
     record = step_record_type()
     call take_step(model, step, solver, search, model%state%progress%fraction, observer, record, outcome, error)
     if (outcome%accepted) then
-      call note_passed(model%state%progress%bracket%lost, factor, observer)
+      associate (lost => model%state%progress%bracket%lost)
+        if (lost > 0.0_wp .and. .not. lost > factor) call observer%note('equilibrium at strength/'// &
+          rounded_text(factor, 6)//' after all, found from the state at the last stable factor: the search goes on '// &
+          'from it')
+      end associate
       call note_stable(factor, outcome%static .and. outcome%static_iterations <= search%controls%few_iterations, &
         model%state%progress%bracket)
       return
@@ -139,16 +143,6 @@ contains
     call note_lost(factor, model%state%progress%bracket)
     call observer%note('no equilibrium at strength/'//rounded_text(factor, 6)//': '//outcome%reason)
   end subroutine try_factor
-
-  !> Tell that a factor at which no equilibrium was found is passed all the same.
-  subroutine note_passed(lost, factor, observer)
-    !> The smallest such factor, 0 for none.
-    real(wp), intent(in) :: lost, factor
-    class(observer_type), intent(inout) :: observer
-
-    if (lost > 0.0_wp .and. .not. lost > factor) call observer%note('equilibrium at strength/'// &
-      rounded_text(factor, 6)//' after all, found from the state at the last stable factor: the search goes on from it')
-  end subroutine note_passed
 
   !> What a search lets the stabilisation carry, where the deck gives it more; empty where it does not.
   pure function share_note(phase) result(text)

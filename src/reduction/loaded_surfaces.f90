@@ -80,6 +80,7 @@ contains
     character(len=*), intent(in) :: name
     real(wp) :: first, last, tolerance
     logical :: whole
+    integer :: b
 
     tolerance = scene%nothing
     associate (surface => scene%surfaces(place_named(scene%surfaces, name)), lines => scene%mesh%axes(scene%axis)%lines)
@@ -94,7 +95,10 @@ contains
           whole = surface%box(scene%axis, 1) <= first .and. surface%box(scene%axis, 2) >= last .and. &
             is_flat_across(surface, scene%axis, tolerance)
         else
-          whole = scene%axis == 3 .and. is_prism(scene, surface)
+          ! The prism over a polygon has walls only.
+          b = place_named(scene%bodies, surface%body)
+          whole = scene%axis == 3 .and. b > 0
+          if (whole) whole = scene%bodies(b)%kind == body_polygon
         end if
       case (select_segment)
         whole = scene%axis == 1 .and. size(surface%segments, 2) == 1
@@ -119,15 +123,4 @@ contains
     flat = surface%box(2, 2) - surface%box(2, 1) <= tolerance
     if (axis == 3) flat = flat .or. surface%box(1, 2) - surface%box(1, 1) <= tolerance
   end function is_flat_across
-
-  !> Whether the body of an outline is a polygon: the prism over it has walls only.
-  pure logical function is_prism(scene, surface) result(yes)
-    type(examined_type), intent(in) :: scene
-    type(surface_type), intent(in) :: surface
-    integer :: b
-
-    b = place_named(scene%bodies, surface%body)
-    yes = b > 0
-    if (yes) yes = scene%bodies(b)%kind == body_polygon
-  end function is_prism
 end module qsmpm_loaded_surfaces

@@ -183,7 +183,10 @@ contains
         if (abs(set%box(set%axis, 1) - solid%centre(i)) <= scene%nothing) then
           round = solid%cut(i) .and. fixity%fixed(set%axis) .and. count(fixity%fixed) == 1
         else
-          round = is_outer_side(scene%members, s, set%axis)
+          ! A side of the grid.
+          associate (holds => scene%members%axis(set%axis)%holds(:, s))
+            round = count(holds) == 1 .and. (holds(1) .or. holds(size(holds)))
+          end associate
         end if
       end associate
     end function fixity_is_round
@@ -323,17 +326,6 @@ contains
 
     is_level = covers_axis(members, set, 1) .and. covers_axis(members, set, 3)
   end function is_level
-
-  !> Whether a set is a side of the grid.
-  pure logical function is_outer_side(members, set, axis) result(yes)
-    type(members_type), intent(in) :: members
-    !> Number of the set, and the axis it lies across.
-    integer, intent(in) :: set, axis
-
-    associate (holds => members%axis(axis)%holds(:, set))
-      yes = count(holds) == 1 .and. (holds(1) .or. holds(size(holds)))
-    end associate
-  end function is_outer_side
 
   !> The axisymmetric model of a figure of revolution, and the way back.
   pure subroutine make_revolved(scene, solid, step)

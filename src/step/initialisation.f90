@@ -38,7 +38,7 @@ module qsmpm_initialisation
   use qsmpm_team, only: team_type, total
   use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints
   use qsmpm_safety_factors, only: is_searching
-  use qsmpm_term_sums, only: start_terms, prepare_terms, are_symmetric
+  use qsmpm_term_sums, only: prepare_terms
   use qsmpm_unloading, only: measure_unloading
   use qsmpm_unknowns, only: unknowns_type, fields_of_equations, most_components, all_nodes
   implicit none
@@ -112,9 +112,12 @@ contains
   subroutine begin_analysis(model, terms)
     type(model_type), intent(inout) :: model
     type(term_slot_type), allocatable, intent(inout) :: terms(:)
+    integer :: t
 
     call make_terms(model, terms)
-    call start_terms(terms, model)
+    do t = 1, size(terms)
+      call terms(t)%term%start(model)
+    end do
     call lay_fields(terms, model)
   end subroutine begin_analysis
 
@@ -324,8 +327,9 @@ contains
   pure logical function is_symmetric(model, terms)
     type(model_type), intent(in) :: model
     type(term_slot_type), intent(in) :: terms(:)
+    integer :: t
 
-    is_symmetric = are_symmetric(terms) .and. .not. is_searching(model)
+    is_symmetric = all([(terms(t)%term%symmetric, t=1, size(terms))]) .and. .not. is_searching(model)
     if (model%analysis%phases(model%state%progress%phase)%controls%newton == newton_modified) is_symmetric = .true.
   end function is_symmetric
 end module qsmpm_initialisation

@@ -115,7 +115,10 @@ contains
       case (select_box)
         call faces_in_box(model%mesh, surface%box, faces)
         call seed_faces(model%mesh, revolved, occupied, faces, number, list)
-        call report_cut_faces(model, surface, cuts_faces(model%mesh, surface%box, occupied))
+        ! It takes whole faces only, and its load is smaller than it looks.
+        if (cuts_faces(model%mesh, surface%box, occupied)) model%notes = model%notes//"warning: surface '"// &
+          surface%name//"': its box ends within faces of the mesh, which it leaves out; TYPE=SEGMENT and "// &
+          'TYPE=OUTLINE take parts of faces'//new_line('a')
       case (select_segment)
         do k = 1, size(surface%segments, 2)
           call seed_segment(model%mesh, revolved, occupied, .false., surface%segments(:, k), surface_degree(model), &
@@ -124,8 +127,9 @@ contains
       case (select_outline)
         call outline_points(surface, number)
       case (select_mesh)
-        call mesh_faces(model, surface%name, faces)
-        call seed_faces(model%mesh, revolved, occupied, faces, number, list)
+        associate (set => place_named(model%mesh%face_sets, surface%name))
+          if (set > 0) call seed_faces(model%mesh, revolved, occupied, model%mesh%face_sets(set)%faces, number, list)
+        end associate
       end select
     end subroutine seed_surface
 
@@ -170,18 +174,6 @@ contains
     end subroutine outline_points
   end subroutine make_surfaces
 
-  !> Note that a box ends within faces: it takes whole faces only, and its load is smaller than it looks.
-  subroutine report_cut_faces(model, surface, cut)
-    type(model_type), intent(inout) :: model
-    type(surface_type), intent(in) :: surface
-    !> Whether the box cuts faces.
-    logical, intent(in) :: cut
-
-    if (.not. cut) return
-    model%notes = model%notes//"warning: surface '"//surface%name//"': its box ends within faces of the mesh, "// &
-      'which it leaves out; TYPE=SEGMENT and TYPE=OUTLINE take parts of faces'//new_line('a')
-  end subroutine report_cut_faces
-
   !> First point of a surface.
   pure integer function first_point(surface, s)
     !> Surface of each point, and the one looked for, which has points.
@@ -213,19 +205,6 @@ contains
     box(:, 1) = surface%box(:, 1) - set_tolerance(model%mesh)
     box(:, 2) = surface%box(:, 2) + set_tolerance(model%mesh)
   end function outline_box
-
-  !> Faces of a surface named by the mesh.
-  subroutine mesh_faces(model, name, faces)
-    type(model_type), intent(in) :: model
-    character(len=*), intent(in) :: name
-    !> Cell and local face, (2,n).
-    integer, allocatable, intent(out) :: faces(:, :)
-    integer :: s
-
-    allocate (faces(2, 0))
-    s = place_named(model%mesh%face_sets, name)
-    if (s > 0) faces = model%mesh%face_sets(s)%faces
-  end subroutine mesh_faces
 
   !> The paper's way (section 3.1): each piece of surface hands its area to the nearest material point.
   subroutine choose_carrying_points(model)
