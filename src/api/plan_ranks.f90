@@ -6,7 +6,7 @@ module qsmpm_plan_ranks
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_numbers, only: whole_cells
   use qsmpm_division, only: ring_of, share_cells
-  use qsmpm_equation_count, only: count_node_equations
+  use qsmpm_nodal_fields, only: count_node_equations
   use qsmpm_error, only: error_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: is_divided_as_built

@@ -8,21 +8,26 @@
 !>
 !> Places that a team of processes shares (qsmpm_division): whose own they are and in whose rings, and who tells the
 !> others of them. Their cells are numbered as in the whole mesh.
+!>
+!> The material point nearest to a place, where a team shares the points: of several at the same distance the one with
+!> the lowest number, as of one process.
 module qsmpm_own_marks
   use qsmpm_kinds, only: wp, long
   use qsmpm_cell_numbers, only: whole_cells
   use qsmpm_model, only: model_type
-  use qsmpm_own_part, only: is_divided, own_part_type
+  use qsmpm_own_part, only: is_divided, own_part_type, own_of
   use qsmpm_points, only: carried_type
   use qsmpm_space, only: node_position
   use qsmpm_point_location, only: activation_type
   use qsmpm_team, only: smallest, total
   use qsmpm_point_delivery, only: deliver_points
   use qsmpm_point_selection, only: allocate_like, select_points
+  use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   implicit none
   private
 
-  public :: mark_own, mark_own_surface, node_owners, link_histories, choose_movers, near_ones, send_points, share_places
+  public :: mark_own, mark_own_surface, node_owners, link_histories, choose_movers, near_ones, send_points, &
+    share_places, nearest_numbers, place_of_number
 
 contains
 
@@ -241,4 +246,50 @@ contains
     carried%local = values(2*d + 1:3*d, :)
     carried%cell = nint(values(3*d + 1, :))
   end subroutine share_places
+
+  !> Numbers of the points nearest to places, of a body or of all.
+  function nearest_numbers(model, places, body) result(numbers)
+    type(model_type), intent(in) :: model
+    !> (dimension, n)
+    real(wp), intent(in) :: places(:, :)
+    !> Number of the body, of all when absent or 0.
+    integer, intent(in), optional :: body
+    integer(long) :: numbers(size(places, 2))
+    real(wp), dimension(size(places, 2)) :: distance, least, candidate
+    type(point_bins_type) :: bins
+    integer, allocatable :: own(:)
+    logical :: looked_at(model%state%points%count)
+    real(wp), allocatable :: there(:, :)
+    integer :: i, p
+
+    associate (points => model%state%points)
+      looked_at = own_of(model%part%points, points%count)
+      if (present(body)) looked_at = looked_at .and. (body == 0 .or. points%body(:points%count) == body)
+      own = pack([(p, p=1, points%count)], looked_at)
+      distance = huge(1.0_wp)
+      candidate = huge(1.0_wp)
+      if (size(own) > 0) then
+        there = points%position(:, own)
+        call make_bins(there, bins)
+        do i = 1, size(places, 2)
+          p = own(nearest_in_bins(bins, there, places(:, i)))
+          distance(i) = sum((points%position(:, p) - places(:, i))**2)
+          candidate(i) = real(points%number(p), wp)
+        end do
+      end if
+      least = smallest(model%part%team, distance)
+      where (distance > least) candidate = huge(1.0_wp)
+      numbers = nint(smallest(model%part%team, candidate), long)
+    end associate
+  end function nearest_numbers
+
+  !> Place of an own point by its number, 0 where it is another process's.
+  pure integer function place_of_number(model, number) result(place)
+    type(model_type), intent(in) :: model
+    integer(long), intent(in) :: number
+
+    associate (points => model%state%points)
+      place = findloc(points%number == number .and. own_of(model%part%points, points%count), .true., dim=1)
+    end associate
+  end function place_of_number
 end module qsmpm_own_marks

@@ -13,7 +13,7 @@ module qsmpm_model_histories
   use qsmpm_exchange, only: spread_from
   use qsmpm_history_quantities, only: is_taken_at, at_point, at_tracer
   use qsmpm_model, only: model_type
-  use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
+  use qsmpm_own_marks, only: nearest_numbers, place_of_number
   use qsmpm_own_part, only: is_divided
   use qsmpm_phase_loads, only: has_consolidation
   use qsmpm_phase_tree, only: parent_of

@@ -8,7 +8,7 @@ module qsmpm_folder_lock
   use qsmpm_posix, only: lock_file, make_directory, system_message, unlock_file, remove_file, remove_numbered
   use qsmpm_file, only: file_exists
   use qsmpm_results, only: mechanism_part, results_folder
-  use qsmpm_safety_files, only: mechanism_mesh, mechanism_points
+  use qsmpm_picture_list, only: mechanism_mesh, mechanism_points
   implicit none
   private
 

@@ -25,7 +25,8 @@ module qsmpm_recorder
   use qsmpm_number_text, only: integer_text, newline, without_last_newline
   use qsmpm_own_part, only: is_divided
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_picture_list, only: picture_list_type, read_collection, write_fields, write_way_of_failure
+  use qsmpm_picture_list, only: picture_list_type, read_collection, write_fields, write_way_of_failure, safety_file, &
+    write_safety
   use qsmpm_posix, only: signal_received
   use qsmpm_restart, only: write_restart, writes_kept_phases
   use qsmpm_step_length, only: phase_is_complete
@@ -33,7 +34,6 @@ module qsmpm_recorder
   use qsmpm_team, only: team_type
   use qsmpm_profile_report, only: timing_type, timing_file, read_timing, write_timing
   use qsmpm_safety_factors, only: has_factor
-  use qsmpm_safety_files, only: safety_file, write_safety
   use qsmpm_standard_terms, only: standard_shares
   use qsmpm_summary, only: limit_json, summary_file, summary_table, write_summary
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error

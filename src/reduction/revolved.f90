@@ -22,8 +22,7 @@ module qsmpm_revolved
   use qsmpm_set_members, only: members_type, covers_axis, representatives, node_state, keep_supports
   use qsmpm_revolved_profile, only: find_axis, find_profile
   use qsmpm_rigid_symmetry, only: require_rigid_round, flatten_rigid_bodies, reduce_rigid_history
-  use qsmpm_water_symmetry, only: require_level_water
-  use qsmpm_loaded_surfaces, only: drop_unused
+  use qsmpm_loaded_surfaces, only: drop_unused, require_level_water
   use qsmpm_examined_scene, only: examined_type, card, place_text, refuse, refuse_mesh, require_local_histories
   implicit none
   private

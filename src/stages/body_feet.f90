@@ -6,7 +6,7 @@ module qsmpm_body_feet
   use qsmpm_active_bodies, only: bodies_active, has_stages
   use qsmpm_mesh_search, only: locate, inverse_map
   use qsmpm_model, only: model_type
-  use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
+  use qsmpm_own_marks, only: nearest_numbers, place_of_number
   use qsmpm_overburden, only: overburden_type, make_overburden
   use qsmpm_points, only: allocate_carried
   use qsmpm_vertical, only: vertical_of

@@ -26,7 +26,7 @@ module qsmpm_load_step
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_stopwatch, only: switch_timer, part_control, part_convection
   use qsmpm_team, only: largest
-  use qsmpm_term_sums, only: keep_nodal_of_terms, commit_terms, discard_terms
+  use qsmpm_term_sums, only: commit_terms, discard_terms
   use qsmpm_usable_state, only: check_state
   implicit none
   private
@@ -99,6 +99,7 @@ contains
       real(wp), intent(in) :: force_before(:, :)
       type(saved_places_type) :: before
       real(wp) :: most
+      integer :: t
 
       call leave_joint_system(step%joint)
       call save_places(model, before)
@@ -111,7 +112,11 @@ contains
         call keep_rates(step%unknowns, attempt%damping > 0.0_wp .or. (is_searching(model) .and. &
           .not. model%state%progress%bracket%stable > 0.0_wp), length_of(model, attempt), solution%displacement, &
           model%state%kept)
-        call keep_nodal_of_terms(step%terms, solution%displacement, model%state%kept)
+        do t = 1, size(step%terms)
+          associate (term => step%terms(t)%term)
+            call term%keep_nodal(solution%displacement(:term%rows, :term%columns), model%state%kept)
+          end associate
+        end do
       end if
       associate (displacement => solution%displacement(:model%mesh%dimension, :model%space%node_count))
         most = huge(most)

@@ -11,7 +11,7 @@ module qsmpm_model_surfaces
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: place_seeds
   use qsmpm_model_shapes, only: shape_of
-  use qsmpm_nearest_of_team, only: nearest_numbers
+  use qsmpm_own_marks, only: nearest_numbers
   use qsmpm_own_part, only: is_divided
   use qsmpm_points, only: allocate_surface_points, set_normals
   use qsmpm_seed_list, only: seed_list_type
