@@ -182,7 +182,9 @@ contains
       if (pairs(owner)%surface > 0) then
         do i = 1, surface%count
           if (surface%surface(i) /= pairs(owner)%surface .or. .not. own(i)) cycle
-          call add(surface%initial_position(:, i), surface%area(i)/drawn_radius(), surface%contact_pressure(i))
+          ! The undeformed area over the length that a point stands for.
+          call add(surface%initial_position(:, i), surface%area(i)/merge(surface%initial_position(1, i), 1.0_wp, &
+            model%analysis%model == axisymmetric), surface%contact_pressure(i))
         end do
       else
         allocate (lengths, source=[(model%body_outlines(k)%length, k=1, size(pairs))])
@@ -257,12 +259,6 @@ contains
         pair = on_bodies%pair(i)
       end do
     end subroutine find_nearest
-
-    !> By what the undeformed area of a surface point is larger than the length it stands for.
-    pure real(wp) function drawn_radius() result(radius)
-      radius = 1.0_wp
-      if (model%analysis%model == axisymmetric) radius = model%state%surface%initial_position(1, i)
-    end function drawn_radius
   end function contact_pressure_at
 
   !> The widest gap before a patch that carries a pressure.
