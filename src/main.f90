@@ -8,7 +8,7 @@ program qsmpm_main
   use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text, deck_json
   use qsmpm_display, only: display_plain, display_quiet, display_terminal
   use qsmpm_error, only: error_type, error_other
-  use qsmpm_field_table, only: fields_markdown
+  use qsmpm_fields, only: fields_markdown
   use qsmpm_plugin, only: guard_watch, model_abandoned, leave_process
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
   use qsmpm_text, only: string_type, upper

@@ -50,19 +50,19 @@ COPIED = ["src", "cmake", "verification/unit", "verification/plugins", "verifica
           "tools/bench_solvers.f90"]
 # What holds the promise that a step is accepted in equilibrium or not at all: files by the start of their names.
 ROOMS = {
-    "step control": ["step/stepping", "step/step_", "step/load_step", "step/constant_load_test"],
+    "step control": ["step/stepping", "step/step_", "step/load_step"],
     "equilibrium": ["step/equilibrium", "step/field_balance"],
     "checkpoint": ["model/saved_places", "model/model_window", "api/snapshot"],
     "convection": ["step/convection", "step/held_sides", "assembly/recovered_gradient", "step/nodal_fields", "particles/point_location", "mesh/moving_rows"],
     "phases": ["phases/phase", "stages/phase_start"],
     "loads": ["terms/dead_loads", "terms/pressures", "terms/supports", "surfaces/model_surfaces"],
-    "contact": ["terms/contact/", "phases/contact_report", "contact/body_loads", "contact/body_points", "contact/contact_gaps", "step/penetration",
+    "contact": ["terms/contact/", "phases/contact_report", "contact/body_loads", "contact/body_points", "contact/contact_results", "step/penetration",
                 "materials/confinement"],
     "safety": ["phases/safety_", "safety/", "materials/strength_factor"],
     "flow of water": ["water/seepage", "water/transient_seepage", "geometry/seepage_field", "water/consolidation", "water/free_surface",
                       "water/free_water", "water/face_leak", "water/confined_modulus", "terms/pore_flow", "terms/flow_points"],
     "weak seams and nonlocal strain": ["problem/layer_interfaces", "terms/nonlocal_strain", "materials/kinematics/field_coupling"],
-    "first guess and cell pressure": ["step/extrapolation", "assembly/uniform_pressure"],
+    "first guess and cell pressure": ["step/step_goal", "assembly/uniform_pressure"],
     "clay and sand": ["materials/models/soft_soil_creep", "materials/models/creep_return", "materials/models/ngi_adp", "materials/models/small_strain",
                       "materials/models/swelling"],
     "values by place and by name": ["materials/models/value_field", "deck/scene/deck_values_by_place", "deck/card_check", "model/material_law"],

@@ -16,7 +16,7 @@ module qsmpm_added_cards
   use qsmpm_body_stages, only: part_bodies
   use qsmpm_kept_phases, only: find_kept_phase, keep_phase
   use qsmpm_law, only: law_slot_type
-  use qsmpm_lift_feet, only: lift_feet_type
+  use qsmpm_inactive_points, only: lift_feet_type
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model

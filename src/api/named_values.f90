@@ -9,11 +9,10 @@ module qsmpm_named_values
   use qsmpm_histories, only: take_histories
   use qsmpm_kept_arrays, only: is_kept, keep_values, kept_values
   use qsmpm_limit_load, only: limit_loads, relative_compliance
-  use qsmpm_made_fields, only: list_made_fields
   use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_phase_ends, only: end_of_phase, factor_of_phase
   use qsmpm_phase_tree, only: time_in_phase
-  use qsmpm_points, only: points_type, allocate_points, place_of
+  use qsmpm_points, only: points_type, allocate_points, place_of, list_made_fields
   use qsmpm_pore_water, only: update_pore_pressure
   use qsmpm_simulation, only: simulation_type
   use qsmpm_text, only: string_type, did_you_mean, integer_text

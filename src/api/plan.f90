@@ -23,7 +23,7 @@ module qsmpm_plan
   use qsmpm_load_step, only: load_step_type
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_equation_count, only: count_equations, count_node_equations
+  use qsmpm_nodal_fields, only: count_equations, count_node_equations
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text
   use qsmpm_rounded_text, only: rounded_text

@@ -4,7 +4,7 @@ module qsmpm_configuration
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_quadrature, only: body_quadrature_type, choose_sources
-  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_cell_share, only: cell_volumes
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_own_part, only: is_divided
   use qsmpm_point_location, only: activation_type, sort_points, classify_cells

@@ -10,8 +10,8 @@ module qsmpm_bodies_in_place
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_mesh_sets, only: set_tolerance
   use qsmpm_model, only: model_type
-  use qsmpm_point_selection, only: select_surface_points
-  use qsmpm_points, only: surface_points_type, place_of
+  use qsmpm_point_selection, only: keep_chosen
+  use qsmpm_points, only: place_of
   use qsmpm_polygon_difference, only: polygon_difference
   use qsmpm_rigid_bodies, only: make_shape, drawn_within
   use qsmpm_rigid_outline, only: outline_corners
@@ -120,7 +120,6 @@ contains
   subroutine drop_buried_surfaces(model, diagnostics)
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
-    type(surface_points_type) :: left
     type(distance_type) :: distance
     logical :: buried(model%state%surface%count)
     integer :: b, i, s
@@ -143,7 +142,6 @@ contains
       end associate
     end do
     if (.not. any(buried)) return
-    call select_surface_points(model%state%surface, pack([(i, i=1, size(buried))], .not. buried), left)
-    model%state%surface = left
+    call keep_chosen(model%state%surface, pack([(i, i=1, size(buried))], .not. buried))
   end subroutine drop_buried_surfaces
 end module qsmpm_bodies_in_place

@@ -1,5 +1,5 @@
 !> The cells of a model shared between the processes of a team, so that each has as many material points: boxes of a
-!> grid (qsmpm_cell_boxes), parts of other meshes (qsmpm_cell_parts, qsmpm_graph_parts). A grid of triangles, of
+!> grid (qsmpm_cell_boxes), parts of other meshes (qsmpm_cell_parts, qsmpm_node_ordering). A grid of triangles, of
 !> wedges of six or of tetrahedra of four nodes is shared as a mesh, and every process looks at all of it: which of its
 !> cells share a pressure follows from all that hold material (qsmpm_pressure_groups).
 module qsmpm_cell_sharing
@@ -11,7 +11,7 @@ module qsmpm_cell_sharing
   use qsmpm_cell_owners, only: cell_owners_type
   use qsmpm_cell_parts, only: part_owners_type, cells_graph, own_all_cells
   use qsmpm_element, only: element_from_name
-  use qsmpm_graph_parts, only: part_graph
+  use qsmpm_node_ordering, only: part_graph
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of

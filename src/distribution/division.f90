@@ -28,11 +28,10 @@ module qsmpm_division
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_of
   use qsmpm_outline_surfaces, only: is_laid_anew
-  use qsmpm_own_marks, only: link_histories, mark_own
+  use qsmpm_own_marks, only: link_histories, mark_own, near_ones, send_points, share_places
   use qsmpm_own_part, only: own_part_type, is_divided, own_of, reset_copies
-  use qsmpm_place_sharing, only: near_ones, send_points, send_surface_points, share_places
   use qsmpm_point_delivery, only: fingerprint
-  use qsmpm_point_selection, only: keep_chosen, select_points, select_surface_points
+  use qsmpm_point_selection, only: keep_chosen, select_points
   use qsmpm_points, only: carried_type
   use qsmpm_ring_exchange, only: rows_beyond
   use qsmpm_sorting, only: order_columns, place_in_order
@@ -101,7 +100,8 @@ contains
     model%part%team = team
     model%part%ring = ring_of(model%analysis)
     model%part%history_number = numbers_of(model)
-    call carry_by_number(model)
+    ! Points that carry tractions are known by their numbers while the model is divided.
+    if (allocated(model%carrying_point)) model%carrying_point = int(model%state%points%number(model%carrying_point))
   end subroutine enter_team
 
   !> Keep the part of a model that is this process's, the owners of the cells being known.
@@ -180,7 +180,7 @@ contains
       part%waiting = inactive%points
       part%waiting_surface = inactive%surface
       call select_points(part%waiting, spread(1, 1, 0), inactive%points)
-      call select_surface_points(part%waiting_surface, spread(1, 1, 0), inactive%surface)
+      call select_points(part%waiting_surface, spread(1, 1, 0), inactive%surface)
     end associate
   end subroutine take_near
 
@@ -250,11 +250,13 @@ contains
 
     call number_all(model, model%state%window, whole_of(model))
     associate (part => model%part, state => model%state, inactive => model%state%inactive)
-      call send_points(part, part%points, state%points, everywhere)
-      call send_surface_points(part, part%surface, state%surface, everywhere)
+      ! Surface points are copied from a row less: the nearest material point to one is looked for
+      ! (qsmpm_carried_basis).
+      call send_points(part, part%points, part%ring, state%points, everywhere)
+      call send_points(part, part%surface, part%ring - 1, state%surface, everywhere)
       if (any(part%taken_out)) then
-        call send_points(part, part%unloading, inactive%unloading, everywhere)
-        call send_surface_points(part, part%unloading_surface, inactive%unloading_surface, everywhere)
+        call send_points(part, part%unloading, part%ring, inactive%unloading, everywhere)
+        call send_points(part, part%unloading_surface, part%ring - 1, inactive%unloading_surface, everywhere)
       end if
       call share_places(part, part%tracers, part%tracer_cell, state%tracers)
       call share_places(part, part%watched, part%watched_cell, state%watched)
@@ -331,15 +333,7 @@ contains
     call clear_nodal(model%state%kept, model%space%node_count)
   end subroutine look_at_all
 
-  !> Points that carry tractions are known by their numbers while the model is divided.
-  pure subroutine carry_by_number(model)
-    type(model_type), intent(inout) :: model
-
-    if (.not. allocated(model%carrying_point)) return
-    model%carrying_point = int(model%state%points%number(model%carrying_point))
-  end subroutine carry_by_number
-
-  !> They are known by their places in the whole model again, whose points are sorted by number.
+  !> Points that carry tractions are known by their places in the whole model again, whose points are sorted by number.
   pure subroutine carry_by_place(model)
     type(model_type), intent(inout) :: model
     integer :: i

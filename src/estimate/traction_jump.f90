@@ -9,9 +9,8 @@
 !> two next to each other, and only materials that a plane parts count: at a corner there is no one normal.
 module qsmpm_traction_jump
   use qsmpm_kinds, only: wp
-  use qsmpm_patch_polynomial, only: most_terms, term_count, patch_terms
   use qsmpm_points, only: points_type
-  use qsmpm_smooth_stress, only: patches_type, smooth_stress_type
+  use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, most_terms, term_count, patch_terms
   implicit none
   private
 

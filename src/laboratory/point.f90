@@ -23,7 +23,7 @@ module qsmpm_point
   use qsmpm_point_statistics, only: point_statistics_type, take_tangent, tangent_text, state_text
   use qsmpm_posix, only: remove_file, system_message
   use qsmpm_tensor, only: stress_size
-  use qsmpm_timing, only: timing_type, timing_file, write_timing
+  use qsmpm_profile_report, only: timing_type, timing_file, write_timing
   implicit none
   private
 

@@ -29,7 +29,7 @@ module qsmpm_histories
   use qsmpm_body_stages, only: body_to_follow
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic, where_text
   use qsmpm_exchange, only: spread_from
-  use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
+  use qsmpm_own_marks, only: nearest_numbers, place_of_number
   use qsmpm_phase_loads, only: has_consolidation, prop_stage, prop_stage_type
   use qsmpm_points, only: allocate_carried
   use qsmpm_mesh_measure, only: cell_width, interpolate

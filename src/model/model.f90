@@ -18,8 +18,7 @@ module qsmpm_model
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_law, only: law_slot_type
-  use qsmpm_inactive_points, only: inactive_points_type
-  use qsmpm_lift_feet, only: lift_feet_type
+  use qsmpm_inactive_points, only: inactive_points_type, lift_feet_type
   use qsmpm_rigid_outline, only: rigid_outline_type
   use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_safety_bracket, only: bracket_type

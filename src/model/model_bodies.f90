@@ -31,7 +31,7 @@ module qsmpm_model_bodies
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_polygon, only: polygon_area, polygon_centroid
   use qsmpm_polyhedron, only: polyhedron_volume, make_polyhedron
-  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_cell_share, only: cell_volumes
   use qsmpm_team, only: team_type, total
   use qsmpm_rounded_text, only: rounded_text, rounded_place
   use qsmpm_text, only: integer_text

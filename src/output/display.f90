@@ -1,5 +1,7 @@
 !> What the user sees of a run: on a terminal one line that is refreshed, elsewhere plain lines,
 !> every step of a short run and a bounded number of lines of a long one.
+!>
+!> Warnings of a run, a line each, to be said again at its end.
 module qsmpm_display
   use qsmpm_kinds, only: wp
   use qsmpm_clock, only: clock_type, start_clock, wall_seconds
@@ -9,11 +11,11 @@ module qsmpm_display
   use qsmpm_observer, only: step_record_type
   use qsmpm_posix, only: terminal_width, write_descriptor
   use qsmpm_term_share, only: share_named, damping_share, stabilisation_share
-  use qsmpm_warning_list, only: keep_warnings
   implicit none
   private
 
-  public :: display_type, start_display, show_step, show_text, show_result, end_display, step_text
+  public :: display_type, start_display, show_step, show_text, show_result, end_display, step_text, keep_warnings, &
+    repeated_warnings
 
   !> How a run shows itself: not at all, by lines, by a line that is refreshed, by its warnings and results alone.
   integer, parameter, public :: display_none = 0, display_plain = 1, display_terminal = 2, display_quiet = 3
@@ -197,4 +199,35 @@ contains
     if (.not. allocated(model%analysis%phases(phase)%name)) return
     text = text//' '//model%analysis%phases(phase)%name
   end function phase_text
+
+  !> Keep the lines of a text that are warnings, each once.
+  pure subroutine keep_warnings(text, warnings)
+    character(len=*), intent(in) :: text
+    !> A line each.
+    character(len=:), allocatable, intent(inout) :: warnings
+    integer :: start, last
+
+    if (.not. allocated(warnings)) warnings = ''
+    start = 1
+    do while (start <= len(text))
+      last = index(text(start:)//newline, newline) + start - 2
+      associate (line => text(start:last))
+        if (index(line, 'warning: ') > 0 .and. index(newline//warnings, newline//line//newline) == 0) &
+          warnings = warnings//line//newline
+      end associate
+      start = last + 2
+    end do
+  end subroutine keep_warnings
+
+  !> How many there are, and what they say; empty for none.
+  pure function repeated_warnings(warnings) result(text)
+    character(len=:), allocatable, intent(in) :: warnings
+    character(len=:), allocatable :: text
+    integer :: i, n
+
+    text = ''
+    if (.not. allocated(warnings)) return
+    n = count([(warnings(i:i) == newline, i=1, len(warnings))])
+    if (n > 0) text = 'warnings of this run: '//integer_text(n)//newline//warnings
+  end function repeated_warnings
 end module qsmpm_display

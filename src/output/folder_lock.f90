@@ -1,13 +1,18 @@
 !> One run at a time writes into a folder: `run.lock` in it is locked until the run ends, however it ends, so that a run
 !> that was killed leaves a file but no lock.
+!>
+!> What an earlier run has left in a directory: numbered pictures and results, and the files of the recorder.
 module qsmpm_folder_lock
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_number_text, only: integer_text
-  use qsmpm_posix, only: lock_file, make_directory, system_message, unlock_file
+  use qsmpm_posix, only: lock_file, make_directory, system_message, unlock_file, remove_file, remove_numbered
+  use qsmpm_file, only: file_exists
+  use qsmpm_results, only: mechanism_part, results_folder
+  use qsmpm_picture_list, only: mechanism_mesh, mechanism_points
   implicit none
   private
 
-  public :: folder_lock_type, lock_folder, unlock_folder, make_folder
+  public :: folder_lock_type, lock_folder, unlock_folder, make_folder, make_place
 
   !> A folder that other runs keep out of.
   type :: folder_lock_type
@@ -18,6 +23,10 @@ module qsmpm_folder_lock
   end type folder_lock_type
 
   integer, parameter :: has_failed = -1
+
+  !> Heads of the names of pictures.
+  character(len=*), parameter :: pictures(4) = [character(len=len(mechanism_points)) :: 'points_', 'mesh_', &
+    mechanism_points, mechanism_mesh]
 
 contains
 
@@ -62,4 +71,43 @@ contains
     if (lock%descriptor >= 0) call unlock_file(lock%path, lock%descriptor)
     lock%descriptor = -1
   end subroutine unlock_folder
+
+  !> Remove what an earlier run left where this one does not continue it, and make the folders of this one.
+  subroutine make_place(directory, names, continued, in_results, error)
+    character(len=*), intent(in) :: directory
+    !> Files without a number.
+    character(len=*), intent(in) :: names(:)
+    logical, intent(in) :: continued
+    !> It writes HDF5 results.
+    logical, intent(in) :: in_results
+    !> Set when a file cannot be removed or a folder not made.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. continued) call remove_earlier_run(directory, names, error)
+    if (.not. allocated(error) .and. in_results) call make_folder(directory//'/'//results_folder, error)
+  end subroutine make_place
+
+  !> Remove what an earlier run left, so that nothing of it is taken for a result of this one.
+  subroutine remove_earlier_run(directory, names, error)
+    character(len=*), intent(in) :: directory
+    !> Files without a number.
+    character(len=*), intent(in) :: names(:)
+    !> Set when a file cannot be removed.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, status
+
+    status = 0
+    do i = 1, size(pictures)
+      if (status == 0) status = remove_numbered(directory, trim(pictures(i)), '.vtu')
+    end do
+    if (status == 0) status = remove_numbered(directory//'/'//results_folder, '', '.h5')
+    if (status == 0) status = remove_numbered(directory//'/'//results_folder, mechanism_part, '.h5')
+    do i = 1, size(names)
+      if (status /= 0) exit
+      if (file_exists(directory//'/'//trim(names(i)))) status = remove_file(directory//'/'//trim(names(i)))
+    end do
+    if (status == 0) return
+    call fail(error, error_other, "cannot remove the files of an earlier run from '"//directory//"': "// &
+      system_message())
+  end subroutine remove_earlier_run
 end module qsmpm_folder_lock

@@ -2,16 +2,32 @@
 !>
 !> A run that continues another reads the list back from `points.pvd` and forgets the pictures of
 !> steps that will be made again.
+!>
+!> The pictures and results of a state with the lists that name them. Every process of a team takes part: where the
+!> model is divided each writes its part, else the first one writes all.
+!>
+!> Files of safety phases: `safety.json` with the factors found so far, and pictures of the way the body fails.
 module qsmpm_picture_list
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_file, only: file_type, create_file, put_text, commit_file, read_text
-  use qsmpm_number_text, only: numbered, real_text
+  use qsmpm_file, only: file_type, create_file, put_text, commit_file, read_text, write_text
+  use qsmpm_number_text, only: numbered, real_text, integer_text, newline
   use qsmpm_text, only: newline, string_type
+  use qsmpm_agreement, only: agree
+  use qsmpm_fields, only: phase_time
+  use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: is_divided
+  use qsmpm_pictures, only: write_points_picture, write_mesh_picture
+  use qsmpm_results, only: write_results_index, write_state, mechanism_part
+  use qsmpm_stress_error, only: stress_error_type
+  use qsmpm_team, only: team_type
+  use qsmpm_phase_description, only: geometry_fixed
+  use qsmpm_strength_factor, only: flow_words
   implicit none
   private
 
-  public :: picture_list_type, add_picture, write_collection, read_collection
+  public :: picture_list_type, add_picture, write_collection, read_collection, write_fields, write_way_of_failure, &
+    write_safety, write_mechanism
 
   !> Pictures in the order of their steps.
   type :: picture_list_type
@@ -22,6 +38,10 @@ module qsmpm_picture_list
 
   !> What stands before the time and before the step in a line of a collection.
   character(len=*), parameter :: time_mark = 'timestep="', step_mark = 'file="points_'
+
+  character(len=*), parameter, public :: safety_file = 'safety.json'
+  !> Heads of the names of the pictures; the number of the phase follows.
+  character(len=*), parameter, public :: mechanism_points = 'mechanism_points_', mechanism_mesh = 'mechanism_mesh_'
 
 contains
 
@@ -111,4 +131,117 @@ contains
     if (any(status /= 0)) return
     if (step <= last_step) call add_picture(list, step, time)
   end subroutine read_line
+
+  !> Write the pictures and results of a state and their lists.
+  subroutine write_fields(directory, pictures, team, model, estimate, error)
+    character(len=*), intent(in) :: directory
+    !> So far; gains this one.
+    type(picture_list_type), intent(inout) :: pictures
+    !> Who shares the run.
+    type(team_type), intent(in) :: team
+    type(model_type), intent(in) :: model
+    !> Estimated error of its stresses.
+    type(stress_error_type), intent(in) :: estimate
+    !> The same on all processes: a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    logical :: leads, writes
+
+    leads = team%rank == 0
+    writes = leads .or. is_divided(model%part)
+    associate (step => model%state%progress%step, output => model%analysis%output)
+      call add_picture(pictures, step, phase_time(model))
+      if (output%vtk .and. writes) then
+        call write_points_picture(directory, 'points_'//numbered(step), model, estimate, error)
+        if (.not. allocated(error)) call write_mesh_picture(directory, 'mesh_'//numbered(step), model, error)
+      end if
+      if (output%vtk .and. leads) then
+        if (.not. allocated(error)) call write_collection(pictures, directory, 'points', error)
+        if (.not. allocated(error)) call write_collection(pictures, directory, 'mesh', error)
+      end if
+      call agree(team, error)
+      if (allocated(error) .or. .not. output%hdf5) return
+      if (writes) call write_state(directory, numbered(step), model, estimate, error)
+      if (leads .and. .not. allocated(error)) &
+        call write_results_index(directory, pictures%steps, error, size(model%analysis%phases))
+      call agree(team, error)
+    end associate
+  end subroutine write_fields
+
+  !> Write pictures and results of the way a body fails.
+  subroutine write_way_of_failure(directory, pictures, team, model, estimate, error)
+    character(len=*), intent(in) :: directory
+    type(picture_list_type), intent(in) :: pictures
+    !> Who shares the run.
+    type(team_type), intent(in) :: team
+    type(model_type), intent(in) :: model
+    !> Estimated error of its stresses.
+    type(stress_error_type), intent(in) :: estimate
+    !> The same on all processes: a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (team%rank == 0 .or. is_divided(model%part)) call write_mechanism(directory, model, estimate, error)
+    if (team%rank == 0 .and. .not. allocated(error) .and. model%analysis%output%hdf5 .and. allocated(pictures%steps)) &
+      call write_results_index(directory, pictures%steps, error, size(model%analysis%phases))
+    call agree(team, error)
+  end subroutine write_way_of_failure
+
+  !> Write the factors of safety found so far.
+  subroutine write_safety(directory, model, error)
+    character(len=*), intent(in) :: directory
+    type(model_type), intent(in) :: model
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = '{'//newline//'  "phases": ['
+    associate (factors => model%state%progress%factors)
+      do i = 1, size(factors, 2)
+        if (i > 1) text = text//','
+        text = text//newline//'    '//factor_json(model, factors(:, i))
+      end do
+    end associate
+    call write_text(directory//'/'//safety_file, text//newline//'  ]'//newline//'}'//newline, error)
+  end subroutine write_safety
+
+  !> Factor of safety of a phase; one at which no equilibrium was found and no mechanism seen is refused, not lost.
+  pure function factor_json(model, row) result(text)
+    type(model_type), intent(in) :: model
+    !> Of qsmpm_safety_factors.
+    real(wp), intent(in) :: row(:)
+    character(len=:), allocatable :: text
+
+    associate (phase => model%analysis%phases(nint(row(1))), number => nint(row(1)), stable => row(2), lost => row(3))
+      text = '{"phase": "'//phase%name//'", "number": '//integer_text(number)//', "flow": "'// &
+        trim(flow_words(phase%safety%flow))//'", "geometry": "'// &
+        trim(merge('FIXED ', 'MOVING', phase%safety%geometry == geometry_fixed))//'", "stable": '//real_text(stable)// &
+        ', "lost": '
+      if (row(4) > 0.0_wp) then
+        text = text//real_text(lost)//', "mechanism": true}'
+      else
+        text = text//'null, "mechanism": false'
+        if (lost > 0.0_wp) text = text//', "refused": '//real_text(lost)
+        text = text//'}'
+      end if
+    end associate
+  end function factor_json
+
+  !> Write the pictures and results of a mechanism.
+  subroutine write_mechanism(directory, model, estimate, error)
+    character(len=*), intent(in) :: directory
+    type(model_type), intent(in) :: model
+    !> Estimated error of its stresses.
+    type(stress_error_type), intent(in) :: estimate
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: number
+
+    number = numbered(model%state%progress%phase)
+    if (model%analysis%output%vtk) then
+      call write_points_picture(directory, mechanism_points//number, model, estimate, error)
+      if (.not. allocated(error)) call write_mesh_picture(directory, mechanism_mesh//number, model, error)
+    end if
+    if (model%analysis%output%hdf5 .and. .not. allocated(error)) &
+      call write_state(directory, mechanism_part//number, model, estimate, error)
+  end subroutine write_mechanism
 end module qsmpm_picture_list

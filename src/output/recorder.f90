@@ -14,11 +14,10 @@ module qsmpm_recorder
   use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
   use qsmpm_display, only: display_type, display_none, display_plain, start_display, show_step, show_text, &
-    show_result, end_display, step_text
-  use qsmpm_earlier_run, only: make_place
+    show_result, end_display, step_text, keep_warnings, repeated_warnings
   use qsmpm_error, only: error_type, error_other
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, read_text, write_text
-  use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder
+  use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_place
   use qsmpm_mesh_description, only: mesh_grid
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type
@@ -26,19 +25,17 @@ module qsmpm_recorder
   use qsmpm_number_text, only: integer_text, newline, without_last_newline
   use qsmpm_own_part, only: is_divided
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_picture_files, only: write_fields, write_way_of_failure
-  use qsmpm_picture_list, only: picture_list_type, read_collection
+  use qsmpm_picture_list, only: picture_list_type, read_collection, write_fields, write_way_of_failure, safety_file, &
+    write_safety
   use qsmpm_posix, only: signal_received
   use qsmpm_restart, only: write_restart, writes_kept_phases
   use qsmpm_step_length, only: phase_is_complete
   use qsmpm_results, only: results_folder, write_mesh_results
   use qsmpm_team, only: team_type
-  use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
+  use qsmpm_profile_report, only: timing_type, timing_file, read_timing, write_timing
   use qsmpm_safety_factors, only: has_factor
-  use qsmpm_safety_files, only: safety_file, write_safety
   use qsmpm_standard_terms, only: standard_shares
   use qsmpm_summary, only: limit_json, summary_file, summary_table, write_summary
-  use qsmpm_warning_list, only: keep_warnings, repeated_warnings
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text, &
@@ -137,8 +134,101 @@ contains
       recorder%options%display = display_none
     end if
     call agree(options%team, error)
-    if (.not. allocated(error)) call begin_files(recorder, model, error)
+    if (.not. allocated(error)) call begin_files()
     if (allocated(error)) call unlock_folder(recorder%lock)
+
+  contains
+
+    !> Remove what was there and begin the files.
+    subroutine begin_files()
+      if (leads(recorder)) call make_place(recorder%directory, own_files, recorder%options%continued, &
+        model%analysis%output%hdf5, error)
+      if (recorder%options%continued) call read_timing(recorder%directory, recorder%earlier)
+      call agree(recorder%options%team, error)
+      if (allocated(error)) return
+      call start_display(recorder%display, recorder%options%display, model)
+      if (leads(recorder)) call open_log()
+      call agree(recorder%options%team, error)
+      if (allocated(error)) return
+      call begin_log()
+      if (is_reduced(recorder%options%whole)) then
+        call log_savings()
+        call follow_step(recorder%options%whole, model)
+        call open_tables(recorder%options%whole%model)
+      else
+        call open_tables(model)
+      end if
+      ! A run from the start has a picture of it, when the initial stresses are set.
+      if (.not. allocated(error) .and. recorder%options%begun) call recorder%phase_begun(model, error)
+      if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
+    end subroutine begin_files
+
+    !> Open the log: anew, or behind what the continued run wrote.
+    subroutine open_log()
+      character(len=:), allocatable :: path, text
+
+      path = recorder%directory//'/job.log'
+      text = ''
+      if (recorder%options%continued) then
+        if (file_exists(path)) call read_text(path, text, error)
+        if (allocated(error)) return
+      end if
+      call append_file(recorder%log, path, len(text, kind=long), error)
+    end subroutine open_log
+
+    !> The head of the log: program, deck, what the model builder has to say.
+    subroutine begin_log()
+      if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
+      if (allocated(model%analysis%deck)) call write_log(recorder, 'deck '//model%analysis%deck)
+      call write_log(recorder, sizes_text(model))
+      if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
+      if (recorder%options%continued) then
+        call recorder%note('continued from step '//integer_text(model%state%progress%step))
+      else if (allocated(model%notes)) then
+        if (len(model%notes) > 0) call recorder%note(model%notes)
+      end if
+    end subroutine begin_log
+
+    !> Begin or continue the curves and the list of pictures.
+    subroutine open_tables(model)
+      type(model_type), intent(in) :: model
+      logical :: there
+
+      if (leads(recorder)) call open_curves(model)
+      call agree(recorder%options%team, error)
+      if (allocated(error)) return
+      ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
+      there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
+      there = any_of(recorder%options%team, there .and. leads(recorder) .and. recorder%options%continued)
+      if (model%analysis%output%hdf5 .and. .not. there .and. writes(recorder, model)) &
+        call write_mesh_results(recorder%directory, model, error)
+      call agree(recorder%options%team, error)
+    end subroutine open_tables
+
+    !> Begin or continue the curves, and read which pictures there are.
+    subroutine open_curves(model)
+      type(model_type), intent(in) :: model
+
+      if (recorder%options%continued) then
+        call continue_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, &
+          model%state%progress%step, error)
+        if (allocated(error)) return
+        if (file_exists(recorder%directory//'/points.pvd')) then
+          call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, error)
+        end if
+      else
+        call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
+      end if
+    end subroutine open_curves
+
+    !> Tell by what the model is smaller than the scene.
+    subroutine log_savings()
+      character(len=:), allocatable :: text
+
+      if (recorder%options%continued) return
+      call savings_text(recorder%options%whole, model, text)
+      call recorder%note(text)
+    end subroutine log_savings
   end subroutine create
 
   !> Whether this process writes what there is one of.
@@ -155,117 +245,6 @@ contains
 
     writes = leads(recorder) .or. is_divided(model%part)
   end function writes
-
-  !> Remove what was there and begin the files.
-  subroutine begin_files(recorder, model, error)
-    type(recorder_type), intent(inout) :: recorder
-    !> The model, its state as read when the run continues another.
-    type(model_type), intent(in) :: model
-    !> Set when a file cannot be made.
-    type(error_type), allocatable, intent(out) :: error
-
-    if (leads(recorder)) call make_place(recorder%directory, own_files, recorder%options%continued, &
-      model%analysis%output%hdf5, error)
-    if (recorder%options%continued) call read_timing(recorder%directory, recorder%earlier)
-    call agree(recorder%options%team, error)
-    if (allocated(error)) return
-    call start_display(recorder%display, recorder%options%display, model)
-    if (leads(recorder)) call open_log(recorder, error)
-    call agree(recorder%options%team, error)
-    if (allocated(error)) return
-    call begin_log(recorder, model)
-    if (is_reduced(recorder%options%whole)) then
-      call log_savings(recorder, model)
-      call follow_step(recorder%options%whole, model)
-      call open_tables(recorder, recorder%options%whole%model, error)
-    else
-      call open_tables(recorder, model, error)
-    end if
-    ! A run from the start has a picture of it, when the initial stresses are set.
-    if (.not. allocated(error) .and. recorder%options%begun) call recorder%phase_begun(model, error)
-    if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
-  end subroutine begin_files
-
-  !> Open the log: anew, or behind what the continued run wrote.
-  subroutine open_log(recorder, error)
-    type(recorder_type), intent(inout) :: recorder
-    !> Set when it cannot be written.
-    type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: path, text
-
-    path = recorder%directory//'/job.log'
-    text = ''
-    if (recorder%options%continued) then
-      if (file_exists(path)) call read_text(path, text, error)
-      if (allocated(error)) return
-    end if
-    call append_file(recorder%log, path, len(text, kind=long), error)
-  end subroutine open_log
-
-  !> The head of the log: program, deck, what the model builder has to say.
-  subroutine begin_log(recorder, model)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-
-    if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
-    if (allocated(model%analysis%deck)) call write_log(recorder, 'deck '//model%analysis%deck)
-    call write_log(recorder, sizes_text(model))
-    if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
-    if (recorder%options%continued) then
-      call recorder%note('continued from step '//integer_text(model%state%progress%step))
-    else if (allocated(model%notes)) then
-      if (len(model%notes) > 0) call recorder%note(model%notes)
-    end if
-  end subroutine begin_log
-
-  !> Begin or continue the curves and the list of pictures.
-  subroutine open_tables(recorder, model, error)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    !> Set when a file cannot be written.
-    type(error_type), allocatable, intent(out) :: error
-    logical :: there
-
-    if (leads(recorder)) call open_curves(recorder, model, error)
-    call agree(recorder%options%team, error)
-    if (allocated(error)) return
-    ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
-    there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
-    there = any_of(recorder%options%team, there .and. leads(recorder) .and. recorder%options%continued)
-    if (model%analysis%output%hdf5 .and. .not. there .and. writes(recorder, model)) &
-      call write_mesh_results(recorder%directory, model, error)
-    call agree(recorder%options%team, error)
-  end subroutine open_tables
-
-  !> Begin or continue the curves, and read which pictures there are.
-  subroutine open_curves(recorder, model, error)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    !> Set when a file cannot be written.
-    type(error_type), allocatable, intent(out) :: error
-
-    if (recorder%options%continued) then
-      call continue_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, &
-        model%state%progress%step, error)
-      if (allocated(error)) return
-      if (file_exists(recorder%directory//'/points.pvd')) then
-        call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, error)
-      end if
-    else
-      call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
-    end if
-  end subroutine open_curves
-
-  !> Tell by what the model is smaller than the scene.
-  subroutine log_savings(recorder, model)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    character(len=:), allocatable :: text
-
-    if (recorder%options%continued) return
-    call savings_text(recorder%options%whole, model, text)
-    call recorder%note(text)
-  end subroutine log_savings
 
   !> A phase has begun: the picture that a record begins with, where there is none yet.
   subroutine phase_begun(self, model, error)
@@ -445,14 +424,14 @@ contains
     logical :: by_signal
 
     by_signal = any_of(recorder%options%team, signal_received() /= 0)
-    if (leads(recorder)) call log_summary(recorder, model, outcome)
+    if (leads(recorder)) call log_summary()
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     said = repeated_warnings(recorder%warnings)
     if (len(said) > 0) call write_log(recorder, without_last_newline(said))
     if (.not. allocated(outcome)) then
       call recorder%phase_begun(model, error)
     else
-      call keep_last_state(recorder, model, outcome, by_signal, error)
+      call keep_last_state(outcome)
       if (.not. by_signal) call report_stress_error(recorder, model)
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
       if (allocated(error)) call write_log(recorder, 'qsmpm: '//error%message)
@@ -467,21 +446,33 @@ contains
     call unlock_folder(recorder%lock)
     if (.not. allocated(outcome)) call show_text(recorder%display, last_line(error))
     call end_display(recorder%display)
+
+  contains
+
+    !> The table of phases, and the file too where the run did not finish; a run that could not write has none.
+    subroutine log_summary()
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: text
+
+      call summary_table(recorder%directory, scene_of(recorder%options%whole, model), model, text, error, outcome)
+      if (.not. allocated(error)) call write_log(recorder, text)
+      if (.not. allocated(outcome)) return
+      call write_summary(recorder%directory, scene_of(recorder%options%whole, model), model, error, outcome)
+    end subroutine log_summary
+
+    !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
+    subroutine keep_last_state(outcome)
+      !> What ended the run.
+      type(error_type), intent(in) :: outcome
+
+      if (recorder%restart_step /= model%state%progress%step) call save_restart(recorder, model, error)
+      ! A disk that took a file no longer takes no picture either; a signal leaves what a run
+      ! without the interruption would have left.
+      if (allocated(error) .or. outcome%code == error_other) return
+      if (by_signal) return
+      if (recorder%picture_step /= model%state%progress%step) call write_pictures(recorder, model, error)
+    end subroutine keep_last_state
   end subroutine close
-
-  !> The table of phases, and the file too where the run did not finish; a run that could not write has none.
-  subroutine log_summary(recorder, model, outcome)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    type(error_type), allocatable, intent(in) :: outcome
-    type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
-
-    call summary_table(recorder%directory, scene_of(recorder%options%whole, model), model, text, error, outcome)
-    if (.not. allocated(error)) call write_log(recorder, text)
-    if (.not. allocated(outcome)) return
-    call write_summary(recorder%directory, scene_of(recorder%options%whole, model), model, error, outcome)
-  end subroutine log_summary
 
   !> Last line of a run that nothing but its files may have stopped.
   pure function last_line(error) result(line)
@@ -492,25 +483,6 @@ contains
     line = finished_line
     if (allocated(error)) line = 'qsmpm: stopped: '//error%message
   end function last_line
-
-  !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
-  subroutine keep_last_state(recorder, model, outcome, by_signal, error)
-    type(recorder_type), intent(inout) :: recorder
-    type(model_type), intent(in) :: model
-    !> What ended the run.
-    type(error_type), intent(in) :: outcome
-    !> A signal has asked for it.
-    logical, intent(in) :: by_signal
-    !> Set when something could not be written.
-    type(error_type), allocatable, intent(out) :: error
-
-    if (recorder%restart_step /= model%state%progress%step) call save_restart(recorder, model, error)
-    ! A disk that took a file no longer takes no picture either; a signal leaves what a run
-    ! without the interruption would have left.
-    if (allocated(error) .or. outcome%code == error_other) return
-    if (by_signal) return
-    if (recorder%picture_step /= model%state%progress%step) call write_pictures(recorder, model, error)
-  end subroutine keep_last_state
 
   !> Write the pictures and results of the present step, those of the scene where the model is a
   !> reduced one.

@@ -1,27 +1,33 @@
 !> The state of a model in a restart file. Of one that is divided each process gives the rows of its own points and
 !> nodes (qsmpm_hdf5_image). Points stand in the order of the ranks, cells are numbered as in the whole grid, and nodal
 !> values stand beside the labels of their nodes, those alone that are not zero. Any number of processes reads it.
+!>
+!> It is what rides on the mesh, what the terms keep, and where the analysis stands.
 module qsmpm_restart_rows
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: lowest_rank, spread_text
   use qsmpm_cell_numbers, only: whole_cells, whole_of
   use qsmpm_division, only: look_at_all
   use qsmpm_hdf5_image, only: image_type, put_group, put_array, put_attribute
-  use qsmpm_hdf5_reader, only: reader_type, get_array, note_reason
+  use qsmpm_hdf5_reader, only: reader_type, get_array, note_reason, get_attribute
   use qsmpm_kept_arrays, only: kept_arrays_type, clear_nodal
-  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model, only: model_type, state_type, progress_type, phase_end_type
   use qsmpm_point_delivery, only: sort_by_number
-  use qsmpm_point_selection, only: select_points, select_surface_points
-  use qsmpm_points, only: points_type, surface_points_type
-  use qsmpm_restart_fields, only: kept_count, put_carried, put_kept
-  use qsmpm_restart_progress, only: put_progress
+  use qsmpm_point_selection, only: select_points, allocate_like
+  use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_space, only: node_label
-  use qsmpm_team, only: team_type
+  use qsmpm_team, only: team_type, total
+  use qsmpm_hdf5_rows, only: count_components, count_rows, get_rows
+  use qsmpm_grid_window, only: window_type
+  use qsmpm_state_check, only: window_reason
+  use qsmpm_field_list, only: field_list_type
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
-  public :: node_values_type, put_state, put_own, share_reason, get_node_values, lay_joined, put_node_values
+  public :: node_values_type, put_state, put_own, share_reason, get_node_values, lay_joined, put_node_values, &
+    put_carried, size_set, get_carried, get_some, put_kept, get_kept, get_mesh, kept_count, put_progress, get_progress
 
   !> Values at nodes by their labels: reactions and released forces (dimension, labels), what terms keep.
   type :: node_values_type
@@ -32,6 +38,14 @@ module qsmpm_restart_rows
 
   !> Dataset of the labels; the file of one process has none.
   character(len=*), parameter, public :: node_labels = '/mesh/node_labels'
+
+  !> A number in the file: one of the three is where it lies.
+  type :: number_type
+    character(len=24) :: name
+    integer, pointer :: whole => null()
+    real(wp), pointer :: real => null()
+    logical, pointer :: yes => null()
+  end type number_type
 
 contains
 
@@ -88,10 +102,10 @@ contains
       own%progress = state%progress
       own%plate = state%plate
       own%window = whole_of(model)
-      call take_points(state%points, part%points, own%points)
-      call take_points(state%inactive%unloading, part%unloading, own%inactive%unloading)
-      call take_surface(state%surface, part%surface, own%surface)
-      call take_surface(state%inactive%unloading_surface, part%unloading_surface, own%inactive%unloading_surface)
+      call take(state%points, part%points, own%points)
+      call take(state%inactive%unloading, part%unloading, own%inactive%unloading)
+      call take(state%surface, part%surface, own%surface)
+      call take(state%inactive%unloading_surface, part%unloading_surface, own%inactive%unloading_surface)
       own%inactive%points = part%waiting
       own%inactive%surface = part%waiting_surface
       own%tracers = state%tracers
@@ -105,25 +119,15 @@ contains
 
   contains
 
-    !> Own material points.
-    subroutine take_points(points, own, chosen)
-      type(points_type), intent(in) :: points
+    !> Own points of a set.
+    subroutine take(points, own, chosen)
+      class(carried_type), intent(in) :: points
       logical, intent(in) :: own(:)
-      type(points_type), intent(out) :: chosen
+      class(carried_type), intent(inout) :: chosen
 
       call select_points(points, places_of(own), chosen)
       chosen%cell = whole_cells(model, chosen%cell)
-    end subroutine take_points
-
-    !> Own surface points.
-    subroutine take_surface(points, own, chosen)
-      type(surface_points_type), intent(in) :: points
-      logical, intent(in) :: own(:)
-      type(surface_points_type), intent(out) :: chosen
-
-      call select_surface_points(points, places_of(own), chosen)
-      chosen%cell = whole_cells(model, chosen%cell)
-    end subroutine take_surface
+    end subroutine take
   end subroutine take_own
 
   !> Places of what is marked.
@@ -225,4 +229,274 @@ contains
       end do
     end do
   end subroutine put_node_values
+
+  !> Put what the terms keep.
+  subroutine put_kept(image, group, kept, rows)
+    type(image_type), intent(inout) :: image
+    character(len=*), intent(in) :: group
+    type(kept_arrays_type), intent(in) :: kept
+    !> Each process gives nodes of its own.
+    logical, intent(in) :: rows
+    integer :: i
+
+    call put_group(image, group)
+    call put_attribute(image, group, 'count', kept_count(kept))
+    do i = 1, kept_count(kept)
+      call put_array(image, group//'/'//kept%list(i)%name, kept%list(i)%values, rows .and. kept%list(i)%nodal)
+    end do
+  end subroutine put_kept
+
+  !> Number of arrays that terms keep.
+  pure integer function kept_count(kept)
+    type(kept_arrays_type), intent(in) :: kept
+
+    kept_count = 0
+    if (allocated(kept%list)) kept_count = size(kept%list)
+  end function kept_count
+
+  !> Get what the terms keep: those of the file must be those of the analysis.
+  subroutine get_kept(reader, group, kept, nodal)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    type(kept_arrays_type), intent(inout) :: kept
+    !> Those too that have a column for each node.
+    logical, intent(in) :: nodal
+    integer :: i, found
+
+    found = 0
+    call get_attribute(reader, group, 'count', found)
+    if (found /= kept_count(kept)) call note_reason(reader, 'it was written with other terms of the equations')
+    do i = 1, kept_count(kept)
+      if (kept%list(i)%nodal .and. .not. nodal) cycle
+      call get_array(reader, group//'/'//kept%list(i)%name, kept%list(i)%values)
+    end do
+  end subroutine get_kept
+
+  !> Get the part of the grid, where its nodes are, and the forces at them.
+  subroutine get_mesh(reader, group, model, state)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    type(model_type), intent(in) :: model
+    type(state_type), intent(inout) :: state
+    integer, allocatable :: window(:)
+
+    allocate (window(6), source=0)
+    call get_array(reader, group//'/mesh/window', window)
+    call note_reason(reader, window_reason(window, model))
+    if (any(window /= [state%window%first, state%window%last])) then
+      ! Another part of the grid: as many nodes as it has.
+      state%window = window_type(window(:3), window(4:))
+      deallocate (state%coordinates, state%reactions, state%released)
+    end if
+    call get_array(reader, group//'/mesh/coordinates', state%coordinates)
+    call get_array(reader, group//'/mesh/reactions', state%reactions)
+    call get_array(reader, group//'/mesh/released', state%released)
+    if (allocated(state%reactions)) call clear_nodal(state%kept, size(state%reactions, 2))
+  end subroutine get_mesh
+
+  !> Put all fields of a carried set.
+  subroutine put_carried(image, group, carried, rows)
+    type(image_type), intent(inout) :: image
+    !> Name of its group.
+    character(len=*), intent(in) :: group
+    !> The set.
+    class(carried_type), intent(in), target :: carried
+    !> Each process gives some of it; else it is known to all.
+    logical, intent(in) :: rows
+    type(field_list_type) :: list
+    real(wp), allocatable :: reals(:, :)
+    integer :: i
+
+    call put_group(image, group)
+    if (rows) then
+      call put_attribute(image, group, 'count', int(total(image%team, int(carried%count, long))))
+    else
+      call put_attribute(image, group, 'count', carried%count)
+    end if
+    call carried%list_fields(list)
+    do i = 1, list%count
+      associate (field => list%fields(i), path => group//'/'//trim(list%fields(i)%name))
+        if (associated(field%labels)) then
+          call put_array(image, path, field%labels, rows)
+        else if (associated(field%numbers)) then
+          call put_array(image, path, field%numbers, rows)
+        else
+          call field%get_values(field%component_count(), reals)
+          call put_array(image, path, reals, rows)
+        end if
+      end associate
+    end do
+  end subroutine put_carried
+
+  !> Room for as many points as the file has in a set, or for some of them; where none are left they have carried what
+  !> others do, or there have been none.
+  subroutine size_set(reader, group, like, carried, some)
+    type(reader_type), intent(inout) :: reader
+    !> The group of the set in the file.
+    character(len=*), intent(in) :: group
+    type(points_type), intent(in) :: like
+    !> Material points or surface points.
+    class(carried_type), intent(inout) :: carried
+    integer, intent(in), optional :: some
+    integer :: count, states
+
+    count = count_rows(reader, group//'/cell')
+    if (present(some)) count = some
+    select type (carried)
+    type is (points_type)
+      states = count_components(reader, group//'/state')
+      if (count == carried%count .and. states == size(carried%state, 1)) return
+      call allocate_like(like, count, carried)
+    type is (surface_points_type)
+      call allocate_surface_points(carried, size(like%position, 1), count)
+    end select
+  end subroutine size_set
+
+  !> Get all fields of a carried set; their sizes are those of the model.
+  subroutine get_carried(reader, group, carried)
+    type(reader_type), intent(inout) :: reader
+    !> Name of its group.
+    character(len=*), intent(in) :: group
+    !> The set.
+    class(carried_type), intent(inout), target :: carried
+    integer :: i
+
+    call get_some(reader, group, [(i, i=1, size(carried%cell))], size(carried%cell), carried)
+  end subroutine get_carried
+
+  !> Get some of a carried set with all their fields.
+  subroutine get_some(reader, group, rows, all_rows, carried)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    !> Their places in the file, rising, and how many the set has.
+    integer, intent(in) :: rows(:), all_rows
+    !> As many, carrying what those of the model do.
+    class(carried_type), intent(inout), target :: carried
+    type(field_list_type) :: list
+    integer :: i, found
+
+    found = all_rows
+    call get_attribute(reader, group, 'count', found)
+    if (found /= all_rows) call note_reason(reader, group//' has another size than it says')
+    call carried%list_fields(list)
+    do i = 1, list%count
+      associate (field => list%fields(i), path => group//'/'//trim(list%fields(i)%name))
+        if (allocated(reader%reason) .or. size(rows) == 0) exit
+        ! What is not carried.
+        if (field%point_count() == 0) cycle
+        if (associated(field%labels)) then
+          call get_rows(reader, path, rows, all_rows, field%labels)
+        else if (associated(field%numbers)) then
+          call get_rows(reader, path, rows, all_rows, field%numbers)
+        else if (associated(field%reals)) then
+          call get_rows(reader, path, rows, all_rows, field%reals)
+        end if
+      end associate
+    end do
+  end subroutine get_some
+
+  !> Put where the analysis stands.
+  subroutine put_progress(image, group, progress)
+    type(image_type), intent(inout) :: image
+    character(len=*), intent(in) :: group
+    !> Where the analysis stands.
+    type(progress_type), intent(in), target :: progress
+    type(number_type), allocatable :: list(:)
+    logical, target :: has_ends
+    integer :: i
+
+    call put_group(image, group)
+    has_ends = allocated(progress%ends)
+    call list_numbers(progress, has_ends, list)
+    do i = 1, size(list)
+      associate (number => list(i))
+        if (associated(number%whole)) call put_attribute(image, group, trim(number%name), number%whole)
+        if (associated(number%real)) call put_attribute(image, group, trim(number%name), number%real)
+        if (associated(number%yes)) call put_attribute(image, group, trim(number%name), merge(1, 0, number%yes))
+      end associate
+    end do
+    if (allocated(progress%factors)) call put_array(image, group//'/factors', progress%factors)
+    if (.not. has_ends) return
+    call put_array(image, group//'/end_reason', progress%ends%reason)
+    call put_array(image, group//'/end_fraction', progress%ends%fraction)
+    call put_array(image, group//'/end_displacement', progress%ends%displacement)
+  end subroutine put_progress
+
+  !> Get where the analysis stood.
+  subroutine get_progress(reader, group, progress)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    !> Where the analysis stood.
+    type(progress_type), intent(inout), target :: progress
+    type(number_type), allocatable :: list(:)
+    logical, target :: has_ends
+    integer :: i, found
+
+    call list_numbers(progress, has_ends, list)
+    do i = 1, size(list)
+      associate (number => list(i))
+        found = 0
+        if (associated(number%whole)) call get_attribute(reader, group, trim(number%name), number%whole)
+        if (associated(number%real)) call get_attribute(reader, group, trim(number%name), number%real)
+        if (associated(number%yes)) call get_attribute(reader, group, trim(number%name), found)
+        if (associated(number%yes)) number%yes = found == 1
+      end associate
+    end do
+    if (allocated(progress%factors)) deallocate (progress%factors)
+    call get_array(reader, group//'/factors', progress%factors)
+    if (allocated(progress%ends)) deallocate (progress%ends)
+    if (has_ends) call get_ends(reader, group, progress)
+  end subroutine get_progress
+
+  !> All numbers of the progress in the order of the file.
+  subroutine list_numbers(progress, has_ends, list)
+    type(progress_type), intent(in), target :: progress
+    !> Whether phases have ended.
+    logical, intent(in), target :: has_ends
+    type(number_type), allocatable, intent(out) :: list(:)
+    integer :: i
+
+    associate (p => progress, bracket => progress%bracket, limit => progress%limit)
+      list = [ &
+        number_type('phase', whole=p%phase), number_type('step', whole=p%step), &
+        number_type('phase_steps', whole=p%phase_steps), number_type('fraction', real=p%fraction), &
+        number_type('load_factor', real=p%load_factor), number_type('next_step', real=p%next_step), &
+        number_type('damping', real=p%damping), number_type('failed_solvers', whole=p%failed_solvers), &
+        number_type('undamped_newton', yes=p%undamped_newton), number_type('external_work', real=p%external_work), &
+        number_type('internal_work', real=p%internal_work), &
+        number_type('constant_load_tests_done', whole=p%constant_load_tests_done), &
+        number_type('release_left', real=p%release_left), number_type('own_settlement', real=p%own_settlement), &
+        number_type('force_at_start', real=p%force_at_start), number_type('strength_factor', real=p%strength_factor), &
+        number_type('stable_factor', real=bracket%stable), number_type('lost_factor', real=bracket%lost), &
+        (number_type('lost_factor_above_'//integer_text(i), real=bracket%lost_above(i)), &
+        i=1, size(bracket%lost_above)), &
+        number_type('factor_increment', real=bracket%increment), number_type('stopped', yes=p%stopped), &
+        number_type('ends', yes=has_ends), number_type('first_compliance', real=limit%first), &
+        number_type('last_compliance', real=limit%last), number_type('last_middle', real=limit%middle), &
+        number_type('refused', real=limit%refused), number_type('refused_compliance', real=limit%refused_compliance), &
+        number_type('refused_middle', real=limit%refused_middle), number_type('plateau', real=limit%plateau), &
+        number_type('most_compliance', real=limit%most), number_type('knee', real=limit%knee)]
+    end associate
+  end subroutine list_numbers
+
+  !> Get how phases have ended.
+  subroutine get_ends(reader, group, progress)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    type(progress_type), intent(inout) :: progress
+    integer, allocatable :: reason(:)
+    real(wp), allocatable :: fraction(:), displacement(:)
+    logical :: whole
+    integer :: i
+
+    call get_array(reader, group//'/end_reason', reason)
+    call get_array(reader, group//'/end_fraction', fraction)
+    call get_array(reader, group//'/end_displacement', displacement)
+    if (allocated(reader%reason)) return
+    whole = allocated(reason) .and. allocated(fraction) .and. allocated(displacement)
+    if (whole) whole = size(fraction) == size(reason) .and. size(displacement) == size(reason)
+    if (.not. whole) call note_reason(reader, 'the ends of its phases have lost a part')
+    if (.not. whole) return
+    progress%ends = [(phase_end_type(reason(i), fraction(i), displacement(i)), i=1, size(reason))]
+  end subroutine get_ends
 end module qsmpm_restart_rows

@@ -42,12 +42,12 @@ contains
     if (.not. carried_good(state%surface, 0, cells)) reason = 'the surface points'
     if (.not. carried_good(state%tracers, 0, cells)) reason = 'the tracers'
     if (.not. watched_good(state%watched, cells, model)) reason = 'the watched places'
-    if (.not. (finite_table(state%coordinates) .and. finite_table(state%reactions))) reason = 'the mesh'
-    if (.not. finite_table(state%released)) reason = 'the mesh'
-    if (.not. finite([state%plate])) reason = 'the mesh'
+    if (.not. (all(is_usable(state%coordinates)) .and. all(is_usable(state%reactions)))) reason = 'the mesh'
+    if (.not. all(is_usable(state%released))) reason = 'the mesh'
+    if (.not. all(is_usable([state%plate]))) reason = 'the mesh'
     if (allocated(state%kept%list)) then
       do i = 1, size(state%kept%list)
-        if (.not. finite_table(state%kept%list(i)%values)) reason = state%kept%list(i)%name
+        if (.not. all(is_usable(state%kept%list(i)%values))) reason = state%kept%list(i)%name
       end do
     end if
     if (len(reason) > 0) reason = reason//misfit
@@ -107,8 +107,8 @@ contains
       progress%failed_solvers >= 0 .and. progress%failed_solvers <= 7 .and. &
       min(progress%own_settlement, progress%force_at_start) >= 0.0_wp .and. &
       max(progress%own_settlement, progress%force_at_start) <= huge(1.0_wp) .and. &
-      progress%damping >= 0.0_wp .and. finite([progress%load_factor, progress%next_step, progress%damping, &
-      progress%external_work, progress%internal_work]) .and. limit_good(progress%limit) .and. &
+      progress%damping >= 0.0_wp .and. all(is_usable([progress%load_factor, progress%next_step, progress%damping, &
+      progress%external_work, progress%internal_work])) .and. limit_good(progress%limit) .and. &
       search_good(progress, phases) .and. ends_good(progress, phases)
   end function progress_good
 
@@ -118,13 +118,13 @@ contains
     integer, intent(in) :: phases
 
     associate (b => progress%bracket)
-      search_good = finite([progress%strength_factor, b%stable, b%lost, b%lost_above, b%increment]) .and. &
+      search_good = all(is_usable([progress%strength_factor, b%stable, b%lost, b%lost_above, b%increment])) .and. &
         progress%strength_factor > 0.0_wp .and. minval([b%stable, b%lost, b%lost_above]) >= 0.0_wp .and. &
         b%increment > 0.0_wp
     end associate
     if (.not. allocated(progress%factors)) return
     search_good = search_good .and. size(progress%factors, 1) == 4
-    if (search_good .and. size(progress%factors) > 0) search_good = finite_table(progress%factors) .and. &
+    if (search_good .and. size(progress%factors) > 0) search_good = all(is_usable(progress%factors)) .and. &
       minval(progress%factors) >= 0.0_wp .and. maxval(progress%factors(1, :)) <= real(phases, wp)
   end function search_good
 
@@ -136,7 +136,7 @@ contains
     ends_good = .true.
     if (.not. allocated(progress%ends)) return
     ends_good = size(progress%ends) <= phases .and. all(progress%ends%reason >= not_ended) .and. &
-      all(progress%ends%reason <= ended_by_loss) .and. finite(progress%ends%displacement) .and. &
+      all(progress%ends%reason <= ended_by_loss) .and. all(is_usable(progress%ends%displacement)) .and. &
       all(progress%ends%fraction >= 0.0_wp .and. progress%ends%fraction <= 1.0_wp)
   end function ends_good
 
@@ -144,7 +144,7 @@ contains
   pure logical function limit_good(limit)
     type(limit_load_type), intent(in) :: limit
 
-    limit_good = finite([limit%first, limit%last, limit%most, limit%refused_compliance]) .and. &
+    limit_good = all(is_usable([limit%first, limit%last, limit%most, limit%refused_compliance])) .and. &
       minval([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee]) >= 0.0_wp .and. &
       maxval([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee]) <= 1.0_wp
   end function limit_good
@@ -160,7 +160,7 @@ contains
       all(carried%cell <= last_cell)
     call carried%list_fields(list)
     do i = 1, list%count
-      if (associated(list%fields(i)%reals)) carried_good = carried_good .and. finite_table(list%fields(i)%reals)
+      if (associated(list%fields(i)%reals)) carried_good = carried_good .and. all(is_usable(list%fields(i)%reals))
     end do
   end function carried_good
 
@@ -203,18 +203,4 @@ contains
     if (allocated(model%analysis%materials)) &
       points_good = points_good .and. all(points%material <= size(model%analysis%materials))
   end function points_good
-
-  !> Whether all reals are finite.
-  pure logical function finite(values)
-    real(wp), intent(in) :: values(:)
-
-    finite = all(is_usable(values))
-  end function finite
-
-  !> The same of a table.
-  pure logical function finite_table(values)
-    real(wp), intent(in) :: values(:, :)
-
-    finite_table = all(is_usable(values))
-  end function finite_table
 end module qsmpm_state_check

@@ -232,10 +232,6 @@ contains
     integer(int8) :: bytes(4)
 
     bytes = transfer(1, bytes)
-    if (bytes(1) == 1_int8) then
-      name = 'LittleEndian'
-    else
-      name = 'BigEndian'
-    end if
+    name = trim(merge('LittleEndian', 'BigEndian   ', bytes(1) == 1_int8))
   end function byte_order
 end module qsmpm_vtu

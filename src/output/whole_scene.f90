@@ -21,7 +21,7 @@ module qsmpm_whole_scene
   use qsmpm_model_space, only: make_space
   use qsmpm_model_window, only: fit_window
   use qsmpm_observer, only: step_record_type
-  use qsmpm_equation_count, only: count_equations
+  use qsmpm_nodal_fields, only: count_equations
   use qsmpm_number_text, only: integer_text
   use qsmpm_stress_error, only: stress_error_type
   implicit none

@@ -48,38 +48,65 @@ contains
     end if
     call pieces_in_convex(whole, base, inside)
     do m = 1, n*n
-      call sub_base(base, m, n, corners, column)
+      call sub_base(corners, column)
       call pieces_in_convex(inside, corners, found)
       do k = 1, found%count
-        call add_layers(found%vertices(:, found%first(k):found%first(k + 1) - 1), column, &
-          cell_limits, body_limits, layers, pieces)
+        call add_layers(found%vertices(:, found%first(k):found%first(k + 1) - 1), pieces)
       end do
     end do
+
+  contains
+
+    !> Corners and column of a sub-cell of the base of a cell.
+    pure subroutine sub_base(corners, column)
+      !> Its corners, counter-clockwise.
+      real(wp), intent(out) :: corners(:, :)
+      !> Numbers from 1 to n (2).
+      integer, intent(out) :: column(2)
+      integer :: lattice(2, 3), i
+
+      if (size(base, 2) == 4) then
+        column = [mod(m - 1, n) + 1, (m - 1)/n + 1]
+        corners = sub_quad(base, column(1), column(2), n)
+        return
+      end if
+      lattice = sub_triangle(m, n)
+      column = lattice(:, 1) + 1
+      do i = 1, 3
+        corners(:, i) = matmul(base, lattice_weights(lattice(:, i), n))
+      end do
+    end subroutine sub_base
+
+    !> A plane piece as it is, or its layers in 3D.
+    pure subroutine add_layers(polygon, pieces)
+      !> Vertices (2,m).
+      real(wp), intent(in) :: polygon(:, :)
+      !> Gains the pieces.
+      type(piece_list_type), intent(inout) :: pieces
+      real(wp) :: area, centroid(2), extent(2), second(3, 3), low, high, height
+      integer :: k
+
+      if (size(polygon, 2) < 3) return
+      area = polygon_area(polygon)
+      centroid = polygon_centroid(polygon)
+      extent = maxval(polygon, dim=2) - minval(polygon, dim=2)
+      second = 0.0_wp
+      second(:2, :2) = polygon_second(polygon)
+      height = cell_limits(2) - cell_limits(1)
+      if (.not. height > 0.0_wp) then
+        call add_piece(pieces, area, [centroid, 0.0_wp], [extent, 0.0_wp], second, [column, 1])
+        return
+      end if
+      do k = 1, layers
+        low = max(cell_limits(1) + height*(k - 1)/layers, body_limits(1))
+        high = min(cell_limits(1) + height*k/layers, body_limits(2))
+        if (.not. high > low) cycle
+        second(3, 3) = (high - low)**2/12.0_wp
+        call add_piece(pieces, area*(high - low), [centroid, 0.5_wp*(low + high)], &
+          [extent, high - low], second, [column, k])
+      end do
+    end subroutine add_layers
   end subroutine prism_pieces
-
-  !> Corners and column of a sub-cell of the base of a cell.
-  pure subroutine sub_base(base, m, n, corners, column)
-    !> Corners (2, 3 or 4).
-    real(wp), intent(in) :: base(:, :)
-    !> Number of the sub-cell of n*n.
-    integer, intent(in) :: m, n
-    !> Its corners, counter-clockwise.
-    real(wp), intent(out) :: corners(:, :)
-    !> Numbers from 1 to n (2).
-    integer, intent(out) :: column(2)
-    integer :: lattice(2, 3), i
-
-    if (size(base, 2) == 4) then
-      column = [mod(m - 1, n) + 1, (m - 1)/n + 1]
-      corners = sub_quad(base, column(1), column(2), n)
-      return
-    end if
-    lattice = sub_triangle(m, n)
-    column = lattice(:, 1) + 1
-    do i = 1, 3
-      corners(:, i) = matmul(base, lattice_weights(lattice(:, i), n))
-    end do
-  end subroutine sub_base
 
   !> Corners of a sub-triangle, counted in n-th parts of the two sides at the first corner: a row of n - j upright ones
   !> after the other, then the rows of those that hang between them.
@@ -140,42 +167,6 @@ contains
     end function place
   end function sub_quad
 
-  !> A plane piece as it is, or its layers in 3D.
-  pure subroutine add_layers(polygon, column, cell_limits, body_limits, layers, pieces)
-    !> Vertices (2,m).
-    real(wp), intent(in) :: polygon(:, :)
-    !> Sub-cell in the plane (2).
-    integer, intent(in) :: column(2)
-    !> Limits of the cell and of the body along z (2).
-    real(wp), intent(in) :: cell_limits(2), body_limits(2)
-    !> Layers of the cell.
-    integer, intent(in) :: layers
-    !> Gains the pieces.
-    type(piece_list_type), intent(inout) :: pieces
-    real(wp) :: area, centroid(2), extent(2), second(3, 3), low, high, height
-    integer :: k
-
-    if (size(polygon, 2) < 3) return
-    area = polygon_area(polygon)
-    centroid = polygon_centroid(polygon)
-    extent = maxval(polygon, dim=2) - minval(polygon, dim=2)
-    second = 0.0_wp
-    second(:2, :2) = polygon_second(polygon)
-    height = cell_limits(2) - cell_limits(1)
-    if (.not. height > 0.0_wp) then
-      call add_piece(pieces, area, [centroid, 0.0_wp], [extent, 0.0_wp], second, [column, 1])
-      return
-    end if
-    do k = 1, layers
-      low = max(cell_limits(1) + height*(k - 1)/layers, body_limits(1))
-      high = min(cell_limits(1) + height*k/layers, body_limits(2))
-      if (.not. high > low) cycle
-      second(3, 3) = (high - low)**2/12.0_wp
-      call add_piece(pieces, area*(high - low), [centroid, 0.5_wp*(low + high)], &
-        [extent, high - low], second, [column, k])
-    end do
-  end subroutine add_layers
-
   !> Pieces of a polyhedron in the sub-cells of a cell.
   pure subroutine solid_pieces(solid, closed, corners, n, layers, pieces)
     type(polyhedron_type), intent(in) :: solid
@@ -201,92 +192,81 @@ contains
         case (4)
           sub = corners
         case (6)
-          call sub_wedge(corners, m, k, n, layers, sub, place)
+          call sub_wedge(sub, place)
         case default
-          sub = sub_brick(corners, place, n)
+          sub = sub_brick()
         end select
-        call add_solid(solid, candidates, closed, sub, place, pieces)
+        call add_solid(candidates, sub, pieces)
       end do
     end do
-  end subroutine solid_pieces
 
-  !> The part of a polyhedron in a sub-cell, unless there is none.
-  pure subroutine add_solid(solid, candidates, closed, sub, place, pieces)
-    !> The polyhedron, and its facets over the cell.
-    type(polyhedron_type), intent(in) :: solid
-    integer, intent(in) :: candidates(:)
-    !> It has all its facets.
-    logical, intent(in) :: closed
-    !> Corners of the sub-cell, and its place (3).
-    real(wp), intent(in) :: sub(:, :)
-    integer, intent(in) :: place(3)
-    !> Gains the piece.
-    type(piece_list_type), intent(inout) :: pieces
-    type(tet_list_type) :: tets
-    real(wp) :: volume, whole, moment(3), second(3, 3), about(3), extent(3)
-    integer :: i
+  contains
 
-    call cell_tets(sub, tets)
-    about = sum(sub, dim=2)/size(sub, 2)
-    call moments_in_tets(solid, candidates, tets, volume, moment, about, second)
-    whole = 0.0_wp
-    extent = 0.0_wp
-    call add_moments(tets, 1.0_wp, whole, extent)
-    if (volume <= 1.0e-12_wp*whole) return
-    extent = maxval(sub, dim=2) - minval(sub, dim=2)
-    if (closed .and. size(sub, 2) == 8) call find_extent(solid, candidates, sub, extent)
-    second = second/volume
-    do i = 1, 3
-      second(:, i) = second(:, i) - (moment/volume - about)*(moment(i)/volume - about(i))
-    end do
-    call add_piece(pieces, volume, moment/volume, extent, second, place)
-  end subroutine add_solid
+    !> The part of a polyhedron in a sub-cell, unless there is none.
+    pure subroutine add_solid(candidates, sub, pieces)
+      integer, intent(in) :: candidates(:)
+      !> Corners of the sub-cell, and its place (3).
+      real(wp), intent(in) :: sub(:, :)
+      !> Gains the piece.
+      type(piece_list_type), intent(inout) :: pieces
+      type(tet_list_type) :: tets
+      real(wp) :: volume, whole, moment(3), second(3, 3), about(3), extent(3)
+      integer :: i
 
-  !> Corners and place of a sub-cell of a wedge.
-  pure subroutine sub_wedge(corners, m, k, n, layers, sub, place)
-    !> Corners (3,6).
-    real(wp), intent(in) :: corners(:, :)
-    !> Number of the sub-triangle of n*n, and of the layer.
-    integer, intent(in) :: m, k, n, layers
-    !> Corners of the sub-cell.
-    real(wp), intent(out) :: sub(:, :)
-    !> Place (3).
-    integer, intent(out) :: place(3)
-    integer :: lattice(2, 3), i, j
-    real(wp) :: height
-
-    lattice = sub_triangle(m, n)
-    place = [lattice(:, 1) + 1, k]
-    do j = 0, 1
-      height = real(k - 1 + j, wp)/layers
+      call cell_tets(sub, tets)
+      about = sum(sub, dim=2)/size(sub, 2)
+      call moments_in_tets(solid, candidates, tets, volume, moment, about, second)
+      whole = 0.0_wp
+      extent = 0.0_wp
+      call add_moments(tets, 1.0_wp, whole, extent)
+      if (volume <= 1.0e-12_wp*whole) return
+      extent = maxval(sub, dim=2) - minval(sub, dim=2)
+      if (closed .and. size(sub, 2) == 8) call find_extent(solid, candidates, sub, extent)
+      second = second/volume
       do i = 1, 3
-        sub(:, 3*j + i) = matmul((1.0_wp - height)*corners(:, :3) + height*corners(:, 4:), &
-          lattice_weights(lattice(:, i), n))
+        second(:, i) = second(:, i) - (moment/volume - about)*(moment(i)/volume - about(i))
       end do
-    end do
-  end subroutine sub_wedge
+      call add_piece(pieces, volume, moment/volume, extent, second, place)
+    end subroutine add_solid
 
-  !> Corners of a sub-cell of a brick.
-  pure function sub_brick(corners, place, n) result(sub)
-    !> Corners (3,8).
-    real(wp), intent(in) :: corners(:, :)
-    !> Number of the sub-cell in each direction, of n.
-    integer, intent(in) :: place(3), n
-    real(wp) :: sub(3, 8)
-    integer, parameter :: step(3, 8) = reshape([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, &
-      0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1], [3, 8])
-    real(wp) :: share(3), weight
-    integer :: i, a
+    !> Corners and place of a sub-cell of a wedge.
+    pure subroutine sub_wedge(sub, place)
+      !> Corners of the sub-cell.
+      real(wp), intent(out) :: sub(:, :)
+      !> Place (3).
+      integer, intent(out) :: place(3)
+      integer :: lattice(2, 3), i, j
+      real(wp) :: height
 
-    sub = 0.0_wp
-    do i = 1, 8
-      share = real(place - 1 + step(:, i), wp)/n
-      do a = 1, 8
-        weight = product(merge(share, 1.0_wp - share, step(:, a) == 1))
-        sub(:, i) = sub(:, i) + weight*corners(:, a)
+      lattice = sub_triangle(m, n)
+      place = [lattice(:, 1) + 1, k]
+      do j = 0, 1
+        height = real(k - 1 + j, wp)/layers
+        do i = 1, 3
+          sub(:, 3*j + i) = matmul((1.0_wp - height)*corners(:, :3) + height*corners(:, 4:), &
+            lattice_weights(lattice(:, i), n))
+        end do
       end do
-    end do
-  end function sub_brick
+    end subroutine sub_wedge
+
+    !> Corners of a sub-cell of a brick.
+    pure function sub_brick() result(sub)
+      real(wp) :: sub(3, 8)
+      integer, parameter :: step(3, 8) = reshape([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, &
+        0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1], [3, 8])
+      real(wp) :: share(3), weight
+      integer :: i, a
+
+      sub = 0.0_wp
+      do i = 1, 8
+        share = real(place - 1 + step(:, i), wp)/n
+        do a = 1, 8
+          weight = product(merge(share, 1.0_wp - share, step(:, a) == 1))
+          sub(:, i) = sub(:, i) + weight*corners(:, a)
+        end do
+      end do
+    end function sub_brick
+  end subroutine solid_pieces
 
   !> Extents of the part of a polyhedron in a brick: its corners are corners of the brick inside the
   !> polyhedron and corners of the facets cut by the brick.

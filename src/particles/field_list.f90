@@ -4,7 +4,7 @@
 !>
 !> A stored field is seen where it lies, as a table (components, n) or as a row of integers, short or long; the list is
 !> good as long as its owner lives. A field that is made from others holds its values itself. Which fields there are is
-!> said by `list_fields` of qsmpm_points and by qsmpm_made_fields.
+!> said by `list_fields` and `list_made_fields` of qsmpm_points.
 module qsmpm_field_list
   use qsmpm_kinds, only: wp, long
   use qsmpm_text, only: replaced

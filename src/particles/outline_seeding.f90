@@ -11,8 +11,7 @@ module qsmpm_outline_seeding
   use qsmpm_plane_clip, only: planes_of_box, clip_facet, most_corners
   use qsmpm_polygon_difference, only: slits_of
   use qsmpm_prism_facets, only: prism_caps, prism_walls
-  use qsmpm_surface_seeding, only: seed_segment
-  use qsmpm_facet_seeding, only: seed_facets
+  use qsmpm_surface_seeding, only: seed_segment, seed_facets
   use qsmpm_seed_list, only: seed_list_type
   implicit none
   private

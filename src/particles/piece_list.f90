@@ -1,10 +1,18 @@
 !> A growing list of the pieces of a body in the sub-cells of a cell, and the merging of small ones.
+!>
+!> Where the points of a piece of a body lie, and the boxes they stand for.
+!>
+!> One point keeps the first moment of a piece; four (in space four or eight) keep its second moments too.
 module qsmpm_piece_list
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, pi
+  use qsmpm_element, only: local_centre, inside_distance, max_faces
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_search, only: inverse_map
+  use qsmpm_seed_pattern, only: pattern_type
   implicit none
   private
 
-  public :: piece_list_type, add_piece, merge_small_pieces
+  public :: piece_list_type, add_piece, merge_small_pieces, points_of_piece, find_inside, half_of_box
 
   !> Pieces; the first `count` are used.
   type :: piece_list_type
@@ -18,6 +26,12 @@ module qsmpm_piece_list
     !> Sub-cell, each number from 1 to n (3, count).
     integer, allocatable :: place(:, :)
   end type piece_list_type
+
+  !> Deviation from the box of the extents of a piece, and from a root of zero, that is rounding.
+  real(wp), parameter :: nothing = 1.0e-9_wp, rounding = 1.0e-12_wp
+  !> Points of a piece that leave its cell are turned so often at most, then drawn together by this factor.
+  integer, parameter :: most_turns = 200, most_drawn = 20
+  real(wp), parameter :: drawn_together = 0.8_wp
 
 contains
 
@@ -130,4 +144,165 @@ contains
     end do
     pieces%count = pieces%count - 1
   end subroutine merge_into
+
+  !> The points of a piece. One is at its centroid, with a box of its proportions and measure. More hold its first and
+  !> second moments: c + L s with L L' the mean of (x - c)(x - c)', s the corners of a square, a tetrahedron or a cube,
+  !> of mean s s' = 1. In a convex plane piece they lie inside, for it contains the ellipse |L^-1 (x - c)| = sqrt 2
+  !> (Kannan, Lovasz and Simonovits 1995); elsewhere they are turned until they lie in the cell.
+  pure subroutine points_of_piece(mesh, cell, pieces, k, pattern, d, x, half)
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> The pieces, and the number of one.
+    type(piece_list_type), intent(in) :: pieces
+    integer, intent(in) :: k
+    type(pattern_type), intent(in) :: pattern
+    !> 2 for a plane piece, 3.
+    integer, intent(in) :: d
+    !> Places and half lengths of boxes (d, n).
+    real(wp), allocatable, intent(out) :: x(:, :), half(:, :)
+    integer, parameter :: tetrahedron(3, 4) = reshape([1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1], [3, 4])
+    integer, parameter :: cube(3, 8) = reshape([-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, &
+      -1, -1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1], [3, 8])
+    real(wp) :: root(d, d), place(3), local(mesh%dimension)
+    logical :: inside, all_inside
+    integer :: i, n, trial, corner(3)
+
+    n = pattern%spread
+    if (pattern%boxes_whole .and. is_box(pieces, k, d)) n = 1
+    allocate (x(d, n), half(d, n))
+    root = root_of(pieces%second(:d, :d, k))
+    do trial = 0, most_turns + most_drawn
+      if (trial > most_turns) root = drawn_together*root
+      all_inside = .true.
+      do i = 1, n
+        corner = cube(:, i)
+        if (d == 3 .and. n == 4) corner = tetrahedron(:, i)
+        x(:, i) = pieces%centroid(:d, k)
+        if (n > 1) x(:, i) = x(:, i) + matmul(root, turned(real(corner(:d), wp), trial))
+        place = pieces%centroid(:, k)
+        place(:d) = x(:, i)
+        call find_inside(mesh, cell, place(:mesh%dimension), local, inside)
+        all_inside = all_inside .and. inside
+      end do
+      if (all_inside .or. n == 1) exit
+    end do
+    half = tiny(1.0_wp)
+    if (n > 1 .and. .not. pattern%has_boxes) return
+    do i = 1, n
+      half(:, i) = inside_cell(mesh, cell, x(:, i), half_of_box(pieces%extent(:d, k), pieces%measure(k)/n))
+    end do
+  end subroutine points_of_piece
+
+  !> True when a piece fills the box of its extents.
+  pure logical function is_box(pieces, k, dimension)
+    !> The pieces, and the number of one.
+    type(piece_list_type), intent(in) :: pieces
+    integer, intent(in) :: k
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+
+    is_box = abs(pieces%measure(k)/product(pieces%extent(:dimension, k)) - 1.0_wp) <= nothing
+  end function is_box
+
+  !> Half lengths of a box of given proportions and measure.
+  pure function half_of_box(extent, measure) result(half)
+    !> Lengths of a box (dimension).
+    real(wp), intent(in) :: extent(:)
+    !> Area in the plane, volume in 3D.
+    real(wp), intent(in) :: measure
+    real(wp) :: half(size(extent))
+
+    half = 0.5_wp*extent*(measure/product(extent))**(1.0_wp/size(extent))
+  end function half_of_box
+
+  !> Half lengths shortened so that the box does not leave the cell, as the piece it stands for does not.
+  pure function inside_cell(mesh, cell, centroid, half) result(shorter)
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Middle of the box, in the cell (dimension).
+    real(wp), intent(in) :: centroid(:)
+    !> Half lengths (dimension).
+    real(wp), intent(in) :: half(:)
+    real(wp) :: shorter(size(half)), low, high
+    integer :: a
+
+    associate (nodes => mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
+      do a = 1, size(half)
+        low = minval(mesh%coordinates(a, nodes))
+        high = maxval(mesh%coordinates(a, nodes))
+        shorter(a) = max(min(half(a), centroid(a) - low, high - centroid(a)), tiny(1.0_wp))
+      end do
+    end associate
+  end function inside_cell
+
+  !> Whether a place is in a cell, and its local coordinates.
+  pure subroutine find_inside(mesh, cell, x, local, inside)
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+    !> Local coordinates (dimension).
+    real(wp), intent(out) :: local(:)
+    logical, intent(out) :: inside
+    real(wp) :: distance(max_faces)
+
+    distance = 0.0_wp
+    call inverse_map(mesh, cell, x, local, inside)
+    if (.not. inside) local = local_centre(mesh%cell_kind(cell))
+    call inside_distance(mesh%cell_kind(cell), local, distance)
+    inside = inside .and. all(distance >= 0.0_wp)
+  end subroutine find_inside
+
+  !> Lower triangular root of a symmetric matrix that is positive but for rounding.
+  pure function root_of(matrix) result(root)
+    !> (n,n)
+    real(wp), intent(in) :: matrix(:, :)
+    real(wp) :: root(size(matrix, 1), size(matrix, 1))
+    integer :: i, j
+
+    root = 0.0_wp
+    do j = 1, size(matrix, 1)
+      root(j, j) = sqrt(max(matrix(j, j) - dot_product(root(j, :j - 1), root(j, :j - 1)), 0.0_wp))
+      if (root(j, j) <= rounding*sqrt(max(matrix(j, j), 0.0_wp))) cycle
+      do i = j + 1, size(matrix, 1)
+        root(i, j) = (matrix(i, j) - dot_product(root(i, :j - 1), root(j, :j - 1)))/root(j, j)
+      end do
+    end do
+  end function root_of
+
+  !> A vector turned by the k-th of rotations that are spread evenly over all (0: as it is). In space: unit
+  !> quaternions of uniform density (Shoemake 1992) at the points k (a, a^2, a^3) modulo 1, 1/a the root of
+  !> x^4 = x + 1; in the plane by k a turns.
+  pure function turned(vector, k)
+    !> The vector (2 or 3).
+    real(wp), intent(in) :: vector(:)
+    !> Number of the rotation.
+    integer, intent(in) :: k
+    real(wp) :: turned(size(vector))
+    real(wp), parameter :: step(3) = [0.8191725133961645_wp, 0.6710436067037893_wp, 0.5497004779019703_wp]
+    real(wp) :: u(3), axis(3), scalar
+
+    turned = vector
+    if (k == 0) return
+    u = modulo(k*step, 1.0_wp)
+    if (size(vector) == 2) then
+      turned = cos(2*pi*u(1))*vector + sin(2*pi*u(1))*[-vector(2), vector(1)]
+    else
+      axis = [sqrt(1.0_wp - u(1))*cos(2*pi*u(2)), sqrt(u(1))*sin(2*pi*u(3)), sqrt(u(1))*cos(2*pi*u(3))]
+      scalar = sqrt(1.0_wp - u(1))*sin(2*pi*u(2))
+      turned = vector + 2.0_wp*cross(axis, cross(axis, vector) + scalar*vector)
+    end if
+  end function turned
+
+  !> Cross product.
+  pure function cross(a, b)
+    !> (3)
+    real(wp), intent(in) :: a(3), b(3)
+    real(wp) :: cross(3)
+
+    cross = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
 end module qsmpm_piece_list

@@ -6,97 +6,135 @@ module qsmpm_point_delivery
   use qsmpm_kinds, only: wp, long
   use qsmpm_exchange, only: hand_over
   use qsmpm_field_list, only: field_list_type, field_type
-  use qsmpm_point_selection, only: keep_chosen, select_points
-  use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points
+  use qsmpm_point_selection, only: allocate_like, keep_chosen
+  use qsmpm_points, only: carried_type
   use qsmpm_sorting, only: order_columns
   use qsmpm_team, only: team_type, total
   implicit none
   private
 
-  public :: deliver_points, deliver_surface_points, sort_by_number, fingerprint
+  public :: deliver_points, sort_by_number, fingerprint
 
 contains
 
-  !> Send points and get those that others send.
+  !> Send material points or surface points and get those that others send.
   subroutine deliver_points(team, points, goes, like, got)
     type(team_type), intent(in) :: team
-    type(points_type), intent(in), target :: points
+    class(carried_type), intent(in), target :: points
     !> Whether a point goes to a rank (ranks, points).
     logical, intent(in) :: goes(:, :)
     !> A point that carries what all of them do: a process may have none.
-    type(points_type), intent(in), target :: like
+    class(carried_type), intent(in), target :: like
     !> What has come, sorted by number.
-    type(points_type), intent(out) :: got
-    type(points_type), target :: come
+    class(carried_type), intent(inout), target :: got
+    class(carried_type), allocatable, target :: come
     real(wp), allocatable :: reals(:)
     integer(long), allocatable :: longs(:)
     integer, allocatable :: stay(:), order(:)
     integer :: n
 
-    call exchange(team, points, goes, like, stay, reals, longs, n)
-    call select_points(like, spread(1, 1, n), come)
+    call exchange(stay, reals, longs, n)
+    allocate (come, mold=like)
+    call allocate_like(like, n, come)
     call unpack_points(reals, longs, like, come)
     deallocate (reals, longs)
     order = number_order([points%number(stay), come%number])
     ! What a process without points does not carry, it carries from now on.
-    call select_points(like, spread(1, 1, size(order)), got)
-    call gather_points(points, stay, come, order, like, got)
+    call allocate_like(like, size(order), got)
+    call gather_points(stay, come, order)
+
+  contains
+
+    !> Send what points carry and get what others send.
+    subroutine exchange(stay, their_reals, their_longs, count)
+      !> Points that go to the process itself.
+      integer, allocatable, intent(out) :: stay(:)
+      !> Numbers of those of others, as `pack_points` lays them, and how many points they are of.
+      real(wp), allocatable, intent(out) :: their_reals(:)
+      integer(long), allocatable, intent(out) :: their_longs(:)
+      integer, intent(out) :: count
+      real(wp), allocatable :: reals(:)
+      integer(long), allocatable :: longs(:)
+      integer :: first(team%ranks + 1), reals_each, longs_each, r, p
+      integer, allocatable :: their_first(:)
+      logical :: leaves(size(goes, 1), size(goes, 2))
+
+      stay = pack([(p, p=1, points%count)], goes(team%rank + 1, :))
+      leaves = goes
+      leaves(team%rank + 1, :) = .false.
+      call count_numbers(like, reals_each, longs_each)
+      first(1) = 1
+      do r = 1, team%ranks
+        first(r + 1) = first(r) + sum(merge(1, 0, leaves(r, :)))
+      end do
+      call pack_points(leaves, reals, longs)
+      call hand_over(team, reals, (first - 1)*reals_each + 1, their_reals, their_first)
+      call hand_over(team, longs, (first - 1)*longs_each + 1, their_longs, their_first)
+      count = size(their_longs)/longs_each
+    end subroutine exchange
+
+    !> The numbers of points, rank after rank, point after point.
+    subroutine pack_points(goes, reals, longs)
+      !> (ranks, points)
+      logical, intent(in) :: goes(:, :)
+      real(wp), allocatable, intent(out) :: reals(:)
+      integer(long), allocatable, intent(out) :: longs(:)
+      type(field_list_type) :: list, carried
+      integer :: i, p, r, nr, nl, n
+
+      call count_numbers(like, nr, nl)
+      allocate (reals(nr*count(goes)), longs(nl*count(goes)))
+      call points%list_fields(list)
+      call like%list_fields(carried)
+      nr = 0
+      nl = 0
+      do r = 1, size(goes, 1)
+        do p = 1, size(goes, 2)
+          if (.not. goes(r, p)) cycle
+          do i = 1, list%count
+            if (carried%fields(i)%point_count() == 0) cycle
+            associate (field => list%fields(i))
+              n = field%component_count()
+              if (associated(field%reals)) then
+                reals(nr + 1:nr + n) = field%reals(:, p)
+                nr = nr + n
+                cycle
+              end if
+              nl = nl + 1
+              if (associated(field%labels)) longs(nl) = field%labels(p)
+              if (associated(field%numbers)) longs(nl) = field%numbers(p)
+            end associate
+          end do
+        end do
+      end do
+    end subroutine pack_points
+
+    !> Points that stay and those that have come, in one order.
+    subroutine gather_points(stay, come, order)
+      !> Those of the points that stay.
+      integer, intent(in) :: stay(:)
+      class(carried_type), intent(in), target :: come
+      !> Places in both together, those that stay first.
+      integer, intent(in) :: order(:)
+      type(field_list_type) :: here, others, carried, whole
+      integer :: i, k
+
+      call points%list_fields(here)
+      call come%list_fields(others)
+      call like%list_fields(carried)
+      call got%list_fields(whole)
+      do i = 1, whole%count
+        if (carried%fields(i)%point_count() == 0) cycle
+        do k = 1, size(order)
+          if (order(k) <= size(stay)) then
+            call copy_column(here%fields(i), stay(order(k)), k, whole%fields(i))
+          else
+            call copy_column(others%fields(i), order(k) - size(stay), k, whole%fields(i))
+          end if
+        end do
+      end do
+    end subroutine gather_points
   end subroutine deliver_points
-
-  !> The same of surface points, all of which carry the same.
-  subroutine deliver_surface_points(team, points, goes, got)
-    type(team_type), intent(in) :: team
-    type(surface_points_type), intent(in), target :: points
-    !> Whether a point goes to a rank (ranks, points).
-    logical, intent(in) :: goes(:, :)
-    !> What has come, sorted by number.
-    type(surface_points_type), intent(out) :: got
-    type(surface_points_type), target :: like, come
-    real(wp), allocatable :: reals(:)
-    integer(long), allocatable :: longs(:)
-    integer, allocatable :: stay(:), order(:)
-    integer :: n
-
-    call allocate_surface_points(like, size(points%position, 1), 1)
-    call exchange(team, points, goes, like, stay, reals, longs, n)
-    call allocate_surface_points(come, size(points%position, 1), n)
-    call unpack_points(reals, longs, like, come)
-    order = number_order([points%number(stay), come%number])
-    call allocate_surface_points(got, size(points%position, 1), size(order))
-    call gather_points(points, stay, come, order, like, got)
-  end subroutine deliver_surface_points
-
-  !> Send what points carry and get what others send.
-  subroutine exchange(team, points, goes, like, stay, their_reals, their_longs, count)
-    type(team_type), intent(in) :: team
-    class(carried_type), intent(in), target :: points, like
-    !> (ranks, points)
-    logical, intent(in) :: goes(:, :)
-    !> Points that go to the process itself.
-    integer, allocatable, intent(out) :: stay(:)
-    !> Numbers of those of others, as `pack_points` lays them, and how many points they are of.
-    real(wp), allocatable, intent(out) :: their_reals(:)
-    integer(long), allocatable, intent(out) :: their_longs(:)
-    integer, intent(out) :: count
-    real(wp), allocatable :: reals(:)
-    integer(long), allocatable :: longs(:)
-    integer :: first(team%ranks + 1), reals_each, longs_each, r, p
-    integer, allocatable :: their_first(:)
-    logical :: leaves(size(goes, 1), size(goes, 2))
-
-    stay = pack([(p, p=1, points%count)], goes(team%rank + 1, :))
-    leaves = goes
-    leaves(team%rank + 1, :) = .false.
-    call count_numbers(like, reals_each, longs_each)
-    first(1) = 1
-    do r = 1, team%ranks
-      first(r + 1) = first(r) + sum(merge(1, 0, leaves(r, :)))
-    end do
-    call pack_points(points, like, leaves, reals, longs)
-    call hand_over(team, reals, (first - 1)*reals_each + 1, their_reals, their_first)
-    call hand_over(team, longs, (first - 1)*longs_each + 1, their_longs, their_first)
-    count = size(their_longs)/longs_each
-  end subroutine exchange
 
   !> Reals and whole numbers that a point carries.
   subroutine count_numbers(like, reals, longs)
@@ -116,43 +154,6 @@ contains
       end associate
     end do
   end subroutine count_numbers
-
-  !> The numbers of points, rank after rank, point after point.
-  subroutine pack_points(points, like, goes, reals, longs)
-    class(carried_type), intent(in), target :: points, like
-    !> (ranks, points)
-    logical, intent(in) :: goes(:, :)
-    real(wp), allocatable, intent(out) :: reals(:)
-    integer(long), allocatable, intent(out) :: longs(:)
-    type(field_list_type) :: list, carried
-    integer :: i, p, r, nr, nl, n
-
-    call count_numbers(like, nr, nl)
-    allocate (reals(nr*count(goes)), longs(nl*count(goes)))
-    call points%list_fields(list)
-    call like%list_fields(carried)
-    nr = 0
-    nl = 0
-    do r = 1, size(goes, 1)
-      do p = 1, size(goes, 2)
-        if (.not. goes(r, p)) cycle
-        do i = 1, list%count
-          if (carried%fields(i)%point_count() == 0) cycle
-          associate (field => list%fields(i))
-            n = field%component_count()
-            if (associated(field%reals)) then
-              reals(nr + 1:nr + n) = field%reals(:, p)
-              nr = nr + n
-              cycle
-            end if
-            nl = nl + 1
-            if (associated(field%labels)) longs(nl) = field%labels(p)
-            if (associated(field%numbers)) longs(nl) = field%numbers(p)
-          end associate
-        end do
-      end do
-    end do
-  end subroutine pack_points
 
   !> The same back into points.
   subroutine unpack_points(reals, longs, like, points)
@@ -184,36 +185,6 @@ contains
       end do
     end do
   end subroutine unpack_points
-
-  !> Points that stay and those that have come, in one order.
-  subroutine gather_points(points, stay, come, order, like, got)
-    class(carried_type), intent(in), target :: points
-    !> Those of the points that stay.
-    integer, intent(in) :: stay(:)
-    class(carried_type), intent(in), target :: come
-    !> Places in both together, those that stay first.
-    integer, intent(in) :: order(:)
-    class(carried_type), intent(in), target :: like
-    !> Allocated to all of them.
-    class(carried_type), intent(inout), target :: got
-    type(field_list_type) :: here, others, carried, whole
-    integer :: i, k
-
-    call points%list_fields(here)
-    call come%list_fields(others)
-    call like%list_fields(carried)
-    call got%list_fields(whole)
-    do i = 1, whole%count
-      if (carried%fields(i)%point_count() == 0) cycle
-      do k = 1, size(order)
-        if (order(k) <= size(stay)) then
-          call copy_column(here%fields(i), stay(order(k)), k, whole%fields(i))
-        else
-          call copy_column(others%fields(i), order(k) - size(stay), k, whole%fields(i))
-        end if
-      end do
-    end do
-  end subroutine gather_points
 
   !> What one point carries of a field.
   subroutine copy_column(from, column, place, to)

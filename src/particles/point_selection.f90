@@ -7,87 +7,78 @@ module qsmpm_point_selection
   implicit none
   private
 
-  public :: select_points, select_surface_points, keep_chosen, append_points, append_surface_points
+  public :: select_points, keep_chosen, append_points, move_points, allocate_like
 
 contains
 
-  !> Material points by their numbers; one may be taken more than once.
+  !> Some of a set by their numbers; one may be taken more than once.
   subroutine select_points(from, chosen, to)
-    type(points_type), intent(in) :: from
+    !> Material points or surface points, both the same.
+    class(carried_type), intent(in) :: from
     integer, intent(in) :: chosen(:)
-    type(points_type), intent(out) :: to
+    class(carried_type), intent(inout) :: to
 
     call allocate_like(from, size(chosen), to)
     call copy_columns(from, chosen, 0, to)
   end subroutine select_points
 
-  !> The same of surface points.
-  subroutine select_surface_points(from, chosen, to)
-    type(surface_points_type), intent(in) :: from
-    integer, intent(in) :: chosen(:)
-    type(surface_points_type), intent(out) :: to
-
-    call allocate_surface_points(to, size(from%position, 1), size(chosen))
-    call copy_columns(from, chosen, 0, to)
-  end subroutine select_surface_points
-
   !> Keep some points of a set, in the order that is given.
   subroutine keep_chosen(carried, chosen)
-    !> Material points or surface points.
     class(carried_type), intent(inout) :: carried
     integer, intent(in) :: chosen(:)
-    type(points_type) :: points
-    type(surface_points_type) :: surface
+    class(carried_type), allocatable :: all
 
-    select type (carried)
-    type is (points_type)
-      call select_points(carried, chosen, points)
-      carried = points
-    type is (surface_points_type)
-      call select_surface_points(carried, chosen, surface)
-      carried = surface
-    end select
+    allocate (all, source=carried)
+    call select_points(all, chosen, carried)
   end subroutine keep_chosen
 
   !> Put points behind others.
   subroutine append_points(more, points)
-    type(points_type), intent(in) :: more
-    type(points_type), intent(inout) :: points
-    type(points_type) :: joint
+    class(carried_type), intent(in) :: more
+    class(carried_type), intent(inout) :: points
+    class(carried_type), allocatable :: before
     integer :: i
 
     if (more%count == 0) return
-    call allocate_like(more, points%count + more%count, joint)
-    if (points%count > 0) call copy_columns(points, [(i, i=1, points%count)], 0, joint)
-    call copy_columns(more, [(i, i=1, more%count)], points%count, joint)
-    points = joint
+    allocate (before, source=points)
+    call allocate_like(more, before%count + more%count, points)
+    if (before%count > 0) call copy_columns(before, [(i, i=1, before%count)], 0, points)
+    call copy_columns(more, [(i, i=1, more%count)], before%count, points)
   end subroutine append_points
 
-  !> The same of surface points.
-  subroutine append_surface_points(more, points)
-    type(surface_points_type), intent(in) :: more
-    type(surface_points_type), intent(inout) :: points
-    type(surface_points_type) :: joint
+  !> Move some points of a set behind those of another.
+  subroutine move_points(chosen, from, to)
+    logical, intent(in) :: chosen(:)
+    class(carried_type), intent(inout) :: from, to
+    class(carried_type), allocatable :: going
     integer :: i
 
-    if (more%count == 0) return
-    call allocate_surface_points(joint, size(more%position, 1), points%count + more%count)
-    if (points%count > 0) call copy_columns(points, [(i, i=1, points%count)], 0, joint)
-    call copy_columns(more, [(i, i=1, more%count)], points%count, joint)
-    points = joint
-  end subroutine append_surface_points
+    if (.not. any(chosen)) return
+    allocate (going, mold=from)
+    call select_points(from, pack([(i, i=1, size(chosen))], chosen), going)
+    call keep_chosen(from, pack([(i, i=1, size(chosen))], .not. chosen))
+    call append_points(going, to)
+  end subroutine move_points
 
   !> Room for points that carry what others do.
   subroutine allocate_like(like, count, points)
-    type(points_type), intent(in) :: like
+    class(carried_type), intent(in) :: like
     integer, intent(in) :: count
-    type(points_type), intent(out) :: points
+    class(carried_type), intent(inout) :: points
 
-    call allocate_points(points, size(like%position, 1), count, size(like%stress, 1), size(like%state, 1))
-    call carry_as(points, like)
-    if (size(like%deformation_gradient, 2) == 0) return
-    deallocate (points%deformation_gradient)
-    allocate (points%deformation_gradient(size(like%deformation_gradient, 1), count))
+    select type (points)
+    type is (points_type)
+      select type (like)
+      type is (points_type)
+        call allocate_points(points, size(like%position, 1), count, size(like%stress, 1), size(like%state, 1))
+        call carry_as(points, like)
+        if (size(like%deformation_gradient, 2) == 0) return
+        deallocate (points%deformation_gradient)
+        allocate (points%deformation_gradient(size(like%deformation_gradient, 1), count))
+      end select
+    type is (surface_points_type)
+      call allocate_surface_points(points, size(like%position, 1), count)
+    end select
   end subroutine allocate_like
 
   !> Copy the fields of some points to those behind a place.

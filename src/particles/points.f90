@@ -8,17 +8,21 @@
 !>
 !> The arrays are named for those who compute with them. Whoever treats all fields alike loops over `list_fields`
 !> (qsmpm_field_list): a new field is its declaration, its line there and its room in `allocate_*`, all here.
+!>
+!> Fields of the material points that are made from those they carry: the way they have gone, strains where the
+!> deformation is carried, and the total stress where pore pressures are.
 module qsmpm_points
   use qsmpm_kinds, only: wp, long
   use qsmpm_field_list, only: field_list_type, kind_number, kind_amount, kind_position, kind_vector, kind_tensor, &
     kind_label, kind_internal, shown_by_name, shown_everywhere, unit_length, unit_area, unit_volume, unit_force, &
     unit_stress
+  use qsmpm_isotropic_function, only: logarithmic_strain, shear_strain, volume_strain
   implicit none
   private
 
-  public :: carried_type, points_type, surface_points_type, watched_points_type
-  public :: place_of, allocate_carried, allocate_points, allocate_surface_points, allocate_watched, copy_points, &
-    start_strains, carries_strains, reset_strains, start_water, carries_water, carry_as, set_normals
+  public :: carried_type, points_type, surface_points_type, watched_points_type, place_of, allocate_carried, &
+    allocate_points, allocate_surface_points, allocate_watched, copy_points, start_strains, carries_strains, &
+    reset_strains, start_water, carries_water, carry_as, set_normals, list_made_fields
 
   !> Places that move with the material.
   type :: carried_type
@@ -352,4 +356,35 @@ contains
         /max(norm2(surface%area_vector(:, i)), tiny(1.0_wp))
     end do
   end subroutine set_normals
+
+  !> Add displacement, strains and total stress; what is not carried has no columns.
+  subroutine list_made_fields(points, list)
+    type(points_type), intent(in) :: points
+    type(field_list_type), intent(inout) :: list
+    real(wp), allocatable :: displacement(:, :), strain(:, :), volume(:, :), shear(:, :), total(:, :)
+    integer :: p
+
+    allocate (displacement, source=points%position - points%initial_position)
+    allocate (strain, mold=points%left_cauchy_green)
+    allocate (volume(1, size(strain, 2)), shear(1, size(strain, 2)))
+    do p = 1, size(strain, 2)
+      strain(:, p) = logarithmic_strain(points%left_cauchy_green(:, p))
+      volume(1, p) = volume_strain(strain(:, p))
+      shear(1, p) = shear_strain(strain(:, p))
+    end do
+    call list%add_made('displacement', displacement, kind_vector, shown_everywhere, unit_length, &
+      'position less initial position')
+    call list%add_made('strain', strain, kind_tensor, shown_everywhere, meaning='logarithmic strain 1/2 ln b; '// &
+      'shear components are engineering strains')
+    call list%add_made('volume_strain', volume, kind_number, shown_everywhere, meaning='ln J, trace of the strain')
+    call list%add_made('shear_strain', shear, kind_number, shown_everywhere, meaning='(2 e:e)^1/2, e the deviator '// &
+      'of the strain; 3^1/2 times the triaxial eps_q')
+    allocate (total(size(points%stress, 1), merge(points%count, 0, carries_water(points))))
+    do p = 1, size(total, 2)
+      total(:, p) = points%stress(:, p)
+      total(1:3, p) = total(1:3, p) - points%steady_pore_pressure(p)
+    end do
+    call list%add_made('total_stress', total, kind_tensor, shown_everywhere, unit_stress, &
+      'stress of soil and water together, tension positive')
+  end subroutine list_made_fields
 end module qsmpm_points

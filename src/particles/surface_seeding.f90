@@ -1,27 +1,47 @@
-!> Seeding loaded surfaces with surface points: quadrature points on faces of occupied cells, or on
-!> straight segments that cut through plane cells. Facets in 3D are left to `qsmpm_facet_seeding`.
+!> Seeding loaded surfaces with surface points: quadrature points on faces of occupied cells, on straight
+!> segments that cut through plane cells, or on the facets of a body in 3D.
 !>
 !> The rule on a face is exact for the shape functions of the element; a midpoint rule leaves
 !> errors of 1e-3 to 1e-2 in the traction and then loses the top row of a compressed body.
+!>
+!> Which cell a piece of a body's surface belongs to.
+!>
+!> A piece inside a cell belongs to it. A piece on a face between two cells belongs to the one on the
+!> material's side, when that one holds material. Coordinates of a deck or a file may miss the face by
+!> their last digits, so that the piece lies in the empty cell: then it goes to the cell behind the
+!> face, from which it is seen a hair outside.
+!>
+!> Facets are cut at the faces of the cells. The cut is exact for cells with plane faces: every bit of a facet inside
+!> the mesh belongs to one cell. Each part is split into triangles with the points of a Gauss rule.
 module qsmpm_surface_seeding
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: corner_count, face_rule, face_area_vector, shape_functions
+  use qsmpm_element, only: corner_count, face_rule, face_area_vector, shape_functions, inside_distance, face_count, &
+    max_faces
   use qsmpm_element_kinds, only: max_nodes
   use qsmpm_line_rule, only: line_gauss
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_cell_share, only: corners_of
-  use qsmpm_surface_owner, only: owner_of_piece, exactly_on
   use qsmpm_seed_list, only: seed_list_type, add_seed
+  use qsmpm_plane_clip, only: planes_of_cell, planes_of_box, clip_facet, most_corners
+  use qsmpm_polyhedron, only: polyhedron_type, facets_over, facet_normal
+  use qsmpm_simplex_rule, only: simplex_degree
   implicit none
   private
 
-  public :: seed_faces, seed_segment
+  public :: seed_faces, seed_segment, owner_of_piece, seed_facets
 
   !> Degree of the rule on a face: a quadratic function times a quadratic one.
   integer, parameter :: face_degree = 4
   !> A shorter part of a segment in a cell, as a share of its length, is rounding.
   real(wp), parameter :: shortest = 1.0e-13_wp
+
+  !> Distance from a face below which a piece lies on it, as a share of the size of the face: exactly,
+  !> so that both cells hold it, and all but the last digits of single precision.
+  real(wp), parameter, public :: exactly_on = 1.0e-10_wp, nearly_on = 1.0e-6_wp
+
+  !> Facets apart from a cell by more than this share of its size do not touch it.
+  real(wp), parameter :: touching = 0.01_wp
 
 contains
 
@@ -110,10 +130,65 @@ contains
       c = k
       if (present(cells)) c = cells(k)
       if (is_far(corners_of(mesh, c), box)) cycle
-      call piece_in_cell(mesh, occupied, follow, c, segment, piece, owner)
+      call piece_in_cell(c, piece, owner)
       list%searched = c
-      if (owner > 0) call seed_piece(mesh, axisymmetric, owner, segment, piece, degree, surface, list)
+      if (owner > 0) call seed_piece(owner, list)
     end do
+
+  contains
+
+    !> Part of a segment, as parameters from 0 to 1, in a convex plane cell, and the cell that owns it.
+    pure subroutine piece_in_cell(cell, piece, owner)
+      !> Number of the cell.
+      integer, intent(in) :: cell
+      !> Start and end of the part.
+      real(wp), intent(out) :: piece(2)
+      !> The cell, or a neighbour, or 0 when there is nothing to seed.
+      integer, intent(out) :: owner
+      real(wp), dimension(corner_count(mesh%cell_kind(cell))) :: from, to, facing, deviation
+      real(wp) :: corner(2, size(from))
+      integer :: i
+
+      corner = corners_of(mesh, cell)
+      piece = [0.0_wp, 1.0_wp]
+      owner = 0
+      do i = 1, size(from)
+        call sides_of(corner(:, i), corner(:, mod(i, size(from)) + 1), segment, from(i), to(i), facing(i))
+        if (from(i) <= 0.0_wp .and. to(i) <= 0.0_wp .and. min(from(i), to(i)) < 0.0_wp) return
+        if (from(i) < 0.0_wp) piece(1) = max(piece(1), from(i)/(from(i) - to(i)))
+        if (to(i) < 0.0_wp) piece(2) = min(piece(2), from(i)/(from(i) - to(i)))
+      end do
+      if (piece(2) - piece(1) < shortest) return
+      do i = 1, size(from)
+        deviation(i) = max(abs(from(i) + piece(1)*(to(i) - from(i))), &
+          abs(from(i) + piece(2)*(to(i) - from(i))))
+      end do
+      owner = owner_of_piece(mesh, occupied, follow, cell, segment(:2) &
+        + 0.5_wp*sum(piece)*(segment(3:) - segment(:2)), facing, deviation)
+    end subroutine piece_in_cell
+
+    !> Gauss points on a part of a segment; none on the axis of symmetry, where they have no area.
+    pure subroutine seed_piece(cell, list)
+      !> Cell that owns the part.
+      integer, intent(in) :: cell
+      type(seed_list_type), intent(inout) :: list
+      real(wp), allocatable :: places(:), weights(:)
+      real(wp) :: along(2), x(2), local(2), weight
+      logical :: ok
+      integer :: k
+
+      call line_gauss(degree/2 + 1, places, weights)
+      along = segment(3:4) - segment(1:2)
+      do k = 1, size(places)
+        x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*places(k))*along
+        call inverse_map(mesh, cell, x, local, ok)
+        if (.not. ok) cycle
+        if (axisymmetric .and. x(1) <= exactly_on*norm2(along)) cycle
+        weight = 0.5_wp*weights(k)*(piece(2) - piece(1))
+        if (axisymmetric) weight = weight*x(1)
+        call add_seed(list, cell, surface, local, weight*norm2(along), weight*[along(2), -along(1)])
+      end do
+    end subroutine seed_piece
   end subroutine seed_segment
 
   !> True when a cell is apart from a box by more than what counts as touching.
@@ -129,43 +204,6 @@ contains
     slack = 0.01_wp*maxval(high - low)
     is_far = any(low - slack > box(:, 2)) .or. any(high + slack < box(:, 1))
   end function is_far
-
-  !> Part of a segment, as parameters from 0 to 1, in a convex plane cell, and the cell that owns it.
-  pure subroutine piece_in_cell(mesh, occupied, follow, cell, segment, piece, owner)
-    type(mesh_type), intent(in) :: mesh
-    !> Cells that hold material (cell_count).
-    logical, intent(in) :: occupied(:)
-    !> As for `seed_segment`.
-    logical, intent(in) :: follow
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    !> x1, y1, x2, y2.
-    real(wp), intent(in) :: segment(4)
-    !> Start and end of the part.
-    real(wp), intent(out) :: piece(2)
-    !> The cell, or a neighbour, or 0 when there is nothing to seed.
-    integer, intent(out) :: owner
-    real(wp), dimension(corner_count(mesh%cell_kind(cell))) :: from, to, facing, deviation
-    real(wp) :: corner(2, size(from))
-    integer :: i
-
-    corner = corners_of(mesh, cell)
-    piece = [0.0_wp, 1.0_wp]
-    owner = 0
-    do i = 1, size(from)
-      call sides_of(corner(:, i), corner(:, mod(i, size(from)) + 1), segment, from(i), to(i), facing(i))
-      if (from(i) <= 0.0_wp .and. to(i) <= 0.0_wp .and. min(from(i), to(i)) < 0.0_wp) return
-      if (from(i) < 0.0_wp) piece(1) = max(piece(1), from(i)/(from(i) - to(i)))
-      if (to(i) < 0.0_wp) piece(2) = min(piece(2), from(i)/(from(i) - to(i)))
-    end do
-    if (piece(2) - piece(1) < shortest) return
-    do i = 1, size(from)
-      deviation(i) = max(abs(from(i) + piece(1)*(to(i) - from(i))), &
-        abs(from(i) + piece(2)*(to(i) - from(i))))
-    end do
-    owner = owner_of_piece(mesh, occupied, follow, cell, segment(:2) &
-      + 0.5_wp*sum(piece)*(segment(3:) - segment(:2)), facing, deviation)
-  end subroutine piece_in_cell
 
   !> Distances of the ends of a segment from a side of a cell, inwards, as shares of its length.
   pure subroutine sides_of(a, b, segment, from, to, facing)
@@ -185,40 +223,6 @@ contains
     facing = dot_product(b - a, segment(3:4) - segment(1:2))
   end subroutine sides_of
 
-  !> Gauss points on a part of a segment; none on the axis of symmetry, where they have no area.
-  pure subroutine seed_piece(mesh, axisymmetric, cell, segment, piece, degree, surface, list)
-    type(mesh_type), intent(in) :: mesh
-    !> Areas per radian.
-    logical, intent(in) :: axisymmetric
-    !> Cell that owns the part.
-    integer, intent(in) :: cell
-    !> x1, y1, x2, y2.
-    real(wp), intent(in) :: segment(4)
-    !> Start and end of the part, from 0 to 1.
-    real(wp), intent(in) :: piece(2)
-    !> Degree of the rule.
-    integer, intent(in) :: degree
-    !> Number of the surface.
-    integer, intent(in) :: surface
-    type(seed_list_type), intent(inout) :: list
-    real(wp), allocatable :: places(:), weights(:)
-    real(wp) :: along(2), x(2), local(2), weight
-    logical :: ok
-    integer :: k
-
-    call line_gauss(degree/2 + 1, places, weights)
-    along = segment(3:4) - segment(1:2)
-    do k = 1, size(places)
-      x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*places(k))*along
-      call inverse_map(mesh, cell, x, local, ok)
-      if (.not. ok) cycle
-      if (axisymmetric .and. x(1) <= exactly_on*norm2(along)) cycle
-      weight = 0.5_wp*weights(k)*(piece(2) - piece(1))
-      if (axisymmetric) weight = weight*x(1)
-      call add_seed(list, cell, surface, local, weight*norm2(along), weight*[along(2), -along(1)])
-    end do
-  end subroutine seed_piece
-
   !> Third component of the cross product of plane vectors.
   pure real(wp) function cross(a, b) result(product)
     !> Vectors (2).
@@ -226,4 +230,194 @@ contains
 
     product = a(1)*b(2) - a(2)*b(1)
   end function cross
+
+  !> Cell that gets a piece found in a cell; 0 when none does or another one finds it too.
+  pure integer function owner_of_piece(mesh, occupied, follow, cell, middle, facing, &
+    deviation) result(owner)
+    type(mesh_type), intent(in) :: mesh
+    !> Cells that hold material (cell_count).
+    logical, intent(in) :: occupied(:)
+    !> A piece in an empty cell goes to the nearest neighbour that holds material; else it is dropped.
+    logical, intent(in) :: follow
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Middle of the piece (dimension).
+    real(wp), intent(in) :: middle(:)
+    !> Outward normal of the piece times that of each face of the cell.
+    real(wp), intent(in) :: facing(:)
+    !> Greatest distance of the piece from each face, as a share of its size; 0 when it is on it.
+    real(wp), intent(in) :: deviation(:)
+    logical :: beyond(size(facing))
+    integer :: f
+
+    do f = 1, size(facing)
+      beyond(f) = mesh%face_neighbour(f, cell) > 0
+      if (beyond(f)) beyond(f) = occupied(mesh%face_neighbour(f, cell))
+    end do
+    owner = merge(cell, 0, occupied(cell))
+    do f = 1, size(facing)
+      if (deviation(f) > 0.0_wp) cycle
+      ! The cell beyond finds the piece as well; it is that cell's when the material is there.
+      if (facing(f) < 0.0_wp .and. beyond(f)) owner = 0
+      return
+    end do
+    f = minloc(deviation, dim=1, mask=beyond .and. deviation <= nearly_on)
+    if (f > 0) then
+      if (facing(f) < 0.0_wp .or. owner == 0) owner = mesh%face_neighbour(f, cell)
+    end if
+    if (owner == 0 .and. follow) owner = nearest_neighbour(mesh, occupied, cell, middle)
+  end function owner_of_piece
+
+  !> The cell that holds material around an empty one whose inside is nearest to a place; 0 when there
+  !> is none.
+  pure integer function nearest_neighbour(mesh, occupied, cell, x) result(nearest)
+    type(mesh_type), intent(in) :: mesh
+    !> Cells that hold material (cell_count).
+    logical, intent(in) :: occupied(:)
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+    real(wp) :: local(size(x)), depth(max_faces), least
+    logical :: ok
+    integer :: i, n, other
+
+    nearest = 0
+    least = huge(1.0_wp)
+    do i = mesh%vertex_first(cell), mesh%vertex_first(cell + 1) - 1
+      other = mesh%vertex_neighbour(i)
+      if (.not. occupied(other)) cycle
+      call inverse_map(mesh, other, x, local, ok)
+      if (.not. ok) cycle
+      n = face_count(mesh%cell_kind(other))
+      call inside_distance(mesh%cell_kind(other), local, depth(:n))
+      if (-minval(depth(:n)) >= least) cycle
+      least = -minval(depth(:n))
+      nearest = other
+    end do
+  end function nearest_neighbour
+
+  !> Surface points on facets inside a box.
+  pure subroutine seed_facets(mesh, occupied, solid, low, high, degree, surface, list)
+    type(mesh_type), intent(in) :: mesh
+    !> Cells that hold material of the body (cell_count).
+    logical, intent(in) :: occupied(:)
+    !> The facets, counter-clockwise seen from outside.
+    type(polyhedron_type), intent(in) :: solid
+    !> Corners of the box (3).
+    real(wp), intent(in) :: low(3), high(3)
+    !> Degree of the functions on a facet, for which the rule is exact.
+    integer, intent(in) :: degree
+    !> Number that the seeds of each facet get: that of its surface, or its own (facets).
+    integer, intent(in) :: surface(:)
+    type(seed_list_type), intent(inout) :: list
+    real(wp), allocatable :: places(:, :), weights(:)
+    real(wp) :: corners(3, 8), box(3, 2), slack
+    integer, allocatable :: near(:)
+    integer :: c, i, n
+
+    call simplex_degree(2, degree, places, weights)
+    do c = 1, mesh%cell_count
+      n = corner_count(mesh%cell_kind(c))
+      corners(:, :n) = corners_of(mesh, c)
+      box(:, 1) = minval(corners(:, :n), dim=2)
+      box(:, 2) = maxval(corners(:, :n), dim=2)
+      slack = touching*maxval(box(:, 2) - box(:, 1))
+      box(:, 1) = box(:, 1) - slack
+      box(:, 2) = box(:, 2) + slack
+      if (any(box(:, 1) > min(solid%high, high)) .or. any(box(:, 2) < max(solid%low, low))) cycle
+      call facets_over(solid, box(:2, 1), box(:2, 2), near)
+      list%searched = c
+      do i = 1, size(near)
+        associate (z => solid%facets(3, :, near(i)))
+          if (minval(z) > box(3, 2) .or. maxval(z) < box(3, 1)) cycle
+        end associate
+        call seed_facet(mesh, occupied, c, solid%facets(:, :, near(i)), low, high, places, weights, &
+          surface(near(i)), list)
+      end do
+    end do
+  end subroutine seed_facets
+
+  !> Surface points on the part of a facet inside a cell and a box.
+  pure subroutine seed_facet(mesh, occupied, cell, facet, low, high, places, weights, surface, list)
+    type(mesh_type), intent(in) :: mesh
+    !> Cells that hold material of the body (cell_count).
+    logical, intent(in) :: occupied(:)
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Corners, counter-clockwise seen from outside (3,3).
+    real(wp), intent(in) :: facet(3, 3)
+    !> Corners of the box (3).
+    real(wp), intent(in) :: low(3), high(3)
+    !> Rule on the unit triangle (2,m), (m).
+    real(wp), intent(in) :: places(:, :), weights(:)
+    !> Number of the surface.
+    integer, intent(in) :: surface
+    type(seed_list_type), intent(inout) :: list
+    real(wp), dimension(3, face_count(mesh%cell_kind(cell)) + 6) :: origins, normals
+    real(wp), dimension(face_count(mesh%cell_kind(cell))) :: sizes, facing, deviation
+    real(wp) :: polygon(3, most_corners), normal(3), snap(size(sizes) + 6)
+    integer :: f, n, owner
+
+    call planes_of_cell(corners_of(mesh, cell), origins, normals, sizes)
+    snap(:size(sizes)) = exactly_on*sizes
+    snap(size(sizes) + 1:) = 0.0_wp
+    call planes_of_box(low, high, origins(:, size(sizes) + 1:), normals(:, size(sizes) + 1:))
+    call clip_facet(facet, origins, normals, snap, polygon, n)
+    if (n < 3) return
+    normal = facet_normal(facet)
+    if (.not. norm2(normal) > 0.0_wp) return
+    normal = normal/norm2(normal)
+    do f = 1, size(sizes)
+      facing(f) = dot_product(normal, normals(:, f))
+      deviation(f) = farthest(polygon(:, :n), origins(:, f), normals(:, f))/sizes(f)
+      if (deviation(f) <= exactly_on) deviation(f) = 0.0_wp
+    end do
+    owner = owner_of_piece(mesh, occupied, .true., cell, sum(polygon(:, :n), dim=2)/n, facing, deviation)
+    if (owner > 0) call seed_polygon(mesh, owner, polygon(:, :n), normal, places, weights, surface, list)
+  end subroutine seed_facet
+
+  !> Greatest distance of places from a plane.
+  pure real(wp) function farthest(places, origin, normal) result(distance)
+    !> (3,n)
+    real(wp), intent(in) :: places(:, :)
+    !> Point of the plane and unit normal (3).
+    real(wp), intent(in) :: origin(3), normal(3)
+    integer :: i
+
+    distance = 0.0_wp
+    do i = 1, size(places, 2)
+      distance = max(distance, abs(dot_product(normal, places(:, i) - origin)))
+    end do
+  end function farthest
+
+  !> Surface points on a convex plane polygon.
+  pure subroutine seed_polygon(mesh, cell, polygon, normal, places, weights, surface, list)
+    type(mesh_type), intent(in) :: mesh
+    !> Cell that owns them.
+    integer, intent(in) :: cell
+    !> Corners (3,n).
+    real(wp), intent(in) :: polygon(:, :)
+    !> Outward unit normal (3).
+    real(wp), intent(in) :: normal(3)
+    !> Rule on the unit triangle (2,m), (m).
+    real(wp), intent(in) :: places(:, :), weights(:)
+    !> Number of the surface.
+    integer, intent(in) :: surface
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: x(3, 3), local(3), area, share
+    integer :: i, k
+    logical :: ok
+
+    do i = 2, size(polygon, 2) - 1
+      x = reshape([polygon(:, 1), polygon(:, i), polygon(:, i + 1)], [3, 3])
+      area = 0.5_wp*dot_product(normal, facet_normal(x))
+      if (.not. area > 0.0_wp) cycle
+      do k = 1, size(weights)
+        call inverse_map(mesh, cell, x(:, 1) + matmul(x(:, 2:) - spread(x(:, 1), 2, 2), places(:, k)), local, ok)
+        share = 2.0_wp*weights(k)*area
+        if (ok) call add_seed(list, cell, surface, local, share, share*normal)
+      end do
+    end do
+  end subroutine seed_polygon
 end module qsmpm_surface_seeding

@@ -13,6 +13,14 @@
 !> and not judged: it is as large where the rule of a cell does not integrate a linear stress, which moves the ground a
 !> little and hurts nobody. What the phase has moved the ground in fact stands in the log where it ends
 !> (qsmpm_phase_report).
+!>
+!> Where ground gets one water pressure with a free surface, suction above it and the water that fills its pores in part
+!> act from the first step on. What is out of balance by it at the start of the phase, at all free nodes,
+!>
+!>   r = sum V (sigma' + S chi p) grad N - f_load,
+!>
+!> is held then and falls to nothing over the phase, as what a freed fixity has carried: cutting a step would not make
+!> it smaller.
 module qsmpm_initial_balance
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
@@ -21,11 +29,10 @@ module qsmpm_initial_balance
   use qsmpm_exchange, only: spread_from
   use qsmpm_phase_description, only: phase_type, initial_k0
   use qsmpm_initial_stress, only: reaches_above, measure_slope, structures_at_rest
-  use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, find_largest_move, &
-    largest_move
+  use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, find_largest_move, largest_move
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_law, only: tangent_elastic
+  use qsmpm_law, only: tangent_elastic, tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
@@ -34,10 +41,12 @@ module qsmpm_initial_balance
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term_sums, only: set_loads, discard_terms
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_phase_loads, only: free_surface_of
+  use qsmpm_phase_tree, only: parent_of
   implicit none
   private
 
-  public :: check_initial_balance, measure_balance, balance_type
+  public :: check_initial_balance, measure_balance, balance_type, hold_water_start
 
   !> Move of the ground, as a share of that under its weight, that is worth a warning, and that is refused.
   real(wp), parameter :: warned_from = 1.0e-3_wp, refused = 1.0e-2_wp
@@ -87,8 +96,8 @@ contains
       if (len(names) > 0) call observer%note('K0 stresses: without a strength, and taken for structures in the '// &
         'ground: '//names//'. They begin with the stress and the weight of the ground beside them; their own '// &
         "weight comes over phase '"//phase%name//"'")
-      call warn_of_material_above(model, phase, observer)
-      call check_slope(model, phase, error)
+      call warn_of_material_above()
+      call check_slope()
     end if
     if (allocated(error)) return
     call initialise_step(model, step, error)
@@ -97,7 +106,7 @@ contains
     call discard_terms(step%terms)
     if (phase%initial%kind == initial_k0) then
       if (is_left_alone(phase) .and. len(names) == 0) model%state%progress%own_settlement = balance%settlement
-      call correct_balance(model, step, balance, observer, correction, error)
+      call correct_balance(correction)
       if (allocated(error)) return
     end if
     if (.not. balance%move > refused) then
@@ -108,6 +117,49 @@ contains
     call fail(error, error_not_converged, "phase '"//phase%name//"': the "//stresses_of(phase)// &
       ' are not in equilibrium, '//balance_text(balance)//trim(text)//': '// &
       cause_of(correction, is_beyond_strength(model), size(model%analysis%rigid_bodies) > 0))
+
+  contains
+
+    !> Correct K0 stresses for the grid where it does not hold them; what is out of balance is then what is left.
+    subroutine correct_balance(correction)
+      type(correction_type), intent(out) :: correction
+
+      call correct_stresses(model, step, merge(0.0_wp, exact, balance%move > exact), correction, error)
+      if (allocated(error) .or. .not. correction%change > 0.0_wp) return
+      call note_correction(balance, correction, observer)
+      call initialise_step(model, step, error)
+      if (allocated(error)) return
+      call measure_balance(model, step, balance, correction%by_law)
+      call discard_terms(step%terms)
+    end subroutine correct_balance
+
+    !> Warn of material above the level of the ground.
+    subroutine warn_of_material_above()
+      real(wp) :: above
+
+      above = reaches_above(model, phase%initial)
+      if (above > same_level*maxval(model%mesh%bounds(:, 2) - model%mesh%bounds(:, 1))) call observer%note( &
+        'warning: material lies up to '//rounded_text(above)//' above the level of *INITIAL, TYPE=K0; its weight '// &
+        'counts as that of the ground does')
+    end subroutine warn_of_material_above
+
+    !> Refuse ground, layers or water that slope.
+    subroutine check_slope()
+      character(len=200) :: text
+      real(wp) :: slope, place(model%mesh%dimension)
+      integer :: worst
+
+      call measure_slope(model, phase%initial, slope, worst)
+      place = 0.0_wp
+      if (worst > 0) place = model%state%points%position(:, worst)
+      call take_largest(model%part%team, slope, place)
+      if (.not. slope > steepest) return
+      write (text, '(a,es8.1,a,3(1x,es11.4))') 'their horizontal part varies by ', slope, &
+        ' of the weight along the '//'horizontal, most at', place
+      call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
+        trim(text)//': ground, a layer or the water is not level there, or a wall is heavier that has a strength, '// &
+        'by which it counts as ground. '//advice)
+    end subroutine check_slope
   end subroutine check_initial_balance
 
   !> Whether nothing but gravity acts in a phase, so that what moves in it tells of its initial stresses.
@@ -116,24 +168,6 @@ contains
 
     is_left_alone = size(phase%prescriptions) == 0 .and. size(phase%tractions) == 0 .and. size(phase%moves) == 0
   end function is_left_alone
-
-  !> Correct K0 stresses for the grid where it does not hold them; what is out of balance is then what is left.
-  subroutine correct_balance(model, step, balance, observer, correction, error)
-    type(model_type), intent(inout) :: model
-    type(step_type), intent(inout) :: step
-    type(balance_type), intent(inout) :: balance
-    class(observer_type), intent(inout) :: observer
-    type(correction_type), intent(out) :: correction
-    type(error_type), allocatable, intent(out) :: error
-
-    call correct_stresses(model, step, merge(0.0_wp, exact, balance%move > exact), correction, error)
-    if (allocated(error) .or. .not. correction%change > 0.0_wp) return
-    call note_correction(balance, correction, observer)
-    call initialise_step(model, step, error)
-    if (allocated(error)) return
-    call measure_balance(model, step, balance, correction%by_law)
-    call discard_terms(step%terms)
-  end subroutine correct_balance
 
   !> Say what was corrected.
   subroutine note_correction(before, correction, observer)
@@ -203,19 +237,6 @@ contains
     is_beyond_strength = any_of(model%part%team, any(count_beyond_strength(model) > 0))
   end function is_beyond_strength
 
-  !> Warn of material above the level of the ground.
-  subroutine warn_of_material_above(model, phase, observer)
-    type(model_type), intent(in) :: model
-    type(phase_type), intent(in) :: phase
-    class(observer_type), intent(inout) :: observer
-    real(wp) :: above
-
-    above = reaches_above(model, phase%initial)
-    if (above > same_level*maxval(model%mesh%bounds(:, 2) - model%mesh%bounds(:, 1))) call observer%note( &
-      'warning: material lies up to '//rounded_text(above)//' above the level of *INITIAL, TYPE=K0; its weight '// &
-      'counts as that of the ground does')
-  end subroutine warn_of_material_above
-
   !> What the stresses of a phase are called.
   pure function stresses_of(phase) result(words)
     type(phase_type), intent(in) :: phase
@@ -224,27 +245,6 @@ contains
     words = 'given stresses'
     if (phase%initial%kind == initial_k0) words = 'K0 stresses'
   end function stresses_of
-
-  !> Refuse ground, layers or water that slope.
-  subroutine check_slope(model, phase, error)
-    type(model_type), intent(in) :: model
-    type(phase_type), intent(in) :: phase
-    type(error_type), allocatable, intent(out) :: error
-    character(len=200) :: text
-    real(wp) :: slope, place(model%mesh%dimension)
-    integer :: worst
-
-    call measure_slope(model, phase%initial, slope, worst)
-    place = 0.0_wp
-    if (worst > 0) place = model%state%points%position(:, worst)
-    call take_largest(model%part%team, slope, place)
-    if (.not. slope > steepest) return
-    write (text, '(a,es8.1,a,3(1x,es11.4))') 'their horizontal part varies by ', slope, ' of the weight along the '// &
-      'horizontal, most at', place
-    call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
-      trim(text)//': ground, a layer or the water is not level there, or a wall is heavier that has a strength, '// &
-      'by which it counts as ground. '//advice)
-  end subroutine check_slope
 
   !> Out-of-balance of the stresses of the material points with the loads at the start of the phase. No move is found
   !> where the equations cannot be solved: the first step tells why.
@@ -352,4 +352,40 @@ contains
       model%analysis%confinement, force)
     force = force + (step%forces%internal(:size(force, 1), :size(force, 2)) - by_law)
   end subroutine force_before_law
+
+  !> Hold what is out of balance where the surface of the water begins to move.
+  subroutine hold_water_start(model, step, error)
+    type(model_type), intent(inout) :: model
+    !> Scratch.
+    type(step_type), intent(inout) :: step
+    !> Failures of the initialisation.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. begins(model)) return
+    call initialise_step(model, step, error)
+    if (allocated(error)) return
+    call set_loads(step%terms, model, step%configuration_type, 0.0_wp)
+    call evaluate_step(model, step, 0.0_wp*step%forces%internal, tangent_none)
+    associate (released => model%state%released)
+      associate (internal => step%forces%internal(:size(released, 1), :size(released, 2)), &
+          external => step%forces%external(:size(released, 1), :size(released, 2)))
+        where (.not. model%loading%constrained .and. spread(step%equations%active(:size(released, 2)), 1, &
+          size(released, 1))) released = released + internal - external
+      end associate
+    end associate
+    call discard_terms(step%terms)
+  end subroutine hold_water_start
+
+  !> Whether the phase is the first of its line with a free surface in ground that consolidates.
+  pure logical function begins(model)
+    type(model_type), intent(in) :: model
+    integer :: parent
+
+    associate (phases => model%analysis%phases, number => model%state%progress%phase)
+      begins = free_surface_of(phases, number) > 0
+      if (.not. begins) return
+      parent = parent_of(phases, number)
+      if (parent > 0) begins = free_surface_of(phases, parent) == 0
+    end associate
+  end function begins
 end module qsmpm_initial_balance

@@ -46,7 +46,9 @@ contains
         if (ended%reason == ended_by_limit .and. is_wanted(phases, p, p)) then
           text = text//'; '//text_of_limit(model, p)
         else if (ended%reason == ended_by_loss) then
-          text = text//'; '//text_of_loss(phases(p), ended)
+          text = text//"; phase '"//phases(p)%name//"' has lost equilibrium"
+          if (phases(p)%kind /= phase_safety) text = text//' at load factor '// &
+            rounded_text(phases(p)%load_factor*ended%fraction, 6)
         else
           cycle
         end if
@@ -68,16 +70,6 @@ contains
         limit_text(limit_loads(progress%limit, progress%fraction, phases(phase)%load_factor))
     end associate
   end function text_of_limit
-
-  !> A phase that has been lost.
-  pure function text_of_loss(phase, ended) result(text)
-    type(phase_type), intent(in) :: phase
-    type(phase_end_type), intent(in) :: ended
-    character(len=:), allocatable :: text
-
-    text = "phase '"//phase%name//"' has lost equilibrium"
-    if (phase%kind /= phase_safety) text = text//' at load factor '//rounded_text(phase%load_factor*ended%fraction, 6)
-  end function text_of_loss
 
   !> The phases that start from a phase, directly or not; empty for none.
   pure function not_run_text(phases, number) result(text)

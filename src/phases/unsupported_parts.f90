@@ -18,7 +18,6 @@ module qsmpm_unsupported_parts
   use qsmpm_initialisation, only: step_type
   use qsmpm_grid_window, only: operator(==)
   use qsmpm_soil_points, only: soil_type, soil_of
-  use qsmpm_term_sums, only: mark_anchored
   use qsmpm_team, only: smallest, total
   use qsmpm_text, only: integer_text
   implicit none
@@ -226,7 +225,12 @@ contains
     allocate (matrix(motions, motions, size(pieces)), source=0.0_wp)
     ! What is held against the ground holds its piece, in which way is not asked.
     anchored = .false.
-    call mark_anchored(step%terms, anchored)
+    do j = 1, size(step%terms)
+      associate (term => step%terms(j)%term)
+        if (term%anchors .and. term%connectivity%count > 0) &
+          anchored(pack(term%connectivity%nodes, term%connectivity%nodes <= size(anchored))) = .true.
+      end associate
+    end do
     holds = 0
     own = own_of(model%part%nodes, size(of_node))
     names = pieces%name

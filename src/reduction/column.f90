@@ -7,16 +7,14 @@
 module qsmpm_column
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
-  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_analysis, only: three_dimensional
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_reaction
-  use qsmpm_reduction, only: reduction_type, reduce_column, refuse, place_text, begin_reduction, &
-    require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, keep_supports, &
-    scene_tolerance
-  use qsmpm_loaded_surfaces, only: drop_unused
-  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, reduce_rigid_history
+  use qsmpm_reduction, only: reduction_type, reduce_column, begin_reduction
+  use qsmpm_set_members, only: members_type, covers_axis, keep_supports
+  use qsmpm_loaded_surfaces, only: drop_unused, require_level_water
+  use qsmpm_rigid_symmetry, only: flatten_rigid_bodies, reduce_rigid_history
   use qsmpm_uniform_axis, only: require_uniform
-  use qsmpm_water_symmetry, only: require_level_water
+  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse, require_local_histories
   implicit none
   private
 
@@ -28,52 +26,46 @@ module qsmpm_column
 contains
 
   !> Prove that a scene is a row of equal columns.
-  pure subroutine require_column(analysis, reason)
-    type(analysis_type), intent(in) :: analysis
-    !> Why not; unallocated when proved.
-    character(len=:), allocatable, intent(out) :: reason
+  pure subroutine require_column(scene)
+    type(examined_type), intent(inout) :: scene
 
-    if (analysis%model == three_dimensional) then
-      call refuse(reason, 'the scene depends on z')
+    if (scene%model == three_dimensional) then
+      call refuse(scene, 'the scene depends on z')
       return
     end if
-    call require_uniform(analysis, 1, reason)
-    if (.not. allocated(reason)) call require_level_water(analysis, reason)
-    if (allocated(reason)) return
-    if (size(analysis%mesh%axes(1)%lines) <= 2) then
-      call refuse(reason, 'the grid is one cell wide already')
-    else if (index(analysis%mesh%element, 'QUAD') /= 1) then
-      call refuse(reason, 'the triangles of *GRID'//place_text(analysis%mesh%where)// &
+    call require_uniform(scene)
+    if (.not. allocated(scene%reason)) call require_level_water(scene)
+    if (allocated(scene%reason)) return
+    if (size(scene%mesh%axes(1)%lines) <= 2) then
+      call refuse(scene, 'the grid is one cell wide already')
+    else if (index(scene%mesh%element, 'QUAD') /= 1) then
+      call refuse(scene, 'the triangles of *GRID'//place_text(scene%mesh%where)// &
         ' make columns that are not alike (QUAD4 and QUAD8 do)')
-    else if (analysis%mesh%perturbation > 0.0_wp) then
-      call refuse(reason, 'the nodes of *GRID'//place_text(analysis%mesh%where)//' are shifted')
+    else if (scene%mesh%perturbation > 0.0_wp) then
+      call refuse(scene, 'the nodes of *GRID'//place_text(scene%mesh%where)//' are shifted')
     else
-      call require_histories(analysis, reason)
+      call require_histories(scene)
     end if
   end subroutine require_column
 
   !> Histories are inside the grid; reactions are those of a level set, or push a side along x.
-  pure subroutine require_histories(analysis, reason)
-    type(analysis_type), intent(in) :: analysis
-    character(len=:), allocatable, intent(inout) :: reason
-    type(members_type) :: members
+  pure subroutine require_histories(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: i, s
     logical :: whole
 
-    call require_local_histories(analysis, reason)
-    if (allocated(reason)) return
-    call find_members(analysis, members)
-    do i = 1, size(analysis%histories)
-      associate (history => analysis%histories(i), lines => analysis%mesh%axes(1)%lines)
+    call require_local_histories(scene)
+    if (allocated(scene%reason)) return
+    do i = 1, size(scene%histories)
+      associate (history => scene%histories(i), lines => scene%mesh%axes(1)%lines)
         if (history%quantity == quantity_reaction) then
-          s = place_named(analysis%node_sets, history%set)
-          whole = covers_axis(members, s, 1)
-          if (.not. whole .and. (history%component /= 1 .or. side_of(members, s) == 0)) call refuse(reason, &
-            "*HISTORY '"//history%name//"'"//place_text(history%where)//" reads a reaction of '"//history%set// &
+          s = place_named(scene%node_sets, history%set)
+          whole = covers_axis(scene%members, s, 1)
+          if (.not. whole .and. (history%component /= 1 .or. side_of(scene%members, s) == 0)) &
+            call refuse(scene, card('*HISTORY', history%name, history%where)//" reads a reaction of '"//history%set// &
             "', which depends on x")
-        else if (history%at(1) < lines(1) - scene_tolerance(analysis) .or. &
-          history%at(1) > lines(size(lines)) + scene_tolerance(analysis)) then
-          call refuse(reason, "*HISTORY '"//history%name//"'"//place_text(history%where)//' is outside the grid')
+        else if (history%at(1) < lines(1) - scene%nothing .or. history%at(1) > lines(size(lines)) + scene%nothing) then
+          call refuse(scene, card('*HISTORY', history%name, history%where)//' is outside the grid')
         end if
       end associate
     end do
@@ -94,40 +86,37 @@ contains
   end function side_of
 
   !> One column of a scene of equal columns, and the way back.
-  pure subroutine make_column(analysis, step)
+  pure subroutine make_column(scene, step)
     !> The scene, proved to be a row of equal columns; the column.
-    type(analysis_type), intent(inout) :: analysis
+    type(examined_type), intent(inout) :: scene
     !> The way back.
     type(reduction_type), intent(out) :: step
-    type(members_type) :: members
     integer :: s
 
-    call begin_reduction(analysis, reduce_column, 1, step)
-    call find_members(analysis, members)
-    associate (lines => analysis%mesh%axes(1)%lines)
+    call begin_reduction(scene, reduce_column, 1, step)
+    associate (lines => scene%mesh%axes(1)%lines)
       step%factor = (lines(size(lines)) - lines(1))/(lines(2) - lines(1))
     end associate
-    call column_histories(analysis, members, step)
-    call flatten_rigid_bodies(analysis, [1], step%factor)
+    call column_histories(scene, step)
+    call flatten_rigid_bodies(scene, [1], step%factor)
     ! What is freed of a side has been proved to be held again.
-    call keep_supports(analysis, [(covers_axis(members, s, 1), s=1, size(analysis%node_sets))], 1, &
-      analysis%mesh%axes(1)%lines(:2), side_names)
-    call move_sides(analysis, members)
-    call drop_unused(analysis)
-    analysis%bodies%copies = step%factor*analysis%bodies%copies
-    analysis%mesh%axes(1)%lines = analysis%mesh%axes(1)%lines(:2)
+    call keep_supports(scene, [(covers_axis(scene%members, s, 1), s=1, size(scene%node_sets))], 1, &
+      scene%mesh%axes(1)%lines(:2), side_names)
+    call move_sides(scene)
+    call drop_unused(scene)
+    scene%bodies%copies = step%factor*scene%bodies%copies
+    scene%mesh%axes(1)%lines = scene%mesh%axes(1)%lines(:2)
   end subroutine make_column
 
   !> Histories of the column: nothing moves along x.
-  pure subroutine column_histories(analysis, members, step)
-    type(analysis_type), intent(inout) :: analysis
-    type(members_type), intent(in) :: members
+  pure subroutine column_histories(scene, step)
+    type(examined_type), intent(inout) :: scene
     !> Gets the way back.
     type(reduction_type), intent(inout) :: step
     integer :: i
 
-    do i = 1, size(analysis%histories)
-      associate (history => analysis%histories(i))
+    do i = 1, size(scene%histories)
+      associate (history => scene%histories(i))
         select case (history%quantity)
         case (quantity_displacement)
           if (history%component == 1) step%history_factor(i) = 0.0_wp
@@ -135,11 +124,11 @@ contains
           if (history%component == 1) step%history_factor(i) = 0.0_wp
           if (history%component == 1) step%history_offset(i) = history%at(1)
         case (quantity_reaction)
-          if (covers_axis(members, place_named(analysis%node_sets, history%set), 1)) &
+          if (covers_axis(scene%members, place_named(scene%node_sets, history%set), 1)) &
             step%history_factor(i) = merge(0.0_wp, step%factor, history%component == 1)
         end select
         call reduce_rigid_history(history, [1], step%factor, step%history_factor(i))
-        if (history%quantity /= quantity_reaction) history%at(1) = in_first(analysis%mesh%axes(1)%lines, history%at(1))
+        if (history%quantity /= quantity_reaction) history%at(1) = in_first(scene%mesh%axes(1)%lines, history%at(1))
       end associate
     end do
   end subroutine column_histories
@@ -156,14 +145,13 @@ contains
   end function in_first
 
   !> Sets on a side that a history reads go with the side.
-  pure subroutine move_sides(analysis, members)
-    type(analysis_type), intent(inout) :: analysis
-    type(members_type), intent(in) :: members
+  pure subroutine move_sides(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: s
 
-    do s = 1, size(members%axis(1)%holds, 2)
-      if (side_of(members, s) == 0) cycle
-      analysis%node_sets(s)%box(1, :) = analysis%mesh%axes(1)%lines(side_of(members, s))
+    do s = 1, size(scene%members%axis(1)%holds, 2)
+      if (side_of(scene%members, s) == 0) cycle
+      scene%node_sets(s)%box(1, :) = scene%mesh%axes(1)%lines(side_of(scene%members, s))
     end do
   end subroutine move_sides
 end module qsmpm_column

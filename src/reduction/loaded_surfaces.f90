@@ -1,116 +1,120 @@
 !> Surfaces that carry loads or supports in a scene or may touch rigid bodies: whether they depend on an axis, and
 !> which of them are used at all.
+!>
+!> Whether the water levels of a scene allow a reduction: a column and a figure of revolution want them level, a mirror
+!> wants each to be its own image.
 module qsmpm_loaded_surfaces
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
-  use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_polygon
-  use qsmpm_load_description, only: carrier_points
+  use qsmpm_load_description, only: carrier_points, water_level_type
   use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_outline
   use qsmpm_structures, only: contact_on_soil
-  use qsmpm_reduction, only: letters, refuse, place_text
-  use qsmpm_set_members, only: drop_unused_sets, scene_tolerance
+  use qsmpm_set_members, only: drop_unused_sets
+  use qsmpm_examined_scene, only: examined_type, card, letters, refuse, place_text
+  use qsmpm_mirror_images, only: body_partner
+  use qsmpm_water_table, only: water_table_type, level_at
   implicit none
   private
 
-  public :: surface_is_used, drop_unused, require_loads_uniform, require_surface
+  public :: surface_is_used, drop_unused, require_loads_uniform, require_surface, require_level_water, &
+    require_mirrored_water
 
 contains
 
   !> Whether a phase loads or supports a surface, or a rigid body may touch it.
-  pure logical function surface_is_used(analysis, name) result(used)
-    type(analysis_type), intent(in) :: analysis
+  pure logical function surface_is_used(scene, name) result(used)
+    type(examined_type), intent(in) :: scene
     !> Name of the surface.
     character(len=*), intent(in) :: name
     integer :: p, i
 
     used = .false.
-    if (allocated(analysis%contacts)) then
-      do i = 1, size(analysis%contacts)
-        if (analysis%contacts(i)%place == contact_on_soil) used = used .or. analysis%contacts(i)%surface == name
+    if (allocated(scene%contacts)) then
+      do i = 1, size(scene%contacts)
+        if (scene%contacts(i)%place == contact_on_soil) used = used .or. scene%contacts(i)%surface == name
       end do
     end if
-    do p = 1, size(analysis%phases)
-      used = used .or. any([(analysis%phases(p)%tractions(i)%surface == name, i=1, size(analysis%phases(p)%tractions))])
-      used = used .or. any([(analysis%phases(p)%supports(i)%surface == name, i=1, size(analysis%phases(p)%supports))])
+    do p = 1, size(scene%phases)
+      used = used .or. any([(scene%phases(p)%tractions(i)%surface == name, i=1, size(scene%phases(p)%tractions))])
+      used = used .or. any([(scene%phases(p)%supports(i)%surface == name, i=1, size(scene%phases(p)%supports))])
     end do
   end function surface_is_used
 
   !> Leave out the sets and surfaces that nothing refers to.
-  pure subroutine drop_unused(analysis)
-    type(analysis_type), intent(inout) :: analysis
+  pure subroutine drop_unused(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: s
 
-    call drop_unused_sets(analysis)
-    analysis%surfaces = analysis%surfaces(pack([(s, s=1, size(analysis%surfaces))], &
-      [(surface_is_used(analysis, analysis%surfaces(s)%name), s=1, size(analysis%surfaces))]))
+    call drop_unused_sets(scene)
+    scene%surfaces = scene%surfaces(pack([(s, s=1, size(scene%surfaces))], [(surface_is_used(scene, &
+      scene%surfaces(s)%name), s=1, size(scene%surfaces))]))
   end subroutine drop_unused
 
   !> Prove that gravity, tractions, pressures and supports do not depend on an axis and have no part
   !> along it.
-  pure subroutine require_loads_uniform(analysis, axis, reason)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: axis
-    !> Why not; unallocated when proved.
-    character(len=:), allocatable, intent(inout) :: reason
+  pure subroutine require_loads_uniform(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: p, i
 
-    do p = 1, size(analysis%phases)
-      associate (phase => analysis%phases(p))
-        if (phase%gravity%given .and. abs(phase%gravity%vector(axis)) > 0.0_wp) call refuse(reason, &
-          "*GRAVITY of phase '"//phase%name//"'"//place_text(phase%where)//' has a part along '//letters(axis))
+    do p = 1, size(scene%phases)
+      associate (phase => scene%phases(p))
+        if (phase%gravity%given .and. abs(phase%gravity%vector(scene%axis)) > 0.0_wp) &
+          call refuse(scene, card('*GRAVITY of phase', phase%name, phase%where)//' has a part along '// &
+          letters(scene%axis))
         do i = 1, size(phase%tractions)
           associate (traction => phase%tractions(i))
-            if (.not. traction%follows .and. abs(traction%vector(axis)) > 0.0_wp) call refuse(reason, &
-              "*TRACTION on '"//traction%surface//"'"//place_text(traction%where)//' has a part along '// &
-              letters(axis))
-            if (traction%carrier == carrier_points) call refuse(reason, "*TRACTION on '"// &
-              traction%surface//"'"//place_text(traction%where)//' is carried by the outermost points')
-            call require_surface(analysis, traction%surface, axis, reason)
+            if (.not. traction%follows .and. abs(traction%vector(scene%axis)) > 0.0_wp) &
+              call refuse(scene, card('*TRACTION on', traction%surface, traction%where)//' has a part along '// &
+              letters(scene%axis))
+            if (traction%carrier == carrier_points) call refuse(scene, card('*TRACTION on', traction%surface, &
+              traction%where)//' is carried by the outermost points')
+            call require_surface(scene, traction%surface)
           end associate
         end do
         do i = 1, size(phase%supports)
-          call require_surface(analysis, phase%supports(i)%surface, axis, reason)
+          call require_surface(scene, phase%supports(i)%surface)
         end do
       end associate
     end do
   end subroutine require_loads_uniform
 
   !> Prove that a surface goes through the whole grid along an axis and has no face across it.
-  pure subroutine require_surface(analysis, name, axis, reason)
-    type(analysis_type), intent(in) :: analysis
+  pure subroutine require_surface(scene, name)
+    type(examined_type), intent(inout) :: scene
     !> Name of the surface.
     character(len=*), intent(in) :: name
-    integer, intent(in) :: axis
-    character(len=:), allocatable, intent(inout) :: reason
     real(wp) :: first, last, tolerance
     logical :: whole
+    integer :: b
 
-    tolerance = scene_tolerance(analysis)
-    associate (surface => analysis%surfaces(place_named(analysis%surfaces, name)), &
-        lines => analysis%mesh%axes(axis)%lines)
+    tolerance = scene%nothing
+    associate (surface => scene%surfaces(place_named(scene%surfaces, name)), lines => scene%mesh%axes(scene%axis)%lines)
       first = lines(1) + tolerance
       last = lines(size(lines)) - tolerance
       select case (surface%selection)
       case (select_box)
-        whole = surface%box(axis, 1) <= first .and. surface%box(axis, 2) >= last &
-          .and. is_flat_across(surface, axis, tolerance)
+        whole = surface%box(scene%axis, 1) <= first .and. surface%box(scene%axis, 2) >= last .and. &
+          is_flat_across(surface, scene%axis, tolerance)
       case (select_outline)
         if (surface%boxed) then
-          whole = surface%box(axis, 1) <= first .and. surface%box(axis, 2) >= last &
-            .and. is_flat_across(surface, axis, tolerance)
+          whole = surface%box(scene%axis, 1) <= first .and. surface%box(scene%axis, 2) >= last .and. &
+            is_flat_across(surface, scene%axis, tolerance)
         else
-          whole = axis == 3 .and. is_prism(analysis, surface)
+          ! The prism over a polygon has walls only.
+          b = place_named(scene%bodies, surface%body)
+          whole = scene%axis == 3 .and. b > 0
+          if (whole) whole = scene%bodies(b)%kind == body_polygon
         end if
       case (select_segment)
-        whole = axis == 1 .and. size(surface%segments, 2) == 1
+        whole = scene%axis == 1 .and. size(surface%segments, 2) == 1
         if (whole) whole = abs(surface%segments(2, 1) - surface%segments(4, 1)) <= tolerance .and. &
           minval(surface%segments([1, 3], 1)) <= first .and. maxval(surface%segments([1, 3], 1)) >= last
       case default
         whole = .false.
       end select
-      if (.not. whole) call refuse(reason, "*SURFACE '"//name//"'"//place_text(surface%where)// &
-        ' depends on '//letters(axis)//' or has faces across it')
+      if (.not. whole) call refuse(scene, card('*SURFACE', name, surface%where)//' depends on '//letters(scene%axis)// &
+        ' or has faces across it')
     end associate
   end subroutine require_surface
 
@@ -126,14 +130,60 @@ contains
     if (axis == 3) flat = flat .or. surface%box(1, 2) - surface%box(1, 1) <= tolerance
   end function is_flat_across
 
-  !> Whether the body of an outline is a polygon: the prism over it has walls only.
-  pure logical function is_prism(analysis, surface) result(yes)
-    type(analysis_type), intent(in) :: analysis
-    type(surface_type), intent(in) :: surface
-    integer :: b
+  !> Every line is level.
+  pure subroutine require_level_water(scene)
+    type(examined_type), intent(inout) :: scene
+    integer :: p, i
 
-    b = place_named(analysis%bodies, surface%body)
-    yes = b > 0
-    if (yes) yes = analysis%bodies(b)%kind == body_polygon
-  end function is_prism
+    do p = 1, size(scene%phases)
+      do i = 1, size(scene%phases(p)%water_levels)
+        associate (level => scene%phases(p)%water_levels(i))
+          if (level%none) cycle
+          if (level%flows) call refuse(scene, 'water flows (*WATER LEVEL'//place_text(level%where)//')')
+          if (level%flows) cycle
+          if (maxval(level%line(2, :)) - minval(level%line(2, :)) > scene%nothing) &
+            call refuse(scene, '*WATER LEVEL'//place_text(level%where)//' is not level')
+        end associate
+      end do
+    end do
+  end subroutine require_level_water
+
+  !> Every line is its own image, and that of a body belongs to one that is its own image.
+  pure subroutine require_mirrored_water(scene)
+    type(examined_type), intent(inout) :: scene
+    integer :: p, i, b
+
+    do p = 1, size(scene%phases)
+      do i = 1, size(scene%phases(p)%water_levels)
+        associate (level => scene%phases(p)%water_levels(i))
+          if (level%flows) call refuse(scene, 'water flows (*WATER LEVEL'//place_text(level%where)//')')
+          if (level%flows) cycle
+          do b = 1, size(scene%bodies)
+            if (scene%bodies(b)%name /= level%body) cycle
+            if (body_partner(scene, b) /= b) call refuse(scene, '*WATER LEVEL'//place_text(level%where)// &
+              " is that of body '"//level%body//"', which is not its own mirror image")
+          end do
+          if (scene%axis == 1 .and. .not. level%none) then
+            if (.not. is_own_image(level, scene%plane, scene%nothing)) &
+              call refuse(scene, '*WATER LEVEL'//place_text(level%where)//' is not its own mirror image')
+          end if
+        end associate
+      end do
+    end do
+  end subroutine require_mirrored_water
+
+  !> Whether a line is the same on both sides of a plane.
+  pure logical function is_own_image(level, plane, tolerance) result(yes)
+    type(water_level_type), intent(in) :: level
+    real(wp), intent(in) :: plane
+    !> Length that is none.
+    real(wp), intent(in) :: tolerance
+    type(water_table_type) :: table
+    integer :: i
+
+    table%present = .true.
+    table%x = level%line(1, :)
+    table%height = level%line(2, :)
+    yes = all([(abs(level_at(table, [2.0_wp*plane - table%x(i)]) - table%height(i)) <= tolerance, i=1, size(table%x))])
+  end function is_own_image
 end module qsmpm_loaded_surfaces

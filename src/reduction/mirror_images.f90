@@ -3,26 +3,16 @@
 module qsmpm_mirror_images
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
-  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_analysis, only: three_dimensional
   use qsmpm_body_description, only: body_all, body_box, body_polygon
   use qsmpm_mesh_description, only: select_box, select_segment, select_outline
-  use qsmpm_set_members, only: scene_tolerance
+  use qsmpm_examined_scene, only: examined_type
   implicit none
   private
 
-  public :: mirror_plane, body_partner, surface_partner, mirrored_box, edges_match, outline_edges
+  public :: body_partner, surface_partner, mirrored_box, edges_match, outline_edges
 
 contains
-
-  !> Coordinate of the plane.
-  pure real(wp) function mirror_plane(analysis, axis)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: axis
-
-    associate (lines => analysis%mesh%axes(axis)%lines)
-      mirror_plane = 0.5_wp*(lines(1) + lines(size(lines)))
-    end associate
-  end function mirror_plane
 
   !> A box on the other side.
   pure function mirrored_box(box, axis, plane) result(image)
@@ -38,46 +28,43 @@ contains
   end function mirrored_box
 
   !> Whether a box is the mirror image of another, as far as they are in the grid.
-  pure logical function boxes_match(analysis, box, other, axis) result(match)
-    type(analysis_type), intent(in) :: analysis
+  pure logical function boxes_match(scene, box, other) result(match)
+    type(examined_type), intent(in) :: scene
     !> Lower and upper corners (3,2).
     real(wp), intent(in) :: box(3, 2), other(3, 2)
-    integer, intent(in) :: axis
     real(wp) :: image(3, 2), low, high
     integer :: a
 
-    image = mirrored_box(other, axis, mirror_plane(analysis, axis))
+    image = mirrored_box(other, scene%axis, scene%plane)
     match = .true.
-    do a = 1, merge(3, 2, analysis%model == three_dimensional)
-      low = analysis%mesh%axes(a)%lines(1)
-      high = analysis%mesh%axes(a)%lines(size(analysis%mesh%axes(a)%lines))
-      match = match .and. all(abs(max(low, min(high, box(a, :))) - max(low, min(high, image(a, :)))) &
-        <= scene_tolerance(analysis))
+    do a = 1, merge(3, 2, scene%model == three_dimensional)
+      low = scene%mesh%axes(a)%lines(1)
+      high = scene%mesh%axes(a)%lines(size(scene%mesh%axes(a)%lines))
+      match = match .and. all(abs(max(low, min(high, box(a, :))) - max(low, min(high, image(a, :)))) <= scene%nothing)
     end do
   end function boxes_match
 
   !> Body that is the mirror image of a body, 0 for none.
-  pure integer function body_partner(analysis, number, axis) result(partner)
-    type(analysis_type), intent(in) :: analysis
-    !> Number of the body, and the axis.
-    integer, intent(in) :: number, axis
+  pure integer function body_partner(scene, number) result(partner)
+    type(examined_type), intent(in) :: scene
+    !> Number of the body.
+    integer, intent(in) :: number
     logical :: match
     integer :: b
 
     partner = 0
-    do b = size(analysis%bodies), 1, -1
-      associate (body => analysis%bodies(number), other => analysis%bodies(b))
+    do b = size(scene%bodies), 1, -1
+      associate (body => scene%bodies(number), other => scene%bodies(b))
         if (other%kind /= body%kind .or. other%material /= body%material &
           .or. other%points_per_element /= body%points_per_element .or. (other%active .neqv. body%active)) cycle
         select case (body%kind)
         case (body_all)
           match = .true.
         case (body_box)
-          match = boxes_match(analysis, body%box, other%box, axis)
+          match = boxes_match(scene, body%box, other%box)
         case (body_polygon)
-          if (axis == 1) then
-            match = edges_match(outline_edges(body%polygon), outline_edges(other%polygon), &
-              mirror_plane(analysis, 1), scene_tolerance(analysis))
+          if (scene%axis == 1) then
+            match = edges_match(outline_edges(body%polygon), outline_edges(other%polygon), scene%plane, scene%nothing)
           else
             match = b == number
           end if
@@ -124,26 +111,25 @@ contains
   end function edges_match
 
   !> Surface that is the mirror image of a surface, 0 for none.
-  pure integer function surface_partner(analysis, number, axis) result(partner)
-    type(analysis_type), intent(in) :: analysis
-    !> Number of the surface, and the axis.
-    integer, intent(in) :: number, axis
+  pure integer function surface_partner(scene, number) result(partner)
+    type(examined_type), intent(in) :: scene
+    !> Number of the surface.
+    integer, intent(in) :: number
     logical :: match
     integer :: s
 
     partner = 0
-    do s = size(analysis%surfaces), 1, -1
-      associate (surface => analysis%surfaces(number), other => analysis%surfaces(s))
+    do s = size(scene%surfaces), 1, -1
+      associate (surface => scene%surfaces(number), other => scene%surfaces(s))
         if (other%selection /= surface%selection) cycle
         select case (surface%selection)
         case (select_box)
-          match = boxes_match(analysis, surface%box, other%box, axis)
+          match = boxes_match(scene, surface%box, other%box)
         case (select_segment)
-          match = axis == 1 .and. edges_match(surface%segments, other%segments, mirror_plane(analysis, 1), &
-            scene_tolerance(analysis))
+          match = scene%axis == 1 .and. edges_match(surface%segments, other%segments, scene%plane, scene%nothing)
         case (select_outline)
-          match = are_partners(analysis, surface%body, other%body, axis) .and. (surface%boxed .eqv. other%boxed)
-          if (match .and. surface%boxed) match = boxes_match(analysis, surface%box, other%box, axis)
+          match = are_partners(scene, surface%body, other%body) .and. (surface%boxed .eqv. other%boxed)
+          if (match .and. surface%boxed) match = boxes_match(scene, surface%box, other%box)
         case default
           match = .false.
         end select
@@ -153,16 +139,15 @@ contains
   end function surface_partner
 
   !> Whether two bodies are mirror images.
-  pure logical function are_partners(analysis, name, other, axis) result(yes)
-    type(analysis_type), intent(in) :: analysis
+  pure logical function are_partners(scene, name, other) result(yes)
+    type(examined_type), intent(in) :: scene
     !> Names of the bodies.
     character(len=*), intent(in) :: name, other
-    integer, intent(in) :: axis
     integer :: partner
 
     yes = .false.
-    partner = place_named(analysis%bodies, name)
-    if (partner > 0) partner = body_partner(analysis, partner, axis)
-    if (partner > 0) yes = analysis%bodies(partner)%name == other
+    partner = place_named(scene%bodies, name)
+    if (partner > 0) partner = body_partner(scene, partner)
+    if (partner > 0) yes = scene%bodies(partner)%name == other
   end function are_partners
 end module qsmpm_mirror_images

@@ -6,7 +6,7 @@
 module qsmpm_prismatic
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
-  use qsmpm_analysis, only: analysis_type, three_dimensional, plane_strain
+  use qsmpm_analysis, only: three_dimensional, plane_strain
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
     quantity_strain, quantity_volume
   use qsmpm_load_description, only: fixity_type
@@ -14,11 +14,12 @@ module qsmpm_prismatic
   use qsmpm_element, only: element_from_name, seed_rule, full_rule
   use qsmpm_error, only: error_type
   use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, at_rigid_body, component_vector
-  use qsmpm_reduction, only: reduction_type, reduce_prismatic, refuse, place_text, begin_reduction
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, scene_tolerance
+  use qsmpm_reduction, only: reduction_type, reduce_prismatic, begin_reduction
+  use qsmpm_set_members, only: covers_axis
   use qsmpm_loaded_surfaces, only: drop_unused
-  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, reduce_rigid_history
+  use qsmpm_rigid_symmetry, only: flatten_rigid_bodies, reduce_rigid_history
   use qsmpm_uniform_axis, only: require_uniform
+  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse
   implicit none
   private
 
@@ -27,30 +28,28 @@ module qsmpm_prismatic
 contains
 
   !> Prove that a scene is prismatic along z.
-  pure subroutine require_prismatic(analysis, reason)
-    type(analysis_type), intent(in) :: analysis
-    !> Why not; unallocated when proved.
-    character(len=:), allocatable, intent(out) :: reason
+  pure subroutine require_prismatic(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: b
     type(reduction_type) :: step
     logical :: known
 
-    if (analysis%model /= three_dimensional) then
-      call refuse(reason, 'the scene is plane already')
+    if (scene%model /= three_dimensional) then
+      call refuse(scene, 'the scene is plane already')
       return
     end if
-    call require_uniform(analysis, 3, reason)
-    if (allocated(reason)) return
-    if (len(plane_element(analysis%mesh%element)) == 0) then
-      call refuse(reason, 'the tetrahedra of *GRID'//place_text(analysis%mesh%where)//' do not lie in layers along z')
+    call require_uniform(scene)
+    if (allocated(scene%reason)) return
+    if (len(plane_element(scene%mesh%element)) == 0) then
+      call refuse(scene, 'the tetrahedra of *GRID'//place_text(scene%mesh%where)//' do not lie in layers along z')
       return
     end if
-    call require_histories(analysis, reason)
-    do b = 1, size(analysis%bodies)
-      call find_layers(analysis, analysis%bodies(b)%points_per_element, step, known)
+    call require_histories(scene)
+    do b = 1, size(scene%bodies)
+      call find_layers(scene, scene%bodies(b)%points_per_element, step, known)
       ! The reader of points tells which numbers there are; here the scene is only left as it is.
-      if (.not. known) call refuse(reason, "*BODY '"//analysis%bodies(b)%name//"'"// &
-        place_text(analysis%bodies(b)%where)//': there is no such number of points per element')
+      if (.not. known) call refuse(scene, card('*BODY', scene%bodies(b)%name, scene%bodies(b)%where)// &
+        ': there is no such number of points per element')
     end do
   end subroutine require_prismatic
 
@@ -75,73 +74,69 @@ contains
   end function plane_element
 
   !> Histories are inside the thickness, and reactions can be taken from the plane.
-  pure subroutine require_histories(analysis, reason)
-    type(analysis_type), intent(in) :: analysis
-    character(len=:), allocatable, intent(inout) :: reason
-    type(members_type) :: members
+  pure subroutine require_histories(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: i, s
 
-    call find_members(analysis, members)
-    do i = 1, size(analysis%histories)
-      associate (history => analysis%histories(i), lines => analysis%mesh%axes(3)%lines)
+    do i = 1, size(scene%histories)
+      associate (history => scene%histories(i), lines => scene%mesh%axes(3)%lines)
         if (is_taken_at(history%quantity, at_rigid_body)) cycle
         if (is_taken_at(history%quantity, at_body) .or. len(history%surface) > 0) then
-          if (has_components(history%quantity, component_vector) .and. history%component == 3) call refuse(reason, &
-            "*HISTORY '"//history%name//"'"//place_text(history%where)//' reads a component along z')
+          if (has_components(history%quantity, component_vector) .and. history%component == 3) &
+            call refuse(scene, card('*HISTORY', history%name, history%where)//' reads a component along z')
         else if (history%quantity == quantity_reaction) then
-          s = place_named(analysis%node_sets, history%set)
-          if (.not. covers_axis(members, s, 3)) call refuse(reason, "*HISTORY '"//history%name//"'"// &
-            place_text(history%where)//" reads a reaction of '"//history%set//"', which depends on z")
-          if (history%component == 3) call refuse(reason, "*HISTORY '"//history%name//"'"// &
-            place_text(history%where)//' reads a reaction along z')
-        else if (history%at(3) < lines(1) - scene_tolerance(analysis) .or. &
-          history%at(3) > lines(size(lines)) + scene_tolerance(analysis)) then
-          call refuse(reason, "*HISTORY '"//history%name//"'"//place_text(history%where)//' is outside the grid')
+          s = place_named(scene%node_sets, history%set)
+          if (.not. covers_axis(scene%members, s, 3)) call refuse(scene, card('*HISTORY', history%name, &
+            history%where)//" reads a reaction of '"//history%set//"', which depends on z")
+          if (history%component == 3) &
+            call refuse(scene, card('*HISTORY', history%name, history%where)//' reads a reaction along z')
+        else if (history%at(3) < lines(1) - scene%nothing .or. history%at(3) > lines(size(lines)) + scene%nothing) then
+          call refuse(scene, card('*HISTORY', history%name, history%where)//' is outside the grid')
         end if
       end associate
     end do
   end subroutine require_histories
 
   !> The plane model of a prismatic scene, and the way back.
-  pure subroutine make_plane(analysis, step)
+  pure subroutine make_plane(scene, step)
     !> The scene, proved to be prismatic; the model.
-    type(analysis_type), intent(inout) :: analysis
+    type(examined_type), intent(inout) :: scene
     !> The way back.
     type(reduction_type), intent(out) :: step
     logical :: known
     integer :: b, s
 
-    call begin_reduction(analysis, reduce_prismatic, 3, step)
-    associate (lines => analysis%mesh%axes(3)%lines)
+    call begin_reduction(scene, reduce_prismatic, 3, step)
+    associate (lines => scene%mesh%axes(3)%lines)
       step%factor = lines(size(lines)) - lines(1)
     end associate
-    allocate (step%layers(size(analysis%bodies)))
-    do b = 1, size(analysis%bodies)
-      associate (body => analysis%bodies(b))
-        call find_layers(analysis, body%points_per_element, step, known, b)
-        body%points_per_element = plane_points(analysis, body%points_per_element)
+    allocate (step%layers(size(scene%bodies)))
+    do b = 1, size(scene%bodies)
+      associate (body => scene%bodies(b))
+        call find_layers(scene, body%points_per_element, step, known, b)
+        body%points_per_element = plane_points(scene, body%points_per_element)
         body%box(3, :) = 0.0_wp
       end associate
     end do
-    call plane_histories(analysis, step)
-    call plane_supports(analysis)
-    call flatten_rigid_bodies(analysis, [3], step%factor)
-    call drop_unused(analysis)
-    do s = 1, size(analysis%node_sets)
-      analysis%node_sets(s)%box(3, :) = 0.0_wp
+    call plane_histories(scene, step)
+    call plane_supports(scene)
+    call flatten_rigid_bodies(scene, [3], step%factor)
+    call drop_unused(scene)
+    do s = 1, size(scene%node_sets)
+      scene%node_sets(s)%box(3, :) = 0.0_wp
     end do
-    do s = 1, size(analysis%surfaces)
-      analysis%surfaces(s)%box(3, :) = 0.0_wp
+    do s = 1, size(scene%surfaces)
+      scene%surfaces(s)%box(3, :) = 0.0_wp
     end do
-    analysis%mesh%element = plane_element(analysis%mesh%element)
-    deallocate (analysis%mesh%axes(3)%lines)
-    analysis%model = plane_strain
+    scene%mesh%element = plane_element(scene%mesh%element)
+    deallocate (scene%mesh%axes(3)%lines)
+    scene%model = plane_strain
   end subroutine make_plane
 
   !> The rule that seeds an element in 3D.
-  pure subroutine solid_rule(analysis, count, places, weights, known)
+  pure subroutine solid_rule(scene, count, places, weights, known)
     !> The scene in 3D.
-    type(analysis_type), intent(in) :: analysis
+    type(examined_type), intent(in) :: scene
     !> Points per element, 0 for the default.
     integer, intent(in) :: count
     !> Local coordinates (3, n) and weights (n).
@@ -151,19 +146,19 @@ contains
     type(error_type), allocatable :: error
 
     known = .true.
-    if (analysis%method%basis == basis_fem .and. count == 0) then
-      call full_rule(element_from_name(analysis%mesh%element), places, weights)
+    if (scene%method%basis == basis_fem .and. count == 0) then
+      call full_rule(element_from_name(scene%mesh%element), places, weights)
     else
-      call seed_rule(element_from_name(analysis%mesh%element), count, analysis%method%basis == basis_fem, places, &
-        weights, error)
+      call seed_rule(element_from_name(scene%mesh%element), count, scene%method%basis == basis_fem, places, weights, &
+        error)
       known = .not. allocated(error)
     end if
   end subroutine solid_rule
 
   !> Layers of the points of an element: those of equal local z.
-  pure subroutine find_layers(analysis, count, step, known, body)
+  pure subroutine find_layers(scene, count, step, known, body)
     !> The scene in 3D.
-    type(analysis_type), intent(in) :: analysis
+    type(examined_type), intent(in) :: scene
     !> Points per element, 0 for the default.
     integer, intent(in) :: count
     !> Gets the layers of the body.
@@ -175,7 +170,7 @@ contains
     real(wp), allocatable :: places(:, :), weights(:)
     integer :: q, n, layers
 
-    call solid_rule(analysis, count, places, weights, known)
+    call solid_rule(scene, count, places, weights, known)
     if (.not. known .or. .not. present(body)) return
     n = points_in_layer(places)
     layers = size(weights)/n
@@ -197,29 +192,29 @@ contains
   end function points_in_layer
 
   !> Points per element of the plane model; 0 keeps the Gauss rule of FEM.
-  pure integer function plane_points(analysis, count) result(n)
+  pure integer function plane_points(scene, count) result(n)
     !> The scene in 3D.
-    type(analysis_type), intent(in) :: analysis
+    type(examined_type), intent(in) :: scene
     !> Points per element, 0 for the default.
     integer, intent(in) :: count
     real(wp), allocatable :: places(:, :), weights(:)
     logical :: known
 
     n = 0
-    if (analysis%method%basis == basis_fem .and. count == 0) return
-    call solid_rule(analysis, count, places, weights, known)
+    if (scene%method%basis == basis_fem .and. count == 0) return
+    call solid_rule(scene, count, places, weights, known)
     n = points_in_layer(places)
   end function plane_points
 
   !> Histories in the plane. What has a z component stands still.
-  pure subroutine plane_histories(analysis, step)
-    type(analysis_type), intent(inout) :: analysis
+  pure subroutine plane_histories(scene, step)
+    type(examined_type), intent(inout) :: scene
     !> Gets the way back.
     type(reduction_type), intent(inout) :: step
     integer :: i
 
-    do i = 1, size(analysis%histories)
-      associate (history => analysis%histories(i))
+    do i = 1, size(scene%histories)
+      associate (history => scene%histories(i))
         select case (history%quantity)
         case (quantity_displacement, quantity_position)
           if (history%component == 3) then
@@ -242,13 +237,13 @@ contains
   end subroutine plane_histories
 
   !> Fixities and prescriptions of the plane: what only holds along z is left out.
-  pure subroutine plane_supports(analysis)
-    type(analysis_type), intent(inout) :: analysis
+  pure subroutine plane_supports(scene)
+    type(examined_type), intent(inout) :: scene
     type(fixity_type), allocatable :: fixities(:)
     integer :: p, i
 
-    do p = 1, size(analysis%phases)
-      associate (phase => analysis%phases(p))
+    do p = 1, size(scene%phases)
+      associate (phase => scene%phases(p))
         allocate (fixities(0))
         do i = 1, size(phase%fixities)
           if (phase%fixities(i)%fixed(3) .and. .not. any(phase%fixities(i)%fixed(:2))) cycle

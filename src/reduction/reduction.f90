@@ -5,24 +5,17 @@
 module qsmpm_reduction
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_mesh_description, only: axis_type, mesh_fitted
+  use qsmpm_examined_scene, only: letters
+  use qsmpm_mesh_description, only: axis_type
   use qsmpm_phase_description, only: stop_above, stop_below
-  use qsmpm_source_line, only: source_line_type
-  use qsmpm_history_quantities, only: is_taken_at, at_body, at_support
-  use qsmpm_text, only: integer_text
   implicit none
   private
 
   public :: reduction_type, expansion_type, layers_type, reduction_check_type
-  public :: require_local_histories, refuse, refuse_mesh, place_text, reduction_name, begin_reduction, &
-    history_of_scene, append_step, move_stops
+  public :: reduction_name, begin_reduction, history_of_scene, move_stops
 
   !> Kinds of reduction, in the order they are tried.
   integer, parameter, public :: reduce_prismatic = 1, reduce_revolved = 2, reduce_column = 3, reduce_mirror = 4
-  !> Lengths closer than this share of the size of the grid are the same, as for the sets of the mesh.
-  real(wp), parameter, public :: closeness = 1.0e-8_wp
-  !> Names of the axes.
-  character(len=1), parameter, public :: letters(3) = ['x', 'y', 'z']
 
   !> Layers of the points of a body between two grid lines.
   type :: layers_type
@@ -69,52 +62,13 @@ module qsmpm_reduction
 
 contains
 
-  !> Note why a reduction is not possible; the first reason stays.
-  pure subroutine refuse(reason, text)
-    !> Empty so far, or unallocated.
-    character(len=:), allocatable, intent(inout) :: reason
-    character(len=*), intent(in) :: text
-
-    if (.not. allocated(reason)) reason = text
-  end subroutine refuse
-
-  !> A mesh that is no grid of equal cells along its axes is not reduced.
-  pure subroutine refuse_mesh(analysis, reason)
-    type(analysis_type), intent(in) :: analysis
-    character(len=:), allocatable, intent(inout) :: reason
-
-    if (analysis%mesh%kind == mesh_fitted) then
-      call refuse(reason, 'its cells are triangles that fit the bodies (*GRID'//place_text(analysis%mesh%where)//')')
-    else
-      call refuse(reason, 'the mesh is no *GRID'//place_text(analysis%mesh%where))
-    end if
-  end subroutine refuse_mesh
-
-  !> Histories of bodies and supported surfaces are sums or extremes over all of the scene.
-  pure subroutine require_local_histories(analysis, reason)
-    type(analysis_type), intent(in) :: analysis
-    character(len=:), allocatable, intent(inout) :: reason
-    integer :: i
-
-    do i = 1, size(analysis%histories)
-      associate (history => analysis%histories(i))
-        if (is_taken_at(history%quantity, at_body)) call refuse(reason, "*HISTORY '"//history%name//"'"// &
-          place_text(history%where)//' reads whole bodies')
-        if (is_taken_at(history%quantity, at_support)) then
-          if (len(history%surface) > 0) call refuse(reason, "*HISTORY '"//history%name//"'"// &
-            place_text(history%where)//' reads a whole surface')
-        end if
-      end associate
-    end do
-  end subroutine require_local_histories
-
   !> Values at which phases stop, as the histories of the smaller scene have them. One that is the same all the time in
   !> the smaller scene reaches none.
   pure subroutine move_stops(step, analysis)
     !> The way back.
     type(reduction_type), intent(in) :: step
     !> The smaller scene.
-    type(analysis_type), intent(inout) :: analysis
+    class(analysis_type), intent(inout) :: analysis
     integer :: p, i, h
 
     do p = 1, size(analysis%phases)
@@ -133,16 +87,6 @@ contains
       end do
     end do
   end subroutine move_stops
-
-  !> The place of a card in the deck in brackets, empty when it is not known.
-  pure function place_text(where) result(text)
-    !> Where it was written.
-    type(source_line_type), intent(in) :: where
-    character(len=:), allocatable :: text
-
-    text = ''
-    if (allocated(where%file) .and. where%line > 0) text = ' ('//where%file//':'//integer_text(where%line)//')'
-  end function place_text
 
   !> Name of a reduction as in plan and log.
   pure function reduction_name(kind, axis) result(name)
@@ -166,7 +110,7 @@ contains
   !> A step that changes nothing yet.
   pure subroutine begin_reduction(analysis, kind, axis, step)
     !> The scene before the step.
-    type(analysis_type), intent(in) :: analysis
+    class(analysis_type), intent(in) :: analysis
     !> One of the reduce_* values, and its axis.
     integer, intent(in) :: kind, axis
     type(reduction_type), intent(out) :: step
@@ -200,15 +144,4 @@ contains
         + expansion%steps(s)%history_factor(number)*history_of_scene
     end do
   end function history_of_scene
-
-  !> Put a step behind those there are.
-  pure subroutine append_step(expansion, step)
-    !> All steps; unallocated for none.
-    type(expansion_type), intent(inout) :: expansion
-    !> The next one.
-    type(reduction_type), intent(in) :: step
-
-    if (.not. allocated(expansion%steps)) allocate (expansion%steps(0))
-    expansion%steps = [expansion%steps, step]
-  end subroutine append_step
 end module qsmpm_reduction

@@ -9,27 +9,31 @@
 module qsmpm_revolved
   use qsmpm_kinds, only: wp, pi
   use qsmpm_named, only: place_named
-  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_analysis, only: three_dimensional, axisymmetric
   use qsmpm_body_description, only: body_type, body_polyhedron, body_polygon
-  use qsmpm_history_description, only: quantity_stress, quantity_strain, quantity_reaction
+  use qsmpm_history_description, only: quantity_stress, quantity_strain, quantity_reaction, quantity_position
   use qsmpm_load_description, only: fixity_type, carrier_points
   use qsmpm_mesh_description, only: select_outline, select_plane, select_list, mesh_grid
   use qsmpm_method_description, only: basis_fem
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_error, only: error_type
   use qsmpm_stl_reader, only: read_stl
-  use qsmpm_reduction, only: refuse, refuse_mesh, place_text, require_local_histories
-  use qsmpm_set_members, only: members_type, find_members, covers_axis, representatives, node_state, scene_tolerance
+  use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
+  use qsmpm_set_members, only: members_type, covers_axis, representatives, node_state, keep_supports
   use qsmpm_revolved_profile, only: find_axis, find_profile
-  use qsmpm_rigid_symmetry, only: require_rigid_round
-  use qsmpm_water_symmetry, only: require_level_water
+  use qsmpm_rigid_symmetry, only: require_rigid_round, flatten_rigid_bodies, reduce_rigid_history
+  use qsmpm_loaded_surfaces, only: drop_unused, require_level_water
+  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse, refuse_mesh, require_local_histories
   implicit none
   private
 
-  public :: revolved_solid_type, require_revolved, is_level
+  public :: revolved_solid_type, require_revolved, make_revolved
 
   !> Coordinates of an STL file are rounded to this share of their size.
   real(wp), parameter :: single_share = 1.0e-5_wp
+
+  !> Name of the set of the axis; no deck can write it without quotes.
+  character(len=*), parameter :: axis_name = '=axis'
 
   !> What a proof has found.
   type :: revolved_solid_type
@@ -48,76 +52,231 @@ module qsmpm_revolved
 contains
 
   !> Prove that a scene is a figure of revolution.
-  subroutine require_revolved(analysis, solid, reason)
-    type(analysis_type), intent(in) :: analysis
+  subroutine require_revolved(scene, solid)
+    type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(out) :: solid
-    !> Why not; unallocated when proved.
-    character(len=:), allocatable, intent(out) :: reason
-    type(members_type) :: members
 
-    if (analysis%model /= three_dimensional) then
-      call refuse(reason, 'the scene is plane')
-    else if (analysis%mesh%kind /= mesh_grid) then
-      call refuse_mesh(analysis, reason)
-    else if (any(analysis%bodies%kind /= body_polyhedron)) then
-      call refuse(reason, 'not all bodies are polyhedra')
-    else if (index(analysis%mesh%element, 'HEX') /= 1 .or. analysis%mesh%perturbation > 0.0_wp) then
-      call refuse(reason, '*GRID'//place_text(analysis%mesh%where)//' is not of regular bricks')
-    else if (analysis%method%basis == basis_fem) then
-      call refuse(reason, 'a carried mesh must follow the bricks')
+    if (scene%model /= three_dimensional) then
+      call refuse(scene, 'the scene is plane')
+    else if (scene%mesh%kind /= mesh_grid) then
+      call refuse_mesh(scene)
+    else if (any(scene%bodies%kind /= body_polyhedron)) then
+      call refuse(scene, 'not all bodies are polyhedra')
+    else if (index(scene%mesh%element, 'HEX') /= 1 .or. scene%mesh%perturbation > 0.0_wp) then
+      call refuse(scene, '*GRID'//place_text(scene%mesh%where)//' is not of regular bricks')
+    else if (scene%method%basis == basis_fem) then
+      call refuse(scene, 'a carried mesh must follow the bricks')
     end if
-    if (allocated(reason)) return
-    call read_sections(analysis, solid, reason)
-    if (allocated(reason)) return
-    call find_members(analysis, members)
-    call require_axis(analysis, members, solid, reason)
-    call require_sets(analysis, members, solid, reason)
-    call require_loads(analysis, solid, reason)
-    call require_contacts(analysis, solid, reason)
-    call require_rigid_round(analysis, solid%centre, solid%cut, reason)
-    call require_level_water(analysis, reason)
-    call require_histories(analysis, members, solid, reason)
+    if (allocated(scene%reason)) return
+    call read_sections()
+    if (allocated(scene%reason)) return
+    call require_axis()
+    call require_sets()
+    call require_loads()
+    call require_contacts()
+    call require_rigid_round(scene, solid%centre, solid%cut)
+    call require_level_water(scene)
+    call require_histories()
+
+  contains
+
+    !> Half sections of all bodies about one axis.
+    subroutine read_sections()
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: facets(:, :, :), profile(:, :)
+      character(len=:), allocatable :: problem
+      integer :: b
+
+      solid%bodies = scene%bodies
+      allocate (solid%widest(size(scene%bodies)))
+      do b = 1, size(scene%bodies)
+        associate (body => solid%bodies(b))
+          call read_stl(body%file, facets, error)
+          if (allocated(error)) then
+            call refuse(scene, error%message)
+            return
+          end if
+          if (b == 1) solid%centre = on_lines(scene, find_axis(facets), maxval(abs(facets)))
+          solid%widest(b) = sqrt(maxval((facets(1, :, :) - solid%centre(1))**2 &
+            + (facets(3, :, :) - solid%centre(2))**2))
+          call find_profile(facets, solid%centre, profile, problem)
+          if (len(problem) > 0) then
+            call refuse(scene, card('*BODY', body%name, body%where)//' is no figure of revolution: '//problem)
+            return
+          end if
+          body%kind = body_polygon
+          call move_alloc(profile, body%polygon)
+          deallocate (body%file)
+        end associate
+      end do
+    end subroutine read_sections
+
+    !> The axis lies on grid lines; sides through it are held along their normal; the grid is wide enough.
+    subroutine require_axis()
+      real(wp) :: tolerance
+      integer :: i, b
+
+      tolerance = scene%nothing
+      solid%radius = huge(1.0_wp)
+      do i = 1, 2
+        associate (lines => scene%mesh%axes(2*i - 1)%lines, c => solid%centre(i))
+          if (minval(abs(lines - c)) > tolerance) &
+            call refuse(scene, 'the axis lies on no line of *GRID'//place_text(scene%mesh%where))
+          solid%cut(i) = abs(lines(1) - c) <= tolerance
+          if (abs(lines(size(lines)) - c) <= tolerance) &
+            call refuse(scene, 'the axis lies on the far side of *GRID'//place_text(scene%mesh%where))
+          solid%radius = min(solid%radius, lines(size(lines)) - c)
+          if (.not. solid%cut(i)) solid%radius = min(solid%radius, c - lines(1))
+          if (solid%cut(i)) call require_cut(scene, 2*i - 1)
+        end associate
+      end do
+      do b = 1, size(solid%bodies)
+        if (solid%widest(b) >= (1.0_wp - single_share)*solid%radius) call refuse(scene, card('*BODY', &
+          solid%bodies(b)%name, solid%bodies(b)%where)//' reaches the sides of the grid')
+      end do
+      solid%sector = [-pi, pi]
+      if (solid%cut(1)) solid%sector = [-0.5_wp*pi, 0.5_wp*pi]
+      if (solid%cut(2)) solid%sector(1) = 0.0_wp
+    end subroutine require_axis
+
+    !> Sets that hold or move the figure depend on height only; those on sides hold along their normal.
+    subroutine require_sets()
+      logical :: along
+      integer :: p, i
+
+      do p = 1, size(scene%phases)
+        do i = 1, size(scene%phases(p)%fixities)
+          associate (fixity => scene%phases(p)%fixities(i))
+            if (.not. fixity_is_round(fixity)) &
+              call refuse(scene, card('*FIX of', fixity%set, fixity%where)//' is not the same all around the axis')
+          end associate
+        end do
+        do i = 1, size(scene%phases(p)%prescriptions)
+          associate (prescription => scene%phases(p)%prescriptions(i))
+            if (prescription%component /= 2 .or. .not. is_level(scene%members, place_named(scene%node_sets, &
+              prescription%set))) call refuse(scene, card('*PRESCRIBE of', prescription%set, prescription%where)// &
+              ' is not the same all around the axis')
+          end associate
+        end do
+      end do
+      if (.not. scene%moving_mesh%active) return
+      along = scene%moving_mesh%axis == 2
+      if (along .and. .not. scene%moving_mesh%by_body) &
+        along = is_level(scene%members, place_named(scene%node_sets, scene%moving_mesh%set))
+      if (.not. along) &
+        call refuse(scene, '*MOVING MESH'//place_text(scene%moving_mesh%where)//' does not go along the axis')
+    end subroutine require_sets
+
+    !> Whether a fixity is alike in all directions: of a level set, of a side through the axis along its
+    !> normal, or of a side out of reach.
+    pure logical function fixity_is_round(fixity) result(round)
+      type(fixity_type), intent(in) :: fixity
+      integer :: s, i
+
+      s = place_named(scene%node_sets, fixity%set)
+      associate (set => scene%node_sets(s))
+        round = set%selection /= select_list .and. is_level(scene%members, s) .and. &
+          (fixity%fixed(1) .eqv. fixity%fixed(3))
+        if (round .or. set%selection /= select_plane .or. set%axis == 2) return
+        i = (set%axis + 1)/2
+        if (abs(set%box(set%axis, 1) - solid%centre(i)) <= scene%nothing) then
+          round = solid%cut(i) .and. fixity%fixed(set%axis) .and. count(fixity%fixed) == 1
+        else
+          ! A side of the grid.
+          associate (holds => scene%members%axis(set%axis)%holds(:, s))
+            round = count(holds) == 1 .and. (holds(1) .or. holds(size(holds)))
+          end associate
+        end if
+      end associate
+    end function fixity_is_round
+
+    !> Loads go along the axis and act on outlines all around it; supports on level parts of outlines.
+    subroutine require_loads()
+      integer :: p, i
+
+      do p = 1, size(scene%phases)
+        associate (phase => scene%phases(p))
+          if (phase%gravity%given .and. any(abs(phase%gravity%vector([1, 3])) > 0.0_wp)) &
+            call refuse(scene, card('*GRAVITY of phase', phase%name, phase%where)//' does not go along the axis')
+          do i = 1, size(phase%tractions)
+            associate (load => phase%tractions(i))
+              if (any(abs(load%vector([1, 3])) > 0.0_wp) .or. load%carrier == carrier_points .or. &
+                .not. surface_is_round(load%surface, .false.)) call refuse(scene, card('the load on', load%surface, &
+                load%where)//' is not the same all around the axis')
+            end associate
+          end do
+          do i = 1, size(phase%supports)
+            if (.not. surface_is_round(phase%supports(i)%surface, .true.)) call refuse(scene, card('*SUPPORT of', &
+              phase%supports(i)%surface, phase%supports(i)%where)//' is not the same all around the axis')
+          end do
+        end associate
+      end do
+    end subroutine require_loads
+
+    !> Surfaces that touch rigid bodies are the same all around the axis.
+    subroutine require_contacts()
+      integer :: i
+
+      if (.not. allocated(scene%contacts)) return
+      do i = 1, size(scene%contacts)
+        if (.not. surface_is_round(scene%contacts(i)%surface, .false.)) call refuse(scene, card('*CONTACT of', &
+          scene%contacts(i)%body, scene%contacts(i)%where)//' is not the same all around the axis')
+      end do
+    end subroutine require_contacts
+
+    !> Whether a surface is an outline, or the part of it in a box wider than the figure; a level one where
+    !> it is wanted.
+    pure logical function surface_is_round(name, level) result(round)
+      !> Name of the surface.
+      character(len=*), intent(in) :: name
+      !> The box must be flat along the axis.
+      logical, intent(in) :: level
+      real(wp) :: widest
+      integer :: i
+
+      associate (surface => scene%surfaces(place_named(scene%surfaces, name)))
+        round = surface%selection == select_outline .and. (surface%boxed .or. .not. level)
+        if (.not. round .or. .not. surface%boxed) return
+        widest = maxval(solid%widest)
+        round = round .and. all([(surface%box(2*i - 1, 2) >= solid%centre(i) + widest .and. surface%box(2*i - 1, 1) &
+          <= solid%centre(i) - merge(0.0_wp, widest, solid%cut(i)), i=1, 2)])
+        if (level) round = round .and. surface%box(2, 2) - surface%box(2, 1) <= scene%nothing
+      end associate
+    end function surface_is_round
+
+    !> Histories are within reach; stresses are read where the axes are those of radius and ring.
+    subroutine require_histories()
+      real(wp) :: from(2)
+      logical :: good
+      integer :: i
+
+      call require_local_histories(scene)
+      if (allocated(scene%reason)) return
+      do i = 1, size(scene%histories)
+        associate (history => scene%histories(i))
+          if (is_taken_at(history%quantity, at_rigid_body)) cycle
+          from = history%at([1, 3]) - solid%centre
+          select case (history%quantity)
+          case (quantity_reaction)
+            good = is_level(scene%members, place_named(scene%node_sets, history%set)) .and. &
+              (history%component == 2 .or. .not. any(solid%cut))
+          case (quantity_stress, quantity_strain)
+            good = history%component == 2 .or. any(abs(from) <= scene%nothing)
+          case default
+            good = .true.
+          end select
+          if (history%quantity /= quantity_reaction) &
+            good = good .and. norm2(from) <= solid%radius .and. .not. any(solid%cut .and. from < -scene%nothing)
+          if (.not. good) &
+            call refuse(scene, card('*HISTORY', history%name, history%where)//' cannot be told from radius and height')
+        end associate
+      end do
+    end subroutine require_histories
   end subroutine require_revolved
 
-  !> Half sections of all bodies about one axis.
-  subroutine read_sections(analysis, solid, reason)
-    type(analysis_type), intent(in) :: analysis
-    !> Gets the axis and the bodies.
-    type(revolved_solid_type), intent(inout) :: solid
-    character(len=:), allocatable, intent(inout) :: reason
-    type(error_type), allocatable :: error
-    real(wp), allocatable :: facets(:, :, :), profile(:, :)
-    character(len=:), allocatable :: problem
-    integer :: b
-
-    solid%bodies = analysis%bodies
-    allocate (solid%widest(size(analysis%bodies)))
-    do b = 1, size(analysis%bodies)
-      associate (body => solid%bodies(b))
-        call read_stl(body%file, facets, error)
-        if (allocated(error)) then
-          call refuse(reason, error%message)
-          return
-        end if
-        if (b == 1) solid%centre = on_lines(analysis, find_axis(facets), maxval(abs(facets)))
-        solid%widest(b) = sqrt(maxval((facets(1, :, :) - solid%centre(1))**2 &
-          + (facets(3, :, :) - solid%centre(2))**2))
-        call find_profile(facets, solid%centre, profile, problem)
-        if (len(problem) > 0) then
-          call refuse(reason, "*BODY '"//body%name//"'"//place_text(body%where)//&
-            ' is no figure of revolution: '//problem)
-          return
-        end if
-        body%kind = body_polygon
-        call move_alloc(profile, body%polygon)
-        deallocate (body%file)
-      end associate
-    end do
-  end subroutine read_sections
-
   !> The grid lines nearest to an axis, if they are as near as the file can tell.
-  pure function on_lines(analysis, centre, size_of_file) result(place)
-    type(analysis_type), intent(in) :: analysis
+  pure function on_lines(scene, centre, size_of_file) result(place)
+    type(examined_type), intent(in) :: scene
     !> x and z of the axis, and the largest coordinate of its file.
     real(wp), intent(in) :: centre(2), size_of_file
     real(wp) :: place(2)
@@ -125,105 +284,38 @@ contains
 
     place = centre
     do i = 1, 2
-      associate (lines => analysis%mesh%axes(2*i - 1)%lines)
+      associate (lines => scene%mesh%axes(2*i - 1)%lines)
         k = minloc(abs(lines - centre(i)), dim=1)
         if (abs(lines(k) - centre(i)) <= single_share*size_of_file) place(i) = lines(k)
       end associate
     end do
   end function on_lines
 
-  !> The axis lies on grid lines; sides through it are held along their normal; the grid is wide enough.
-  pure subroutine require_axis(analysis, members, solid, reason)
-    type(analysis_type), intent(in) :: analysis
-    type(members_type), intent(in) :: members
-    !> Gets the sector and the radius of the grid.
-    type(revolved_solid_type), intent(inout) :: solid
-    character(len=:), allocatable, intent(inout) :: reason
-    real(wp) :: tolerance
-    integer :: i, b
-
-    tolerance = scene_tolerance(analysis)
-    solid%radius = huge(1.0_wp)
-    do i = 1, 2
-      associate (lines => analysis%mesh%axes(2*i - 1)%lines, c => solid%centre(i))
-        if (minval(abs(lines - c)) > tolerance) call refuse(reason, 'the axis lies on no line of *GRID'// &
-          place_text(analysis%mesh%where))
-        solid%cut(i) = abs(lines(1) - c) <= tolerance
-        if (abs(lines(size(lines)) - c) <= tolerance) call refuse(reason, &
-          'the axis lies on the far side of *GRID'//place_text(analysis%mesh%where))
-        solid%radius = min(solid%radius, lines(size(lines)) - c)
-        if (.not. solid%cut(i)) solid%radius = min(solid%radius, c - lines(1))
-        if (solid%cut(i)) call require_cut(analysis, members, 2*i - 1, reason)
-      end associate
-    end do
-    do b = 1, size(solid%bodies)
-      if (solid%widest(b) >= (1.0_wp - single_share)*solid%radius) call refuse(reason, "*BODY '"// &
-        solid%bodies(b)%name//"'"//place_text(solid%bodies(b)%where)//' reaches the sides of the grid')
-    end do
-    solid%sector = [-pi, pi]
-    if (solid%cut(1)) solid%sector = [-0.5_wp*pi, 0.5_wp*pi]
-    if (solid%cut(2)) solid%sector(1) = 0.0_wp
-  end subroutine require_axis
-
   !> The side of the grid through the axis is held along its normal in every phase.
-  pure subroutine require_cut(analysis, members, axis, reason)
-    type(analysis_type), intent(in) :: analysis
-    type(members_type), intent(in) :: members
+  pure subroutine require_cut(scene, axis)
+    type(examined_type), intent(inout) :: scene
     !> 1 or 3.
     integer, intent(in) :: axis
-    character(len=:), allocatable, intent(inout) :: reason
     integer, allocatable :: across(:), up(:)
     integer :: node(3), p, i, k
     logical :: fixed(3)
     real(wp) :: value(3)
 
-    call representatives(members, 4 - axis, .false., across)
-    call representatives(members, 2, .false., up)
+    call representatives(scene%members, 4 - axis, .false., across)
+    call representatives(scene%members, 2, .false., up)
     node(axis) = 1
-    do p = 1, size(analysis%phases)
+    do p = 1, size(scene%phases)
       do i = 1, size(across)
         do k = 1, size(up)
           node(4 - axis) = across(i)
           node(2) = up(k)
-          call node_state(analysis, members, node, p, fixed, value)
-          if (.not. fixed(axis)) call refuse(reason, "a side through the axis is not held in phase '"// &
-            analysis%phases(p)%name//"'"//place_text(analysis%phases(p)%where))
+          call node_state(scene, scene%members, node, p, fixed, value)
+          if (.not. fixed(axis)) call refuse(scene, card('a side through the axis is not held in phase', &
+            scene%phases(p)%name, scene%phases(p)%where))
         end do
       end do
     end do
   end subroutine require_cut
-
-  !> Sets that hold or move the figure depend on height only; those on sides hold along their normal.
-  pure subroutine require_sets(analysis, members, solid, reason)
-    type(analysis_type), intent(in) :: analysis
-    type(members_type), intent(in) :: members
-    type(revolved_solid_type), intent(in) :: solid
-    character(len=:), allocatable, intent(inout) :: reason
-    logical :: along
-    integer :: p, i
-
-    do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%fixities)
-        associate (fixity => analysis%phases(p)%fixities(i))
-          if (.not. fixity_is_round(analysis, members, solid, fixity)) call refuse(reason, &
-            "*FIX of '"//fixity%set//"'"//place_text(fixity%where)//' is not the same all around the axis')
-        end associate
-      end do
-      do i = 1, size(analysis%phases(p)%prescriptions)
-        associate (prescription => analysis%phases(p)%prescriptions(i))
-          if (prescription%component /= 2 .or. .not. is_level(members, place_named(analysis%node_sets, &
-            prescription%set))) call refuse(reason, "*PRESCRIBE of '"//prescription%set//"'"// &
-            place_text(prescription%where)//' is not the same all around the axis')
-        end associate
-      end do
-    end do
-    if (.not. analysis%moving_mesh%active) return
-    along = analysis%moving_mesh%axis == 2
-    if (along .and. .not. analysis%moving_mesh%by_body) along = is_level(members, place_named(analysis%node_sets, &
-      analysis%moving_mesh%set))
-    if (.not. along) &
-      call refuse(reason, '*MOVING MESH'//place_text(analysis%moving_mesh%where)//' does not go along the axis')
-  end subroutine require_sets
 
   !> Whether a set depends on height only.
   pure logical function is_level(members, set)
@@ -234,133 +326,120 @@ contains
     is_level = covers_axis(members, set, 1) .and. covers_axis(members, set, 3)
   end function is_level
 
-  !> Whether a fixity is alike in all directions: of a level set, of a side through the axis along its
-  !> normal, or of a side out of reach.
-  pure logical function fixity_is_round(analysis, members, solid, fixity) result(round)
-    type(analysis_type), intent(in) :: analysis
-    type(members_type), intent(in) :: members
+  !> The axisymmetric model of a figure of revolution, and the way back.
+  pure subroutine make_revolved(scene, solid, step)
+    !> The scene; the model.
+    type(examined_type), intent(inout) :: scene
+    !> What the proof has found.
     type(revolved_solid_type), intent(in) :: solid
-    type(fixity_type), intent(in) :: fixity
-    integer :: s, i
+    !> The way back.
+    type(reduction_type), intent(out) :: step
+    integer :: s, b, p
 
-    s = place_named(analysis%node_sets, fixity%set)
-    associate (set => analysis%node_sets(s))
-      round = set%selection /= select_list .and. is_level(members, s) .and. (fixity%fixed(1) .eqv. fixity%fixed(3))
-      if (round .or. set%selection /= select_plane .or. set%axis == 2) return
-      i = (set%axis + 1)/2
-      if (abs(set%box(set%axis, 1) - solid%centre(i)) <= scene_tolerance(analysis)) then
-        round = solid%cut(i) .and. fixity%fixed(set%axis) .and. count(fixity%fixed) == 1
-      else
-        round = is_outer_side(members, s, set%axis)
-      end if
-    end associate
-  end function fixity_is_round
-
-  !> Whether a set is a side of the grid.
-  pure logical function is_outer_side(members, set, axis) result(yes)
-    type(members_type), intent(in) :: members
-    !> Number of the set, and the axis it lies across.
-    integer, intent(in) :: set, axis
-
-    associate (holds => members%axis(axis)%holds(:, set))
-      yes = count(holds) == 1 .and. (holds(1) .or. holds(size(holds)))
-    end associate
-  end function is_outer_side
-
-  !> Loads go along the axis and act on outlines all around it; supports on level parts of outlines.
-  pure subroutine require_loads(analysis, solid, reason)
-    type(analysis_type), intent(in) :: analysis
-    type(revolved_solid_type), intent(in) :: solid
-    character(len=:), allocatable, intent(inout) :: reason
-    integer :: p, i
-
-    do p = 1, size(analysis%phases)
-      associate (phase => analysis%phases(p))
-        if (phase%gravity%given .and. any(abs(phase%gravity%vector([1, 3])) > 0.0_wp)) call refuse(reason, &
-          "*GRAVITY of phase '"//phase%name//"'"//place_text(phase%where)//' does not go along the axis')
-        do i = 1, size(phase%tractions)
-          associate (load => phase%tractions(i))
-            if (any(abs(load%vector([1, 3])) > 0.0_wp) .or. load%carrier == carrier_points .or. &
-              .not. surface_is_round(analysis, solid, load%surface, .false.)) call refuse(reason, &
-              "the load on '"//load%surface//"'"//place_text(load%where)//' is not the same all around the axis')
-          end associate
-        end do
-        do i = 1, size(phase%supports)
-          if (.not. surface_is_round(analysis, solid, phase%supports(i)%surface, .true.)) call refuse(reason, &
-            "*SUPPORT of '"//phase%supports(i)%surface//"'"//place_text(phase%supports(i)%where)// &
-            ' is not the same all around the axis')
-        end do
+    call begin_reduction(scene, reduce_revolved, 0, step)
+    step%factor = solid%sector(2) - solid%sector(1)
+    step%centre = solid%centre
+    step%sector = solid%sector
+    call round_histories(scene, solid, step)
+    call flatten_rigid_bodies(scene, [1, 3], step%factor)
+    do s = 1, size(scene%node_sets)
+      scene%node_sets(s)%box(1, :) = [-solid%radius, 2.0_wp*solid%radius]
+      scene%node_sets(s)%box(3, :) = 0.0_wp
+    end do
+    call keep_supports(scene, [(is_level(scene%members, s), s=1, size(scene%node_sets))], 1, [0.0_wp], [axis_name])
+    do p = 1, size(scene%phases)
+      scene%phases(p)%fixities%fixed(3) = .false.
+    end do
+    call drop_unused(scene)
+    do s = 1, size(scene%surfaces)
+      scene%surfaces(s)%box(1, :) = [0.0_wp, solid%radius]
+      scene%surfaces(s)%box(3, :) = 0.0_wp
+    end do
+    scene%bodies = solid%bodies
+    do b = 1, size(scene%bodies)
+      associate (n => scene%bodies(b)%points_per_element)
+        if (n > 0) n = nint(real(n, wp)**(1.0_wp/3.0_wp))**2
       end associate
     end do
-  end subroutine require_loads
+    call radial_lines(scene, solid)
+    scene%mesh%element = trim(merge('QUAD4', 'QUAD8', scene%mesh%element == 'HEX8'))
+    scene%model = axisymmetric
+  end subroutine make_revolved
 
-  !> Surfaces that touch rigid bodies are the same all around the axis.
-  pure subroutine require_contacts(analysis, solid, reason)
-    type(analysis_type), intent(in) :: analysis
+  !> Lines along the radius: those along x beyond the axis, as far as the nearest side.
+  pure subroutine radial_lines(scene, solid)
+    !> The scene; its grid in radius and height.
+    type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(in) :: solid
-    character(len=:), allocatable, intent(inout) :: reason
-    integer :: i
+    real(wp) :: lines(size(scene%mesh%axes(1)%lines)), tolerance
+    integer :: i, n
 
-    if (.not. allocated(analysis%contacts)) return
-    do i = 1, size(analysis%contacts)
-      if (.not. surface_is_round(analysis, solid, analysis%contacts(i)%surface, .false.)) call refuse(reason, &
-        "*CONTACT of '"//analysis%contacts(i)%body//"'"//place_text(analysis%contacts(i)%where)// &
-        ' is not the same all around the axis')
+    tolerance = scene%nothing
+    n = 0
+    do i = 1, size(lines)
+      associate (radius => scene%mesh%axes(1)%lines(i) - solid%centre(1))
+        if (radius < -tolerance .or. radius > solid%radius + tolerance) cycle
+        n = n + 1
+        lines(n) = merge(0.0_wp, radius, n == 1)
+      end associate
     end do
-  end subroutine require_contacts
+    deallocate (scene%mesh%axes(1)%lines, scene%mesh%axes(3)%lines)
+    allocate (scene%mesh%axes(1)%lines(n), source=lines(:n))
+  end subroutine radial_lines
 
-  !> Whether a surface is an outline, or the part of it in a box wider than the figure; a level one where
-  !> it is wanted.
-  pure logical function surface_is_round(analysis, solid, name, level) result(round)
-    type(analysis_type), intent(in) :: analysis
+  !> Histories by radius and height.
+  pure subroutine round_histories(scene, solid, step)
+    type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(in) :: solid
-    !> Name of the surface.
-    character(len=*), intent(in) :: name
-    !> The box must be flat along the axis.
-    logical, intent(in) :: level
-    real(wp) :: widest
+    !> Gets the way back.
+    type(reduction_type), intent(inout) :: step
+    real(wp) :: from(2), along(2), radius
     integer :: i
 
-    associate (surface => analysis%surfaces(place_named(analysis%surfaces, name)))
-      round = surface%selection == select_outline .and. (surface%boxed .or. .not. level)
-      if (.not. round .or. .not. surface%boxed) return
-      widest = maxval(solid%widest)
-      round = round .and. all([(surface%box(2*i - 1, 2) >= solid%centre(i) + widest .and. surface%box(2*i - 1, 1) &
-        <= solid%centre(i) - merge(0.0_wp, widest, solid%cut(i)), i=1, 2)])
-      if (level) round = round .and. surface%box(2, 2) - surface%box(2, 1) <= scene_tolerance(analysis)
-    end associate
-  end function surface_is_round
-
-  !> Histories are within reach; stresses are read where the axes are those of radius and ring.
-  pure subroutine require_histories(analysis, members, solid, reason)
-    type(analysis_type), intent(in) :: analysis
-    type(members_type), intent(in) :: members
-    type(revolved_solid_type), intent(in) :: solid
-    character(len=:), allocatable, intent(inout) :: reason
-    real(wp) :: from(2)
-    logical :: good
-    integer :: i
-
-    call require_local_histories(analysis, reason)
-    if (allocated(reason)) return
-    do i = 1, size(analysis%histories)
-      associate (history => analysis%histories(i))
-        if (is_taken_at(history%quantity, at_rigid_body)) cycle
+    do i = 1, size(scene%histories)
+      associate (history => scene%histories(i))
+        if (history%quantity == quantity_reaction) then
+          step%history_factor(i) = merge(step%factor, 0.0_wp, history%component == 2)
+          if (history%component /= 2) history%component = 1
+          cycle
+        end if
+        if (is_taken_at(history%quantity, at_rigid_body)) then
+          call reduce_rigid_history(history, [1, 3], step%factor, step%history_factor(i))
+          cycle
+        end if
         from = history%at([1, 3]) - solid%centre
-        select case (history%quantity)
-        case (quantity_reaction)
-          good = is_level(members, place_named(analysis%node_sets, history%set)) .and. &
-            (history%component == 2 .or. .not. any(solid%cut))
-        case (quantity_stress, quantity_strain)
-          good = history%component == 2 .or. any(abs(from) <= scene_tolerance(analysis))
-        case default
-          good = .true.
-        end select
-        if (history%quantity /= quantity_reaction) good = good .and. norm2(from) <= solid%radius &
-          .and. .not. any(solid%cut .and. from < -scene_tolerance(analysis))
-        if (.not. good) call refuse(reason, "*HISTORY '"//history%name//"'"//place_text(history%where)// &
-          ' cannot be told from radius and height')
+        radius = norm2(from)
+        along = 0.0_wp
+        if (radius > 0.0_wp) along = from/radius
+        history%at = [radius, history%at(2), 0.0_wp]
+        if (any(history%quantity == [quantity_stress, quantity_strain])) then
+          call round_stress(history%component, abs(from(2)) <= scene%nothing, along, step%history_factor(i))
+        else if (history%component /= 2) then
+          step%history_factor(i) = along((history%component + 1)/2)
+          if (history%quantity == quantity_position) step%history_offset(i) = solid%centre((history%component + 1)/2)
+          history%component = 1
+        end if
       end associate
     end do
-  end subroutine require_histories
+  end subroutine round_histories
+
+  !> A stress component on the x or z axis by those of radius, height and ring.
+  pure subroutine round_stress(component, on_x, along, factor)
+    !> 1 to 6 in, 1 to 4 out.
+    integer, intent(inout) :: component
+    !> The place lies on the x axis, else on the z axis.
+    logical, intent(in) :: on_x
+    !> Direction of the radius: x and z.
+    real(wp), intent(in) :: along(2)
+    !> Sign of the component, 0 for what vanishes.
+    real(wp), intent(out) :: factor
+    integer, parameter :: by_x(6) = [1, 2, 3, 4, 0, 0], by_z(6) = [3, 2, 1, 0, 0, 4]
+    integer :: found
+
+    found = merge(by_x(component), by_z(component), on_x)
+    factor = 1.0_wp
+    if (found == 4) factor = merge(along(1), along(2), on_x)
+    if (found == 0) factor = 0.0_wp
+    component = max(1, found)
+  end subroutine round_stress
 end module qsmpm_revolved

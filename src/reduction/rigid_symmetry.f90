@@ -7,23 +7,22 @@
 module qsmpm_rigid_symmetry
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
-  use qsmpm_analysis, only: analysis_type
-  use qsmpm_history_description, only: quantity_contact_moment
+  use qsmpm_history_description, only: quantity_contact_moment, history_type, quantity_contact_force, &
+    quantity_body_rotation
   use qsmpm_structures, only: rigid_body_type, contact_type, rigid_move_type, contact_on_body, rigid_plane, &
     rigid_circle, rigid_box, rigid_cone, rigid_cylinder, rigid_polygon
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_loaded_surfaces, only: require_surface
-  use qsmpm_mirror_images, only: mirror_plane, surface_partner, mirrored_box, edges_match, outline_edges
-  use qsmpm_reduction, only: letters, refuse, place_text
-  use qsmpm_set_members, only: scene_tolerance
+  use qsmpm_mirror_images, only: surface_partner, mirrored_box, edges_match, outline_edges
+  use qsmpm_examined_scene, only: examined_type, card, letters, refuse
   implicit none
   private
 
-  public :: require_rigid_uniform, require_rigid_mirrored, require_rigid_round, rigid_partner, rigid_side, &
-    contact_is_associated
+  public :: require_rigid_uniform, require_rigid_mirrored, require_rigid_round, contact_is_associated
+  public :: flatten_rigid_bodies, half_rigid_bodies, reduce_rigid_history, mirror_rigid_history
 
   !> Sides of a plane a body may lie on: across it, below, above.
-  integer, parameter, public :: rigid_across = 0, rigid_below = 1, rigid_above = 2
+  integer, parameter :: rigid_across = 0, rigid_below = 1, rigid_above = 2
 
 contains
 
@@ -32,7 +31,7 @@ contains
     type(rigid_body_type), intent(in) :: body
     character(len=:), allocatable :: text
 
-    text = "*RIGID BODY '"//body%name//"'"//place_text(body%where)
+    text = card('*RIGID BODY', body%name, body%where)
   end function named
 
   !> Name and place of a motion or load for a reason.
@@ -40,65 +39,60 @@ contains
     type(rigid_move_type), intent(in) :: move
     character(len=:), allocatable :: text
 
-    text = trim(merge('*LOAD', '*MOVE', move%is_load))//" of '"//move%body//"'"//place_text(move%where)
+    text = trim(merge('*LOAD', '*MOVE', move%is_load))//card(' of', move%body, move%where)
   end function card_of
 
   !> Whether no contact has friction with an angle.
-  pure logical function contact_is_associated(analysis) result(yes)
-    type(analysis_type), intent(in) :: analysis
+  pure logical function contact_is_associated(scene) result(yes)
+    type(examined_type), intent(in) :: scene
 
     yes = .true.
-    if (allocated(analysis%contacts)) yes = all(.not. analysis%contacts%friction_angle > 0.0_wp &
-      .and. .not. analysis%contacts%interface > 0.0_wp)
+    if (allocated(scene%contacts)) &
+      yes = all(.not. scene%contacts%friction_angle > 0.0_wp .and. .not. scene%contacts%interface > 0.0_wp)
   end function contact_is_associated
 
   !> Bodies, motions, loads and contacts do not depend on an axis and have no part along it.
-  pure subroutine require_rigid_uniform(analysis, axis, reason)
-    type(analysis_type), intent(in) :: analysis
-    !> 1 or 3.
-    integer, intent(in) :: axis
-    character(len=:), allocatable, intent(inout) :: reason
+  pure subroutine require_rigid_uniform(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: b, i, p
 
-    if (.not. allocated(analysis%rigid_bodies)) return
-    do b = 1, size(analysis%rigid_bodies)
-      if (.not. is_uniform(analysis, analysis%rigid_bodies(b), axis)) call refuse(reason, &
-        named(analysis%rigid_bodies(b))//' depends on '//letters(axis))
+    if (.not. allocated(scene%rigid_bodies)) return
+    do b = 1, size(scene%rigid_bodies)
+      if (.not. is_uniform(scene, scene%rigid_bodies(b))) &
+        call refuse(scene, named(scene%rigid_bodies(b))//' depends on '//letters(scene%axis))
     end do
-    do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%moves)
-        associate (move => analysis%phases(p)%moves(i))
-          if (moves_along(move, axis) .or. turns_off(move, axis)) call refuse(reason, card_of(move)// &
-            ' has a part along '//letters(axis))
+    do p = 1, size(scene%phases)
+      do i = 1, size(scene%phases(p)%moves)
+        associate (move => scene%phases(p)%moves(i))
+          if (moves_along(move, scene%axis) .or. turns_off(move, scene%axis)) &
+            call refuse(scene, card_of(move)//' has a part along '//letters(scene%axis))
         end associate
       end do
     end do
-    do i = 1, size(analysis%contacts)
-      if (analysis%contacts(i)%place /= contact_on_body) call require_surface(analysis, analysis%contacts(i)%surface, &
-        axis, reason)
+    do i = 1, size(scene%contacts)
+      if (scene%contacts(i)%place /= contact_on_body) call require_surface(scene, scene%contacts(i)%surface)
     end do
-    if (axis /= 3) call require_no_moments(analysis, reason)
+    if (scene%axis /= 3) call require_no_moments(scene)
   end subroutine require_rigid_uniform
 
   !> Whether a body goes through the whole grid along an axis.
-  pure logical function is_uniform(analysis, body, axis) result(yes)
-    type(analysis_type), intent(in) :: analysis
+  pure logical function is_uniform(scene, body) result(yes)
+    type(examined_type), intent(in) :: scene
     type(rigid_body_type), intent(in) :: body
-    integer, intent(in) :: axis
     real(wp) :: margin
 
-    associate (lines => analysis%mesh%axes(axis)%lines)
+    associate (lines => scene%mesh%axes(scene%axis)%lines)
       select case (body%shape)
       case (rigid_plane)
-        yes = .not. abs(body%direction(axis)) > 0.0_wp
+        yes = .not. abs(body%direction(scene%axis)) > 0.0_wp
       case (rigid_polygon)
-        yes = axis == 3
+        yes = scene%axis == 3
       case (rigid_box)
         ! Its round ends lie beyond the grid.
         margin = body%round
         if (margin < 0.0_wp) margin = maxval(lines(2:) - lines(:size(lines) - 1))
-        yes = axis == 3 .and. .not. any(abs(body%rotation) > 0.0_wp) .and. &
-          body%box(axis, 1) <= lines(1) - margin .and. body%box(axis, 2) >= lines(size(lines)) + margin
+        yes = scene%axis == 3 .and. .not. any(abs(body%rotation) > 0.0_wp) .and. body%box(scene%axis, &
+          1) <= lines(1) - margin .and. body%box(scene%axis, 2) >= lines(size(lines)) + margin
       case default
         yes = .false.
       end select
@@ -133,80 +127,74 @@ contains
   end function may_turn
 
   !> No history reads a moment.
-  pure subroutine require_no_moments(analysis, reason)
-    type(analysis_type), intent(in) :: analysis
-    character(len=:), allocatable, intent(inout) :: reason
+  pure subroutine require_no_moments(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: i
 
-    do i = 1, size(analysis%histories)
-      if (analysis%histories(i)%quantity == quantity_contact_moment) call refuse(reason, "*HISTORY '"// &
-        analysis%histories(i)%name//"'"//place_text(analysis%histories(i)%where)//' reads a moment')
+    do i = 1, size(scene%histories)
+      if (scene%histories(i)%quantity == quantity_contact_moment) &
+        call refuse(scene, card('*HISTORY', scene%histories(i)%name, scene%histories(i)%where)//' reads a moment')
     end do
   end subroutine require_no_moments
 
   !> Every body has an image that moves, is loaded and is touched like it.
-  pure subroutine require_rigid_mirrored(analysis, axis, reason)
-    type(analysis_type), intent(in) :: analysis
-    !> 1 or 3.
-    integer, intent(in) :: axis
-    character(len=:), allocatable, intent(inout) :: reason
+  pure subroutine require_rigid_mirrored(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: b, i, p
 
-    if (.not. allocated(analysis%rigid_bodies)) return
-    do b = 1, size(analysis%rigid_bodies)
-      associate (body => analysis%rigid_bodies(b), partner => rigid_partner(analysis, b, axis))
+    if (.not. allocated(scene%rigid_bodies)) return
+    do b = 1, size(scene%rigid_bodies)
+      associate (body => scene%rigid_bodies(b), partner => rigid_partner(scene, b))
         if (partner == 0) then
-          call refuse(reason, named(body)//' has no mirror image')
-        else if (partner /= b .and. rigid_side(analysis, body, axis) == rigid_across) then
-          call refuse(reason, named(body)//' and its mirror image reach across the plane')
+          call refuse(scene, named(body)//' has no mirror image')
+        else if (partner /= b .and. rigid_side(scene, body) == rigid_across) then
+          call refuse(scene, named(body)//' and its mirror image reach across the plane')
         end if
       end associate
     end do
-    if (allocated(reason)) return
-    do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%moves)
-        if (.not. move_has_image(analysis, p, analysis%phases(p)%moves(i), axis)) call refuse(reason, &
-          card_of(analysis%phases(p)%moves(i))//' has no mirror image')
+    if (allocated(scene%reason)) return
+    do p = 1, size(scene%phases)
+      do i = 1, size(scene%phases(p)%moves)
+        if (.not. move_has_image(scene, p, scene%phases(p)%moves(i))) &
+          call refuse(scene, card_of(scene%phases(p)%moves(i))//' has no mirror image')
       end do
     end do
-    do i = 1, size(analysis%contacts)
-      if (.not. contact_has_image(analysis, analysis%contacts(i), axis)) call refuse(reason, "*CONTACT of '"// &
-        analysis%contacts(i)%body//"'"//place_text(analysis%contacts(i)%where)//' has no mirror image')
+    do i = 1, size(scene%contacts)
+      if (.not. contact_has_image(scene, scene%contacts(i))) call refuse(scene, card('*CONTACT of', &
+        scene%contacts(i)%body, scene%contacts(i)%where)//' has no mirror image')
     end do
-    call require_moments_in_plane(analysis, axis, reason)
+    call require_moments_in_plane(scene)
   end subroutine require_rigid_mirrored
 
   !> The moment of the image of a plane is that about another point unless the point lies in the plane of symmetry.
-  pure subroutine require_moments_in_plane(analysis, axis, reason)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: axis
-    character(len=:), allocatable, intent(inout) :: reason
+  pure subroutine require_moments_in_plane(scene)
+    type(examined_type), intent(inout) :: scene
     integer :: i
 
-    if (axis /= 1) return
-    do i = 1, size(analysis%histories)
-      associate (history => analysis%histories(i))
+    if (scene%axis /= 1) return
+    do i = 1, size(scene%histories)
+      associate (history => scene%histories(i))
         if (history%quantity /= quantity_contact_moment) cycle
-        associate (body => analysis%rigid_bodies(place_named(analysis%rigid_bodies, history%body)))
+        associate (body => scene%rigid_bodies(place_named(scene%rigid_bodies, history%body)))
           if (body%shape /= rigid_plane) cycle
-          if (rigid_side(analysis, body, axis) == rigid_across .and. abs(body%place(axis) &
-            - mirror_plane(analysis, axis)) > scene_tolerance(analysis)) call refuse(reason, "*HISTORY '"// &
-            history%name//"'"//place_text(history%where)//' reads a moment about a point beside the plane')
+          if (rigid_side(scene, body) == rigid_across .and. abs(body%place(scene%axis) - scene%plane) > scene%nothing) &
+            call refuse(scene, card('*HISTORY', history%name, history%where)// &
+            ' reads a moment about a point beside the plane')
         end associate
       end associate
     end do
   end subroutine require_moments_in_plane
 
   !> Body that is the mirror image of a body, 0 for none.
-  pure integer function rigid_partner(analysis, number, axis) result(partner)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: number, axis
+  pure integer function rigid_partner(scene, number) result(partner)
+    type(examined_type), intent(in) :: scene
+    integer, intent(in) :: number
     integer :: b
 
     partner = 0
-    do b = size(analysis%rigid_bodies), 1, -1
-      if (are_images(analysis%rigid_bodies(number), analysis%rigid_bodies(b), axis, mirror_plane(analysis, axis), &
-        scene_tolerance(analysis))) partner = b
+    do b = size(scene%rigid_bodies), 1, -1
+      if (are_images(scene%rigid_bodies(number), scene%rigid_bodies(b), scene%axis, scene%plane, scene%nothing)) &
+        partner = b
     end do
   end function rigid_partner
 
@@ -246,10 +234,9 @@ contains
   end function are_images
 
   !> On which side of the plane of symmetry a body lies.
-  pure integer function rigid_side(analysis, body, axis) result(side)
-    type(analysis_type), intent(in) :: analysis
+  pure integer function rigid_side(scene, body) result(side)
+    type(examined_type), intent(in) :: scene
     type(rigid_body_type), intent(in) :: body
-    integer, intent(in) :: axis
     real(wp) :: low, high
 
     select case (body%shape)
@@ -257,48 +244,47 @@ contains
       low = -huge(1.0_wp)
       high = huge(1.0_wp)
       if (count(abs(body%direction) > 0.0_wp) == 1) then
-        if (body%direction(axis) > 0.0_wp) high = body%place(axis)
-        if (body%direction(axis) < 0.0_wp) low = body%place(axis)
+        if (body%direction(scene%axis) > 0.0_wp) high = body%place(scene%axis)
+        if (body%direction(scene%axis) < 0.0_wp) low = body%place(scene%axis)
       end if
     case (rigid_circle, rigid_cone, rigid_cylinder)
-      low = body%place(axis) - body%radius
-      high = body%place(axis) + body%radius
+      low = body%place(scene%axis) - body%radius
+      high = body%place(scene%axis) + body%radius
     case (rigid_box)
-      low = body%box(axis, 1)
-      high = body%box(axis, 2)
+      low = body%box(scene%axis, 1)
+      high = body%box(scene%axis, 2)
     case default
       low = -huge(1.0_wp)
       high = huge(1.0_wp)
-      if (axis == 1) low = minval(body%polygon(1, :))
-      if (axis == 1) high = maxval(body%polygon(1, :))
+      if (scene%axis == 1) low = minval(body%polygon(1, :))
+      if (scene%axis == 1) high = maxval(body%polygon(1, :))
     end select
     side = rigid_across
-    if (high <= mirror_plane(analysis, axis) + scene_tolerance(analysis)) side = rigid_below
-    if (low >= mirror_plane(analysis, axis) - scene_tolerance(analysis)) side = rigid_above
+    if (high <= scene%plane + scene%nothing) side = rigid_below
+    if (low >= scene%plane - scene%nothing) side = rigid_above
   end function rigid_side
 
   !> Whether the mirror image of a motion or load is among those of its phase; a body that is its own image neither
   !> moves nor is free across the plane.
-  pure logical function move_has_image(analysis, phase, move, axis) result(found)
-    type(analysis_type), intent(in) :: analysis
+  pure logical function move_has_image(scene, phase, move) result(found)
+    type(examined_type), intent(in) :: scene
     integer, intent(in) :: phase
     type(rigid_move_type), intent(in) :: move
-    integer, intent(in) :: axis
     real(wp) :: vector(3), rotation(3), load
     integer :: b, partner, i
 
     found = .false.
-    b = place_named(analysis%rigid_bodies, move%body)
-    partner = rigid_partner(analysis, b, axis)
-    if (may_turn(move) .or. (partner == b .and. moves_along(move, axis))) return
+    b = place_named(scene%rigid_bodies, move%body)
+    partner = rigid_partner(scene, b)
+    if (may_turn(move) .or. (partner == b .and. moves_along(move, scene%axis))) return
     vector = move%vector
-    vector(axis) = -vector(axis)
+    vector(scene%axis) = -vector(scene%axis)
     rotation = -move%rotation
-    rotation(axis) = move%rotation(axis)
-    load = merge(-move%load, move%load, move%component == axis)
-    do i = 1, size(analysis%phases(phase)%moves)
-      associate (image => analysis%phases(phase)%moves(i))
-        if (image%body /= analysis%rigid_bodies(partner)%name .or. (image%is_load .neqv. move%is_load)) cycle
+    rotation(scene%axis) = move%rotation(scene%axis)
+    load = merge(-move%load, move%load, move%component == scene%axis)
+    do i = 1, size(scene%phases(phase)%moves)
+      associate (image => scene%phases(phase)%moves(i))
+        if (image%body /= scene%rigid_bodies(partner)%name .or. (image%is_load .neqv. move%is_load)) cycle
         if (move%is_load) then
           found = found .or. (image%component == move%component .and. abs(image%load - load) <= 0.0_wp)
         else
@@ -309,60 +295,56 @@ contains
   end function move_has_image
 
   !> Whether the mirror image of a contact is among the contacts.
-  pure logical function contact_has_image(analysis, contact, axis) result(found)
-    type(analysis_type), intent(in) :: analysis
+  pure logical function contact_has_image(scene, contact) result(found)
+    type(examined_type), intent(in) :: scene
     type(contact_type), intent(in) :: contact
-    integer, intent(in) :: axis
     integer :: i, partner, surface
 
     found = .false.
-    partner = rigid_partner(analysis, place_named(analysis%rigid_bodies, contact%body), axis)
+    partner = rigid_partner(scene, place_named(scene%rigid_bodies, contact%body))
     surface = 0
-    if (contact%place /= contact_on_body) surface = surface_partner(analysis, place_named(analysis%surfaces, &
-      contact%surface), axis)
-    do i = 1, size(analysis%contacts)
-      associate (image => analysis%contacts(i))
-        if (image%place /= contact%place .or. image%body /= analysis%rigid_bodies(partner)%name .or. &
+    if (contact%place /= contact_on_body) surface = surface_partner(scene, place_named(scene%surfaces, contact%surface))
+    do i = 1, size(scene%contacts)
+      associate (image => scene%contacts(i))
+        if (image%place /= contact%place .or. image%body /= scene%rigid_bodies(partner)%name .or. &
           (image%tension .neqv. contact%tension) .or. image%patch /= contact%patch) cycle
         if (any(abs([image%friction_angle - contact%friction_angle, image%adhesion - contact%adhesion, &
           image%interface - contact%interface, image%penalty - contact%penalty]) > 0.0_wp)) cycle
         if (contact%place == contact_on_body) then
           found = .true.
         else if (surface > 0) then
-          found = found .or. image%surface == analysis%surfaces(surface)%name
+          found = found .or. image%surface == scene%surfaces(surface)%name
         end if
       end associate
     end do
   end function contact_has_image
 
   !> Bodies are turned about a vertical axis, and move and are loaded along it.
-  pure subroutine require_rigid_round(analysis, centre, cut, reason)
-    type(analysis_type), intent(in) :: analysis
+  pure subroutine require_rigid_round(scene, centre, cut)
+    type(examined_type), intent(inout) :: scene
     !> x and z of the axis, and whether the grid begins there along x and along z.
     real(wp), intent(in) :: centre(2)
     logical, intent(in) :: cut(2)
-    character(len=:), allocatable, intent(inout) :: reason
     integer :: b, i, p
 
-    if (.not. allocated(analysis%rigid_bodies)) return
-    do b = 1, size(analysis%rigid_bodies)
-      if (.not. is_round(analysis%rigid_bodies(b), centre, scene_tolerance(analysis))) call refuse(reason, &
-        named(analysis%rigid_bodies(b))//' is no figure of revolution about the axis')
+    if (.not. allocated(scene%rigid_bodies)) return
+    do b = 1, size(scene%rigid_bodies)
+      if (.not. is_round(scene%rigid_bodies(b), centre, scene%nothing)) &
+        call refuse(scene, named(scene%rigid_bodies(b))//' is no figure of revolution about the axis')
     end do
-    do p = 1, size(analysis%phases)
-      do i = 1, size(analysis%phases(p)%moves)
-        associate (move => analysis%phases(p)%moves(i))
+    do p = 1, size(scene%phases)
+      do i = 1, size(scene%phases(p)%moves)
+        associate (move => scene%phases(p)%moves(i))
           if (moves_along(move, 1) .or. moves_along(move, 3) .or. any(abs(move%rotation) > 0.0_wp)) &
-            call refuse(reason, card_of(move)//' does not go along the axis')
+            call refuse(scene, card_of(move)//' does not go along the axis')
         end associate
       end do
     end do
-    call require_no_moments(analysis, reason)
-    do i = 1, size(analysis%histories)
-      associate (history => analysis%histories(i))
+    call require_no_moments(scene)
+    do i = 1, size(scene%histories)
+      associate (history => scene%histories(i))
         if (is_taken_at(history%quantity, at_rigid_body) .and. history%component /= 2 .and. any(cut)) &
-          call refuse(reason, "*HISTORY '"//history%name//"'"//place_text(history%where)// &
-          ' cannot be told from radius and height')
+          call refuse(scene, card('*HISTORY', history%name, history%where)//' cannot be told from radius and height')
       end associate
     end do
   end subroutine require_rigid_round
@@ -382,4 +364,121 @@ contains
       yes = .false.
     end select
   end function is_round
+
+  !> Bodies in the plane, or by radius and height: what they have along z is left out, and along x in axisymmetry; loads
+  !> on them are shares of those of the scene.
+  pure subroutine flatten_rigid_bodies(scene, axes, factor)
+    type(examined_type), intent(inout) :: scene
+    !> Axes of which nothing stays.
+    integer, intent(in) :: axes(:)
+    !> Forces of the scene over those of the smaller one.
+    real(wp), intent(in) :: factor
+    integer :: b, i, p
+
+    if (.not. allocated(scene%rigid_bodies)) return
+    do b = 1, size(scene%rigid_bodies)
+      scene%rigid_bodies(b)%place(axes) = 0.0_wp
+      scene%rigid_bodies(b)%direction(axes) = 0.0_wp
+      scene%rigid_bodies(b)%box(3, :) = 0.0_wp
+    end do
+    do p = 1, size(scene%phases)
+      do i = 1, size(scene%phases(p)%moves)
+        scene%phases(p)%moves(i)%vector(axes) = 0.0_wp
+        scene%phases(p)%moves(i)%load = scene%phases(p)%moves(i)%load/factor
+      end do
+    end do
+  end subroutine flatten_rigid_bodies
+
+  !> A history of a rigid body that is the same all along what is left out: forces and moments count as often as the
+  !> smaller scene does; what goes along an axis that is left out is nothing.
+  pure subroutine reduce_rigid_history(history, gone, factor, value_factor)
+    type(history_type), intent(inout) :: history
+    !> Components that are nothing.
+    integer, intent(in) :: gone(:)
+    !> Forces of the scene over those of the smaller one.
+    real(wp), intent(in) :: factor
+    !> Value of the scene over that of the smaller one; stays for other histories.
+    real(wp), intent(inout) :: value_factor
+
+    if (.not. is_taken_at(history%quantity, at_rigid_body)) return
+    if (any(history%quantity == [quantity_contact_force, quantity_contact_moment])) value_factor = factor
+    if (history%quantity == quantity_contact_moment) return
+    if (any(gone == history%component)) then
+      value_factor = 0.0_wp
+      history%component = 2
+    end if
+  end subroutine reduce_rigid_history
+
+  !> A history of a rigid body in the half below a mirror: of a body across the plane both halves count, one beyond it
+  !> is read from its image.
+  pure subroutine mirror_rigid_history(scene, history, value_factor)
+    type(examined_type), intent(in) :: scene
+    type(history_type), intent(inout) :: history
+    !> Value of the scene over that of the half.
+    real(wp), intent(inout) :: value_factor
+    integer :: b, partner
+    logical :: odd
+
+    b = place_named(scene%rigid_bodies, history%body)
+    partner = rigid_partner(scene, b)
+    ! A moment about z turns its sense in a mirror along x.
+    odd = history%component == scene%axis
+    if (any(history%quantity == [quantity_contact_moment, quantity_body_rotation])) odd = scene%axis == 1
+    if (partner == b) then
+      value_factor = merge(2.0_wp, 1.0_wp, any(history%quantity == [quantity_contact_force, quantity_contact_moment]))
+      if (odd) value_factor = 0.0_wp
+    else if (rigid_side(scene, scene%rigid_bodies(b)) == rigid_above) then
+      value_factor = merge(-1.0_wp, 1.0_wp, odd)
+      history%body = scene%rigid_bodies(partner)%name
+    end if
+  end subroutine mirror_rigid_history
+
+  !> Bodies beyond the plane are left out with their motions, loads and contacts; of those across it half of the load is
+  !> left.
+  pure subroutine half_rigid_bodies(scene)
+    type(examined_type), intent(inout) :: scene
+    type(rigid_body_type), allocatable :: bodies(:)
+    type(contact_type), allocatable :: contacts(:)
+    type(rigid_move_type), allocatable :: moves(:)
+    logical :: beyond(size_of(scene)), whole(size_of(scene))
+    integer :: b, i, p
+
+    if (size(beyond) == 0) return
+    allocate (bodies(0), contacts(0))
+    do b = 1, size(beyond)
+      whole(b) = rigid_partner(scene, b) == b
+      beyond(b) = .not. whole(b) .and. rigid_side(scene, scene%rigid_bodies(b)) == rigid_above
+      if (.not. beyond(b)) bodies = [bodies, scene%rigid_bodies(b)]
+    end do
+    do i = 1, size(scene%contacts)
+      if (.not. beyond(place_named(scene%rigid_bodies, scene%contacts(i)%body))) &
+        contacts = [contacts, scene%contacts(i)]
+    end do
+    do p = 1, size(scene%phases)
+      allocate (moves(0))
+      do i = 1, size(scene%phases(p)%moves)
+        associate (move => scene%phases(p)%moves(i))
+          b = place_named(scene%rigid_bodies, move%body)
+          if (beyond(b)) cycle
+          moves = [moves, move]
+          if (whole(b)) moves(size(moves))%load = 0.5_wp*move%load
+        end associate
+      end do
+      call move_alloc(moves, scene%phases(p)%moves)
+    end do
+    if (scene%moving_mesh%by_body) then
+      b = place_named(scene%rigid_bodies, scene%moving_mesh%body)
+      if (beyond(b)) scene%moving_mesh%body = scene%rigid_bodies(rigid_partner(scene, b))%name
+    end if
+    call move_alloc(bodies, scene%rigid_bodies)
+    call move_alloc(contacts, scene%contacts)
+  end subroutine half_rigid_bodies
+
+  !> Number of rigid bodies.
+  pure integer function size_of(scene)
+    type(examined_type), intent(in) :: scene
+
+    size_of = 0
+    if (allocated(scene%rigid_bodies)) size_of = size(scene%rigid_bodies)
+  end function size_of
 end module qsmpm_rigid_symmetry

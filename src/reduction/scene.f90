@@ -7,14 +7,13 @@ module qsmpm_scene
   use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric, mirror_yes, mirror_no
   use qsmpm_phase_description, only: initial_given
   use qsmpm_reduction, only: reduction_type, expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, &
-    reduce_column, reduce_mirror, append_step, move_stops, refuse, place_text
+    reduce_column, reduce_mirror, move_stops
+  use qsmpm_examined_scene, only: examined_type, examine, refuse, card, place_text
   use qsmpm_carried_cards, only: not_carried
   use qsmpm_prismatic, only: require_prismatic, make_plane
-  use qsmpm_revolved, only: revolved_solid_type, require_revolved
-  use qsmpm_revolved_half, only: make_revolved
+  use qsmpm_revolved, only: revolved_solid_type, require_revolved, make_revolved
   use qsmpm_column, only: require_column, make_column
-  use qsmpm_mirror, only: require_mirror, reason_against_mirror
-  use qsmpm_mirror_half, only: make_half
+  use qsmpm_mirror, only: require_mirror, reason_against_mirror, make_half
   use qsmpm_softening_parameters, only: regularise_none
   implicit none
   private
@@ -37,131 +36,133 @@ contains
     type(expansion_type), intent(out) :: expansion
     !> What was found, one for each try.
     type(reduction_check_type), allocatable, intent(out) :: checks(:)
-    class(analysis_type), allocatable :: smaller, smallest
+    type(examined_type), allocatable :: smaller
     type(reduction_type) :: step
     type(revolved_solid_type) :: figure
     integer :: i
 
-    allocate (smaller, smallest, source=scene)
+    model = scene
+    allocate (smaller)
+    smaller%analysis_type = scene
     allocate (expansion%steps(0), checks(size(tries, 2)))
     do i = 1, size(checks)
       checks(i)%kind = tries(1, i)
       checks(i)%axis = tries(2, i)
-      call judge(smaller, checks(i), figure)
-      if (.not. checks(i)%possible) cycle
+      call examine(smaller, checks(i)%axis)
+      call judge(smaller, checks(i)%kind, figure)
+      checks(i)%possible = .not. allocated(smaller%reason)
+      if (.not. checks(i)%possible) then
+        checks(i)%reason = smaller%reason
+        cycle
+      end if
       call take_if_wanted(scene, smaller, checks(i))
       ! Where the deck wants no reduction the verdicts go on as if it did.
       if (.not. (checks(i)%used .or. .not. scene%reduce)) cycle
-      call apply(checks(i), figure, smaller, step)
+      call apply(checks(i)%kind, figure, smaller, step)
       call move_stops(step, smaller)
       if (.not. checks(i)%used) cycle
-      call append_step(expansion, step)
-      smallest = smaller
+      expansion%steps = [expansion%steps, step]
+      model = smaller%analysis_type
     end do
-    model = smallest
   end subroutine reduce_scene
 
   !> Prove one reduction, or find why it is not possible.
-  subroutine judge(analysis, check, figure)
-    !> The scene so far.
-    type(analysis_type), intent(in) :: analysis
-    !> Kind and axis in, proof out.
-    type(reduction_check_type), intent(inout) :: check
+  subroutine judge(scene, kind, figure)
+    !> The scene so far, examined for its axis.
+    type(examined_type), intent(inout) :: scene
+    !> One of the reduce_* values.
+    integer, intent(in) :: kind
     !> Section of a figure of revolution.
     type(revolved_solid_type), intent(inout) :: figure
     integer :: m
 
-    if (analysis%model == axisymmetric) then
-      call refuse(check%reason, 'the scene is axisymmetric already')
+    if (scene%model == axisymmetric) then
+      call refuse(scene, 'the scene is axisymmetric already')
       return
     end if
-    do m = 1, size(analysis%materials)
-      associate (material => analysis%materials(m))
-        if (material%user%given .or. material%own_law) call refuse(check%reason, 'nothing is known of the '// &
-          "model of material '"//material%name//"'")
+    do m = 1, size(scene%materials)
+      associate (material => scene%materials(m))
+        if (material%user%given .or. material%own_law) &
+          call refuse(scene, "nothing is known of the model of material '"//material%name//"'")
         if (allocated(material%strength_profile%fields) .or. material%strength_profile%given .and. &
-          material%strength_profile%along /= 2) call refuse(check%reason, "material '"//material%name// &
-          "' differs along more than y")
+          material%strength_profile%along /= 2) &
+          call refuse(scene, "material '"//material%name//"' differs along more than y")
         if (material%softening%given .and. material%softening%regularisation /= regularise_none .and. &
-          check%kind /= reduce_mirror) call refuse(check%reason, "the width of the cells, by which material '"// &
-          material%name//"' softens, would be another one")
+          kind /= reduce_mirror) call refuse(scene, "the width of the cells, by which material '"//material%name// &
+          "' softens, would be another one")
       end associate
     end do
-    if (len(not_carried(analysis)) > 0) call refuse(check%reason, not_carried(analysis)//' is not known to reductions')
-    if (size(analysis%props) > 0) call refuse(check%reason, "*PROP '"//analysis%props(1)%name//"'"// &
-      place_text(analysis%props(1)%where)//' stands in one place')
-    do m = 1, size(analysis%phases)
-      if (analysis%phases(m)%initial%kind == initial_given) call refuse(check%reason, '*INITIAL, TYPE=GIVEN'// &
-        place_text(analysis%phases(m)%initial%where)//' gives stresses place by place')
+    if (len(not_carried(scene%analysis_type)) > 0) &
+      call refuse(scene, not_carried(scene%analysis_type)//' is not known to reductions')
+    if (size(scene%props) > 0) &
+      call refuse(scene, card('*PROP', scene%props(1)%name, scene%props(1)%where)//' stands in one place')
+    do m = 1, size(scene%phases)
+      if (scene%phases(m)%initial%kind == initial_given) call refuse(scene, '*INITIAL, TYPE=GIVEN'// &
+        place_text(scene%phases(m)%initial%where)//' gives stresses place by place')
     end do
-    if (allocated(check%reason)) return
-    select case (check%kind)
+    if (allocated(scene%reason)) return
+    select case (kind)
     case (reduce_prismatic)
-      call require_prismatic(analysis, check%reason)
+      call require_prismatic(scene)
     case (reduce_revolved)
-      call require_revolved(analysis, figure, check%reason)
+      call require_revolved(scene, figure)
     case (reduce_column)
-      call require_column(analysis, check%reason)
+      call require_column(scene)
     case default
-      if (check%axis == 3 .and. analysis%model /= three_dimensional) then
-        call refuse(check%reason, 'there is no z in the model')
+      if (scene%axis == 3 .and. scene%model /= three_dimensional) then
+        call refuse(scene, 'there is no z in the model')
       else
-        call require_mirror(analysis, check%axis, check%reason)
+        call require_mirror(scene)
       end if
     end select
-    check%possible = .not. allocated(check%reason)
   end subroutine judge
 
   !> Decide on a reduction that is proved.
-  pure subroutine take_if_wanted(scene, analysis, check)
+  pure subroutine take_if_wanted(scene, smaller, check)
     !> The scene as the deck says it, and so far.
-    type(analysis_type), intent(in) :: scene, analysis
+    type(analysis_type), intent(in) :: scene
+    type(examined_type), intent(in) :: smaller
     !> What was found, and what is done.
     type(reduction_check_type), intent(inout) :: check
     character(len=:), allocatable :: reason_against
 
     reason_against = ''
     if (check%kind == reduce_mirror) then
-      reason_against = reason_against_mirror(analysis)
+      reason_against = reason_against_mirror(smaller)
       if (scene%mirror == mirror_yes) reason_against = ''
       if (len(reason_against) > 0) reason_against = reason_against//'; MIRROR=YES of *MODEL takes it'
       if (scene%mirror == mirror_no) reason_against = 'refused by MIRROR=NO of *MODEL'
     end if
-    if (.not. scene%reduce) reason_against = 'TYPE=AUTO of *MODEL takes it'//trim_reason(reason_against)
+    if (.not. scene%reduce) then
+      ! A reservation stands behind another sentence.
+      if (len(reason_against) > 0) reason_against = ' with MIRROR=YES ('// &
+        reason_against(:index(reason_against//';', ';') - 1)//')'
+      reason_against = 'TYPE=AUTO of *MODEL takes it'//reason_against
+    end if
     check%used = len(reason_against) == 0
-    if (len(reason_against) > 0) check%reason = reason_against
+    if (.not. check%used) check%reason = reason_against
   end subroutine take_if_wanted
 
-  !> A reservation behind another sentence.
-  pure function trim_reason(reason_against) result(text)
-    !> Empty for none.
-    character(len=*), intent(in) :: reason_against
-    character(len=:), allocatable :: text
-
-    text = ''
-    if (len(reason_against) > 0) text = ' with MIRROR=YES ('//reason_against(:index(reason_against//';', ';') - 1)//')'
-  end function trim_reason
-
   !> Make the smaller scene.
-  pure subroutine apply(check, figure, analysis, step)
-    !> Kind and axis.
-    type(reduction_check_type), intent(in) :: check
+  pure subroutine apply(kind, figure, scene, step)
+    !> One of the reduce_* values.
+    integer, intent(in) :: kind
     !> Section of a figure of revolution.
     type(revolved_solid_type), intent(in) :: figure
-    !> The scene so far; the smaller one.
-    type(analysis_type), intent(inout) :: analysis
+    !> The scene so far, examined; the smaller one.
+    type(examined_type), intent(inout) :: scene
     !> The way back.
     type(reduction_type), intent(out) :: step
 
-    select case (check%kind)
+    select case (kind)
     case (reduce_prismatic)
-      call make_plane(analysis, step)
+      call make_plane(scene, step)
     case (reduce_revolved)
-      call make_revolved(analysis, figure, step)
+      call make_revolved(scene, figure, step)
     case (reduce_column)
-      call make_column(analysis, step)
+      call make_column(scene, step)
     case default
-      call make_half(analysis, check%axis, step)
+      call make_half(scene, step)
     end select
   end subroutine apply
 

@@ -13,12 +13,14 @@ module qsmpm_set_members
   use qsmpm_mesh_description, only: set_type, axis_type, select_plane, select_box
   use qsmpm_element_kinds, only: element_from_name, element_order
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_reduction, only: closeness
   implicit none
   private
 
   public :: members_type, find_members, contains_node, covers_axis, representatives, node_state, &
     scene_tolerance, keep_supports, drop_unused_sets
+
+  !> Lengths closer than this share of the size of the grid are the same, as for the sets of the mesh.
+  real(wp), parameter :: closeness = 1.0e-8_wp
 
   !> Entries along one axis.
   type :: member_table_type
@@ -40,7 +42,7 @@ contains
   !> Distance below which places count as the same.
   pure real(wp) function scene_tolerance(analysis) result(tolerance)
     !> The scene; its mesh is a grid.
-    type(analysis_type), intent(in) :: analysis
+    class(analysis_type), intent(in) :: analysis
     integer :: a
 
     tolerance = 0.0_wp
@@ -54,7 +56,7 @@ contains
   !> Make the tables of a scene.
   pure subroutine find_members(analysis, members)
     !> The scene; its mesh is a grid.
-    type(analysis_type), intent(in) :: analysis
+    class(analysis_type), intent(in) :: analysis
     type(members_type), intent(out) :: members
     integer :: a, s, n, i
 
@@ -170,7 +172,7 @@ contains
 
   !> What holds a node in a phase: components, and the displacement prescribed over the phase.
   pure subroutine node_state(analysis, members, node, phase, fixed, value)
-    type(analysis_type), intent(in) :: analysis
+    class(analysis_type), intent(in) :: analysis
     type(members_type), intent(in) :: members
     !> Place of the node along each axis (3); number of the phase.
     integer, intent(in) :: node(3), phase
@@ -203,7 +205,7 @@ contains
 
   !> Whether anything refers to a node set.
   pure logical function set_is_used(analysis, name) result(used)
-    type(analysis_type), intent(in) :: analysis
+    class(analysis_type), intent(in) :: analysis
     !> Name of the set.
     character(len=*), intent(in) :: name
     integer :: p, i
@@ -224,7 +226,7 @@ contains
   !> Of the supports of all phases those of some sets stay, and planes are held along their normal in all of them.
   pure subroutine keep_supports(analysis, stays, axis, places, names)
     !> The scene; it gets sets of the planes.
-    type(analysis_type), intent(inout) :: analysis
+    class(analysis_type), intent(inout) :: analysis
     !> What holds or moves these stays (node sets).
     logical, intent(in) :: stays(:)
     !> Normal of the planes, their coordinates and names, which no deck can write without quotes.
@@ -263,7 +265,7 @@ contains
 
   !> Leave out the node sets nothing refers to, and all element sets.
   pure subroutine drop_unused_sets(analysis)
-    type(analysis_type), intent(inout) :: analysis
+    class(analysis_type), intent(inout) :: analysis
     integer :: s
 
     analysis%node_sets = analysis%node_sets(pack([(s, s=1, size(analysis%node_sets))], &

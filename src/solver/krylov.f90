@@ -109,61 +109,51 @@ contains
     length = norm2(rhs)
     outcome%converged = .not. length > 0.0_wp
     do while (.not. outcome%converged .and. outcome%sweeps < limits%most_sweeps)
-      call run_cycle(matrix, preconditioner, length, limits, r, basis, z, outcome, error)
+      call run_cycle(r, basis, z)
       if (allocated(error)) return
       x = x + z
       call multiply(matrix, x, r)
       r = rhs - r
       if (judged(norm2(r)/length, limits, outcome)) exit
     end do
-  end subroutine solve_gmres
 
-  !> One cycle of GMRES: Arnoldi with modified Gram-Schmidt, least squares by Givens rotations.
-  subroutine run_cycle(matrix, preconditioner, length, limits, r, basis, z, outcome, error)
-    !> K.
-    type(sparse_matrix_type), intent(in) :: matrix
-    !> Holds a factorisation.
-    class(linear_solver_type), intent(inout) :: preconditioner
-    !> Norm of the right-hand side.
-    real(wp), intent(in) :: length
-    !> When to stop.
-    type(krylov_limits_type), intent(in) :: limits
-    !> Residual at the start of the cycle (n); scratch afterwards.
-    real(wp), intent(inout) :: r(:)
-    !> Scratch (n, directions + 1).
-    real(wp), intent(inout) :: basis(:, :)
-    !> Change of the solution (n).
-    real(wp), intent(out) :: z(:)
-    !> How it went.
-    type(krylov_result_type), intent(inout) :: outcome
-    !> The preconditioner failed.
-    type(error_type), allocatable, intent(out) :: error
-    real(wp) :: h(directions + 1, directions), turn(2, directions), share(directions + 1)
-    integer :: i, j, last
+  contains
 
-    share = 0.0_wp
-    share(1) = norm2(r)
-    basis(:, 1) = r/share(1)
-    last = 0
-    do j = 1, size(basis, 2) - 1
-      call preconditioner%solve_factorised(basis(:, j), z, error)
-      if (allocated(error)) return
-      call multiply(matrix, z, r)
-      outcome%sweeps = outcome%sweeps + 1
-      do i = 1, j
-        h(i, j) = dot_product(r, basis(:, i))
-        r = r - h(i, j)*basis(:, i)
+    !> One cycle of GMRES: Arnoldi with modified Gram-Schmidt, least squares by Givens rotations.
+    subroutine run_cycle(r, basis, z)
+      !> Residual at the start of the cycle (n); scratch afterwards.
+      real(wp), intent(inout) :: r(:)
+      !> Scratch (n, directions + 1).
+      real(wp), intent(inout) :: basis(:, :)
+      !> Change of the solution (n).
+      real(wp), intent(out) :: z(:)
+      real(wp) :: h(directions + 1, directions), turn(2, directions), share(directions + 1)
+      integer :: i, j, last
+
+      share = 0.0_wp
+      share(1) = norm2(r)
+      basis(:, 1) = r/share(1)
+      last = 0
+      do j = 1, size(basis, 2) - 1
+        call preconditioner%solve_factorised(basis(:, j), z, error)
+        if (allocated(error)) return
+        call multiply(matrix, z, r)
+        outcome%sweeps = outcome%sweeps + 1
+        do i = 1, j
+          h(i, j) = dot_product(r, basis(:, i))
+          r = r - h(i, j)*basis(:, i)
+        end do
+        h(j + 1, j) = norm2(r)
+        last = j
+        if (h(j + 1, j) > 0.0_wp) basis(:, j + 1) = r/h(j + 1, j)
+        call rotate(h(:j + 1, j), turn(:, :j), share(:j + 1))
+        if (judged(abs(share(j + 1))/length, limits, outcome)) exit
+        if (outcome%sweeps >= limits%most_sweeps) exit
       end do
-      h(j + 1, j) = norm2(r)
-      last = j
-      if (h(j + 1, j) > 0.0_wp) basis(:, j + 1) = r/h(j + 1, j)
-      call rotate(h(:j + 1, j), turn(:, :j), share(:j + 1))
-      if (judged(abs(share(j + 1))/length, limits, outcome)) exit
-      if (outcome%sweeps >= limits%most_sweeps) exit
-    end do
-    call combine(h, basis, last, share, r)
-    call preconditioner%solve_factorised(r, z, error)
-  end subroutine run_cycle
+      call combine(h, basis, last, share, r)
+      call preconditioner%solve_factorised(r, z, error)
+    end subroutine run_cycle
+  end subroutine solve_gmres
 
   !> Sum of the directions whose shares solve the triangular system of the least squares.
   pure subroutine combine(h, basis, last, share, r)

@@ -159,7 +159,7 @@ contains
       return
     end if
     call row_sums(matrix, sums)
-    row = first_false(sums > 0.0_wp)
+    row = findloc(sums > 0.0_wp, .false., dim=1)
     if (row > 0) then
       call fail(error, error_singular, &
         'the matrix is singular: equation '//integer_text(row)//' is zero')
@@ -188,7 +188,7 @@ contains
     else if (.not. all(ieee_is_finite(rhs))) then
       call fail(error, error_other, &
         'the right-hand side has a value that is not finite in equation '// &
-        integer_text(first_false(ieee_is_finite(rhs))))
+        integer_text(findloc(ieee_is_finite(rhs), .false., dim=1)))
     else
       call self%solve_factorised(rhs, x, error)
       if (.not. allocated(error)) call judge_solution(self%norm, rhs, x, error)
@@ -260,12 +260,4 @@ contains
       'the matrix is not positive definite: the pivot of equation '//integer_text(equation)// &
       ' is not positive')
   end subroutine indefinite_at
-
-  !> Position of the first false element; 0 when all are true.
-  pure integer function first_false(mask)
-    !> The elements.
-    logical, intent(in) :: mask(:)
-
-    first_false = findloc(mask, .false., dim=1)
-  end function first_false
 end module qsmpm_linear_solver

@@ -61,11 +61,93 @@ contains
     call make_petsc_solver(equations%symmetric, rows%solver)
     call find_node_blocks(own_number, size(rows%own), places, rows%solver%blocks)
     rows%solver%blocks%own = rows%own
-    call number_foreign(rows, team, equations, labels, owner, own_number, error)
+    call number_foreign(own_number)
     call agree(team, error)
     if (allocated(error)) return
     call rows%solver%analyse(matrix, error)
     call agree(team, error)
+
+  contains
+
+    !> Ask the owners of the other nodes for their rows.
+    subroutine number_foreign(own_number)
+      integer, intent(in) :: own_number(:, :)
+      integer, allocatable :: asked(:), first(:), first_asked(:), first_answers(:)
+      integer(long), allocatable :: questions(:), answers(:), got(:)
+      integer :: a, c, k, r
+
+      allocate (first(team%ranks + 1), source=1)
+      allocate (asked(0))
+      do r = 1, team%ranks
+        asked = [asked, pack([(a, a=1, size(labels))], owner == r - 1 .and. owner /= team%rank .and. &
+          any(equations%number(:, :size(labels)) > 0, dim=1))]
+        first(r + 1) = size(asked) + 1
+      end do
+      call hand_over(team, int(labels(asked), long), first, questions, first_asked)
+      call answer(rows_before(size(own_number, 1)), own_number, int(questions), answers)
+      rows%first_given = size(own_number, 1)*(first_asked - 1) + 1
+      call hand_over(team, answers, rows%first_given, got, first_answers)
+      allocate (rows%foreign(size(got)), source=0)
+      allocate (rows%solver%blocks%outside(equations%count), source=-1)
+      rows%solver%blocks%communicator = team%handle
+      do k = 1, size(asked)
+        do c = 1, size(own_number, 1)
+          associate (number => equations%number(c, asked(k)), i => size(own_number, 1)*(k - 1) + c)
+            if (number == 0) cycle
+            if (got(i) < 0) call fail(error, error_other, torn)
+            if (allocated(error)) return
+            rows%foreign(i) = number
+            rows%solver%blocks%outside(number) = int(got(i))
+          end associate
+        end do
+      end do
+    end subroutine number_foreign
+
+    !> Rows of the processes before this one.
+    integer function rows_before(components)
+      !> Rows of a node.
+      integer, intent(in) :: components
+      real(wp) :: sizes(team%ranks)
+
+      sizes = 0.0_wp
+      sizes(team%rank + 1) = real(components*rows%solver%blocks%count, wp)
+      sizes = total(team, sizes)
+      rows_before = nint(sum(sizes(:team%rank)))
+    end function rows_before
+
+    !> Rows of own nodes that others have asked for, and their equations as those that are given.
+    subroutine answer(before, own_number, questions, answers)
+      !> Rows of the processes before this one.
+      integer, intent(in) :: before
+      !> Names of the nodes (nodes), and their own equations (components, nodes).
+      integer, intent(in) :: own_number(:, :)
+      !> Names of the nodes that are asked for.
+      integer, intent(in) :: questions(:)
+      !> Rows, all components of a node; -1 for none.
+      integer(long), allocatable, intent(out) :: answers(:)
+      integer :: a, c, d, k
+      integer, allocatable :: mine(:), order(:), sorted(:)
+
+      d = size(own_number, 1)
+      mine = pack([(a, a=1, size(labels))], any(own_number > 0, dim=1))
+      allocate (order(size(mine)))
+      call order_columns(reshape(labels(mine), [1, size(mine)]), order)
+      mine = mine(order)
+      sorted = labels(mine)
+      allocate (answers(d*size(questions)), source=-1_long)
+      allocate (rows%given(d*size(questions)), source=0)
+      do k = 1, size(questions)
+        a = place_in_order(sorted, questions(k))
+        if (a == 0) cycle
+        do c = 1, d
+          associate (number => own_number(c, mine(a)), i => d*(k - 1) + c)
+            if (number == 0) cycle
+            rows%given(i) = number
+            answers(i) = before + rows%solver%blocks%row(number) - 1
+          end associate
+        end do
+      end do
+    end subroutine answer
   end subroutine start_shared_rows
 
   !> Number own equations one after the other, in the order they have.
@@ -96,94 +178,6 @@ contains
       end do
     end do
   end subroutine keep_own
-
-  !> Ask the owners of the other nodes for their rows.
-  subroutine number_foreign(rows, team, equations, labels, owner, own_number, error)
-    type(shared_rows_type), intent(inout) :: rows
-    type(team_type), intent(in) :: team
-    type(equations_type), intent(in) :: equations
-    integer, intent(in) :: labels(:), owner(:), own_number(:, :)
-    !> A row is no one's.
-    type(error_type), allocatable, intent(out) :: error
-    integer, allocatable :: asked(:), first(:), first_asked(:), first_answers(:)
-    integer(long), allocatable :: questions(:), answers(:), got(:)
-    integer :: a, c, k, r
-
-    allocate (first(team%ranks + 1), source=1)
-    allocate (asked(0))
-    do r = 1, team%ranks
-      asked = [asked, pack([(a, a=1, size(labels))], owner == r - 1 .and. owner /= team%rank .and. &
-        any(equations%number(:, :size(labels)) > 0, dim=1))]
-      first(r + 1) = size(asked) + 1
-    end do
-    call hand_over(team, int(labels(asked), long), first, questions, first_asked)
-    call answer(rows, rows_before(rows, team, size(own_number, 1)), labels, own_number, int(questions), answers)
-    rows%first_given = size(own_number, 1)*(first_asked - 1) + 1
-    call hand_over(team, answers, rows%first_given, got, first_answers)
-    allocate (rows%foreign(size(got)), source=0)
-    allocate (rows%solver%blocks%outside(equations%count), source=-1)
-    rows%solver%blocks%communicator = team%handle
-    do k = 1, size(asked)
-      do c = 1, size(own_number, 1)
-        associate (number => equations%number(c, asked(k)), i => size(own_number, 1)*(k - 1) + c)
-          if (number == 0) cycle
-          if (got(i) < 0) call fail(error, error_other, torn)
-          if (allocated(error)) return
-          rows%foreign(i) = number
-          rows%solver%blocks%outside(number) = int(got(i))
-        end associate
-      end do
-    end do
-  end subroutine number_foreign
-
-  !> Rows of the processes before this one.
-  integer function rows_before(rows, team, components)
-    type(shared_rows_type), intent(in) :: rows
-    type(team_type), intent(in) :: team
-    !> Rows of a node.
-    integer, intent(in) :: components
-    real(wp) :: sizes(team%ranks)
-
-    sizes = 0.0_wp
-    sizes(team%rank + 1) = real(components*rows%solver%blocks%count, wp)
-    sizes = total(team, sizes)
-    rows_before = nint(sum(sizes(:team%rank)))
-  end function rows_before
-
-  !> Rows of own nodes that others have asked for, and their equations as those that are given.
-  pure subroutine answer(rows, before, labels, own_number, questions, answers)
-    type(shared_rows_type), intent(inout) :: rows
-    !> Rows of the processes before this one.
-    integer, intent(in) :: before
-    !> Names of the nodes (nodes), and their own equations (components, nodes).
-    integer, intent(in) :: labels(:), own_number(:, :)
-    !> Names of the nodes that are asked for.
-    integer, intent(in) :: questions(:)
-    !> Rows, all components of a node; -1 for none.
-    integer(long), allocatable, intent(out) :: answers(:)
-    integer :: a, c, d, k
-    integer, allocatable :: mine(:), order(:), sorted(:)
-
-    d = size(own_number, 1)
-    mine = pack([(a, a=1, size(labels))], any(own_number > 0, dim=1))
-    allocate (order(size(mine)))
-    call order_columns(reshape(labels(mine), [1, size(mine)]), order)
-    mine = mine(order)
-    sorted = labels(mine)
-    allocate (answers(d*size(questions)), source=-1_long)
-    allocate (rows%given(d*size(questions)), source=0)
-    do k = 1, size(questions)
-      a = place_in_order(sorted, questions(k))
-      if (a == 0) cycle
-      do c = 1, d
-        associate (number => own_number(c, mine(a)), i => d*(k - 1) + c)
-          if (number == 0) cycle
-          rows%given(i) = number
-          answers(i) = before + rows%solver%blocks%row(number) - 1
-        end associate
-      end do
-    end do
-  end subroutine answer
 
   !> Take new values.
   subroutine factorise_shared_rows(rows, team, matrix, error)

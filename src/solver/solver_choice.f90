@@ -7,9 +7,8 @@ module qsmpm_solver_choice
   use qsmpm_version, only: with_suitesparse
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_solver_list, only: solver_row_type, solver_row
-  use qsmpm_mumps_solver, only: make_mumps_solver
+  use qsmpm_mumps_solver, only: make_mumps_solver, make_single_solver
   use qsmpm_petsc_solver, only: with_petsc
-  use qsmpm_single_solver, only: make_single_solver
   implicit none
   private
 

@@ -1,7 +1,7 @@
 !> A body that comes, put on the ground: without stress and strain, its weight still to come.
 !>
 !> FILL=LEVEL stretches it along the vertical from the top as drawn down to the ground as it has settled
-!> (qsmpm_lift_feet); where the ground lies above the top nothing is left of it. FILL=SHAPE takes it as drawn: an
+!> (qsmpm_inactive_points); where the ground lies above the top nothing is left of it. FILL=SHAPE takes it as drawn: an
 !> overlap with the ground of more than a thousandth of it is an error. A body that has been there before comes back
 !> where it is. On a mesh that goes with the ground it fills its cells.
 !>
@@ -14,10 +14,10 @@ module qsmpm_body_placing
   use qsmpm_method_description, only: basis_fem
   use qsmpm_active_bodies, only: body_number, bodies_named
   use qsmpm_error, only: error_type, error_deck, fail, error_tangled
-  use qsmpm_lift_feet, only: stretch_over, height_over
+  use qsmpm_inactive_points, only: stretch_over, height_over
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: relocate
-  use qsmpm_point_selection, only: select_points
+  use qsmpm_point_selection, only: keep_chosen
   use qsmpm_points, only: points_type, surface_points_type, carries_strains, reset_strains, set_normals, place_of, &
     carried_type
   use qsmpm_rounded_text, only: rounded_text
@@ -111,7 +111,6 @@ contains
     character(len=:), allocatable, intent(inout) :: notes
     !> Nothing is left of it.
     type(error_type), allocatable, intent(out) :: error
-    type(points_type) :: left
     real(wp) :: ratio(body%count), drawn
     integer :: i
 
@@ -133,10 +132,7 @@ contains
         end associate
       end do
     end associate
-    if (any(ratio < vanishing)) then
-      call select_points(body, pack([(i, i=1, body%count)], ratio >= vanishing), left)
-      body = left
-    end if
+    if (any(ratio < vanishing)) call keep_chosen(body, pack([(i, i=1, body%count)], ratio >= vanishing))
     if (body%count == 0) call fail(error, error_deck, "body '"//name//"' cannot be put in place: the ground lies "// &
       'above all of it')
     notes = notes//comes_text(name, sum(body%volume), drawn)

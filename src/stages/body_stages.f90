@@ -6,9 +6,9 @@
 !> as it has settled, later it stands where it has ridden to. With another material the stress stays
 !> and the law starts from it.
 !>
-!> Feet of the bodies that are not there at the start (qsmpm_lift_feet), one for every vertical line on which points,
-!> surface points and tracers of such a body lie, and the bodies that tracers belong to. All is found from the drawings,
-!> when the model is built.
+!> Feet of the bodies that are not there at the start (qsmpm_inactive_points), one for every vertical line on which
+!> points, surface points and tracers of such a body lie, and the bodies that tracers belong to. All is found from the
+!> drawings, when the model is built.
 module qsmpm_body_stages
   use qsmpm_kinds, only: wp, long
   use qsmpm_material_description, only: weight_at
@@ -25,12 +25,12 @@ module qsmpm_body_stages
   use qsmpm_load_path, only: between
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_model_surfaces, only: choose_carrying_points
-  use qsmpm_point_selection, only: select_points, select_surface_points, append_points, append_surface_points
+  use qsmpm_point_selection, only: select_points, append_points, move_points
   use qsmpm_own_part, only: is_divided
   use qsmpm_points, only: points_type, surface_points_type, place_of, allocate_carried
   use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_mesh_search, only: locate, inverse_map
-  use qsmpm_nearest_of_team, only: nearest_numbers, place_of_number
+  use qsmpm_own_marks, only: nearest_numbers, place_of_number
   use qsmpm_overburden, only: overburden_type, make_overburden
   use qsmpm_vertical, only: vertical_of
   use qsmpm_polyhedron, only: find_crossings
@@ -66,8 +66,10 @@ contains
     call find_surface_bodies(model)
     call find_tracer_bodies(model)
     call plant_feet(model)
-    call move_bodies(.not. model%analysis%bodies%active, model%state%points, model%state%inactive%points)
-    call move_surfaces(.not. model%analysis%bodies%active, model%state%surface, model%state%inactive%surface)
+    associate (waits => .not. model%analysis%bodies%active)
+      call move_points(waits(model%state%points%body), model%state%points, model%state%inactive%points)
+      call move_points(waits(model%state%surface%body), model%state%surface, model%state%inactive%surface)
+    end associate
     call link_points(model)
   end subroutine part_bodies
 
@@ -94,36 +96,6 @@ contains
     end associate
   end subroutine find_surface_bodies
 
-  !> Move the points of bodies from one set to another.
-  subroutine move_bodies(chosen, from, to)
-    !> (bodies)
-    logical, intent(in) :: chosen(:)
-    type(points_type), intent(inout) :: from, to
-    type(points_type) :: going, rest
-    integer :: i
-
-    if (.not. any(chosen(from%body))) return
-    call select_points(from, pack([(i, i=1, from%count)], chosen(from%body)), going)
-    call select_points(from, pack([(i, i=1, from%count)], .not. chosen(from%body)), rest)
-    from = rest
-    call append_points(going, to)
-  end subroutine move_bodies
-
-  !> The same of the points of their surfaces.
-  subroutine move_surfaces(chosen, from, to)
-    !> (bodies)
-    logical, intent(in) :: chosen(:)
-    type(surface_points_type), intent(inout) :: from, to
-    type(surface_points_type) :: going, rest
-    integer :: i
-
-    if (.not. any(chosen(from%body))) return
-    call select_surface_points(from, pack([(i, i=1, from%count)], chosen(from%body)), going)
-    call select_surface_points(from, pack([(i, i=1, from%count)], .not. chosen(from%body)), rest)
-    from = rest
-    call append_surface_points(going, to)
-  end subroutine move_surfaces
-
   !> What the present phase does to bodies; its load fraction still is that which the phase before has reached. Nothing
   !> is done twice when the phase begins again.
   subroutine change_bodies(model, notes, error)
@@ -146,8 +118,8 @@ contains
       going = bodies_named(model%analysis, phase%deactivations)
       coming = bodies_named(model%analysis, phase%activations)
       call end_unloading(model, .not. going)
-      call move_bodies(going, model%state%points, inactive%unloading)
-      call move_surfaces(going, model%state%surface, inactive%unloading_surface)
+      call move_points(going(model%state%points%body), model%state%points, inactive%unloading)
+      call move_points(going(model%state%surface%body), model%state%surface, inactive%unloading_surface)
       if (model%analysis%method%basis == basis_fem .and. any(coming)) call move_their_nodes(model, error)
       if (allocated(error)) return
       do i = 1, size(phase%activations)
@@ -189,8 +161,8 @@ contains
         inactive%unloading_surface%area_vector = left*inactive%unloading_surface%area_vector
         inactive%unloading_surface%reaction = left*inactive%unloading_surface%reaction
       else
-        call move_bodies(chosen, inactive%unloading, inactive%points)
-        call move_surfaces(chosen, inactive%unloading_surface, inactive%surface)
+        call move_points(chosen(inactive%unloading%body), inactive%unloading, inactive%points)
+        call move_points(chosen(inactive%unloading_surface%body), inactive%unloading_surface, inactive%surface)
       end if
     end associate
   end subroutine end_unloading
@@ -209,14 +181,14 @@ contains
     chosen = .false.
     chosen(body_number(model%analysis, change%body)) = .true.
     call select_points(model%state%points, [integer ::], body)
-    call select_surface_points(model%state%surface, [integer ::], surface)
-    call move_bodies(chosen, model%state%inactive%points, body)
-    call move_surfaces(chosen, model%state%inactive%surface, surface)
+    call select_points(model%state%surface, [integer ::], surface)
+    call move_points(chosen(model%state%inactive%points%body), model%state%inactive%points, body)
+    call move_points(chosen(model%state%inactive%surface%body), model%state%inactive%surface, surface)
     if (body%count == 0) return
     call place_body(model, change, body, surface, notes, error)
     if (allocated(error)) return
     call append_points(body, model%state%points)
-    call append_surface_points(surface, model%state%surface)
+    call append_points(surface, model%state%surface)
   end subroutine bring
 
   !> Another material for a body. The excess pore pressure of undrained soil stays with it; what else a law remembers

@@ -9,8 +9,7 @@ module qsmpm_phase_summary
   use qsmpm_structures, only: rigid_plane, rigid_circle, rigid_box, rigid_cone
   use qsmpm_model, only: model_type
   use qsmpm_phase_start, only: resume_phase
-  use qsmpm_point_selection, only: select_points, append_points, select_surface_points, append_surface_points
-  use qsmpm_points, only: points_type, surface_points_type
+  use qsmpm_point_selection, only: keep_chosen, append_points
   use qsmpm_pore_water, only: water_forces
   use qsmpm_vertical, only: vertical_of
   use qsmpm_surface_pressure, only: pressure_at
@@ -75,22 +74,17 @@ contains
   subroutine take_bodies(model, number)
     type(model_type), intent(inout) :: model
     integer, intent(in) :: number
-    type(points_type) :: all_points
-    type(surface_points_type) :: all_surfaces
     logical :: active(size(model%analysis%bodies))
     integer :: material(size(model%analysis%bodies)), p, i
 
     if (.not. has_stages(model%analysis)) return
     active = bodies_active(model%analysis, number)
     material = body_materials(model%analysis, number)
-    all_points = model%state%points
-    call append_points(model%state%inactive%points, all_points)
-    all_surfaces = model%state%surface
-    call append_surface_points(model%state%inactive%surface, all_surfaces)
-    call select_points(all_points, pack([(i, i=1, all_points%count)], active(all_points%body)), model%state%points)
-    call select_surface_points(all_surfaces, pack([(i, i=1, all_surfaces%count)], active(all_surfaces%body)), &
-      model%state%surface)
-    associate (points => model%state%points)
+    associate (points => model%state%points, surface => model%state%surface)
+      call append_points(model%state%inactive%points, points)
+      call append_points(model%state%inactive%surface, surface)
+      call keep_chosen(points, pack([(i, i=1, points%count)], active(points%body)))
+      call keep_chosen(surface, pack([(i, i=1, surface%count)], active(surface%body)))
       do p = 1, points%count
         points%material(p) = material(points%body(p))
         points%weight(p) = weight_at(model%analysis%materials(points%material(p)), points%initial_position(:, p)) &

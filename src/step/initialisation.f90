@@ -19,10 +19,9 @@ module qsmpm_initialisation
   use qsmpm_material_traits, only: traits_of
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
-  use qsmpm_own_marks, only: node_owners
+  use qsmpm_own_marks, only: node_owners, choose_movers
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_owner_copies, only: owner_copies_type
-  use qsmpm_place_movers, only: choose_movers
   use qsmpm_ring_exchange, only: list_neighbours
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outline_surfaces, only: lay_surfaces
@@ -39,7 +38,7 @@ module qsmpm_initialisation
   use qsmpm_team, only: team_type, total
   use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints
   use qsmpm_safety_factors, only: is_searching
-  use qsmpm_term_sums, only: start_terms, prepare_terms, are_symmetric
+  use qsmpm_term_sums, only: prepare_terms
   use qsmpm_unloading, only: measure_unloading
   use qsmpm_unknowns, only: unknowns_type, fields_of_equations, most_components, all_nodes
   implicit none
@@ -113,9 +112,12 @@ contains
   subroutine begin_analysis(model, terms)
     type(model_type), intent(inout) :: model
     type(term_slot_type), allocatable, intent(inout) :: terms(:)
+    integer :: t
 
     call make_terms(model, terms)
-    call start_terms(terms, model)
+    do t = 1, size(terms)
+      call terms(t)%term%start(model)
+    end do
     call lay_fields(terms, model)
   end subroutine begin_analysis
 
@@ -156,7 +158,7 @@ contains
     step%own = spread(step%team%rank == 0, 1, all_nodes(step%unknowns))
     step%own(:model%space%node_count) = own_of(model%part%nodes, model%space%node_count)
     step%equations%symmetric = .not. any_of(step%team, .not. is_symmetric(model, step%terms))
-    call choose_kind(model, step, connectivity, constrained)
+    call choose_kind(constrained)
     call switch_timer(step%profile%watch, part_analysis)
     call find_places(model, all_nodes(step%unknowns), places)
     call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error, places)
@@ -164,10 +166,54 @@ contains
     if (allocated(error)) return
     step%node_copies = model%part%node_copies
     step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count, step%own)
-    call start_solver(model, step, changed, places, error)
+    call start_solver()
     if (allocated(error)) return
     call switch_timer(step%profile%watch, part_initialisation)
     call note_sizes(model%state%points%count, step%activation%active_count, step%equations, step%profile)
+
+  contains
+
+    !> What will solve; the first process knows what has failed so far.
+    subroutine choose_kind(constrained)
+      !> Constrained components (dimension, nodes).
+      logical, intent(in) :: constrained(:, :)
+      integer(long) :: kind(1), own_equations
+      logical :: active(size(constrained, 2))
+
+      kind = kind_for(step%system, solver_choice(model))
+      call spread_from(step%team, 0, kind)
+      step%equations%solver_kind = int(kind(1))
+      if (step%team%ranks == 1) return
+      active = .false.
+      active(connectivity%nodes) = .true.
+      own_equations = count(.not. constrained .and. spread(active .and. step%own, 1, size(constrained, 1)))
+      if (solve_together(step%equations%solver_kind, total(step%team, own_equations), step%equations%symmetric, &
+        model%mesh%dimension)) step%equations%solver_kind = solver_petsc
+    end subroutine choose_kind
+
+    !> Make a solver where the pattern or what will solve is new, on any process; it is the first one that solves.
+    subroutine start_solver()
+      integer, allocatable :: labels(:), owners(:)
+      logical :: anew
+      integer :: a
+
+      anew = changed
+      if (step%team%rank == 0) anew = anew .or. (step%system%symmetric .neqv. step%equations%symmetric) .or. &
+        .not. (allocated(step%system%solver) .or. step%joint%together)
+      call begin_joint_system(step%joint)
+      if (.not. any_of(step%team, anew)) return
+      if (step%team%ranks == 1) then
+        call start_system(step%system, solver_choice(model), step%matrix, step%equations%bandwidth, &
+          step%equations%symmetric, model%mesh%dimension, error, step%equations%number, places)
+      else
+        ! What belongs to no node has a negative name and is the first process's.
+        labels = [(node_label(model%space, model%mesh, a), a=1, model%space%node_count), &
+          (model%space%node_count - a, a=model%space%node_count + 1, all_nodes(step%unknowns))]
+        owners = [node_owners(model), spread(0, 1, all_nodes(step%unknowns) - model%space%node_count)]
+        call start_joint_system(step%joint, step%team, step%system, solver_choice(model), step%equations, step%matrix, &
+          labels, owners, places, error)
+      end if
+    end subroutine start_solver
   end subroutine initialise_step
 
   !> The configuration at the start of a step, and the terms ready for it.
@@ -194,28 +240,6 @@ contains
       connectivity)
   end subroutine ready_terms
 
-  !> What will solve; the first process knows what has failed so far.
-  subroutine choose_kind(model, step, connectivity, constrained)
-    type(model_type), intent(in) :: model
-    type(step_type), intent(inout) :: step
-    !> Node lists that couple.
-    type(connectivity_type), intent(in) :: connectivity
-    !> Constrained components (dimension, nodes).
-    logical, intent(in) :: constrained(:, :)
-    integer(long) :: kind(1), own_equations
-    logical :: active(size(constrained, 2))
-
-    kind = kind_for(step%system, solver_choice(model))
-    call spread_from(step%team, 0, kind)
-    step%equations%solver_kind = int(kind(1))
-    if (step%team%ranks == 1) return
-    active = .false.
-    active(connectivity%nodes) = .true.
-    own_equations = count(.not. constrained .and. spread(active .and. step%own, 1, size(constrained, 1)))
-    if (solve_together(step%equations%solver_kind, total(step%team, own_equations), step%equations%symmetric, &
-      model%mesh%dimension)) step%equations%solver_kind = solver_petsc
-  end subroutine choose_kind
-
   !> What the deck asks for; AUTO takes no multigrid where a material of the phase nearly keeps its volume.
   pure type(solver_choice_type) function solver_choice(model) result(choice)
     type(model_type), intent(in) :: model
@@ -230,37 +254,6 @@ contains
       if (active(m) .and. traits%poisson > most_poisson) choice%multigrid = .false.
     end do
   end function solver_choice
-
-  !> Make a solver where the pattern or what will solve is new, on any process; it is the first one that solves.
-  subroutine start_solver(model, step, changed, places, error)
-    type(model_type), intent(in) :: model
-    type(step_type), intent(inout) :: step
-    !> The pattern of this process is new.
-    logical, intent(in) :: changed
-    !> Of the nodes (dimension, nodes).
-    real(wp), allocatable, intent(in) :: places(:, :)
-    type(error_type), allocatable, intent(out) :: error
-    integer, allocatable :: labels(:), owners(:)
-    logical :: anew
-    integer :: a
-
-    anew = changed
-    if (step%team%rank == 0) anew = anew .or. (step%system%symmetric .neqv. step%equations%symmetric) .or. &
-      .not. (allocated(step%system%solver) .or. step%joint%together)
-    call begin_joint_system(step%joint)
-    if (.not. any_of(step%team, anew)) return
-    if (step%team%ranks == 1) then
-      call start_system(step%system, solver_choice(model), step%matrix, step%equations%bandwidth, &
-        step%equations%symmetric, model%mesh%dimension, error, step%equations%number, places)
-    else
-      ! What belongs to no node has a negative name and is the first process's.
-      labels = [(node_label(model%space, model%mesh, a), a=1, model%space%node_count), &
-        (model%space%node_count - a, a=model%space%node_count + 1, all_nodes(step%unknowns))]
-      owners = [node_owners(model), spread(0, 1, all_nodes(step%unknowns) - model%space%node_count)]
-      call start_joint_system(step%joint, step%team, step%system, solver_choice(model), step%equations, step%matrix, &
-        labels, owners, places, error)
-    end if
-  end subroutine start_solver
 
   !> Where the nodes are, unless they move: an order that follows from their places would be another one in a run that
   !> is continued. Unknowns that belong to no node are put at the origin.
@@ -334,8 +327,9 @@ contains
   pure logical function is_symmetric(model, terms)
     type(model_type), intent(in) :: model
     type(term_slot_type), intent(in) :: terms(:)
+    integer :: t
 
-    is_symmetric = are_symmetric(terms) .and. .not. is_searching(model)
+    is_symmetric = all([(terms(t)%term%symmetric, t=1, size(terms))]) .and. .not. is_searching(model)
     if (model%analysis%phases(model%state%progress%phase)%controls%newton == newton_modified) is_symmetric = .true.
   end function is_symmetric
 end module qsmpm_initialisation

@@ -7,6 +7,9 @@
 !> material: what is solved is the value at the end of the step. What a term must remember of the material (the field
 !> at the start of the step, of which a rate is formed) rides on the material points, in an array of the term's own, as
 !> stresses do.
+!>
+!> How many equations a model has in its present phase, counted without making them: free components
+!> of the functions that reach into cells with points.
 module qsmpm_nodal_fields
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_other
@@ -14,12 +17,15 @@ module qsmpm_nodal_fields
   use qsmpm_model, only: model_type
   use qsmpm_team, only: team_type, total
   use qsmpm_term, only: term_slot_type
-  use qsmpm_unknowns, only: unknowns_type, nodal_field_type, add_field, find_field, join_constraints, &
-    most_components, all_nodes, put_values, values_of
+  use qsmpm_unknowns, only: unknowns_type, nodal_field_type, add_field, find_field, join_constraints, most_components, &
+    all_nodes, put_values, values_of
+  use qsmpm_space, only: cell_nodes_of_space, most_functions
+  use qsmpm_phase_start, only: resume_phase
   implicit none
   private
 
-  public :: list_unknowns, lay_fields, find_constraints, find_prescribed, add_shares, keep_changes
+  public :: list_unknowns, lay_fields, find_constraints, find_prescribed, add_shares, keep_changes, count_equations, &
+    count_node_equations
 
   !> Names of what is kept of a field beside its values.
   character(len=*), parameter, public :: rate_of = 'rate of ', substep_of = 'sub-step of '
@@ -64,7 +70,7 @@ contains
     if (nodes_of == 0) nodes_of = model%space%node_count
   end function nodes_of
 
-  !> Nodal values of the fields, zero where the terms have laid none, and what qsmpm_extrapolation keeps of each.
+  !> Nodal values of the fields, zero where the terms have laid none, and what qsmpm_step_goal keeps of each.
   subroutine lay_fields(terms, model)
     type(term_slot_type), intent(in) :: terms(:)
     type(model_type), intent(inout) :: model
@@ -196,4 +202,40 @@ contains
       end associate
     end do
   end subroutine keep_changes
+
+  !> Count them; averaged functions may reach a cell further than is seen here.
+  subroutine count_equations(model, count)
+    !> The model; gets the loads and constraints of its phase.
+    type(model_type), intent(inout) :: model
+    !> Number of equations.
+    integer, intent(out) :: count
+    integer :: equations(model%space%node_count)
+
+    call count_node_equations(model, equations)
+    count = sum(equations)
+  end subroutine count_equations
+
+  !> Those of each node.
+  subroutine count_node_equations(model, equations)
+    !> As above.
+    type(model_type), intent(inout) :: model
+    !> (nodes of the space)
+    integer, intent(out) :: equations(:)
+    logical :: held(model%mesh%cell_count), active(model%space%node_count)
+    integer :: nodes(most_functions), c, n, a
+
+    call resume_phase(model)
+    held = .false.
+    held(model%state%points%cell) = .true.
+    active = .false.
+    do c = 1, model%mesh%cell_count
+      if (.not. held(c)) cycle
+      call cell_nodes_of_space(model%space, model%mesh, c, nodes, n)
+      active(nodes(:n)) = .true.
+    end do
+    equations = 0
+    do a = 1, model%space%node_count
+      if (active(a)) equations(a) = model%mesh%dimension - count(model%loading%constrained(:, a))
+    end do
+  end subroutine count_node_equations
 end module qsmpm_nodal_fields

@@ -12,7 +12,7 @@ module qsmpm_step_evaluation
   use qsmpm_stopwatch, only: switch_timer, part_control, part_evaluation
   use qsmpm_team, only: team_type, smallest
   use qsmpm_term, only: failure_type, role_external, role_internal, role_numerical
-  use qsmpm_term_sums, only: evaluate_terms, judge_terms, sum_forces, linear_forces, evaluated_points
+  use qsmpm_term_sums, only: evaluate_terms, sum_forces, linear_forces
   implicit none
   private
 
@@ -31,14 +31,20 @@ contains
     integer, intent(in) :: tangent
     !> Displacements whose linear force is wanted (components, nodes).
     real(wp), intent(in), optional :: prescribed(:, :)
+    integer :: t
 
     call switch_timer(step%profile%watch, part_evaluation)
     call evaluate_terms(step%terms, model, step%configuration_type, displacement, tangent, step%equations, &
       step%matrix, step%failure, prescribed)
     call switch_timer(step%profile%watch, part_control)
-    call count_evaluation(step%profile, evaluated_points(step%terms))
+    call count_evaluation(step%profile, sum([(step%terms(t)%term%point_count, t=1, size(step%terms))]))
     call agree_on_failure(step%team, step%failure)
-    if (.not. step%failure%failed) call judge_terms(step%terms, model, displacement, step%failure)
+    if (step%failure%failed) return
+    do t = 1, size(step%terms)
+      associate (term => step%terms(t)%term)
+        call term%judge(model, displacement(:term%rows, :term%columns), step%failure)
+      end associate
+    end do
     if (step%failure%failed) return
     call sum_forces(step%terms, role_external, displacement, step%forces%external)
     call sum_forces(step%terms, role_internal, displacement, step%forces%internal)

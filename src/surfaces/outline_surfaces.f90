@@ -11,7 +11,6 @@ module qsmpm_outline_surfaces
   use qsmpm_carried_outline, only: carried_outline_type, shape_of_outline
   use qsmpm_cell_numbers, only: whole_cells
   use qsmpm_error, only: error_type, fail, error_other
-  use qsmpm_facet_seeding, only: seed_facets
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: place_seeds
@@ -19,12 +18,12 @@ module qsmpm_outline_surfaces
   use qsmpm_outlines, only: measures
   use qsmpm_own_marks, only: mark_own_surface
   use qsmpm_own_part, only: own_cells
-  use qsmpm_point_selection, only: select_surface_points, append_surface_points
+  use qsmpm_point_selection, only: keep_chosen, append_points
   use qsmpm_points, only: surface_points_type, allocate_surface_points, set_normals
   use qsmpm_ring_exchange, only: near_cells
   use qsmpm_seed_list, only: seed_list_type
-  use qsmpm_seed_numbers, only: number_jointly
-  use qsmpm_surface_seeding, only: seed_segment
+  use qsmpm_seed_table, only: number_jointly
+  use qsmpm_surface_seeding, only: seed_segment, seed_facets
   use qsmpm_team, only: largest
   implicit none
   private
@@ -221,11 +220,11 @@ contains
     integer(long), intent(in) :: number(:)
     !> Whose points go (surfaces of the deck).
     logical, intent(in) :: replaced(:)
-    type(surface_points_type) :: new, near, now
+    type(surface_points_type) :: new
     integer :: i
 
     associate (old => model%state%surface)
-      call select_surface_points(old, pack([(i, i=1, old%count)], .not. replaced(old%surface)), now)
+      call keep_chosen(old, pack([(i, i=1, old%count)], .not. replaced(old%surface)))
     end associate
     associate (list => laid%list)
       call allocate_surface_points(new, model%mesh%dimension, list%count)
@@ -238,9 +237,8 @@ contains
       end if
       call set_normals(new, [(.true., i=1, list%count)])
     end associate
-    call select_surface_points(new, chosen, near)
-    near%number = number
-    call append_surface_points(near, now)
-    model%state%surface = now
+    call keep_chosen(new, chosen)
+    new%number = number
+    call append_points(new, model%state%surface)
   end subroutine replace_points
 end module qsmpm_outline_surfaces

@@ -34,7 +34,7 @@ module qsmpm_outlines
   use qsmpm_seeding, only: seed_body
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_seed_table, only: seed_table_type
-  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_cell_share, only: cell_volumes
   use qsmpm_agreement, only: any_of
   use qsmpm_own_part, only: own_cells, own_of
   use qsmpm_team, only: largest, smallest, total

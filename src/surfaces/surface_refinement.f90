@@ -11,7 +11,7 @@ module qsmpm_surface_refinement
   use qsmpm_mesh_measure, only: cell_size
   use qsmpm_mesh_search, only: locate
   use qsmpm_model, only: model_type
-  use qsmpm_point_selection, only: select_surface_points
+  use qsmpm_point_selection, only: select_points, keep_chosen
   use qsmpm_points, only: surface_points_type
   use qsmpm_own_part, only: own_of
   implicit none
@@ -153,7 +153,7 @@ contains
       long(i) = all(found)
     end do
     if (.not. any(long)) return
-    call select_surface_points(model%state%surface, [(spread(i, 1, merge(2, 1, long(i))), i=1, size(long))], finer)
+    call select_points(model%state%surface, [(spread(i, 1, merge(2, 1, long(i))), i=1, size(long))], finer)
     highest = maxval(finer%number)
     n = 0
     do i = 1, size(long)
@@ -196,7 +196,6 @@ contains
   subroutine join_short(model, chosen)
     type(model_type), intent(inout) :: model
     logical, intent(in) :: chosen(:)
-    type(surface_points_type) :: coarser
     logical :: gone(size(chosen)), found
     real(wp) :: lengths(2), local(2)
     integer :: i, k, cell
@@ -217,8 +216,7 @@ contains
       gone(i) = .true.
     end do
     if (.not. any(gone)) return
-    call select_surface_points(model%state%surface, pack([(i, i=1, size(gone))], .not. gone), coarser)
-    model%state%surface = coarser
+    call keep_chosen(model%state%surface, pack([(i, i=1, size(gone))], .not. gone))
   end subroutine join_short
 
   !> Neighbour of a point on its surface, the nearest there is; 0 where none is as near as two neighbours are, looks the

@@ -168,35 +168,16 @@ contains
       x = matmul(corner(:, :n), functions(:n))
       if (element_order(mesh%cell_kind(cell)) == 2) then
         call shape_second_gradients(mesh%cell_kind(cell), local, second(:, :, :n))
-        direction = local_direction(mesh%cell_kind(cell), gradients(:, :n), normal)
+        ! Derivative of the local coordinates along the normal (straight-edged cells): they are fields of the element
+        ! whose nodal values are the places of its nodes.
+        direction = matmul(local_nodes(mesh%cell_kind(cell)), matmul(normal, gradients(:, :n)))
       end if
       do a = 1, n
-        place = place_of(own(a), nodes)
+        place = findloc(nodes, own(a), dim=1)
         first_jump(place) = first_jump(place) + sign_of_side*dot_product(gradients(:, a), normal)
         if (element_order(mesh%cell_kind(cell)) == 2) second_jump(place) = second_jump(place) &
           + sign_of_side*dot_product(direction, matmul(second(:, :, a), direction))
       end do
     end associate
   end subroutine add_jumps
-
-  !> Place of a node in a list that holds it.
-  pure integer function place_of(node, nodes) result(place)
-    integer, intent(in) :: node, nodes(:)
-
-    place = findloc(nodes, node, dim=1)
-  end function place_of
-
-  !> Derivative of the local coordinates along a direction in space (straight-edged cells): the
-  !> local coordinates are fields of the element whose nodal values are the places of its nodes.
-  pure function local_direction(kind, gradients, normal) result(direction)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Derivatives of the shape functions in space (dimension, n).
-    real(wp), intent(in) :: gradients(:, :)
-    !> Direction in space (dimension).
-    real(wp), intent(in) :: normal(:)
-    real(wp) :: direction(size(normal))
-
-    direction = matmul(local_nodes(kind), matmul(normal, gradients))
-  end function local_direction
 end module qsmpm_element_ghost

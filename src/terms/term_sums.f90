@@ -6,7 +6,6 @@ module qsmpm_term_sums
   use qsmpm_configuration, only: configuration_type
   use qsmpm_equations, only: equations_type
   use qsmpm_finite, only: is_usable
-  use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
@@ -19,26 +18,13 @@ module qsmpm_term_sums
   implicit none
   private
 
-  public :: start_terms, prepare_terms, begin_terms, set_loads, evaluate_terms, judge_terms, sum_forces, &
-    add_all_blocks, linear_forces, sum_field_sizes, sum_force_sizes, &
-    measure_shares, share_names, find_unusable, are_symmetric, evaluated_points, mark_anchored, keep_nodal_of_terms, &
-    commit_terms, discard_terms
+  public :: prepare_terms, begin_terms, set_loads, evaluate_terms, sum_forces, add_all_blocks, linear_forces, &
+    sum_field_sizes, sum_force_sizes, measure_shares, share_names, find_unusable, commit_terms, discard_terms
 
   !> Kinds of forces beside the roles of terms: those that a step is accepted without, those of rigid bodies.
   integer, parameter, public :: forces_transient = -1, forces_of_bodies = -2
 
 contains
-
-  !> Lay what the terms keep into the state.
-  subroutine start_terms(terms, model)
-    type(term_slot_type), intent(in) :: terms(:)
-    type(model_type), intent(inout) :: model
-    integer :: t
-
-    do t = 1, size(terms)
-      call terms(t)%term%start(model)
-    end do
-  end subroutine start_terms
 
   !> Make the terms ready for a step; they give their node lists, one behind the other.
   subroutine prepare_terms(model, configuration, unknowns, terms, connectivity)
@@ -128,23 +114,6 @@ contains
       if (failure%failed) return
     end do
   end subroutine evaluate_terms
-
-  !> Judge what all processes of a team have evaluated.
-  subroutine judge_terms(terms, model, displacement, failure)
-    type(term_slot_type), intent(in) :: terms(:)
-    type(model_type), intent(in) :: model
-    !> (components, nodes)
-    real(wp), intent(in) :: displacement(:, :)
-    !> Of the last term that fails.
-    type(failure_type), intent(inout) :: failure
-    integer :: t
-
-    do t = 1, size(terms)
-      associate (term => terms(t)%term)
-        call term%judge(model, displacement(:term%rows, :term%columns), failure)
-      end associate
-    end do
-  end subroutine judge_terms
 
   !> Force of all terms of one role, or of another kind.
   subroutine sum_forces(terms, kind, displacement, force)
@@ -267,7 +236,7 @@ contains
     integer :: t, n
 
     call sum_force_sizes(terms, team, own, copies, sizes)
-    allocate (shares(count_shares(terms)))
+    allocate (shares(count([(allocated(terms(t)%term%share_name), t=1, size(terms))])))
     n = 0
     do t = 1, size(terms)
       if (.not. allocated(terms(t)%term%share_name)) cycle
@@ -278,14 +247,6 @@ contains
       call join_share(team, shares(n))
     end do
   end subroutine measure_shares
-
-  !> Terms that have a share.
-  pure integer function count_shares(terms)
-    type(term_slot_type), intent(in) :: terms(:)
-    integer :: t
-
-    count_shares = count([(allocated(terms(t)%term%share_name), t=1, size(terms))])
-  end function count_shares
 
   !> Columns of curves.csv for the shares, a comma in front of each.
   pure function share_names(terms) result(names)
@@ -320,52 +281,6 @@ contains
       return
     end do
   end subroutine find_unusable
-
-  !> Whether the blocks of all terms are symmetric.
-  pure logical function are_symmetric(terms)
-    type(term_slot_type), intent(in) :: terms(:)
-    integer :: t
-
-    are_symmetric = all([(terms(t)%term%symmetric, t=1, size(terms))])
-  end function are_symmetric
-
-  !> Points whose stress an evaluation updates.
-  pure integer function evaluated_points(terms) result(points)
-    type(term_slot_type), intent(in) :: terms(:)
-    integer :: t
-
-    points = sum([(terms(t)%term%point_count, t=1, size(terms))])
-  end function evaluated_points
-
-  !> Mark the nodes that a term holds against the ground.
-  pure subroutine mark_anchored(terms, anchored)
-    type(term_slot_type), intent(in) :: terms(:)
-    !> (nodes)
-    logical, intent(inout) :: anchored(:)
-    integer :: t
-
-    do t = 1, size(terms)
-      associate (term => terms(t)%term)
-        if (term%anchors .and. term%connectivity%count > 0) &
-          anchored(pack(term%connectivity%nodes, term%connectivity%nodes <= size(anchored))) = .true.
-      end associate
-    end do
-  end subroutine mark_anchored
-
-  !> The solve is taken, nodes are numbered as before.
-  subroutine keep_nodal_of_terms(terms, displacement, kept)
-    type(term_slot_type), intent(in) :: terms(:)
-    !> (components, nodes)
-    real(wp), intent(in) :: displacement(:, :)
-    type(kept_arrays_type), intent(inout) :: kept
-    integer :: t
-
-    do t = 1, size(terms)
-      associate (term => terms(t)%term)
-        call term%keep_nodal(displacement(:term%rows, :term%columns), kept)
-      end associate
-    end do
-  end subroutine keep_nodal_of_terms
 
   !> The solve is taken.
   subroutine commit_terms(terms, displacement, model)

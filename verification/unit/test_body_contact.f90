@@ -4,10 +4,9 @@ module test_body_contact
   use qsmpm_analysis, only: analysis_type
   use qsmpm_phase_description, only: initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
-  use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
   use qsmpm_contact_report, only: contact_check_type, begin_contact_check, end_contact_check
-  use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on
+  use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on, widest_gap
   use qsmpm_contact_scratch, only: keep_contact_points
   use qsmpm_contacts, only: contacts_type
   use qsmpm_penetration, only: put_back

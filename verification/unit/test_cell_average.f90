@@ -7,7 +7,7 @@ module test_cell_average
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: interpolate
   use qsmpm_element, only: shape_functions, element_order
-  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_cell_share, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even
   use qsmpm_point_location, only: activation_type

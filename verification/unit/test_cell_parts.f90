@@ -4,7 +4,7 @@ module test_cell_parts
   use qsmpm_cell_parts, only: part_owners_type, cells_graph, own_all_cells
   use qsmpm_element, only: tri3
   use qsmpm_error, only: error_type
-  use qsmpm_graph_parts, only: part_graph
+  use qsmpm_node_ordering, only: part_graph
   use qsmpm_grid, only: grid_type, make_grid
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type

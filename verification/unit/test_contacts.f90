@@ -6,10 +6,9 @@ module test_contacts
   use qsmpm_analysis, only: analysis_type, plane_strain, axisymmetric, three_dimensional
   use qsmpm_phase_description, only: initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type
-  use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
-  use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on, penetration_type
+  use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on, penetration_type, widest_gap
   use qsmpm_contacts, only: contacts_type, bodies_at_end
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_diagnostics, only: diagnostics_type

@@ -6,7 +6,7 @@ module test_cut_cells
   use qsmpm_error, only: error_type
   use qsmpm_element, only: element_geometry, full_rule, max_nodes
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_cell_measure, only: volume_of
+  use qsmpm_cell_share, only: volume_of
   use qsmpm_polygon, only: polygon_area, polygon_centroid, polygon_second
   use qsmpm_polyhedron, only: make_polyhedron
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even

@@ -24,7 +24,7 @@ module test_free_surface
   use qsmpm_term, only: increment_type, term_type
   use qsmpm_term_sums, only: begin_terms, set_loads
   use qsmpm_unknowns, only: find_field, joint_node
-  use qsmpm_water_start, only: hold_water_start
+  use qsmpm_initial_balance, only: hold_water_start
   use deck_samples, only: joined
   use term_samples, only: force_named, matrix_and_difference, term_named, waves
   use testing, only: tests_type

@@ -9,7 +9,7 @@ module test_integration
   use qsmpm_sorting, only: sort
   use qsmpm_line_rule, only: line_gauss
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_cell_share, only: cell_volumes
   use qsmpm_points, only: points_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type, shape_values_type, functions_at, node_position

@@ -6,7 +6,7 @@ module test_load_step
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type, error_left_mesh
-  use qsmpm_constant_load_test, only: test_constant_load
+  use qsmpm_stepping, only: test_constant_load
   use qsmpm_initialisation, only: step_type, begin_analysis
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_linear_system, only: end_system

@@ -24,7 +24,7 @@ module test_output
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close
   use qsmpm_restart, only: write_restart, read_restart, text_fingerprint
   use scratch_folder, only: make_folder, remove_folder
-  use qsmpm_safety_files, only: write_safety
+  use qsmpm_picture_list, only: write_safety
   use qsmpm_stress_error, only: stress_error_type
   use qsmpm_summary, only: summary_table, write_summary
   implicit none

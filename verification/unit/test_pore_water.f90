@@ -7,11 +7,10 @@ module test_pore_water
   use qsmpm_error, only: error_type
   use qsmpm_field_list, only: field_list_type
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_made_fields, only: list_made_fields
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_points, only: points_type, allocate_points, start_water
+  use qsmpm_points, only: points_type, allocate_points, start_water, list_made_fields
   use qsmpm_pore_water, only: update_pore_pressure
   use qsmpm_reduction, only: reduce_column, reduce_mirror
   use qsmpm_stages, only: cut_stage

@@ -18,7 +18,7 @@ module test_restart_rows
   use qsmpm_phase_start, only: start_phase
   use qsmpm_model_window, only: lay_window
   use qsmpm_points, only: points_type, surface_points_type, allocate_watched
-  use qsmpm_point_selection, only: select_points, select_surface_points
+  use qsmpm_point_selection, only: select_points
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_restart_division, only: read_divided
   use qsmpm_restart_rows, only: put_own
@@ -192,7 +192,7 @@ contains
     type(surface_points_type) :: turned
     integer :: p
 
-    call select_surface_points(points, [(p, p=points%count, 1, -1)], turned)
+    call select_points(points, [(p, p=points%count, 1, -1)], turned)
     points = turned
   end subroutine turn_surface_round
 

@@ -6,15 +6,13 @@ module test_scene
   use qsmpm_load_description, only: water_level_type
   use qsmpm_mesh_description, only: mesh_file, mesh_fitted
   use qsmpm_carried_cards, only: not_carried, note_card
-  use qsmpm_column, only: require_column
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_prismatic, only: require_prismatic
   use qsmpm_reduction, only: expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, reduce_column, &
     reduce_mirror
-  use qsmpm_scene, only: reduce_scene
+  use qsmpm_scene, only: reduce_scene, check_text
   use qsmpm_sharing_limits, only: refuse_sharing
   use deck_samples, only: joined
   use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, pressed_slice, pressed_layers, &
@@ -201,34 +199,43 @@ contains
     class(analysis_type), allocatable :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: reason
     type(water_level_type), allocatable :: level
 
     allocate (analysis)
     call parse_deck('test.inp', slice_deck(), analysis, messages, error)
-    call require_prismatic(analysis, reason)
-    call tests%check('a slice is prismatic', .not. allocated(reason))
+    call tests%check('a slice is prismatic', verdict(analysis, reduce_prismatic) == 'used')
     analysis%bodies(1)%points_per_element = 5
-    call require_prismatic(analysis, reason)
-    if (.not. allocated(reason)) reason = ''
-    call tests%check('five points a brick are unknown', index(reason, 'no such number of points') > 0)
+    call tests%check('five points a brick are unknown', &
+      index(verdict(analysis, reduce_prismatic), 'no such number of points') > 0)
     analysis%bodies(1)%points_per_element = 8
     analysis%mesh%kind = mesh_file
-    call require_prismatic(analysis, reason)
-    if (.not. allocated(reason)) reason = ''
-    call tests%check('nothing is known of a mesh file', index(reason, 'the mesh is no *GRID') > 0)
+    call tests%check('nothing is known of a mesh file', &
+      index(verdict(analysis, reduce_prismatic), 'the mesh is no *GRID') > 0)
     analysis%mesh%kind = mesh_fitted
-    call require_prismatic(analysis, reason)
-    if (.not. allocated(reason)) reason = ''
-    call tests%check('nor of triangles that fit, which is told as such', index(reason, 'triangles that fit the bodies') > 0)
+    call tests%check('nor of triangles that fit, which is told as such', &
+      index(verdict(analysis, reduce_prismatic), 'triangles that fit the bodies') > 0)
     analysis%mesh%kind = mesh_file
     allocate (level)
     level%line = reshape([0.0_wp, 1.0_wp], [2, 1])
     analysis%phases(1)%water_levels = [level]
     analysis%model = plane_strain
-    call require_column(analysis, reason)
-    if (.not. allocated(reason)) reason = ''
-    call tests%check('nor of one under water', index(reason, 'the mesh is no *GRID') > 0)
+    call tests%check('nor of one under water', index(verdict(analysis, reduce_column), 'the mesh is no *GRID') > 0)
+
+  contains
+
+    !> What is found of a reduction.
+    function verdict(analysis, kind) result(text)
+      type(analysis_type), intent(in) :: analysis
+      integer, intent(in) :: kind
+      character(len=:), allocatable :: text
+      class(analysis_type), allocatable :: model
+      type(expansion_type) :: expansion
+      type(reduction_check_type), allocatable :: checks(:)
+
+      allocate (model)
+      call reduce_scene(analysis, model, expansion, checks)
+      text = check_text(checks(findloc(checks%kind, kind, dim=1)))
+    end function verdict
   end subroutine check_number_of_points
 
   !> Histories that the plane cannot tell keep the scene as it is.

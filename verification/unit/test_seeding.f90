@@ -4,7 +4,7 @@ module test_seeding
   use qsmpm_kinds, only: wp, pi
   use qsmpm_error, only: error_type
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_cell_share, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even
   use qsmpm_point_location, only: activation_type

@@ -7,7 +7,7 @@ module test_spline_ghost
   use active_samples, only: activate
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_cell_share, only: cell_volumes
   use qsmpm_points, only: points_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type

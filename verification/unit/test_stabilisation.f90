@@ -3,7 +3,7 @@ module test_stabilisation
   use active_samples, only: activate
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_cell_share, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
   use qsmpm_point_location, only: activation_type
   use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force

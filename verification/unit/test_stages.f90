@@ -7,7 +7,7 @@ module test_stages
   use qsmpm_convection, only: convect, longest_move
   use qsmpm_element, only: node_count
   use qsmpm_element_shape, only: shape_functions
-  use qsmpm_lift_feet, only: lift_feet_type, stretch_over, height_over
+  use qsmpm_inactive_points, only: lift_feet_type, stretch_over, height_over
   use qsmpm_phase_start, only: start_phase
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_kinds, only: long

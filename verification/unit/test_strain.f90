@@ -7,9 +7,8 @@ module test_strain
   use qsmpm_field_list, only: field_list_type
   use qsmpm_file, only: read_text, file_exists
   use qsmpm_kinds, only: wp
-  use qsmpm_made_fields, only: list_made_fields
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_points, only: carries_strains
+  use qsmpm_points, only: carries_strains, list_made_fields
   use qsmpm_isotropic_function, only: deform, logarithmic_strain, plastic_shear_increment, shear_strain, volume_strain
   use qsmpm_tensor, only: identity, pack_gradient, pack_symmetric
   use deck_samples, only: joined

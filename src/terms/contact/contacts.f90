@@ -11,7 +11,7 @@
 !> points ride on the soil: g is the whole gap. Points on the body are at no distance from it at the start of each step:
 !> g is what the step opens. A body that is loaded along an axis is a node of its own there (field `body_motion`), with
 !> N = -1 at all its places; its equation is load - sum of its pushes = 0. In plane strain the angle of one that is
-!> loaded by a moment is another (field `body_turning`, qsmpm_contact_turning), judged by the moments. Pose, force and
+!> loaded by a moment is another (field `body_turning`, qsmpm_contact_push), judged by the moments. Pose, force and
 !> moment of a body are kept (qsmpm_rigid_bodies). docs/methods/contact.md.
 !>
 !> Where a team shares the model a patch pushes at the nodes on every process that knows it; what it does to its body is
@@ -243,39 +243,49 @@ contains
     associate (scratch => self%scratch)
       do c = 1, size(scratch%pairs)
         associate (b => scratch%pairs(c)%body)
-          call check_motion(self, model, b, scratch%before(b)%reference + scratch%before(b)%pose%displacement, failure)
+          call check_motion(b, scratch%before(b)%reference + scratch%before(b)%pose%displacement)
         end associate
       end do
       do c = 1, scratch%patches%count
         do k = scratch%patches%first(c), scratch%patches%first(c + 1) - 1
-          call check_motion(self, model, scratch%pairs(scratch%patches%pair(c))%body, scratch%place(:, k), failure)
+          call check_motion(scratch%pairs(scratch%patches%pair(c))%body, scratch%place(:, k))
         end do
-        call check_number(self, model, c, displacement, failure)
+        call check_number()
       end do
     end associate
+
+  contains
+
+    !> Fail where gap or slip of a patch are no numbers: as a pressure they would be 0, and the contact silent.
+    subroutine check_number()
+      type(tractions_type) :: tractions
+      type(place_measure_type) :: measure(self%scratch%patches%first(c):self%scratch%patches%first(c + 1) - 1)
+      real(wp) :: gap, slip(3)
+
+      call tractions_of_patch(self%scratch, c, displacement, measure, tractions, gap, slip)
+      if (all(abs([gap, slip, tractions%pressure, tractions%shear]) <= huge(gap))) return
+      failure%failed = .true.
+      associate (x => self%scratch%place(:, self%scratch%patches%first(c)), pair => self%scratch%patches%pair(c))
+        failure%reason = "contact of rigid body '"//model%analysis%rigid_bodies(self%scratch%pairs(pair)%body)%name// &
+          "' at ("//real_text(x(1))//', '//real_text(x(2))//', '//real_text(x(3))// &
+          '): gap, slip or pressure are no numbers'
+      end associate
+    end subroutine check_number
+
+    !> Fail where a place that rides on a body moves too far.
+    subroutine check_motion(b, x)
+      integer, intent(in) :: b
+      real(wp), intent(in) :: x(3)
+
+      associate (before => self%scratch%before(b), final => self%scratch%final(b))
+        if (.not. norm2(carry_along(before%reference, before%pose, final%pose, x) - x) &
+          > largest_motion*model%cell_size) return
+      end associate
+      failure%failed = .true.
+      failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' moves by more than "// &
+        real_text(largest_motion)//' cells in one step; more STEPS'
+    end subroutine check_motion
   end subroutine evaluate
-
-  !> Fail where gap or slip of a patch are no numbers: as a pressure they would be 0, and the contact silent.
-  subroutine check_number(self, model, c, displacement, failure)
-    class(contacts_type), intent(in) :: self
-    type(model_type), intent(in) :: model
-    !> The patch.
-    integer, intent(in) :: c
-    real(wp), intent(in) :: displacement(:, :)
-    type(failure_type), intent(inout) :: failure
-    type(tractions_type) :: tractions
-    type(place_measure_type) :: measure(self%scratch%patches%first(c):self%scratch%patches%first(c + 1) - 1)
-    real(wp) :: gap, slip(3)
-
-    call tractions_of_patch(self%scratch, c, displacement, measure, tractions, gap, slip)
-    if (all(abs([gap, slip, tractions%pressure, tractions%shear]) <= huge(gap))) return
-    failure%failed = .true.
-    associate (x => self%scratch%place(:, self%scratch%patches%first(c)), pair => self%scratch%patches%pair(c))
-      failure%reason = "contact of rigid body '"//model%analysis%rigid_bodies(self%scratch%pairs(pair)%body)%name// &
-        "' at ("//real_text(x(1))//', '//real_text(x(2))//', '//real_text(x(3))// &
-        '): gap, slip or pressure are no numbers'
-    end associate
-  end subroutine check_number
 
   !> Whether a body moves in the step by what is asked of it.
   pure logical function has_moved(scratch)
@@ -344,23 +354,6 @@ contains
       end do
     end associate
   end function touches_soil
-
-  !> Fail where a place that rides on a body moves too far.
-  subroutine check_motion(self, model, b, x, failure)
-    class(contacts_type), intent(in) :: self
-    type(model_type), intent(in) :: model
-    integer, intent(in) :: b
-    real(wp), intent(in) :: x(3)
-    type(failure_type), intent(inout) :: failure
-
-    associate (before => self%scratch%before(b), final => self%scratch%final(b))
-      if (.not. norm2(carry_along(before%reference, before%pose, final%pose, x) - x) &
-        > largest_motion*model%cell_size) return
-    end associate
-    failure%failed = .true.
-    failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' moves by more than "// &
-      real_text(largest_motion)//' cells in one step; more STEPS'
-  end subroutine check_motion
 
   !> Push of the bodies.
   subroutine add_force(self, displacement, force)
