@@ -22,7 +22,7 @@ module qsmpm_safety_search
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_safety_bracket, only: bracket_text, is_closed, next_factor, note_lost, note_stable
   use qsmpm_safety_factors, only: add_factor
-  use qsmpm_sheared_ground, only: spot_note
+  use qsmpm_sheared_ground, only: factor_note, spot_note
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, first_damping, &
     is_balanced, is_beyond_help, is_dampable, static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
@@ -190,6 +190,7 @@ contains
     class(observer_type), intent(inout) :: observer
     !> error_not_converged: there is no equilibrium at any factor.
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: note
 
     associate (progress => model%state%progress)
       if (.not. progress%bracket%stable > 0.0_wp) then
@@ -204,6 +205,8 @@ contains
         cohesion_note(model))
       if (progress%bracket%lost > 0.0_wp) call observer%tell_result( &
         'the factor is that of this grid: `qsmpm-verify study DECK --history F` tells it with its grid error')
+      note = factor_note(model, phase%safety%flow)
+      if (progress%bracket%lost > 0.0_wp .and. len(note) > 0) call observer%tell_result(note)
       if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%lost > 1.0_wp) call observer%note("warning: "// &
         "phase '"//phase%name//"': a factor below 1, and the phase before carried its loads with the whole "// &
         'strength: either the ground gave way there and came to rest in another shape, or equilibrium is found in '// &

@@ -4,6 +4,7 @@
 !> swelled beyond what any soil does, or fails at a flow for which no load at failure is unique.
 module qsmpm_sheared_ground
   use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active, body_materials
   use qsmpm_background_in_use, only: is_at_start
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
@@ -11,12 +12,13 @@ module qsmpm_sheared_ground
   use qsmpm_phase_loads, only: waits
   use qsmpm_points, only: carries_strains
   use qsmpm_rounded_text, only: rounded_text
-  use qsmpm_strength_factor, only: flow_davis_a, lower_strength, strength_factor_type
+  use qsmpm_material_description, only: material_type
+  use qsmpm_strength_factor, only: flow_davis_a, flow_material, lower_strength, strength_factor_type
   use qsmpm_team, only: largest, total
   implicit none
   private
 
-  public :: fallen_note, flow_notes, sheared_note, spot_note, swollen_note, worn_note
+  public :: factor_note, fallen_note, flow_notes, sheared_note, spot_note, swollen_note, worn_note
 
   !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
   !> of the volume that is no corner or toe.
@@ -178,7 +180,7 @@ contains
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
     logical, dimension(model%state%points%count) :: of_soil
-    real(wp) :: cohesion, friction, dilatancy, failed, whole
+    real(wp) :: cohesion, friction, failed, whole
     integer :: m
 
     text = ''
@@ -186,12 +188,7 @@ contains
     if (model%analysis%phases(model%state%progress%phase)%kind == phase_safety) return
     do m = 1, size(model%analysis%materials)
       associate (soil => model%analysis%materials(m), points => model%state%points, team => model%part%team)
-        if (.not. soil%mohr_coulomb .or. soil%undrained%given) cycle
-        cohesion = soil%cohesion
-        friction = soil%friction_angle
-        dilatancy = soil%dilatancy_angle
-        call lower_strength(strength_factor_type(flow=flow_davis_a), cohesion, friction, dilatancy)
-        if (.not. friction < less*soil%friction_angle) cycle
+        if (.not. flows_otherwise(soil, cohesion, friction)) cycle
         of_soil = own_of(model%part%points, points%count) .and. points%material == m
         failed = total(team, sum(points%volume, mask=of_soil .and. points%plastic_strain > fails))
         whole = total(team, sum(points%volume, mask=of_soil))
@@ -204,4 +201,43 @@ contains
       end associate
     end do
   end function flow_notes
+
+  !> Whether a soil flows at psi far below phi, and its strength after Davis (1968).
+  logical function flows_otherwise(soil, cohesion, friction)
+    type(material_type), intent(in) :: soil
+    real(wp), intent(out) :: cohesion, friction
+    real(wp) :: dilatancy
+
+    cohesion = soil%cohesion
+    friction = soil%friction_angle
+    dilatancy = soil%dilatancy_angle
+    flows_otherwise = soil%mohr_coulomb .and. .not. soil%undrained%given
+    if (.not. flows_otherwise) return
+    call lower_strength(strength_factor_type(flow=flow_davis_a), cohesion, friction, dilatancy)
+    flows_otherwise = friction < less*soil%friction_angle
+  end function flows_otherwise
+
+  !> The soil of a factor of safety that is one of several, for its flow; empty where there is none.
+  function factor_note(model, flow) result(text)
+    type(model_type), intent(in) :: model
+    !> Of the search.
+    integer, intent(in) :: flow
+    character(len=:), allocatable :: text
+    real(wp) :: cohesion, friction
+    integer :: m, number
+
+    text = ''
+    number = model%state%progress%phase
+    if (flow /= flow_material) return
+    do m = 1, size(model%analysis%materials)
+      associate (soil => model%analysis%materials(m))
+        if (.not. flows_otherwise(soil, cohesion, friction)) cycle
+        if (.not. any(bodies_active(model%analysis, number) .and. body_materials(model%analysis, number) == m)) cycle
+        text = "'"//soil%name//"' flows at psi = "//rounded_text(soil%dilatancy_angle, 3)//' under phi = '// &
+          rounded_text(soil%friction_angle, 3)//': the factor is one of several then, by some per cent; '// &
+          'FLOW=DAVIS A of *SAFETY has the lowest'
+        return
+      end associate
+    end do
+  end function factor_note
 end module qsmpm_sheared_ground

@@ -17,7 +17,8 @@ module test_penetration
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: keep_rigid_body, placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type, rigid_pose_type
-  use qsmpm_sheared_ground, only: fallen_note, flow_notes, sheared_note, spot_note, &
+  use qsmpm_strength_factor, only: flow_davis_a, flow_material
+  use qsmpm_sheared_ground, only: factor_note, fallen_note, flow_notes, sheared_note, spot_note, &
     swollen_note
   use qsmpm_team, only: team_type
   use deck_samples, only: joined
@@ -482,8 +483,12 @@ contains
       soil%friction_angle = 30.0_wp
       call tests%check('it fails; found: '//flow_notes(model), index(flow_notes(model), "material 'soil' fails and "// &
         'flows at psi = 0 under phi = 30') > 0 .and. index(flow_notes(model), 'phi = psi = 26.6, c = 1.73 (Davis)') > 0)
+      call tests%check('its factor is one of several; found: '//factor_note(model, flow_material), &
+        index(factor_note(model, flow_material), "'soil' flows at psi = 0 under phi = 30: the factor is one of") == 1)
+      call tests%check('not that of the strength of Davis', len(factor_note(model, flow_davis_a)) == 0)
       soil%undrained%given = .true.
       call tests%check('undrained soil', len(flow_notes(model)) == 0)
+      call tests%check('whose factor is the only one', len(factor_note(model, flow_material)) == 0)
       soil%undrained%given = .false.
       soil%dilatancy_angle = 25.0_wp
       call tests%check('psi near phi', len(flow_notes(model)) == 0)
