@@ -344,7 +344,8 @@ contains
     integer :: number, i
 
     call find_coming(self, number, error, [value])
-    if (.not. allocated(error)) call check_name(self%model%mesh%node_sets, set, 'node set', error)
+    if (allocated(error)) return
+    call check_name(self%model%mesh%node_sets, set, 'node set', error)
     if (.not. allocated(error) .and. (component < 1 .or. component > self%model%mesh%dimension)) &
       call fail(error, error_other, 'component '//integer_text(component)//' is not one of the model')
     if (allocated(error)) return
@@ -378,7 +379,8 @@ contains
     integer :: number, i
 
     call find_coming(self, number, error)
-    if (.not. allocated(error)) call check_name(self%model%mesh%node_sets, set, 'node set', error)
+    if (allocated(error)) return
+    call check_name(self%model%mesh%node_sets, set, 'node set', error)
     ! Where all components are held, those that there are are meant.
     if (.not. allocated(error) .and. self%model%mesh%dimension == 2 .and. fixed(3) .and. .not. all(fixed)) &
       call fail(error, error_other, 'component 3 is not one of the model')

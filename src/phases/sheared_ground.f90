@@ -12,6 +12,7 @@ module qsmpm_sheared_ground
   use qsmpm_phase_loads, only: waits
   use qsmpm_points, only: carries_strains
   use qsmpm_rounded_text, only: rounded_text
+  use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_description, only: material_type
   use qsmpm_strength_factor, only: flow_davis_a, flow_material, lower_strength, strength_factor_type
   use qsmpm_team, only: largest, total
@@ -23,6 +24,8 @@ module qsmpm_sheared_ground
   !> Plastic shear strain of soil that flows: what stands has a tenth of it at the most, also where it yields. The share
   !> of the volume that is no corner or toe.
   real(wp), parameter :: flows = 0.1_wp, much = 2.0e-3_wp
+  !> The same of soil whose law hardens: on its way to the critical state it shears by a tenth and more.
+  real(wp), parameter :: hardened = 0.3_wp
   !> A step so many times as compliant as the first one is beyond failure: docs/methods/limit_loads.md.
   real(wp), parameter :: fallen = 10.0_wp
   !> Volume over the initial one to which no soil swells: loose sand grows by a tenth at the most.
@@ -107,21 +110,37 @@ contains
     character(len=:), allocatable :: text
     logical :: own(model%state%points%count)
     real(wp) :: sheared, whole, most
-    real(wp) :: strain(model%state%points%count)
+    real(wp), dimension(model%state%points%count) :: strain, stands
+    logical :: hardens(size(model%analysis%materials))
+    integer :: m
 
     text = ''
+    hardens = [(hardens_first(model%analysis%materials(m)), m=1, size(hardens))]
     associate (points => model%state%points, team => model%part%team)
+      stands = merge(hardened, flows, hardens(points%material))
       own = own_of(model%part%points, points%count)
       ! Soil that settles between its neighbours shears by 2 over the root of 3 times its compression, and flows
       ! nowhere.
       strain = points%plastic_strain + 2.0_wp/sqrt(3.0_wp)*log(min(1.0_wp, points%volume/points%initial_volume))
-      sheared = total(team, sum(points%volume, mask=own .and. strain > flows))
+      sheared = total(team, sum(points%volume, mask=own .and. strain > stands))
       whole = total(team, sum(points%volume, mask=own))
       most = largest(team, maxval([0.0_wp, pack(strain, own)]))
     end associate
     if (sheared > much*whole) text = 'soil has sheared by up to '//rounded_text(most, 2)//', '// &
       rounded_text(100.0_wp*sheared/whole, 2)//' % of it by more than '//rounded_text(flows, 2)
+    if (len(text) > 0 .and. any(hardens)) text = text//' ('//rounded_text(hardened, 2)//' where its law hardens)'
   end function sheared_text
+
+  !> Whether a soil hardens on its way to failure.
+  logical function hardens_first(soil)
+    type(material_type), intent(in) :: soil
+    type(law_description_type) :: traits
+
+    hardens_first = allocated(soil%soil_law)
+    if (.not. hardens_first) return
+    traits = soil%soil_law%describe()
+    hardens_first = .not. traits%failure_ties_volume
+  end function hardens_first
 
   !> How far the soil has gone at the most.
   function way_text(model) result(text)

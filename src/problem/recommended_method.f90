@@ -164,6 +164,8 @@ contains
 
     name = ''
     if (.not. (allocated(analysis%phases) .and. allocated(analysis%node_sets))) return
+    ! The grid of a deck with errors may have no lines.
+    if (.not. (allocated(analysis%mesh%axes(1)%lines) .and. allocated(analysis%mesh%axes(2)%lines))) return
     do p = 1, size(analysis%phases)
       associate (phase => analysis%phases(p))
         do i = 1, size(phase%prescriptions)
