@@ -102,6 +102,13 @@ contains
     call water%set_time(t(3) - t(2), t(2) - t(1), [taken(1), taken(1)])
     call tests%close('the rate at the end of a step', (taken(2) - water%carried(1))/water%flow_time, 2.0_wp*t(3), 1.0e-14_wp)
     call tests%close('layers at faces know their time', water%carried(2), 0.0_wp, 0.0_wp)
+    water%total = .true.
+    water%kept = [0.0_wp, 0.0_wp]
+    water%bounds%rain = [3.0_wp, 0.0_wp]
+    call tests%close('rain falls as water flows, at the rate of the end', sum(water%standing_flow()), &
+      -water%carried(1) - 3.0_wp*water%flow_time, 1.0e-14_wp)
+    water%total = .false.
+    call tests%close('on a free surface alone', sum(water%standing_flow()), -water%carried(1), 1.0e-14_wp)
     call water%set_time(t(3) - t(2), 0.0_wp, [taken(1), taken(1)])
     call tests%close('the mean one in a first step', (taken(2) - water%carried(1))/water%flow_time, t(2) + t(3), 1.0e-14_wp)
     call water%set_time(0.75_wp, 0.3_wp, [taken(1), taken(1)])

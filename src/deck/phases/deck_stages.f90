@@ -17,7 +17,7 @@ module qsmpm_deck_stages
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_vertical, only: upwards
   use qsmpm_structures, only: prop_change_type, prop_type
-  use qsmpm_deck_objects, only: list_props, check_new_name
+  use qsmpm_deck_objects, only: list_props
   use qsmpm_phase_loads, only: prop_stage_type, prop_stage
   implicit none
   private
@@ -309,7 +309,6 @@ contains
   subroutine check_prop(state)
     type(deck_state_type), intent(inout) :: state
 
-    call check_new_name(state, list_props, 'prop')
     associate (prop => state%analysis%props(size(state%analysis%props)))
       if (.not. norm2(prop%places(:, 2) - prop%places(:, 1)) > 0.0_wp) call state%report_error('both ends are the '// &
         'same place')
