@@ -82,7 +82,7 @@ contains
 
   !> One group: runs of points of equal material go to their law together.
   subroutine evaluate_group(integration, points, laws, displacement, tangent, group, work, results, force, block, bad, &
-    offset, field)
+      offset, field)
     type(integration_type), intent(in) :: integration
     !> The material points, with the start state of those that are integrated at.
     type(points_type), intent(in) :: points
@@ -121,203 +121,99 @@ contains
     bad = 0
     do while (from <= last .and. bad == 0)
       to = end_of_run(integration%material(from:last)) + from - 1
-      call evaluate_run(laws(integration%material(from)), bad, offset, field)
+      call evaluate_run(integration, points, laws(integration%material(from)), d, tangent, group, from, to, work, &
+        results, force, block, bad, offset, field)
       from = to + 1
     end do
-
-  contains
-
-    !> A run of points of one material.
-    subroutine evaluate_run(slot, bad, offset, field)
-      !> Law of the points.
-      type(law_slot_type), intent(in) :: slot
-      !> First point that could not be updated, 0 for none.
-      integer, intent(out) :: bad
-      real(wp), intent(in), optional :: offset(:, :), field(:)
-      integer :: n, m, b, count
-      logical :: treated, wide, symmetric
-
-      n = integration%node_first(group + 1) - integration%node_first(group)
-      m = integration%directions
-      count = to - from + 1
-      b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
-      treated = slot%pressure_factor > 0.0_wp .and. count > 1
-      wide = is_wide(d, n) .and. .not. treated
-      symmetric = (slot%is_symmetric() .and. .not. work%batch%step_info%in_place) .or. tangent == tangent_elastic
-      work%batch%count = count
-      associate (batch => work%batch, tensor => work%products%tensor, weight => integration%weight(from:to))
-        if (wide) then
-          call find_wide_gradients(n, count, work%u, integration%gradient(b), work%wide, tensor)
-        else
-          call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
-        end if
-        call load_gradients(tensor, batch)
-        if (batch%step_info%in_place) call take_stretch(batch)
-        call load_states(batch)
-        if (present(field) .and. slot%law%field_length > 0.0_wp) call load_field(slot%law%state_count, field, batch)
-        ! State variables that other materials have and this one has not stay as they are.
-        batch%state(slot%law%state_count + 1:, :batch%count) = batch%state_start(slot%law%state_count + 1:, &
-          :batch%count)
-        if (slot%law%asks_where) call load_places(slot%law, tensor, batch)
-        if (treated) then
-          call load_pressures(from, weight, batch, work%pressure, offset)
-          call find_pressure(slot, weight, tangent, batch, work%pressure)
-        else
-          call slot%update(batch, tangent)
-        end if
-        bad = first_bad(batch)
-        if (bad > 0) bad = from - 1 + bad
-        if (bad > 0) return
-        if (batch%step_info%in_place .and. treated) then
-          call take_true_stress(slot, tangent /= tangent_none, batch, work%pressure)
-        else if (batch%step_info%in_place) then
-          call take_true_stress(slot, tangent /= tangent_none, batch)
-        end if
-        if (size(results%plastic) > 0) call store_batch(batch)
-        call add_run(m, n, count, wide, symmetric, from == integration%first(group), tangent /= tangent_none, weight, &
-          integration%gradient(b))
-        if (treated .and. tangent /= tangent_none) call add_pressure_stiffness(d, m, n, count, weight, &
-          integration%gradient(b), tensor, work%pressure, block)
-      end associate
-    end subroutine evaluate_run
-
-    !> Force and stiffness of a run of points whose law has been asked.
-    subroutine add_run(m, n, count, wide, symmetric, first, with_tangent, weight, gradient)
-      !> Dimension, directions of a gradient, nodes and points.
-      integer, intent(in) :: m, n, count
-      !> Which products; all tangents are symmetric; there is nothing in the block yet; stiffness is wanted.
-      logical, intent(in) :: wide, symmetric, first, with_tangent
-      !> V (points), and the gradients.
-      real(wp), intent(in) :: weight(:), gradient(*)
-
-      if (wide) then
-        call add_wide_force(n, count, weight, work%batch%piola, gradient, work%products%tensor, force)
-        if (with_tangent) call add_wide_stiffness(n, count, symmetric, first, weight, gradient, work%batch%tangent, &
-          work%wide, block)
-      else
-        call add_force(d, m, n, count, weight, work%batch%piola, gradient, work%products%tensor, force)
-        if (with_tangent) call add_stiffness(d, m, n, count, symmetric, first, weight, gradient, work%batch%tangent, &
-          work%products, block)
-      end if
-    end subroutine add_run
-
-    !> Incremental deformation gradients of a run of points.
-    pure subroutine load_gradients(tensor, batch)
-      !> Displacement gradients (dimension, directions, points or more).
-      real(wp), intent(in) :: tensor(d*integration%directions, *)
-      !> The points handed to the law.
-      type(batch_type), intent(inout) :: batch
-      integer :: k, j
-
-      do k = 1, batch%count
-        batch%gradient(:d*d, k) = tensor(:d*d, k)
-        if (allocated(integration%given)) &
-          batch%gradient(:d*d, k) = reshape(integration%given(:, :, from + k - 1), [d*d])
-        do j = 1, d
-          batch%gradient((j - 1)*d + j, k) = batch%gradient((j - 1)*d + j, k) + 1.0_wp
-        end do
-        if (d == 3) cycle
-        batch%gradient(5, k) = 1.0_wp
-        if (integration%axisymmetric) batch%gradient(5, k) = 1.0_wp + tensor(5, k)
-      end do
-    end subroutine load_gradients
-
-    !> Start states of a run of points: those of material points, or the Gauss points' own.
-    pure subroutine load_states(batch)
-      !> The points handed to the law.
-      type(batch_type), intent(inout) :: batch
-      integer :: k, p
-
-      do k = 1, batch%count
-        p = integration%source(from + k - 1)
-        if (p > 0) then
-          batch%volume_ratio(k) = points%volume(p)/points%initial_volume(p)
-          batch%stress_start(:, k) = points%stress(:, p)
-          batch%state_start(:, k) = points%state(:, p)
-        else
-          batch%volume_ratio(k) = integration%volume_ratio(-p)
-          batch%stress_start(:, k) = integration%stress(:, -p)
-          batch%state_start(:, k) = integration%state(:, -p)
-        end if
-      end do
-    end subroutine load_states
-
-    !> Nonlocal strain at a run of points.
-    pure subroutine load_field(place, field, batch)
-      !> The group, the first point, and the place among the state variables.
-      integer, intent(in) :: place
-      !> Nodal values (nodes).
-      real(wp), intent(in) :: field(:)
-      type(batch_type), intent(inout) :: batch
-      integer :: k, a, b
-
-      do k = 1, batch%count
-        batch%state_start(place, k) = 0.0_wp
-        b = place_of(integration, group, from + k - 1)
-        do a = 1, integration%node_first(group + 1) - integration%node_first(group)
-          batch%state_start(place, k) = batch%state_start(place, k) + integration%shape(b + a) &
-            *field(integration%nodes(integration%node_first(group) + a - 1))
-        end do
-      end do
-    end subroutine load_field
-
-    !> Where a run of points is, and how wide its cell is.
-    pure subroutine load_places(law, tensor, batch)
-      class(law_type), intent(in) :: law
-      !> Displacement gradients (dimension, directions, points or more).
-      real(wp), intent(in) :: tensor(d, integration%directions, *)
-      !> The points handed to the law.
-      type(batch_type), intent(inout) :: batch
-      integer :: k, p
-
-      do k = 1, batch%count
-        p = integration%source(from + k - 1)
-        batch%number(k) = 0
-        batch%cell(k) = integration%cell(group)
-        batch%cell_size(k) = integration%cell_size(group)
-        if (.not. (law%of_user .or. law%field_length > 0.0_wp)) batch%cell_size(k) = width_across( &
-          integration%cell_metric(:, :, group), tensor(:, :d, k), batch%cell_size(k))
-        batch%place(:, k) = integration%cell_centre(:, group)
-        if (p <= 0) cycle
-        batch%number(k) = int(min(points%number(p), int(huge(batch%number), long)))
-        batch%place(:, k) = points%position(:, p)
-      end do
-      if (law%of_user .and. carries_water(points)) call load_water(batch)
-    end subroutine load_places
-
-    !> Water in the pores of a run of points; of Gauss points the mean of their cell.
-    pure subroutine load_water(batch)
-      !> The points handed to the law.
-      type(batch_type), intent(inout) :: batch
-      integer :: k, p
-
-      if (.not. allocated(batch%water)) allocate (batch%water(3, size(batch%number)))
-      do k = 1, batch%count
-        p = integration%source(from + k - 1)
-        if (p > 0) then
-          batch%water(:, k) = [points%pore_pressure(p), points%pore_state(:, p)]
-        else
-          batch%water(:, k) = integration%water(:, -p)
-        end if
-      end do
-    end subroutine load_water
-
-    !> Keep the results of a run of points.
-    subroutine store_batch(batch)
-      !> The points handed to the law.
-      type(batch_type), intent(in) :: batch
-      integer :: q, k
-
-      do k = 1, batch%count
-        q = from + k - 1
-        results%stress(:, q) = batch%stress(:, k)
-        results%state(:, q) = batch%state(:, k)
-        results%plastic(q) = batch%plastic(k)
-        results%volume_change(q) = packed_determinant(batch%gradient(:, k))
-        if (size(results%gradient, 2) > 0) results%gradient(:, q) = batch%gradient(:, k)
-      end do
-    end subroutine store_batch
   end subroutine evaluate_group
+
+  !> A run of points of one material.
+  subroutine evaluate_run(integration, points, slot, d, tangent, group, from, to, work, results, force, block, bad, &
+      offset, field)
+    type(integration_type), intent(in) :: integration
+    type(points_type), intent(in) :: points
+    !> Law of the points.
+    type(law_slot_type), intent(in) :: slot
+    !> Dimension, which tangent is wanted, the group, and the range of points.
+    integer, intent(in) :: d, tangent, group, from, to
+    !> Work space with the displacement of the nodes.
+    type(work_type), intent(inout) :: work
+    type(results_type), intent(inout) :: results
+    !> Internal force and stiffness.
+    real(wp), intent(inout) :: force(:), block(:)
+    !> First point that could not be updated, 0 for none.
+    integer, intent(out) :: bad
+    real(wp), intent(in), optional :: offset(:, :), field(:)
+    integer :: n, m, b, count
+    logical :: treated, wide, symmetric
+
+    n = integration%node_first(group + 1) - integration%node_first(group)
+    m = integration%directions
+    count = to - from + 1
+    b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
+    treated = slot%pressure_factor > 0.0_wp .and. count > 1
+    wide = is_wide(d, n) .and. .not. treated
+    symmetric = (slot%is_symmetric() .and. .not. work%batch%step_info%in_place) .or. tangent == tangent_elastic
+    work%batch%count = count
+    associate (batch => work%batch, tensor => work%products%tensor, weight => integration%weight(from:to))
+      if (wide) then
+        call find_wide_gradients(n, count, work%u, integration%gradient(b), work%wide, tensor)
+      else
+        call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
+      end if
+      call load_gradients(integration, d, from, tensor, batch)
+      if (batch%step_info%in_place) call take_stretch(batch)
+      call load_states(integration, points, from, batch)
+      if (present(field) .and. slot%law%field_length > 0.0_wp) &
+        call load_field(integration, group, from, slot%law%state_count, field, batch)
+      ! State variables that other materials have and this one has not stay as they are.
+      batch%state(slot%law%state_count + 1:, :batch%count) = batch%state_start(slot%law%state_count + 1:, :batch%count)
+      if (slot%law%asks_where) call load_places(integration, points, slot%law, d, group, from, tensor, batch)
+      if (treated) then
+        call load_pressures(from, weight, batch, work%pressure, offset)
+        call find_pressure(slot, weight, tangent, batch, work%pressure)
+      else
+        call slot%update(batch, tangent)
+      end if
+      bad = first_bad(batch)
+      if (bad > 0) bad = from - 1 + bad
+      if (bad > 0) return
+      if (batch%step_info%in_place .and. treated) then
+        call take_true_stress(slot, tangent /= tangent_none, batch, work%pressure)
+      else if (batch%step_info%in_place) then
+        call take_true_stress(slot, tangent /= tangent_none, batch)
+      end if
+      if (size(results%plastic) > 0) call store_batch(from, batch, results)
+      call add_run(d, m, n, count, wide, symmetric, from == integration%first(group), tangent /= tangent_none, weight, &
+        integration%gradient(b), work, force, block)
+      if (treated .and. tangent /= tangent_none) call add_pressure_stiffness(d, m, n, count, weight, &
+        integration%gradient(b), tensor, work%pressure, block)
+    end associate
+  end subroutine evaluate_run
+
+  !> Force and stiffness of a run of points whose law has been asked.
+  subroutine add_run(d, m, n, count, wide, symmetric, first, with_tangent, weight, gradient, work, force, block)
+    !> Dimension, directions of a gradient, nodes and points.
+    integer, intent(in) :: d, m, n, count
+    !> Which products; all tangents are symmetric; there is nothing in the block yet; stiffness is wanted.
+    logical, intent(in) :: wide, symmetric, first, with_tangent
+    !> V (points), and the gradients.
+    real(wp), intent(in) :: weight(:), gradient(*)
+    !> Work space with the stresses and tangents of the points.
+    type(work_type), intent(inout) :: work
+    !> Internal force and stiffness.
+    real(wp), intent(inout) :: force(:), block(:)
+
+    if (wide) then
+      call add_wide_force(n, count, weight, work%batch%piola, gradient, work%products%tensor, force)
+      if (with_tangent) call add_wide_stiffness(n, count, symmetric, first, weight, gradient, work%batch%tangent, &
+        work%wide, block)
+    else
+      call add_force(d, m, n, count, weight, work%batch%piola, gradient, work%products%tensor, force)
+      if (with_tangent) call add_stiffness(d, m, n, count, symmetric, first, weight, gradient, work%batch%tangent, &
+        work%products, block)
+    end if
+  end subroutine add_run
 
   !> Last of the leading points of one material.
   pure integer function end_of_run(material) result(last)
@@ -342,6 +238,54 @@ contains
     first_bad = 0
   end function first_bad
 
+  !> Incremental deformation gradients of a run of points.
+  pure subroutine load_gradients(integration, d, from, tensor, batch)
+    type(integration_type), intent(in) :: integration
+    !> 2 or 3, and the first point.
+    integer, intent(in) :: d
+    integer, intent(in) :: from
+    !> Displacement gradients (dimension, directions, points or more).
+    real(wp), intent(in) :: tensor(d*integration%directions, *)
+    !> The points handed to the law.
+    type(batch_type), intent(inout) :: batch
+    integer :: k, j
+
+    do k = 1, batch%count
+      batch%gradient(:d*d, k) = tensor(:d*d, k)
+      if (allocated(integration%given)) batch%gradient(:d*d, k) = reshape(integration%given(:, :, from + k - 1), [d*d])
+      do j = 1, d
+        batch%gradient((j - 1)*d + j, k) = batch%gradient((j - 1)*d + j, k) + 1.0_wp
+      end do
+      if (d == 3) cycle
+      batch%gradient(5, k) = 1.0_wp
+      if (integration%axisymmetric) batch%gradient(5, k) = 1.0_wp + tensor(5, k)
+    end do
+  end subroutine load_gradients
+
+  !> Start states of a run of points: those of material points, or the Gauss points' own.
+  pure subroutine load_states(integration, points, from, batch)
+    type(integration_type), intent(in) :: integration
+    type(points_type), intent(in) :: points
+    !> The first point.
+    integer, intent(in) :: from
+    !> The points handed to the law.
+    type(batch_type), intent(inout) :: batch
+    integer :: k, p
+
+    do k = 1, batch%count
+      p = integration%source(from + k - 1)
+      if (p > 0) then
+        batch%volume_ratio(k) = points%volume(p)/points%initial_volume(p)
+        batch%stress_start(:, k) = points%stress(:, p)
+        batch%state_start(:, k) = points%state(:, p)
+      else
+        batch%volume_ratio(k) = integration%volume_ratio(-p)
+        batch%stress_start(:, k) = integration%stress(:, -p)
+        batch%state_start(:, k) = integration%state(:, -p)
+      end if
+    end do
+  end subroutine load_states
+
   !> What pressures of a run of points differ by: g at the end of the step, and s at its start.
   pure subroutine load_pressures(from, weight, batch, pressure, offset)
     !> The first point, and start volumes (points).
@@ -363,6 +307,75 @@ contains
     end associate
   end subroutine load_pressures
 
+  !> Nonlocal strain at a run of points.
+  pure subroutine load_field(integration, group, from, place, field, batch)
+    type(integration_type), intent(in) :: integration
+    !> The group, the first point, and the place among the state variables.
+    integer, intent(in) :: group, from, place
+    !> Nodal values (nodes).
+    real(wp), intent(in) :: field(:)
+    type(batch_type), intent(inout) :: batch
+    integer :: k, a, b
+
+    do k = 1, batch%count
+      batch%state_start(place, k) = 0.0_wp
+      b = place_of(integration, group, from + k - 1)
+      do a = 1, integration%node_first(group + 1) - integration%node_first(group)
+        batch%state_start(place, k) = batch%state_start(place, k) + integration%shape(b + a) &
+          *field(integration%nodes(integration%node_first(group) + a - 1))
+      end do
+    end do
+  end subroutine load_field
+
+  !> Where a run of points is, and how wide its cell is.
+  pure subroutine load_places(integration, points, law, d, group, from, tensor, batch)
+    type(integration_type), intent(in) :: integration
+    type(points_type), intent(in) :: points
+    class(law_type), intent(in) :: law
+    !> 2 or 3, the group, and the first point.
+    integer, intent(in) :: d, group, from
+    !> Displacement gradients (dimension, directions, points or more).
+    real(wp), intent(in) :: tensor(d, integration%directions, *)
+    !> The points handed to the law.
+    type(batch_type), intent(inout) :: batch
+    integer :: k, p
+
+    do k = 1, batch%count
+      p = integration%source(from + k - 1)
+      batch%number(k) = 0
+      batch%cell(k) = integration%cell(group)
+      batch%cell_size(k) = integration%cell_size(group)
+      if (.not. (law%of_user .or. law%field_length > 0.0_wp)) batch%cell_size(k) = width_across( &
+        integration%cell_metric(:, :, group), tensor(:, :d, k), batch%cell_size(k))
+      batch%place(:, k) = integration%cell_centre(:, group)
+      if (p <= 0) cycle
+      batch%number(k) = int(min(points%number(p), int(huge(batch%number), long)))
+      batch%place(:, k) = points%position(:, p)
+    end do
+    if (law%of_user .and. carries_water(points)) call load_water(integration, points, from, batch)
+  end subroutine load_places
+
+  !> Water in the pores of a run of points; of Gauss points the mean of their cell.
+  pure subroutine load_water(integration, points, from, batch)
+    type(integration_type), intent(in) :: integration
+    type(points_type), intent(in) :: points
+    !> The first point.
+    integer, intent(in) :: from
+    !> The points handed to the law.
+    type(batch_type), intent(inout) :: batch
+    integer :: k, p
+
+    if (.not. allocated(batch%water)) allocate (batch%water(3, size(batch%number)))
+    do k = 1, batch%count
+      p = integration%source(from + k - 1)
+      if (p > 0) then
+        batch%water(:, k) = [points%pore_pressure(p), points%pore_state(:, p)]
+      else
+        batch%water(:, k) = integration%water(:, -p)
+      end if
+    end do
+  end subroutine load_water
+
   !> Width of a cell across the band that a displacement gradient L makes of it: tr(L G L^T)/tr(L L^T) is the mean of
   !> n . G n over the normals n of what L is made of, and that of n where L = m n, a slip along m.
   pure real(wp) function width_across(metric, gradient, usual) result(width)
@@ -376,4 +389,24 @@ contains
     width = usual
     if (whole > 0.0_wp) width = sqrt(sum(matmul(gradient, metric)*gradient)/whole)
   end function width_across
+
+  !> Keep the results of a run of points.
+  pure subroutine store_batch(from, batch, results)
+    !> The first point.
+    integer, intent(in) :: from
+    !> The points handed to the law.
+    type(batch_type), intent(in) :: batch
+    !> What the laws said.
+    type(results_type), intent(inout) :: results
+    integer :: q, k
+
+    do k = 1, batch%count
+      q = from + k - 1
+      results%stress(:, q) = batch%stress(:, k)
+      results%state(:, q) = batch%state(:, k)
+      results%plastic(q) = batch%plastic(k)
+      results%volume_change(q) = packed_determinant(batch%gradient(:, k))
+      if (size(results%gradient, 2) > 0) results%gradient(:, q) = batch%gradient(:, k)
+    end do
+  end subroutine store_batch
 end module qsmpm_group_evaluation

@@ -172,7 +172,7 @@ contains
     pressure = 0.0_wp
     call present_body_points(model, placed_bodies(model), on_bodies)
     own = own_of(model%part%surface, size(own))
-    call find_nearest_of_all(own, owner, nearest)
+    call find_nearest_of_all(model, on_bodies, place, own, owner, nearest)
     if (owner == 0) return
     weights = 0.0_wp
     sum_of_pressures = 0.0_wp
@@ -182,9 +182,7 @@ contains
       if (pairs(owner)%surface > 0) then
         do i = 1, surface%count
           if (surface%surface(i) /= pairs(owner)%surface .or. .not. own(i)) cycle
-          ! The undeformed area over the length that a point stands for.
-          call add(surface%initial_position(:, i), surface%area(i)/merge(surface%initial_position(1, i), 1.0_wp, &
-            model%analysis%model == axisymmetric), surface%contact_pressure(i))
+          call add(surface%initial_position(:, i), surface%area(i)/drawn_radius(model, i), surface%contact_pressure(i))
         end do
       else
         allocate (lengths, source=[(model%body_outlines(k)%length, k=1, size(pairs))])
@@ -214,51 +212,6 @@ contains
       weights = weights + weight
       sum_of_pressures = sum_of_pressures + weight*value
     end subroutine add
-
-    !> The contact whose point, as drawn, is nearest to a place, of all processes.
-    subroutine find_nearest_of_all(own, pair, distance)
-      !> Own surface points (surface points).
-      logical, intent(in) :: own(:)
-      !> 0 for none.
-      integer, intent(out) :: pair
-      real(wp), intent(out) :: distance
-      integer(long) :: number(1)
-      real(wp) :: here
-
-      call find_nearest(own, pair, here)
-      associate (team => model%part%team)
-        distance = smallest(team, here)
-        number = pair
-        call spread_from(team, lowest_rank(team, here <= distance), number)
-      end associate
-      pair = int(number(1))
-    end subroutine find_nearest_of_all
-
-    !> The contact whose point, as drawn, is nearest to a place.
-    pure subroutine find_nearest(own, pair, distance)
-      !> Own surface points (surface points).
-      logical, intent(in) :: own(:)
-      !> 0 for none.
-      integer, intent(out) :: pair
-      real(wp), intent(out) :: distance
-      integer :: i
-
-      pair = 0
-      distance = huge(1.0_wp)
-      associate (surface => model%state%surface, pairs => model%contact_pairs)
-        do i = 1, surface%count
-          if (.not. (own(i) .and. any(pairs%surface == surface%surface(i)))) cycle
-          if (norm2(surface%initial_position(:, i) - place) >= distance) cycle
-          distance = norm2(surface%initial_position(:, i) - place)
-          pair = findloc(pairs%surface, surface%surface(i), dim=1)
-        end do
-      end associate
-      do i = 1, on_bodies%count
-        if (norm2(on_bodies%initial_position(:, i) - place) >= distance) cycle
-        distance = norm2(on_bodies%initial_position(:, i) - place)
-        pair = on_bodies%pair(i)
-      end do
-    end subroutine find_nearest
   end function contact_pressure_at
 
   !> The widest gap before a patch that carries a pressure.
@@ -368,4 +321,66 @@ contains
       middle(j) = sum(on_bodies%position(j, :), mask=mine)/max(1, count(mine))
     end do
   end function middle_of
+
+  !> The contact whose point, as drawn, is nearest to a place, of all processes.
+  subroutine find_nearest_of_all(model, on_bodies, place, own, pair, distance)
+    type(model_type), intent(in) :: model
+    !> Contact points on the bodies.
+    type(body_points_type), intent(in) :: on_bodies
+    real(wp), intent(in) :: place(:)
+    !> Own surface points (surface points).
+    logical, intent(in) :: own(:)
+    !> 0 for none.
+    integer, intent(out) :: pair
+    real(wp), intent(out) :: distance
+    integer(long) :: number(1)
+    real(wp) :: here
+
+    call find_nearest(model, on_bodies, place, own, pair, here)
+    associate (team => model%part%team)
+      distance = smallest(team, here)
+      number = pair
+      call spread_from(team, lowest_rank(team, here <= distance), number)
+    end associate
+    pair = int(number(1))
+  end subroutine find_nearest_of_all
+
+  !> The contact whose point, as drawn, is nearest to a place.
+  pure subroutine find_nearest(model, on_bodies, place, own, pair, distance)
+    type(model_type), intent(in) :: model
+    !> Contact points on the bodies.
+    type(body_points_type), intent(in) :: on_bodies
+    real(wp), intent(in) :: place(:)
+    !> Own surface points (surface points).
+    logical, intent(in) :: own(:)
+    !> 0 for none.
+    integer, intent(out) :: pair
+    real(wp), intent(out) :: distance
+    integer :: i
+
+    pair = 0
+    distance = huge(1.0_wp)
+    associate (surface => model%state%surface, pairs => model%contact_pairs)
+      do i = 1, surface%count
+        if (.not. (own(i) .and. any(pairs%surface == surface%surface(i)))) cycle
+        if (norm2(surface%initial_position(:, i) - place) >= distance) cycle
+        distance = norm2(surface%initial_position(:, i) - place)
+        pair = findloc(pairs%surface, surface%surface(i), dim=1)
+      end do
+    end associate
+    do i = 1, on_bodies%count
+      if (norm2(on_bodies%initial_position(:, i) - place) >= distance) cycle
+      distance = norm2(on_bodies%initial_position(:, i) - place)
+      pair = on_bodies%pair(i)
+    end do
+  end subroutine find_nearest
+
+  !> By what the undeformed area of a surface point is larger than the length it stands for.
+  pure real(wp) function drawn_radius(model, i) result(radius)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: i
+
+    radius = 1.0_wp
+    if (model%analysis%model == axisymmetric) radius = model%state%surface%initial_position(1, i)
+  end function drawn_radius
 end module qsmpm_contact_results

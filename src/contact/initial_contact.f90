@@ -37,62 +37,67 @@ contains
 
     allocate (bodies, source=placed_bodies(model))
     do k = 1, size(model%contact_pairs)
-      call press_surface(model%contact_pairs(k)%surface, bodies(model%contact_pairs(k)%body))
+      call press_surface(model, initial, model%contact_pairs(k)%surface, bodies(model%contact_pairs(k)%body))
     end do
-    call press_outlines(bodies)
-
-  contains
-
-    !> Points of a surface that touch a body; a contact on the body itself has surface 0, of which there are none.
-    subroutine press_surface(surface, body)
-      integer, intent(in) :: surface
-      type(placed_shape_type), intent(in) :: body
-      type(distance_type) :: distance
-      real(wp) :: pressure, shear(3)
-      integer :: i
-
-      do i = 1, model%state%surface%count
-        if (model%state%surface%surface(i) /= surface) cycle
-        distance = body%distance_at(place_of(model%state%surface, i))
-        if (abs(distance%value) > touching*model%cell_size) cycle
-        call press(distance%normal, stress_at(model%state%surface%position(:, i)), pressure, shear)
-        if (.not. pressure > 0.0_wp) cycle
-        model%state%surface%contact_pressure(i) = pressure
-        model%state%surface%contact_shear(:, i) = shear(:model%mesh%dimension)
-      end do
-    end subroutine press_surface
-
-    !> Contact points on bodies that soil touches.
-    subroutine press_outlines(bodies)
-      type(placed_shape_type), intent(in) :: bodies(:)
-      type(body_points_type) :: places
-      type(distance_type) :: distance
-      integer :: i
-
-      call present_body_points(model, bodies, places)
-      do i = 1, places%count
-        if (.not. places%touched(i)) cycle
-        distance = bodies(model%contact_pairs(places%pair(i))%body)%distance_at(place_of(places, i))
-        call press(distance%normal, stress_at(places%position(:, i)), places%pressure(i), places%shear(:, i))
-      end do
-      call keep_body_points(model, places)
-    end subroutine press_outlines
-
-    !> Stress of the phase at a place.
-    function stress_at(x) result(stress)
-      real(wp), intent(in) :: x(:)
-      real(wp) :: stress(size(model%state%points%stress, 1)), there(size(model%state%points%stress, 1), 1), &
-        place(size(x), 1)
-      integer :: p
-
-      p = nearest_point(model%state%points, x)
-      stress = model%state%points%stress(:, p)
-      if (initial%kind /= initial_k0) return
-      place(:, 1) = x
-      call stresses_at_rest(model, initial, [p], place, there)
-      stress = there(:, 1)
-    end function stress_at
+    call press_outlines(model, initial, bodies)
   end subroutine press_on_bodies
+
+  !> Points of a surface that touch a body; a contact on the body itself has surface 0, of which there are none.
+  subroutine press_surface(model, initial, surface, body)
+    type(model_type), intent(inout) :: model
+    type(initial_stress_type), intent(in) :: initial
+    integer, intent(in) :: surface
+    type(placed_shape_type), intent(in) :: body
+    type(distance_type) :: distance
+    real(wp) :: pressure, shear(3)
+    integer :: i
+
+    do i = 1, model%state%surface%count
+      if (model%state%surface%surface(i) /= surface) cycle
+      distance = body%distance_at(place_of(model%state%surface, i))
+      if (abs(distance%value) > touching*model%cell_size) cycle
+      call press(distance%normal, stress_at(model, initial, model%state%surface%position(:, i)), pressure, shear)
+      if (.not. pressure > 0.0_wp) cycle
+      model%state%surface%contact_pressure(i) = pressure
+      model%state%surface%contact_shear(:, i) = shear(:model%mesh%dimension)
+    end do
+  end subroutine press_surface
+
+  !> Contact points on bodies that soil touches.
+  subroutine press_outlines(model, initial, bodies)
+    type(model_type), intent(inout) :: model
+    type(initial_stress_type), intent(in) :: initial
+    type(placed_shape_type), intent(in) :: bodies(:)
+    type(body_points_type) :: places
+    type(distance_type) :: distance
+    integer :: i
+
+    call present_body_points(model, bodies, places)
+    do i = 1, places%count
+      if (.not. places%touched(i)) cycle
+      distance = bodies(model%contact_pairs(places%pair(i))%body)%distance_at(place_of(places, i))
+      call press(distance%normal, stress_at(model, initial, places%position(:, i)), places%pressure(i), &
+        places%shear(:, i))
+    end do
+    call keep_body_points(model, places)
+  end subroutine press_outlines
+
+  !> Stress of the phase at a place.
+  function stress_at(model, initial, x) result(stress)
+    type(model_type), intent(in) :: model
+    type(initial_stress_type), intent(in) :: initial
+    real(wp), intent(in) :: x(:)
+    real(wp) :: stress(size(model%state%points%stress, 1)), there(size(model%state%points%stress, 1), 1), &
+      place(size(x), 1)
+    integer :: p
+
+    p = nearest_point(model%state%points, x)
+    stress = model%state%points%stress(:, p)
+    if (initial%kind /= initial_k0) return
+    place(:, 1) = x
+    call stresses_at_rest(model, initial, [p], place, there)
+    stress = there(:, 1)
+  end function stress_at
 
   !> Tractions of one point; none where the stress pulls.
   pure subroutine press(normal, stress, pressure, shear)

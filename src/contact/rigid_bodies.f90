@@ -152,7 +152,7 @@ contains
     logical :: turned
 
     if (body%shape == rigid_box .and. kind_of_model == three_dimensional) then
-      call make_block(shape, reference)
+      call make_block(body, cell_size, shape, reference, diagnostics)
       return
     end if
     reference = body%place
@@ -177,47 +177,52 @@ contains
     end select
     if (kind_of_model == axisymmetric) vertices = completed_by_image(vertices, 1.0e-6_wp*cell_size)
     if (.not. any(body%shape == [rigid_cone, rigid_cylinder])) reference(:2) = polygon_centroid(vertices)
-    round = round_of(largest_round(vertices))
+    round = round_of(body, cell_size, largest_round(vertices))
     if (round > most_of_edge*largest_round(vertices)) then
-      call refuse_round(round, largest_round(vertices))
+      call refuse_round(body, round, largest_round(vertices), diagnostics)
     else if (turned) then
       shape = turned_polygon(body%place, vertices, round)
     else
       shape = rounded_polygon(vertices, round)
     end if
-
-  contains
-
-    !> A box in space, turned about its middle.
-    subroutine make_block(shape, reference)
-      type(rigid_shape_type), intent(out) :: shape
-      real(wp), intent(out) :: reference(3)
-      real(wp) :: largest, round
-
-      reference = 0.5_wp*(body%box(:, 1) + body%box(:, 2))
-      largest = 0.5_wp*minval(body%box(:, 2) - body%box(:, 1))
-      round = round_of(largest)
-      if (round > most_of_edge*largest) call refuse_round(round, largest)
-      shape = rounded_block(body%box(:, 1), body%box(:, 2), body%rotation*degree, round)
-    end subroutine make_block
-
-    !> Radius of the corners of a body.
-    pure real(wp) function round_of(largest) result(round)
-      !> That at which an edge is used up.
-      real(wp), intent(in) :: largest
-
-      round = body%round
-      if (round < 0.0_wp) round = min(usual_round*cell_size, 0.5_wp*largest)
-    end function round_of
-
-    !> Say that corners are too round.
-    subroutine refuse_round(round, largest)
-      real(wp), intent(in) :: round, largest
-
-      call add_diagnostic(diagnostics, body%where, '*RIGID BODY', "the corners of '"//body%name// &
-        "' cannot be as round as ROUND="//real_text(round)//': its edges allow '//rounded_text(most_of_edge*largest))
-    end subroutine refuse_round
   end subroutine make_shape
+
+  !> A box in space, turned about its middle.
+  subroutine make_block(body, cell_size, shape, reference, diagnostics)
+    type(rigid_body_type), intent(in) :: body
+    real(wp), intent(in) :: cell_size
+    type(rigid_shape_type), intent(out) :: shape
+    real(wp), intent(out) :: reference(3)
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: largest, round
+
+    reference = 0.5_wp*(body%box(:, 1) + body%box(:, 2))
+    largest = 0.5_wp*minval(body%box(:, 2) - body%box(:, 1))
+    round = round_of(body, cell_size, largest)
+    if (round > most_of_edge*largest) call refuse_round(body, round, largest, diagnostics)
+    shape = rounded_block(body%box(:, 1), body%box(:, 2), body%rotation*degree, round)
+  end subroutine make_block
+
+  !> Radius of the corners of a body.
+  pure real(wp) function round_of(body, cell_size, largest) result(round)
+    type(rigid_body_type), intent(in) :: body
+    real(wp), intent(in) :: cell_size
+    !> That at which an edge is used up.
+    real(wp), intent(in) :: largest
+
+    round = body%round
+    if (round < 0.0_wp) round = min(usual_round*cell_size, 0.5_wp*largest)
+  end function round_of
+
+  !> Say that corners are too round.
+  subroutine refuse_round(body, round, largest, diagnostics)
+    type(rigid_body_type), intent(in) :: body
+    real(wp), intent(in) :: round, largest
+    type(diagnostics_type), intent(inout) :: diagnostics
+
+    call add_diagnostic(diagnostics, body%where, '*RIGID BODY', "the corners of '"//body%name// &
+      "' cannot be as round as ROUND="//real_text(round)//': its edges allow '//rounded_text(most_of_edge*largest))
+  end subroutine refuse_round
 
   !> Lay what is kept of the bodies into the state: none has moved.
   subroutine lay_rigid_bodies(model)

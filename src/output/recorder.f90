@@ -134,101 +134,8 @@ contains
       recorder%options%display = display_none
     end if
     call agree(options%team, error)
-    if (.not. allocated(error)) call begin_files()
+    if (.not. allocated(error)) call begin_files(recorder, model, error)
     if (allocated(error)) call unlock_folder(recorder%lock)
-
-  contains
-
-    !> Remove what was there and begin the files.
-    subroutine begin_files()
-      if (leads(recorder)) call make_place(recorder%directory, own_files, recorder%options%continued, &
-        model%analysis%output%hdf5, error)
-      if (recorder%options%continued) call read_timing(recorder%directory, recorder%earlier)
-      call agree(recorder%options%team, error)
-      if (allocated(error)) return
-      call start_display(recorder%display, recorder%options%display, model)
-      if (leads(recorder)) call open_log()
-      call agree(recorder%options%team, error)
-      if (allocated(error)) return
-      call begin_log()
-      if (is_reduced(recorder%options%whole)) then
-        call log_savings()
-        call follow_step(recorder%options%whole, model)
-        call open_tables(recorder%options%whole%model)
-      else
-        call open_tables(model)
-      end if
-      ! A run from the start has a picture of it, when the initial stresses are set.
-      if (.not. allocated(error) .and. recorder%options%begun) call recorder%phase_begun(model, error)
-      if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
-    end subroutine begin_files
-
-    !> Open the log: anew, or behind what the continued run wrote.
-    subroutine open_log()
-      character(len=:), allocatable :: path, text
-
-      path = recorder%directory//'/job.log'
-      text = ''
-      if (recorder%options%continued) then
-        if (file_exists(path)) call read_text(path, text, error)
-        if (allocated(error)) return
-      end if
-      call append_file(recorder%log, path, len(text, kind=long), error)
-    end subroutine open_log
-
-    !> The head of the log: program, deck, what the model builder has to say.
-    subroutine begin_log()
-      if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
-      if (allocated(model%analysis%deck)) call write_log(recorder, 'deck '//model%analysis%deck)
-      call write_log(recorder, sizes_text(model))
-      if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
-      if (recorder%options%continued) then
-        call recorder%note('continued from step '//integer_text(model%state%progress%step))
-      else if (allocated(model%notes)) then
-        if (len(model%notes) > 0) call recorder%note(model%notes)
-      end if
-    end subroutine begin_log
-
-    !> Begin or continue the curves and the list of pictures.
-    subroutine open_tables(model)
-      type(model_type), intent(in) :: model
-      logical :: there
-
-      if (leads(recorder)) call open_curves(model)
-      call agree(recorder%options%team, error)
-      if (allocated(error)) return
-      ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
-      there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
-      there = any_of(recorder%options%team, there .and. leads(recorder) .and. recorder%options%continued)
-      if (model%analysis%output%hdf5 .and. .not. there .and. writes(recorder, model)) &
-        call write_mesh_results(recorder%directory, model, error)
-      call agree(recorder%options%team, error)
-    end subroutine open_tables
-
-    !> Begin or continue the curves, and read which pictures there are.
-    subroutine open_curves(model)
-      type(model_type), intent(in) :: model
-
-      if (recorder%options%continued) then
-        call continue_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, &
-          model%state%progress%step, error)
-        if (allocated(error)) return
-        if (file_exists(recorder%directory//'/points.pvd')) then
-          call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, error)
-        end if
-      else
-        call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
-      end if
-    end subroutine open_curves
-
-    !> Tell by what the model is smaller than the scene.
-    subroutine log_savings()
-      character(len=:), allocatable :: text
-
-      if (recorder%options%continued) return
-      call savings_text(recorder%options%whole, model, text)
-      call recorder%note(text)
-    end subroutine log_savings
   end subroutine create
 
   !> Whether this process writes what there is one of.
@@ -245,6 +152,117 @@ contains
 
     writes = leads(recorder) .or. is_divided(model%part)
   end function writes
+
+  !> Remove what was there and begin the files.
+  subroutine begin_files(recorder, model, error)
+    type(recorder_type), intent(inout) :: recorder
+    !> The model, its state as read when the run continues another.
+    type(model_type), intent(in) :: model
+    !> Set when a file cannot be made.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (leads(recorder)) call make_place(recorder%directory, own_files, recorder%options%continued, &
+      model%analysis%output%hdf5, error)
+    if (recorder%options%continued) call read_timing(recorder%directory, recorder%earlier)
+    call agree(recorder%options%team, error)
+    if (allocated(error)) return
+    call start_display(recorder%display, recorder%options%display, model)
+    if (leads(recorder)) call open_log(recorder, error)
+    call agree(recorder%options%team, error)
+    if (allocated(error)) return
+    call begin_log(recorder, model)
+    if (is_reduced(recorder%options%whole)) then
+      call log_savings(recorder, model)
+      call follow_step(recorder%options%whole, model)
+      call open_tables(recorder, recorder%options%whole%model, error)
+    else
+      call open_tables(recorder, model, error)
+    end if
+    ! A run from the start has a picture of it, when the initial stresses are set.
+    if (.not. allocated(error) .and. recorder%options%begun) call recorder%phase_begun(model, error)
+    if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
+  end subroutine begin_files
+
+  !> Open the log: anew, or behind what the continued run wrote.
+  subroutine open_log(recorder, error)
+    type(recorder_type), intent(inout) :: recorder
+    !> Set when it cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: path, text
+
+    path = recorder%directory//'/job.log'
+    text = ''
+    if (recorder%options%continued) then
+      if (file_exists(path)) call read_text(path, text, error)
+      if (allocated(error)) return
+    end if
+    call append_file(recorder%log, path, len(text, kind=long), error)
+  end subroutine open_log
+
+  !> The head of the log: program, deck, what the model builder has to say.
+  subroutine begin_log(recorder, model)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+
+    if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
+    if (allocated(model%analysis%deck)) call write_log(recorder, 'deck '//model%analysis%deck)
+    call write_log(recorder, sizes_text(model))
+    if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
+    if (recorder%options%continued) then
+      call recorder%note('continued from step '//integer_text(model%state%progress%step))
+    else if (allocated(model%notes)) then
+      if (len(model%notes) > 0) call recorder%note(model%notes)
+    end if
+  end subroutine begin_log
+
+  !> Begin or continue the curves and the list of pictures.
+  subroutine open_tables(recorder, model, error)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    !> Set when a file cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+    logical :: there
+
+    if (leads(recorder)) call open_curves(recorder, model, error)
+    call agree(recorder%options%team, error)
+    if (allocated(error)) return
+    ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
+    there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
+    there = any_of(recorder%options%team, there .and. leads(recorder) .and. recorder%options%continued)
+    if (model%analysis%output%hdf5 .and. .not. there .and. writes(recorder, model)) &
+      call write_mesh_results(recorder%directory, model, error)
+    call agree(recorder%options%team, error)
+  end subroutine open_tables
+
+  !> Begin or continue the curves, and read which pictures there are.
+  subroutine open_curves(recorder, model, error)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    !> Set when a file cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (recorder%options%continued) then
+      call continue_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, &
+        model%state%progress%step, error)
+      if (allocated(error)) return
+      if (file_exists(recorder%directory//'/points.pvd')) then
+        call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, error)
+      end if
+    else
+      call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
+    end if
+  end subroutine open_curves
+
+  !> Tell by what the model is smaller than the scene.
+  subroutine log_savings(recorder, model)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+
+    if (recorder%options%continued) return
+    call savings_text(recorder%options%whole, model, text)
+    call recorder%note(text)
+  end subroutine log_savings
 
   !> A phase has begun: the picture that a record begins with, where there is none yet.
   subroutine phase_begun(self, model, error)
@@ -424,14 +442,14 @@ contains
     logical :: by_signal
 
     by_signal = any_of(recorder%options%team, signal_received() /= 0)
-    if (leads(recorder)) call log_summary()
+    if (leads(recorder)) call log_summary(recorder, model, outcome)
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     said = repeated_warnings(recorder%warnings)
     if (len(said) > 0) call write_log(recorder, without_last_newline(said))
     if (.not. allocated(outcome)) then
       call recorder%phase_begun(model, error)
     else
-      call keep_last_state(outcome)
+      call keep_last_state(recorder, model, outcome, by_signal, error)
       if (.not. by_signal) call report_stress_error(recorder, model)
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
       if (allocated(error)) call write_log(recorder, 'qsmpm: '//error%message)
@@ -446,33 +464,21 @@ contains
     call unlock_folder(recorder%lock)
     if (.not. allocated(outcome)) call show_text(recorder%display, last_line(error))
     call end_display(recorder%display)
-
-  contains
-
-    !> The table of phases, and the file too where the run did not finish; a run that could not write has none.
-    subroutine log_summary()
-      type(error_type), allocatable :: error
-      character(len=:), allocatable :: text
-
-      call summary_table(recorder%directory, scene_of(recorder%options%whole, model), model, text, error, outcome)
-      if (.not. allocated(error)) call write_log(recorder, text)
-      if (.not. allocated(outcome)) return
-      call write_summary(recorder%directory, scene_of(recorder%options%whole, model), model, error, outcome)
-    end subroutine log_summary
-
-    !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
-    subroutine keep_last_state(outcome)
-      !> What ended the run.
-      type(error_type), intent(in) :: outcome
-
-      if (recorder%restart_step /= model%state%progress%step) call save_restart(recorder, model, error)
-      ! A disk that took a file no longer takes no picture either; a signal leaves what a run
-      ! without the interruption would have left.
-      if (allocated(error) .or. outcome%code == error_other) return
-      if (by_signal) return
-      if (recorder%picture_step /= model%state%progress%step) call write_pictures(recorder, model, error)
-    end subroutine keep_last_state
   end subroutine close
+
+  !> The table of phases, and the file too where the run did not finish; a run that could not write has none.
+  subroutine log_summary(recorder, model, outcome)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(in) :: outcome
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+
+    call summary_table(recorder%directory, scene_of(recorder%options%whole, model), model, text, error, outcome)
+    if (.not. allocated(error)) call write_log(recorder, text)
+    if (.not. allocated(outcome)) return
+    call write_summary(recorder%directory, scene_of(recorder%options%whole, model), model, error, outcome)
+  end subroutine log_summary
 
   !> Last line of a run that nothing but its files may have stopped.
   pure function last_line(error) result(line)
@@ -483,6 +489,25 @@ contains
     line = finished_line
     if (allocated(error)) line = 'qsmpm: stopped: '//error%message
   end function last_line
+
+  !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
+  subroutine keep_last_state(recorder, model, outcome, by_signal, error)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    !> What ended the run.
+    type(error_type), intent(in) :: outcome
+    !> A signal has asked for it.
+    logical, intent(in) :: by_signal
+    !> Set when something could not be written.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (recorder%restart_step /= model%state%progress%step) call save_restart(recorder, model, error)
+    ! A disk that took a file no longer takes no picture either; a signal leaves what a run
+    ! without the interruption would have left.
+    if (allocated(error) .or. outcome%code == error_other) return
+    if (by_signal) return
+    if (recorder%picture_step /= model%state%progress%step) call write_pictures(recorder, model, error)
+  end subroutine keep_last_state
 
   !> Write the pictures and results of the present step, those of the scene where the model is a
   !> reduced one.

@@ -142,11 +142,11 @@ contains
     if (allocated(reason)) call note_reason(reader, reason)
     call share_reason(readers, reader)
     if (.not. allocated(reader%reason)) call open_reader(reader, path)
-    call check_origin()
+    call check_origin(reader, fingerprint)
     call find_group(reader, node_labels, in_rows)
     call share_reason(readers, reader)
     if (readers%ranks > 1) then
-      call get_divided(readers)
+      call get_divided(reader, in_rows, readers, model, error)
       return
     end if
     state = model%state
@@ -154,150 +154,48 @@ contains
       state%window = whole_of(model)
       call get_node_values(reader, state%kept, nodes)
     end if
-    call get_state('', in_rows, state)
-    call get_kept_phases(state%progress%phase, kept_phases)
+    call get_state(reader, '', model, in_rows, state)
+    call get_kept_phases(reader, model, state%progress%phase, kept_phases)
     call close_reader(reader, error)
     if (allocated(error)) return
     if (in_rows) call lay_joined(model, state)
     call restore(state, model)
     if (in_rows) call put_node_values(model, nodes)
     call move_alloc(kept_phases, model%kept_phases)
-
-  contains
-
-    !> Divide the model by the state of an open file, with the ends of phases that are in it.
-    subroutine get_divided(team)
-      type(team_type), intent(in) :: team
-      type(kept_phase_type), allocatable :: kept_phases(:)
-      type(progress_type) :: progress
-      type(error_type), allocatable :: failure
-      integer :: i, most
-
-      most = points_of_bodies(model)
-      progress = model%state%progress
-      if (.not. allocated(reader%reason)) call get_progress(reader, '/progress', progress)
-      associate (numbers => kept_numbers(progress%phase))
-        allocate (kept_phases(size(numbers)))
-        call share_reason(team, reader)
-        do i = 1, size(numbers)
-          if (allocated(reader%reason) .or. allocated(error)) exit
-          call read_divided(reader, end_of(numbers(i)), .false., team, most, model, error)
-          kept_phases(i) = kept_phase_type(numbers(i), model%state, model%part)
-        end do
-      end associate
-      if (.not. (allocated(reader%reason) .or. allocated(error))) &
-        call read_divided(reader, '', in_rows, team, most, model, error)
-      call close_reader(reader, failure)
-      if (allocated(failure)) call move_alloc(failure, error)
-      call agree(team, error)
-      call move_alloc(kept_phases, model%kept_phases)
-    end subroutine get_divided
-
-    !> Get the ends of phases that the present one or a later one starts from.
-    subroutine get_kept_phases(present, kept_phases)
-      !> Phase of the state in the file.
-      integer, intent(in) :: present
-      type(kept_phase_type), allocatable, intent(out) :: kept_phases(:)
-      integer :: i
-
-      associate (numbers => kept_numbers(present))
-        allocate (kept_phases(size(numbers)))
-        do i = 1, size(numbers)
-          kept_phases(i)%phase = numbers(i)
-          kept_phases(i)%state = model%state
-          if (.not. allocated(reader%reason)) call get_state(end_of(numbers(i)), .false., kept_phases(i)%state)
-        end do
-      end associate
-    end subroutine get_kept_phases
-
-    !> Phases whose ends are in a file and wanted.
-    function kept_numbers(present) result(numbers)
-      !> Phase of the state in the file.
-      integer, intent(in) :: present
-      integer, allocatable :: numbers(:)
-      integer :: i
-      logical :: there
-
-      allocate (numbers(0))
-      do i = 1, size(model%analysis%phases)
-        if (allocated(reader%reason) .or. .not. is_in_file(model, present, i)) cycle
-        call find_group(reader, end_of(i), there)
-        if (there) numbers = [numbers, i]
-      end do
-    end function kept_numbers
-
-    !> Get a state of a group.
-    subroutine get_state(group, in_rows, state)
-      !> Empty for the root.
-      character(len=*), intent(in) :: group
-      !> Points and nodes are rows of several processes; nodal values are got elsewhere.
-      logical, intent(in) :: in_rows
-      !> One of the model.
-      type(state_type), intent(inout) :: state
-
-      if (.not. in_rows) call get_mesh(reader, group, model, state)
-      call get_progress(reader, group//'/progress', state%progress)
-      call get_points(group, state)
-      call get_carried(reader, group//'/tracers', state%tracers)
-      ! As many as the phase in the file watches.
-      call allocate_watched(state%watched, model%mesh%dimension, count_rows(reader, group//'/watched/cell'))
-      call get_carried(reader, group//'/watched', state%watched)
-      call get_attribute(reader, group//'/mesh', 'plate', state%plate)
-      call get_kept(reader, group//'/terms', state%kept, nodal=.not. in_rows)
-      if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
-    end subroutine get_state
-
-    !> Material and surface points, those that are there and the others: as many of each as the phase in the file has,
-    !> and not more than the bodies.
-    subroutine get_points(group, state)
-      !> Of the state, empty for the root.
-      character(len=*), intent(in) :: group
-      type(state_type), intent(inout) :: state
-      type(points_type) :: like
-      integer :: left
-
-      like = state%points
-      associate (inactive => state%inactive)
-        left = state%points%count + inactive%points%count + inactive%unloading%count
-        if (has_stages(model%analysis)) then
-          call size_set(reader, group//'/points', like, state%points)
-          call size_set(reader, group//'/inactive_points', like, inactive%points)
-          call size_set(reader, group//'/unloading_points', like, inactive%unloading)
-          if (state%points%count + inactive%points%count + inactive%unloading%count > left) &
-            call note_reason(reader, 'it has more material points than the bodies')
-        end if
-        call size_set(reader, group//'/surface', like, state%surface)
-        call size_set(reader, group//'/inactive_surface', like, inactive%surface)
-        call size_set(reader, group//'/unloading_surface', like, inactive%unloading_surface)
-      end associate
-      call get_carried(reader, group//'/points', state%points)
-      call get_carried(reader, group//'/inactive_points', state%inactive%points)
-      call get_carried(reader, group//'/unloading_points', state%inactive%unloading)
-      call get_carried(reader, group//'/surface', state%surface)
-      call get_carried(reader, group//'/inactive_surface', state%inactive%surface)
-      call get_carried(reader, group//'/unloading_surface', state%inactive%unloading_surface)
-      call get_carried(reader, group//'/feet', state%inactive%feet)
-    end subroutine get_points
-
-    !> Note when the file is not one of this program or of this deck.
-    subroutine check_origin()
-      integer :: found_layout, found(2)
-
-      call get_attribute(reader, '/', 'layout', found_layout)
-      if (allocated(reader%reason)) then
-        if (reader%file >= 0) reader%reason = 'it is not a restart file'
-        return
-      end if
-      call get_attribute(reader, '/', 'fingerprint_1', found(1))
-      call get_attribute(reader, '/', 'fingerprint_2', found(2))
-      if (allocated(reader%reason)) return
-      if (found_layout /= layout) then
-        reader%reason = 'it was written by another version of the program'
-      else if (any(found /= fingerprint)) then
-        reader%reason = 'it was written by a run of another deck'
-      end if
-    end subroutine check_origin
   end subroutine read_restart
+
+  !> Divide the model by the state of an open file, with the ends of phases that are in it.
+  subroutine get_divided(reader, in_rows, team, model, error)
+    type(reader_type), intent(inout) :: reader
+    logical, intent(in) :: in_rows
+    type(team_type), intent(in) :: team
+    type(model_type), intent(inout) :: model
+    !> The same on all processes.
+    type(error_type), allocatable, intent(out) :: error
+    type(kept_phase_type), allocatable :: kept_phases(:)
+    type(progress_type) :: progress
+    type(error_type), allocatable :: failure
+    integer :: i, most
+
+    most = points_of_bodies(model)
+    progress = model%state%progress
+    if (.not. allocated(reader%reason)) call get_progress(reader, '/progress', progress)
+    associate (numbers => kept_numbers(reader, model, progress%phase))
+      allocate (kept_phases(size(numbers)))
+      call share_reason(team, reader)
+      do i = 1, size(numbers)
+        if (allocated(reader%reason) .or. allocated(error)) exit
+        call read_divided(reader, end_of(numbers(i)), .false., team, most, model, error)
+        kept_phases(i) = kept_phase_type(numbers(i), model%state, model%part)
+      end do
+    end associate
+    if (.not. (allocated(reader%reason) .or. allocated(error))) &
+      call read_divided(reader, '', in_rows, team, most, model, error)
+    call close_reader(reader, failure)
+    if (allocated(failure)) call move_alloc(failure, error)
+    call agree(team, error)
+    call move_alloc(kept_phases, model%kept_phases)
+  end subroutine get_divided
 
   !> Material points of all bodies.
   pure integer function points_of_bodies(model) result(points)
@@ -308,4 +206,122 @@ contains
     end associate
     if (model%part%built_points > 0) points = int(model%part%built_points)
   end function points_of_bodies
+
+  !> Get the ends of phases that the present one or a later one starts from.
+  subroutine get_kept_phases(reader, model, present, kept_phases)
+    type(reader_type), intent(inout) :: reader
+    type(model_type), intent(in) :: model
+    !> Phase of the state in the file.
+    integer, intent(in) :: present
+    type(kept_phase_type), allocatable, intent(out) :: kept_phases(:)
+    integer :: i
+
+    associate (numbers => kept_numbers(reader, model, present))
+      allocate (kept_phases(size(numbers)))
+      do i = 1, size(numbers)
+        kept_phases(i)%phase = numbers(i)
+        kept_phases(i)%state = model%state
+        if (.not. allocated(reader%reason)) call get_state(reader, end_of(numbers(i)), &
+          model, .false., kept_phases(i)%state)
+      end do
+    end associate
+  end subroutine get_kept_phases
+
+  !> Phases whose ends are in a file and wanted.
+  function kept_numbers(reader, model, present) result(numbers)
+    type(reader_type), intent(inout) :: reader
+    type(model_type), intent(in) :: model
+    !> Phase of the state in the file.
+    integer, intent(in) :: present
+    integer, allocatable :: numbers(:)
+    integer :: i
+    logical :: there
+
+    allocate (numbers(0))
+    do i = 1, size(model%analysis%phases)
+      if (allocated(reader%reason) .or. .not. is_in_file(model, present, i)) cycle
+      call find_group(reader, end_of(i), there)
+      if (there) numbers = [numbers, i]
+    end do
+  end function kept_numbers
+
+  !> Get a state of a group.
+  subroutine get_state(reader, group, model, in_rows, state)
+    type(reader_type), intent(inout) :: reader
+    !> Empty for the root.
+    character(len=*), intent(in) :: group
+    !> A model built from the same deck.
+    type(model_type), intent(in) :: model
+    !> Points and nodes are rows of several processes; nodal values are got elsewhere.
+    logical, intent(in) :: in_rows
+    !> One of the model.
+    type(state_type), intent(inout) :: state
+
+    if (.not. in_rows) call get_mesh(reader, group, model, state)
+    call get_progress(reader, group//'/progress', state%progress)
+    call get_points(reader, group, model, state)
+    call get_carried(reader, group//'/tracers', state%tracers)
+    ! As many as the phase in the file watches.
+    call allocate_watched(state%watched, model%mesh%dimension, count_rows(reader, group//'/watched/cell'))
+    call get_carried(reader, group//'/watched', state%watched)
+    call get_attribute(reader, group//'/mesh', 'plate', state%plate)
+    call get_kept(reader, group//'/terms', state%kept, nodal=.not. in_rows)
+    if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
+  end subroutine get_state
+
+  !> Material and surface points, those that are there and the others: as many of each as the phase in the file has, and
+  !> not more than the bodies.
+  subroutine get_points(reader, group, model, state)
+    type(reader_type), intent(inout) :: reader
+    !> Of the state, empty for the root.
+    character(len=*), intent(in) :: group
+    type(model_type), intent(in) :: model
+    type(state_type), intent(inout) :: state
+    type(points_type) :: like
+    integer :: left
+
+    like = state%points
+    associate (inactive => state%inactive)
+      left = state%points%count + inactive%points%count + inactive%unloading%count
+      if (has_stages(model%analysis)) then
+        call size_set(reader, group//'/points', like, state%points)
+        call size_set(reader, group//'/inactive_points', like, inactive%points)
+        call size_set(reader, group//'/unloading_points', like, inactive%unloading)
+        if (state%points%count + inactive%points%count + inactive%unloading%count > left) &
+          call note_reason(reader, 'it has more material points than the bodies')
+      end if
+      call size_set(reader, group//'/surface', like, state%surface)
+      call size_set(reader, group//'/inactive_surface', like, inactive%surface)
+      call size_set(reader, group//'/unloading_surface', like, inactive%unloading_surface)
+    end associate
+    call get_carried(reader, group//'/points', state%points)
+    call get_carried(reader, group//'/inactive_points', state%inactive%points)
+    call get_carried(reader, group//'/unloading_points', state%inactive%unloading)
+    call get_carried(reader, group//'/surface', state%surface)
+    call get_carried(reader, group//'/inactive_surface', state%inactive%surface)
+    call get_carried(reader, group//'/unloading_surface', state%inactive%unloading_surface)
+    call get_carried(reader, group//'/feet', state%inactive%feet)
+  end subroutine get_points
+
+  !> Note when the file is not one of this program or of this deck.
+  subroutine check_origin(reader, fingerprint)
+    type(reader_type), intent(inout) :: reader
+    !> Fingerprint of the resolved deck (2).
+    integer, intent(in) :: fingerprint(:)
+    integer :: found_layout, found(2)
+
+    call get_attribute(reader, '/', 'layout', found_layout)
+    if (allocated(reader%reason)) then
+      if (reader%file >= 0) reader%reason = 'it is not a restart file'
+      return
+    end if
+    call get_attribute(reader, '/', 'fingerprint_1', found(1))
+    call get_attribute(reader, '/', 'fingerprint_2', found(2))
+    if (allocated(reader%reason)) return
+    if (found_layout /= layout) then
+      reader%reason = 'it was written by another version of the program'
+    else if (any(found /= fingerprint)) then
+      reader%reason = 'it was written by a run of another deck'
+    end if
+  end subroutine check_origin
 end module qsmpm_restart

@@ -57,21 +57,16 @@ contains
 
     call enter_team(model, team)
     call drop_points(model, like)
-    call get_known_to_all(window, nodes)
+    call get_known_to_all(reader, group, in_rows, like, model, window, nodes)
     ! A grid that is shared in parts is looked at whole.
     if (.not. (has_boxes(model%analysis) .or. allocated(reader%reason) .or. model%state%window == whole_of(model))) &
       call lay_window(model, whole_of(model))
     count = count_rows(reader, group//'/points/cell')
-    call count_points()
-    call share_cells()
+    call count_points(reader, group, count, most, model)
+    call share_cells(reader, group//'/points', count, window, model, short)
     if (short) call refuse_short(team%ranks, error)
     if (short) return
-    associate (ring => model%part%ring, state => model%state)
-      call get_near('/points', 1, points_words, ring, state%points)
-      call get_near('/unloading_points', 1, points_words, ring, state%inactive%unloading)
-      call get_near('/surface', 0, surface_words, ring - 1, state%surface)
-      call get_near('/unloading_surface', 0, surface_words, ring - 1, state%inactive%unloading_surface)
-    end associate
+    call get_near(reader, group, in_rows, window, like, model)
     call note_reason(reader, check_state(model%state, model, whole_of(model)))
     call share_reason(team, reader)
     if (allocated(reader%reason)) return
@@ -79,131 +74,6 @@ contains
     if (in_rows) call put_node_values(model, nodes)
     call fit_laws(model)
     if (any_of(team, needs_refining(model))) call join_model(model, error)
-
-  contains
-
-    !> Get what all processes know, and look at the part of the grid that it is numbered in. Cells are numbered as in
-    !> the whole grid then.
-    subroutine get_known_to_all(window, nodes)
-      !> In which the file numbers its cells.
-      type(window_type), intent(out) :: window
-      !> Nodal values where the file has rows of several processes.
-      type(node_values_type), intent(out) :: nodes
-      type(state_type) :: state
-
-      state = model%state
-      window = whole_of(model)
-      call get_progress(reader, group//'/progress', state%progress)
-      if (in_rows) then
-        call get_node_values(reader, state%kept, nodes)
-        state%reactions = 0.0_wp
-        state%released = 0.0_wp
-      else
-        call get_mesh(reader, group, model, state)
-        window = state%window
-      end if
-      call get_places(state)
-      call get_attribute(reader, group//'/mesh', 'plate', state%plate)
-      if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model, window))
-      if (allocated(reader%reason)) return
-      if (.not. in_rows) then
-        call return_to_window(model, window)
-        call clear_nodal(model%state%kept, model%space%node_count)
-      end if
-      call get_kept(reader, group//'/terms', model%state%kept, nodal=.not. in_rows)
-      state%kept = model%state%kept
-      model%state = state
-      call number_all(model, window, whole_of(model))
-    end subroutine get_known_to_all
-
-    !> Get tracers, watched places, feet and the bodies that wait.
-    subroutine get_places(state)
-      type(state_type), intent(inout) :: state
-
-      call get_carried(reader, group//'/tracers', state%tracers)
-      call allocate_watched(state%watched, model%mesh%dimension, count_rows(reader, group//'/watched/cell'))
-      call get_carried(reader, group//'/watched', state%watched)
-      associate (inactive => state%inactive)
-        call get_carried(reader, group//'/feet', inactive%feet)
-        call size_set(reader, group//'/inactive_points', like, inactive%points)
-        call get_carried(reader, group//'/inactive_points', inactive%points)
-        call size_set(reader, group//'/inactive_surface', like, inactive%surface)
-        call get_carried(reader, group//'/inactive_surface', inactive%surface)
-      end associate
-    end subroutine get_places
-
-    !> Note where the file has other numbers of material points than the bodies.
-    subroutine count_points()
-      integer :: all
-
-      all = count + model%state%inactive%points%count + count_rows(reader, group//'/unloading_points/cell')
-      if (has_stages(model%analysis)) then
-        if (all > most) call note_reason(reader, 'it has more material points than the bodies')
-      else if (count /= most) then
-        call note_reason(reader, group//'/points has another size than in this analysis')
-      end if
-    end subroutine count_points
-
-    !> Share the cells by the points that are there, of which every process looks at as many.
-    subroutine share_cells()
-      integer, allocatable :: rows(:), cell(:)
-      integer :: first(2), i
-
-      short = .false.
-      first = 1 + int(int(count, long)*[team%rank, team%rank + 1]/team%ranks)
-      rows = [(i, i=first(1), first(2) - 1)]
-      allocate (cell(size(rows)), source=1)
-      call get_rows(reader, group//'/points/cell', rows, count, cell)
-      call note_reason(reader, places_reason(cell, 1, window, model, points_words))
-      call share_reason(team, reader)
-      if (allocated(reader%reason)) return
-      call share_by_cells(model, whole_cells(model, cell, window), team%ranks, rows_of(model%analysis), &
-        model%part%owners, short)
-    end subroutine share_cells
-
-    !> Get the points of a set that are own or in some rows of cells around the own ones, those of several processes in
-    !> the order that they have on one; their cells are numbered as in the whole grid then.
-    subroutine get_near(name, lowest, words, ring, carried)
-      !> Of the set in the group.
-      character(len=*), intent(in) :: name
-      !> Lowest number of a cell.
-      integer, intent(in) :: lowest
-      !> What they are.
-      character(len=*), intent(in) :: words
-      integer, intent(in) :: ring
-      class(carried_type), intent(inout) :: carried
-      integer, allocatable :: rows(:)
-
-      call find_near(group//name, lowest, words, ring, rows)
-      call size_set(reader, group//name, like, carried, size(rows))
-      call get_some(reader, group//name, rows, count_rows(reader, group//name//'/cell'), carried)
-      if (in_rows) call sort_by_number(carried)
-      carried%cell = whole_cells(model, carried%cell, window)
-    end subroutine get_near
-
-    !> Rows of a set whose cells are own or in some rows of cells around these.
-    subroutine find_near(name, lowest, words, ring, rows)
-      character(len=*), intent(in) :: name
-      !> Lowest number of a cell.
-      integer, intent(in) :: lowest
-      !> What they are.
-      character(len=*), intent(in) :: words
-      integer, intent(in) :: ring
-      integer, allocatable, intent(out) :: rows(:)
-      integer, allocatable :: block(:), cell(:)
-      integer :: count, first, i
-
-      count = count_rows(reader, name//'/cell')
-      allocate (rows(0))
-      do first = 1, count, block_rows
-        block = [(i, i=first, min(first + block_rows - 1, count))]
-        cell = spread(lowest, 1, size(block))
-        call get_rows(reader, name//'/cell', block, count, cell)
-        call note_reason(reader, places_reason(cell, lowest, window, model, words))
-        if (allocated(reader%reason)) return
-        rows = [rows, pack(block, model%part%owners%near(team%rank, ring, whole_cells(model, cell, window)))]
-      end do
-    end subroutine find_near
   end subroutine read_divided
 
   !> The material and surface points that are there give way to those of a file.
@@ -224,4 +94,183 @@ contains
       call allocate_surface_points(inactive%unloading_surface, d, 0)
     end associate
   end subroutine drop_points
+
+  !> Get what all processes know, and look at the part of the grid that it is numbered in. Cells are numbered as in the
+  !> whole grid then.
+  subroutine get_known_to_all(reader, group, in_rows, like, model, window, nodes)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    logical, intent(in) :: in_rows
+    type(points_type), intent(in) :: like
+    type(model_type), intent(inout) :: model
+    !> In which the file numbers its cells.
+    type(window_type), intent(out) :: window
+    !> Nodal values where the file has rows of several processes.
+    type(node_values_type), intent(out) :: nodes
+    type(state_type) :: state
+
+    state = model%state
+    window = whole_of(model)
+    call get_progress(reader, group//'/progress', state%progress)
+    if (in_rows) then
+      call get_node_values(reader, state%kept, nodes)
+      state%reactions = 0.0_wp
+      state%released = 0.0_wp
+    else
+      call get_mesh(reader, group, model, state)
+      window = state%window
+    end if
+    call get_places(reader, group, like, model, state)
+    call get_attribute(reader, group//'/mesh', 'plate', state%plate)
+    if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model, window))
+    if (allocated(reader%reason)) return
+    if (.not. in_rows) then
+      call return_to_window(model, window)
+      call clear_nodal(model%state%kept, model%space%node_count)
+    end if
+    call get_kept(reader, group//'/terms', model%state%kept, nodal=.not. in_rows)
+    state%kept = model%state%kept
+    model%state = state
+    call number_all(model, window, whole_of(model))
+  end subroutine get_known_to_all
+
+  !> Get tracers, watched places, feet and the bodies that wait.
+  subroutine get_places(reader, group, like, model, state)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    type(points_type), intent(in) :: like
+    type(model_type), intent(in) :: model
+    type(state_type), intent(inout) :: state
+
+    call get_carried(reader, group//'/tracers', state%tracers)
+    call allocate_watched(state%watched, model%mesh%dimension, count_rows(reader, group//'/watched/cell'))
+    call get_carried(reader, group//'/watched', state%watched)
+    associate (inactive => state%inactive)
+      call get_carried(reader, group//'/feet', inactive%feet)
+      call size_set(reader, group//'/inactive_points', like, inactive%points)
+      call get_carried(reader, group//'/inactive_points', inactive%points)
+      call size_set(reader, group//'/inactive_surface', like, inactive%surface)
+      call get_carried(reader, group//'/inactive_surface', inactive%surface)
+    end associate
+  end subroutine get_places
+
+  !> Note where the file has other numbers of material points than the bodies.
+  subroutine count_points(reader, group, count, most, model)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    !> Points that are there, and those of all bodies.
+    integer, intent(in) :: count, most
+    type(model_type), intent(in) :: model
+    integer :: all
+
+    all = count + model%state%inactive%points%count + count_rows(reader, group//'/unloading_points/cell')
+    if (has_stages(model%analysis)) then
+      if (all > most) call note_reason(reader, 'it has more material points than the bodies')
+    else if (count /= most) then
+      call note_reason(reader, group//'/points has another size than in this analysis')
+    end if
+  end subroutine count_points
+
+  !> Share the cells by the points that are there, of which every process looks at as many.
+  subroutine share_cells(reader, name, count, window, model, short)
+    type(reader_type), intent(inout) :: reader
+    !> The group of the points, and how many they are.
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: count
+    type(window_type), intent(in) :: window
+    type(model_type), intent(inout) :: model
+    !> There are too few cells with material.
+    logical, intent(out) :: short
+    integer, allocatable :: rows(:), cell(:)
+    integer :: i
+
+    short = .false.
+    associate (team => model%part%team)
+      rows = [(i, i=first_of(team%rank), first_of(team%rank + 1) - 1)]
+      allocate (cell(size(rows)), source=1)
+      call get_rows(reader, name//'/cell', rows, count, cell)
+      call note_reason(reader, places_reason(cell, 1, window, model, points_words))
+      call share_reason(team, reader)
+      if (allocated(reader%reason)) return
+      call share_by_cells(model, whole_cells(model, cell, window), team%ranks, rows_of(model%analysis), &
+        model%part%owners, short)
+    end associate
+
+  contains
+
+    !> First point that a process looks at.
+    pure integer function first_of(rank)
+      integer, intent(in) :: rank
+
+      first_of = 1 + int(int(count, long)*rank/model%part%team%ranks)
+    end function first_of
+  end subroutine share_cells
+
+  !> Get the points that are own or in the ring, those of several processes in the order that they have on one; their
+  !> cells are numbered as in the whole grid then.
+  subroutine get_near(reader, group, in_rows, window, like, model)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    logical, intent(in) :: in_rows
+    type(window_type), intent(in) :: window
+    type(points_type), intent(in) :: like
+    type(model_type), intent(inout) :: model
+
+    associate (ring => model%part%ring, state => model%state)
+      call get_set('/points', 1, points_words, ring, state%points)
+      call get_set('/unloading_points', 1, points_words, ring, state%inactive%unloading)
+      call get_set('/surface', 0, surface_words, ring - 1, state%surface)
+      call get_set('/unloading_surface', 0, surface_words, ring - 1, state%inactive%unloading_surface)
+    end associate
+
+  contains
+
+    !> Those of a set.
+    subroutine get_set(name, lowest, words, ring, carried)
+      character(len=*), intent(in) :: name
+      !> Lowest number of a cell.
+      integer, intent(in) :: lowest
+      !> What they are.
+      character(len=*), intent(in) :: words
+      integer, intent(in) :: ring
+      class(carried_type), intent(inout) :: carried
+      integer, allocatable :: rows(:)
+      integer :: count
+
+      call find_near(reader, group//name, window, lowest, words, ring, model, rows, count)
+      call size_set(reader, group//name, like, carried, size(rows))
+      call get_some(reader, group//name, rows, count, carried)
+      if (in_rows) call sort_by_number(carried)
+      carried%cell = whole_cells(model, carried%cell, window)
+    end subroutine get_set
+  end subroutine get_near
+
+  !> Rows of a set whose cells are own or in some rows of cells around these.
+  subroutine find_near(reader, group, window, lowest, words, ring, model, rows, count)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    type(window_type), intent(in) :: window
+    !> Lowest number of a cell.
+    integer, intent(in) :: lowest
+    !> What they are.
+    character(len=*), intent(in) :: words
+    integer, intent(in) :: ring
+    type(model_type), intent(in) :: model
+    integer, allocatable, intent(out) :: rows(:)
+    !> Of all.
+    integer, intent(out) :: count
+    integer, allocatable :: block(:), cell(:)
+    integer :: first, i
+
+    count = count_rows(reader, group//'/cell')
+    allocate (rows(0))
+    do first = 1, count, block_rows
+      block = [(i, i=first, min(first + block_rows - 1, count))]
+      cell = spread(lowest, 1, size(block))
+      call get_rows(reader, group//'/cell', block, count, cell)
+      call note_reason(reader, places_reason(cell, lowest, window, model, words))
+      if (allocated(reader%reason)) return
+      rows = [rows, pack(block, model%part%owners%near(model%part%team%rank, ring, whole_cells(model, cell, window)))]
+    end do
+  end subroutine find_near
 end module qsmpm_restart_division

@@ -46,78 +46,47 @@ contains
     type(model_type), intent(in) :: model
 
     if (allocated(model%rigid_shapes)) then
-      if (size(model%rigid_shapes) > 0) call put_bodies(group//'/rigid_bodies')
+      if (size(model%rigid_shapes) > 0) call put_bodies(image, group//'/rigid_bodies', model)
       if (size(model%contact_pairs) > 0) then
         call put_group(image, group//'/contacts')
-        call put_contacts(group//'/contacts')
+        call put_contacts(image, group//'/contacts', model)
       end if
     end if
-    call put_water(group//'/water')
-
-  contains
-
-    !> Rigid bodies where they are.
-    subroutine put_bodies(group)
-      character(len=*), intent(in) :: group
-      character(len=:), allocatable :: path
-      real(wp), allocatable :: corners(:, :)
-      type(rigid_pose_type) :: pose
-      integer :: b
-
-      call put_group(image, group)
-      do b = 1, size(model%rigid_shapes)
-        path = group//'/'//numbered(b)
-        pose = pose_of(model, b)
-        call put_group(image, path)
-        call put_array(image, path//'/pose', [pose%displacement, pose%rotation])
-        call put_array(image, path//'/force', force_on_body(model, b))
-        associate (body => model%analysis%rigid_bodies(b))
-          if (body%shape == rigid_plane) then
-            corners = reshape([carried(model, b, body%place), carried(model, b, body%place + body%direction) &
-              - carried(model, b, body%place)], [3, 2])
-            corners(:, 2) = corners(:, 2)/norm2(corners(:, 2))
-            call put_array(image, path//'/plane', corners)
-          end if
-          if (body%shape == rigid_circle .and. model%mesh%dimension == 3) &
-            call put_array(image, path//'/ball', [carried(model, b, body%place), body%radius])
-        end associate
-        if (model%mesh%dimension /= 2) cycle
-        call body_outline(model, b, corners)
-        call put_array(image, path//'/outline', corners)
-      end do
-    end subroutine put_bodies
-
-    !> Surface points that may touch a body, own ones, and on one process the contact points of the bodies behind them.
-    subroutine put_contacts(group)
-      character(len=*), intent(in) :: group
-      type(contact_picture_type) :: picture
-
-      call picture_surfaces(model, picture)
-      if (model%part%team%rank == 0) call picture_outlines(model, picture)
-      call put_array(image, group//'/position', picture%position, rows=.true.)
-      call put_array(image, group//'/normal', picture%normal, rows=.true.)
-      call put_array(image, group//'/extent', picture%extent, rows=.true.)
-      call put_array(image, group//'/pressure', picture%pressure, rows=.true.)
-      call put_array(image, group//'/shear', picture%shear, rows=.true.)
-      call put_array(image, group//'/slip', picture%slip, rows=.true.)
-      call put_array(image, group//'/surface', picture%surface, rows=.true.)
-      call put_array(image, group//'/body', picture%body, rows=.true.)
-    end subroutine put_contacts
-
-    !> Water levels, each once.
-    subroutine put_water(group)
-      character(len=*), intent(in) :: group
-      type(water_line_type), allocatable :: lines(:)
-      integer :: i
-
-      call water_lines(model, lines)
-      if (size(lines) == 0) return
-      call put_group(image, group)
-      do i = 1, size(lines)
-        call put_array(image, group//'/'//numbered(i), lines(i)%corners)
-      end do
-    end subroutine put_water
+    call put_water(image, group//'/water', model)
   end subroutine put_surroundings
+
+  !> Rigid bodies where they are.
+  subroutine put_bodies(image, group, model)
+    type(image_type), intent(inout) :: image
+    character(len=*), intent(in) :: group
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: path
+    real(wp), allocatable :: corners(:, :)
+    type(rigid_pose_type) :: pose
+    integer :: b
+
+    call put_group(image, group)
+    do b = 1, size(model%rigid_shapes)
+      path = group//'/'//numbered(b)
+      pose = pose_of(model, b)
+      call put_group(image, path)
+      call put_array(image, path//'/pose', [pose%displacement, pose%rotation])
+      call put_array(image, path//'/force', force_on_body(model, b))
+      associate (body => model%analysis%rigid_bodies(b))
+        if (body%shape == rigid_plane) then
+          corners = reshape([carried(model, b, body%place), carried(model, b, body%place + body%direction) &
+            - carried(model, b, body%place)], [3, 2])
+          corners(:, 2) = corners(:, 2)/norm2(corners(:, 2))
+          call put_array(image, path//'/plane', corners)
+        end if
+        if (body%shape == rigid_circle .and. model%mesh%dimension == 3) &
+          call put_array(image, path//'/ball', [carried(model, b, body%place), body%radius])
+      end associate
+      if (model%mesh%dimension /= 2) cycle
+      call body_outline(model, b, corners)
+      call put_array(image, path//'/outline', corners)
+    end do
+  end subroutine put_bodies
 
   !> Where a place that rides on a body is.
   pure function carried(model, body, place)
@@ -158,6 +127,25 @@ contains
     end associate
     extent = norm2(sides)
   end function extent_of_mesh
+
+  !> Surface points that may touch a body, own ones, and on one process the contact points of the bodies behind them.
+  subroutine put_contacts(image, group, model)
+    type(image_type), intent(inout) :: image
+    character(len=*), intent(in) :: group
+    type(model_type), intent(in) :: model
+    type(contact_picture_type) :: picture
+
+    call picture_surfaces(model, picture)
+    if (model%part%team%rank == 0) call picture_outlines(model, picture)
+    call put_array(image, group//'/position', picture%position, rows=.true.)
+    call put_array(image, group//'/normal', picture%normal, rows=.true.)
+    call put_array(image, group//'/extent', picture%extent, rows=.true.)
+    call put_array(image, group//'/pressure', picture%pressure, rows=.true.)
+    call put_array(image, group//'/shear', picture%shear, rows=.true.)
+    call put_array(image, group//'/slip', picture%slip, rows=.true.)
+    call put_array(image, group//'/surface', picture%surface, rows=.true.)
+    call put_array(image, group//'/body', picture%body, rows=.true.)
+  end subroutine put_contacts
 
   !> What is shown of surface points.
   subroutine picture_surfaces(model, picture)
@@ -221,4 +209,20 @@ contains
     picture%surface = [picture%surface, [(0, i=1, points%count)]]
     picture%body = [picture%body, model%contact_pairs(points%pair)%body]
   end subroutine picture_outlines
+
+  !> Water levels, each once.
+  subroutine put_water(image, group, model)
+    type(image_type), intent(inout) :: image
+    character(len=*), intent(in) :: group
+    type(model_type), intent(in) :: model
+    type(water_line_type), allocatable :: lines(:)
+    integer :: i
+
+    call water_lines(model, lines)
+    if (size(lines) == 0) return
+    call put_group(image, group)
+    do i = 1, size(lines)
+      call put_array(image, group//'/'//numbered(i), lines(i)%corners)
+    end do
+  end subroutine put_water
 end module qsmpm_surroundings

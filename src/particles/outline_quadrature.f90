@@ -53,78 +53,13 @@ contains
         if (any(corner_low >= high) .or. any(corner_high <= low)) cycle
         if (is_crossed(outline, corner_low, corner_high)) then
           call pieces_in_convex(whole, corners, pieces)
-          call add_pieces(c, pieces, rule_degree(c), list)
+          call add_pieces(mesh, axisymmetric, c, body, pieces, rule_degree(mesh, axisymmetric, c, degree), list)
         else if (polygon_contains(outline, sum(corners, dim=2)/size(corners, 2))) then
           call begin_list(corners, base)
-          call add_pieces(c, base, rule_degree(c), list)
+          call add_pieces(mesh, axisymmetric, c, body, base, rule_degree(mesh, axisymmetric, c, degree), list)
         end if
       end associate
     end do
-
-  contains
-
-    !> Degree of the gradients of a cell's functions, in axisymmetry times the radius; at least two, for the stiffness.
-    pure integer function rule_degree(cell)
-      integer, intent(in) :: cell
-
-      rule_degree = 2*max(degree, element_order(mesh%cell_kind(cell))) - 1
-      rule_degree = max(2, rule_degree + merge(1, 0, axisymmetric))
-    end function rule_degree
-
-    !> Add the points of the pieces of a cell.
-    pure subroutine add_pieces(cell, pieces, degree, list)
-      !> Number of the cell and of the body.
-      integer, intent(in) :: cell
-      type(polygon_list_type), intent(in) :: pieces
-      !> Degree of the rule.
-      integer, intent(in) :: degree
-      type(seed_list_type), intent(inout) :: list
-      real(wp), allocatable :: places(:, :), weights(:)
-      real(wp) :: area, scale
-      integer :: k
-
-      area = polygon_area(corners_of(mesh, cell))
-      scale = volume_of(mesh, axisymmetric, cell)/area
-      if (axisymmetric) scale = scale/sum(polygon_centroid(corners_of(mesh, cell))*[1, 0])
-      if (abs(scale - 1.0_wp) <= nothing) scale = 1.0_wp
-      call simplex_degree(2, degree, places, weights)
-      do k = 1, pieces%count
-        associate (polygon => pieces%vertices(:, pieces%first(k):pieces%first(k + 1) - 1))
-          if (abs(polygon_area(polygon)) > nothing*area) &
-            call add_fan(cell, polygon, nothing*area, scale, places, weights, list)
-        end associate
-      end do
-    end subroutine add_pieces
-
-    !> Add the points of the triangles from the centroid of a piece to its edges.
-    pure subroutine add_fan(cell, polygon, smallest, scale, places, weights, list)
-      !> Number of the cell and of the body.
-      integer, intent(in) :: cell
-      !> (2,n)
-      real(wp), intent(in) :: polygon(:, :)
-      !> Area of a triangle that is left out, and factor of all volumes.
-      real(wp), intent(in) :: smallest, scale
-      !> Rule on the unit triangle (2,m), (m).
-      real(wp), intent(in) :: places(:, :), weights(:)
-      type(seed_list_type), intent(inout) :: list
-      real(wp) :: centre(2), a(2), b(2), x(2), local(2), twice_area
-      logical :: ok
-      integer :: i, k
-
-      centre = polygon_centroid(polygon)
-      do i = 1, size(polygon, 2)
-        a = polygon(:, i) - centre
-        b = polygon(:, mod(i, size(polygon, 2)) + 1) - centre
-        twice_area = a(1)*b(2) - a(2)*b(1)
-        if (abs(twice_area) <= 2.0_wp*epsilon(1.0_wp)*smallest) cycle
-        do k = 1, size(weights)
-          x = centre + places(1, k)*a + places(2, k)*b
-          call inverse_map(mesh, cell, x, local, ok)
-          if (ok) call add_seed(list, cell, body, local, &
-            scale*weights(k)*twice_area*merge(x(1), 1.0_wp, axisymmetric), [0.0_wp, 0.0_wp])
-        end do
-      end do
-    end subroutine add_fan
   end subroutine seed_outline_cells
 
   !> Whether an edge of an outline may cross a box.
@@ -146,4 +81,75 @@ contains
     end do
     is_crossed = .false.
   end function is_crossed
+
+  !> Degree of the gradients of a cell's functions, in axisymmetry times the radius; at least two, for the stiffness.
+  pure integer function rule_degree(mesh, axisymmetric, cell, degree)
+    type(mesh_type), intent(in) :: mesh
+    logical, intent(in) :: axisymmetric
+    integer, intent(in) :: cell
+    !> Degree of the functions of a grid along an axis, 0 for those of the elements.
+    integer, intent(in) :: degree
+
+    rule_degree = 2*max(degree, element_order(mesh%cell_kind(cell))) - 1
+    rule_degree = max(2, rule_degree + merge(1, 0, axisymmetric))
+  end function rule_degree
+
+  !> Add the points of the pieces of a cell.
+  pure subroutine add_pieces(mesh, axisymmetric, cell, body, pieces, degree, list)
+    type(mesh_type), intent(in) :: mesh
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    type(polygon_list_type), intent(in) :: pieces
+    !> Degree of the rule.
+    integer, intent(in) :: degree
+    type(seed_list_type), intent(inout) :: list
+    real(wp), allocatable :: places(:, :), weights(:)
+    real(wp) :: area, scale
+    integer :: k
+
+    area = polygon_area(corners_of(mesh, cell))
+    scale = volume_of(mesh, axisymmetric, cell)/area
+    if (axisymmetric) scale = scale/sum(polygon_centroid(corners_of(mesh, cell))*[1, 0])
+    if (abs(scale - 1.0_wp) <= nothing) scale = 1.0_wp
+    call simplex_degree(2, degree, places, weights)
+    do k = 1, pieces%count
+      associate (polygon => pieces%vertices(:, pieces%first(k):pieces%first(k + 1) - 1))
+        if (abs(polygon_area(polygon)) > nothing*area) &
+          call add_fan(mesh, axisymmetric, cell, body, polygon, nothing*area, scale, places, weights, list)
+      end associate
+    end do
+  end subroutine add_pieces
+
+  !> Add the points of the triangles from the centroid of a piece to its edges.
+  pure subroutine add_fan(mesh, axisymmetric, cell, body, polygon, smallest, scale, places, weights, list)
+    type(mesh_type), intent(in) :: mesh
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> (2,n)
+    real(wp), intent(in) :: polygon(:, :)
+    !> Area of a triangle that is left out, and factor of all volumes.
+    real(wp), intent(in) :: smallest, scale
+    !> Rule on the unit triangle (2,m), (m).
+    real(wp), intent(in) :: places(:, :), weights(:)
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: centre(2), a(2), b(2), x(2), local(2), twice_area
+    logical :: ok
+    integer :: i, k
+
+    centre = polygon_centroid(polygon)
+    do i = 1, size(polygon, 2)
+      a = polygon(:, i) - centre
+      b = polygon(:, mod(i, size(polygon, 2)) + 1) - centre
+      twice_area = a(1)*b(2) - a(2)*b(1)
+      if (abs(twice_area) <= 2.0_wp*epsilon(1.0_wp)*smallest) cycle
+      do k = 1, size(weights)
+        x = centre + places(1, k)*a + places(2, k)*b
+        call inverse_map(mesh, cell, x, local, ok)
+        if (ok) call add_seed(list, cell, body, local, &
+          scale*weights(k)*twice_area*merge(x(1), 1.0_wp, axisymmetric), [0.0_wp, 0.0_wp])
+      end do
+    end do
+  end subroutine add_fan
 end module qsmpm_outline_quadrature

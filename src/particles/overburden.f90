@@ -267,48 +267,52 @@ contains
     filled = 1
     do i = 1, size(z)
       ! All of it has weight in a body, in a gap what is below the level.
-      weight = weight + piece_weight(above, last, merge(z(i), min(z(i), surface), filled > 0))
+      weight = weight + piece_weight(overburden, above, position, last, merge(z(i), min(z(i), surface), filled > 0))
       last = z(i)
       filled = filled + merge(-1, 1, looks_up(i))
       if (.not. looks_up(i)) above = owner(i)
     end do
-    weight = weight + piece_weight(above, last, surface)
+    weight = weight + piece_weight(overburden, above, position, last, surface)
     if (overburden%water(above)%present) weight = weight + overburden%water(above)%unit_weight &
       *max(0.0_wp, overburden%up*level_at(overburden%water(above), position) - max(last, surface))
-
-  contains
-
-    !> Weight of a piece of a vertical line in a body, 0 where it ends below its beginning.
-    pure real(wp) function piece_weight(body, from, to) result(weight)
-      integer, intent(in) :: body
-      !> Heights, upwards.
-      real(wp), intent(in) :: from, to
-      real(wp) :: wet
-
-      weight = mean_weight(body, from, to)*max(0.0_wp, to - from)
-      if (.not. overburden%water(body)%present) return
-      wet = max(0.0_wp, min(to, overburden%up*level_at(overburden%water(body), position)) - from)
-      weight = weight + (overburden%saturated_weight(body) - overburden%unit_weight(body))*wet
-    end function piece_weight
-
-    !> Mean unit weight above water of a piece of a vertical line, by the middles of its slices.
-    pure real(wp) function mean_weight(body, from, to) result(weight)
-      integer, intent(in) :: body
-      !> Heights, upwards.
-      real(wp), intent(in) :: from, to
-      real(wp) :: place(size(position))
-      integer :: i
-
-      weight = overburden%unit_weight(body)
-      if (.not. has_values(overburden%weights, body) .or. from >= to) return
-      weight = 0.0_wp
-      place = position
-      do i = 1, slices
-        place(overburden%axis) = overburden%up*(from + (i - 0.5_wp)/slices*(to - from))
-        weight = weight + value_at(overburden%weights, body, place, 0.0_wp)/slices
-      end do
-    end function mean_weight
   end function weight_above
+
+  !> Weight of a piece of a vertical line in a body, 0 where it ends below its beginning.
+  pure real(wp) function piece_weight(overburden, body, position, from, to) result(weight)
+    type(overburden_type), intent(in) :: overburden
+    integer, intent(in) :: body
+    !> A place on the line (dimension).
+    real(wp), intent(in) :: position(:)
+    !> Heights, upwards.
+    real(wp), intent(in) :: from, to
+    real(wp) :: wet
+
+    weight = mean_weight(overburden, body, position, from, to)*max(0.0_wp, to - from)
+    if (.not. overburden%water(body)%present) return
+    wet = max(0.0_wp, min(to, overburden%up*level_at(overburden%water(body), position)) - from)
+    weight = weight + (overburden%saturated_weight(body) - overburden%unit_weight(body))*wet
+  end function piece_weight
+
+  !> Mean unit weight above water of a piece of a vertical line, by the middles of its slices.
+  pure real(wp) function mean_weight(overburden, body, position, from, to) result(weight)
+    type(overburden_type), intent(in) :: overburden
+    integer, intent(in) :: body
+    !> A place on the line (dimension).
+    real(wp), intent(in) :: position(:)
+    !> Heights, upwards.
+    real(wp), intent(in) :: from, to
+    real(wp) :: place(size(position))
+    integer :: i
+
+    weight = overburden%unit_weight(body)
+    if (.not. has_values(overburden%weights, body) .or. from >= to) return
+    weight = 0.0_wp
+    place = position
+    do i = 1, slices
+      place(overburden%axis) = overburden%up*(from + (i - 0.5_wp)/slices*(to - from))
+      weight = weight + value_at(overburden%weights, body, place, 0.0_wp)/slices
+    end do
+  end function mean_weight
 
   !> Crossings of the vertical line above a place with the bounds of all bodies, upwards.
   pure subroutine crossings_above(overburden, x, z, looks_up, owner)

@@ -79,193 +79,12 @@ contains
           'but its boundary cuts through an element')
         return
       end if
-      if (share >= 1.0_wp - rounding .and. pattern_fits(c)) then
-        call seed_cell(c)
+      if (share >= 1.0_wp - rounding .and. pattern_fits(mesh, c, pattern)) then
+        call seed_cell(mesh, axisymmetric, c, body, pattern, list)
       else
-        call seed_pieces(c)
+        call seed_pieces(mesh, axisymmetric, shape, solid, c, body, share, pattern, list)
       end if
     end do
-
-  contains
-
-    !> True when the places of the pattern are the centroids of what they stand for: not so for a
-    !> regular pattern in a plane quadrilateral or an upright brick that is no parallelogram.
-    pure logical function pattern_fits(cell) result(fits)
-      !> Number of the cell.
-      integer, intent(in) :: cell
-      real(wp), allocatable :: base(:, :)
-      real(wp) :: low, high
-      logical :: upright
-
-      fits = pattern%gauss .or. .not. any(linear_kind(pattern%kind) == [quad4, hex8])
-      if (fits) return
-      call upright_prism(corners_of(mesh, cell), base, low, high, upright)
-      fits = .not. upright
-      if (fits) return
-      fits = maxval(abs(base(:, 1) - base(:, 2) + base(:, 3) - base(:, 4))) &
-        <= straight*maxval(maxval(base, dim=2) - minval(base, dim=2))
-    end function pattern_fits
-
-    !> The whole pattern; its volumes add up to the volume of the cell.
-    subroutine seed_cell(cell)
-      !> Number of the cell and of the body.
-      integer, intent(in) :: cell
-      real(wp) :: volume(size(pattern%weights))
-      integer :: k
-
-      call pattern_volumes(cell, volume)
-      do k = 1, size(volume)
-        call add_point(cell, pattern%places(:, k), volume(k))
-      end do
-    end subroutine seed_cell
-
-    !> Volumes the points of a pattern stand for in a cell. A pattern that is no Gauss rule does not
-    !> integrate the Jacobian of a distorted element: its volumes are scaled to the exact sum.
-    subroutine pattern_volumes(cell, volume)
-      !> Number of the cell.
-      integer, intent(in) :: cell
-      !> (n)
-      real(wp), intent(out) :: volume(:)
-      real(wp) :: ratio
-      integer :: k
-
-      do k = 1, size(volume)
-        volume(k) = pattern%weights(k)*measure_at(mesh, axisymmetric, cell, pattern%places(:, k))
-      end do
-      ratio = volume_of(mesh, axisymmetric, cell)/sum(volume)
-      if (abs(ratio - 1.0_wp) > straight) volume = ratio*volume
-    end subroutine pattern_volumes
-
-    !> A point of a pattern: its box has the shape of the cell and the size of the point.
-    subroutine add_point(cell, local, volume)
-      !> Number of the cell and of the body.
-      integer, intent(in) :: cell
-      !> Local coordinates (dimension).
-      real(wp), intent(in) :: local(:)
-      !> Volume; per radian in axisymmetry.
-      real(wp), intent(in) :: volume
-      real(wp) :: extent(mesh%dimension), x(mesh%dimension), measure
-
-      associate (corners => corners_of(mesh, cell))
-        extent = maxval(corners, dim=2) - minval(corners, dim=2)
-      end associate
-      measure = volume
-      if (axisymmetric) then
-        x = place_of(mesh, cell, local)
-        measure = volume/x(1)
-      end if
-      call add_seed(list, cell, body, local, volume, half_of_box(extent, measure))
-    end subroutine add_point
-
-    !> Points for every piece of the body in the sub-cells of a cell. A body that goes through all of z has the points
-    !> of its section in every layer: its displacement may be that of the section.
-    subroutine seed_pieces(cell)
-      !> Number of the cell and of the body.
-      integer, intent(in) :: cell
-      type(piece_list_type) :: pieces
-      type(pattern_type) :: section
-      real(wp), allocatable :: base(:, :), x(:, :), half(:, :)
-      real(wp) :: limits(2), ratio
-      logical :: layered
-      integer :: k
-
-      call upright_prism(corners_of(mesh, cell), base, limits(1), limits(2), layered)
-      layered = layered .and. goes_through()
-      section = pattern
-      if (layered) then
-        call choose_sub_cells(face_kind(pattern%kind), size(pattern%weights)/layers_of(pattern%places), section)
-        call prism_pieces(shape%outline, base, [0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], section%sub_cells, 1, pieces)
-        pieces%centroid(3, :pieces%count) = 0.5_wp*sum(limits)
-      else
-        call find_pieces(cell, pieces)
-      end if
-      call merge_small_pieces(pieces, smallest_piece*sum(pieces%measure(:pieces%count)) &
-        /(share*section%sub_cells**2*section%layers))
-      ! Curved sides and faces: the pieces are those of straight ones.
-      ratio = share*volume_of(mesh, axisymmetric, cell)/sum(pieces%measure(:pieces%count) &
-        *merge(pieces%centroid(1, :pieces%count), 1.0_wp, axisymmetric))
-      if (layered) ratio = ratio/(limits(2) - limits(1))
-      if (abs(ratio - 1.0_wp) <= straight) ratio = 1.0_wp
-      do k = 1, pieces%count
-        call points_of_piece(mesh, cell, pieces, k, section, merge(2, mesh%dimension, layered), x, half)
-        if (layered) then
-          call add_to_layers(cell, x, half, ratio*pieces%measure(k)/size(x, 2), limits)
-        else
-          call add_points(axisymmetric, cell, x, half, ratio*pieces%measure(k)/size(x, 2))
-        end if
-      end do
-    end subroutine seed_pieces
-
-    !> True when a body of a mesh in space is a section that goes through all of z.
-    pure logical function goes_through()
-      goes_through = mesh%dimension == 3 .and. .not. allocated(shape%solid)
-      if (goes_through) goes_through = shape%low <= mesh%bounds(3, 1) .and. shape%high >= mesh%bounds(3, 2)
-    end function goes_through
-
-    !> Add points of equal measure.
-    subroutine add_points(axisymmetric, cell, x, half, measure)
-      !> Volumes per radian.
-      logical, intent(in) :: axisymmetric
-      !> Number of the cell and of the body.
-      integer, intent(in) :: cell
-      !> Places and half lengths of boxes (dimension, n).
-      real(wp), intent(in) :: x(:, :), half(:, :)
-      !> Area or volume of each.
-      real(wp), intent(in) :: measure
-      real(wp) :: local(mesh%dimension)
-      logical :: inside
-      integer :: i
-
-      do i = 1, size(x, 2)
-        call find_inside(mesh, cell, x(:, i), local, inside)
-        call add_seed(list, cell, body, local, measure*merge(x(1, i), 1.0_wp, axisymmetric), half(:, i))
-      end do
-    end subroutine add_points
-
-    !> Add points of the section of a prism in every layer of the pattern.
-    subroutine add_to_layers(cell, x, half, area, limits)
-      !> Number of the cell and of the body.
-      integer, intent(in) :: cell
-      !> Places and half lengths of boxes in the section (2, n).
-      real(wp), intent(in) :: x(:, :), half(:, :)
-      !> Area of each.
-      real(wp), intent(in) :: area
-      !> Lower and upper end of the cell along z.
-      real(wp), intent(in) :: limits(2)
-      real(wp) :: height, place
-      integer :: i, l, n
-
-      n = size(pattern%weights)/layers_of(pattern%places)
-      do l = 1, layers_of(pattern%places)
-        associate (layer => pattern%weights((l - 1)*n + 1:l*n), height_of_cell => limits(2) - limits(1))
-          height = height_of_cell*sum(layer)/sum(pattern%weights)
-          place = limits(1) + 0.5_wp*(1.0_wp + pattern%places(3, l*n))*height_of_cell
-        end associate
-        do i = 1, size(x, 2)
-          call add_points(.false., cell, reshape([x(:, i), place], [3, 1]), reshape([half(:, i), 0.5_wp*height], [3, &
-            1]), area*height)
-        end do
-      end do
-    end subroutine add_to_layers
-
-    !> The pieces of the body in the sub-cells of a cell.
-    pure subroutine find_pieces(cell, pieces)
-      !> Number of the cell.
-      integer, intent(in) :: cell
-      type(piece_list_type), intent(inout) :: pieces
-      real(wp), allocatable :: base(:, :)
-      real(wp) :: low, high
-      logical :: upright
-
-      call upright_prism(corners_of(mesh, cell), base, low, high, upright)
-      if (upright .and. .not. allocated(shape%solid)) then
-        call prism_pieces(shape%outline, base, [low, high], [shape%low, shape%high], &
-          pattern%sub_cells, pattern%layers, pieces)
-      else
-        call solid_pieces(solid, allocated(shape%solid), corners_of(mesh, cell), pattern%sub_cells, &
-          pattern%layers, pieces)
-      end if
-    end subroutine find_pieces
   end subroutine seed_body
 
   !> Least length of a cell along an axis.
@@ -278,6 +97,90 @@ contains
     corners = corners_of(mesh, cell)
     extent = minval(maxval(corners, dim=2) - minval(corners, dim=2))
   end function least_extent
+
+  !> True when the places of the pattern are the centroids of what they stand for: not so for a
+  !> regular pattern in a plane quadrilateral or an upright brick that is no parallelogram.
+  pure logical function pattern_fits(mesh, cell, pattern) result(fits)
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    type(pattern_type), intent(in) :: pattern
+    real(wp), allocatable :: base(:, :)
+    real(wp) :: low, high
+    logical :: upright
+
+    fits = pattern%gauss .or. .not. any(linear_kind(pattern%kind) == [quad4, hex8])
+    if (fits) return
+    call upright_prism(corners_of(mesh, cell), base, low, high, upright)
+    fits = .not. upright
+    if (fits) return
+    fits = maxval(abs(base(:, 1) - base(:, 2) + base(:, 3) - base(:, 4))) &
+      <= straight*maxval(maxval(base, dim=2) - minval(base, dim=2))
+  end function pattern_fits
+
+  !> The whole pattern; its volumes add up to the volume of the cell.
+  subroutine seed_cell(mesh, axisymmetric, cell, body, pattern, list)
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes and areas per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    type(pattern_type), intent(in) :: pattern
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: volume(size(pattern%weights))
+    integer :: k
+
+    call pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
+    do k = 1, size(volume)
+      call add_point(mesh, axisymmetric, cell, body, pattern%places(:, k), volume(k), list)
+    end do
+  end subroutine seed_cell
+
+  !> Volumes the points of a pattern stand for in a cell. A pattern that is no Gauss rule does not
+  !> integrate the Jacobian of a distorted element: its volumes are scaled to the exact sum.
+  subroutine pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    type(pattern_type), intent(in) :: pattern
+    !> (n)
+    real(wp), intent(out) :: volume(:)
+    real(wp) :: ratio
+    integer :: k
+
+    do k = 1, size(volume)
+      volume(k) = pattern%weights(k)*measure_at(mesh, axisymmetric, cell, pattern%places(:, k))
+    end do
+    ratio = volume_of(mesh, axisymmetric, cell)/sum(volume)
+    if (abs(ratio - 1.0_wp) > straight) volume = ratio*volume
+  end subroutine pattern_volumes
+
+  !> A point of a pattern: its box has the shape of the cell and the size of the point.
+  subroutine add_point(mesh, axisymmetric, cell, body, local, volume, list)
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> Local coordinates (dimension).
+    real(wp), intent(in) :: local(:)
+    !> Volume; per radian in axisymmetry.
+    real(wp), intent(in) :: volume
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: extent(mesh%dimension), x(mesh%dimension), measure
+
+    associate (corners => corners_of(mesh, cell))
+      extent = maxval(corners, dim=2) - minval(corners, dim=2)
+    end associate
+    measure = volume
+    if (axisymmetric) then
+      x = place_of(mesh, cell, local)
+      measure = volume/x(1)
+    end if
+    call add_seed(list, cell, body, local, volume, half_of_box(extent, measure))
+  end subroutine add_point
 
   !> Place of local coordinates in a cell.
   pure function place_of(mesh, cell, local) result(x)
@@ -294,4 +197,139 @@ contains
     call shape_functions(mesh%cell_kind(cell), local, functions(:n))
     x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
   end function place_of
+
+  !> Points for every piece of the body in the sub-cells of a cell. A body that goes through all of z has the points of
+  !> its section in every layer: its displacement may be that of the section.
+  subroutine seed_pieces(mesh, axisymmetric, shape, solid, cell, body, share, pattern, list)
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Bounds of the body, and its polyhedron by `solid_of`.
+    type(body_shape_type), intent(in) :: shape
+    type(polyhedron_type), intent(in) :: solid
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> Share of the cell that the body occupies.
+    real(wp), intent(in) :: share
+    type(pattern_type), intent(in) :: pattern
+    type(seed_list_type), intent(inout) :: list
+    type(piece_list_type) :: pieces
+    type(pattern_type) :: section
+    real(wp), allocatable :: base(:, :), x(:, :), half(:, :)
+    real(wp) :: limits(2), ratio
+    logical :: layered
+    integer :: k
+
+    call upright_prism(corners_of(mesh, cell), base, limits(1), limits(2), layered)
+    layered = layered .and. goes_through(mesh, shape)
+    section = pattern
+    if (layered) then
+      call choose_sub_cells(face_kind(pattern%kind), size(pattern%weights)/layers_of(pattern%places), section)
+      call prism_pieces(shape%outline, base, [0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], section%sub_cells, 1, pieces)
+      pieces%centroid(3, :pieces%count) = 0.5_wp*sum(limits)
+    else
+      call find_pieces(mesh, shape, solid, cell, pattern, pieces)
+    end if
+    call merge_small_pieces(pieces, smallest_piece*sum(pieces%measure(:pieces%count)) &
+      /(share*section%sub_cells**2*section%layers))
+    ! Curved sides and faces: the pieces are those of straight ones.
+    ratio = share*volume_of(mesh, axisymmetric, cell)/sum(pieces%measure(:pieces%count) &
+      *merge(pieces%centroid(1, :pieces%count), 1.0_wp, axisymmetric))
+    if (layered) ratio = ratio/(limits(2) - limits(1))
+    if (abs(ratio - 1.0_wp) <= straight) ratio = 1.0_wp
+    do k = 1, pieces%count
+      call points_of_piece(mesh, cell, pieces, k, section, merge(2, mesh%dimension, layered), x, half)
+      if (layered) then
+        call add_to_layers(mesh, cell, body, x, half, ratio*pieces%measure(k)/size(x, 2), limits, pattern, list)
+      else
+        call add_points(mesh, axisymmetric, cell, body, x, half, ratio*pieces%measure(k)/size(x, 2), list)
+      end if
+    end do
+  end subroutine seed_pieces
+
+  !> True when a body of a mesh in space is a section that goes through all of z.
+  pure logical function goes_through(mesh, shape)
+    type(mesh_type), intent(in) :: mesh
+    !> Bounds of the body.
+    type(body_shape_type), intent(in) :: shape
+
+    goes_through = mesh%dimension == 3 .and. .not. allocated(shape%solid)
+    if (goes_through) goes_through = shape%low <= mesh%bounds(3, 1) .and. shape%high >= mesh%bounds(3, 2)
+  end function goes_through
+
+  !> Add points of equal measure.
+  subroutine add_points(mesh, axisymmetric, cell, body, x, half, measure, list)
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> Places and half lengths of boxes (dimension, n).
+    real(wp), intent(in) :: x(:, :), half(:, :)
+    !> Area or volume of each.
+    real(wp), intent(in) :: measure
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: local(mesh%dimension)
+    logical :: inside
+    integer :: i
+
+    do i = 1, size(x, 2)
+      call find_inside(mesh, cell, x(:, i), local, inside)
+      call add_seed(list, cell, body, local, measure*merge(x(1, i), 1.0_wp, axisymmetric), half(:, i))
+    end do
+  end subroutine add_points
+
+  !> Add points of the section of a prism in every layer of the pattern.
+  subroutine add_to_layers(mesh, cell, body, x, half, area, limits, pattern, list)
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> Places and half lengths of boxes in the section (2, n).
+    real(wp), intent(in) :: x(:, :), half(:, :)
+    !> Area of each.
+    real(wp), intent(in) :: area
+    !> Lower and upper end of the cell along z.
+    real(wp), intent(in) :: limits(2)
+    !> The pattern: layer after layer.
+    type(pattern_type), intent(in) :: pattern
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: height, place
+    integer :: i, l, n
+
+    n = size(pattern%weights)/layers_of(pattern%places)
+    do l = 1, layers_of(pattern%places)
+      associate (layer => pattern%weights((l - 1)*n + 1:l*n), height_of_cell => limits(2) - limits(1))
+        height = height_of_cell*sum(layer)/sum(pattern%weights)
+        place = limits(1) + 0.5_wp*(1.0_wp + pattern%places(3, l*n))*height_of_cell
+      end associate
+      do i = 1, size(x, 2)
+        call add_points(mesh, .false., cell, body, reshape([x(:, i), place], [3, 1]), &
+          reshape([half(:, i), 0.5_wp*height], [3, 1]), area*height, list)
+      end do
+    end do
+  end subroutine add_to_layers
+
+  !> The pieces of the body in the sub-cells of a cell.
+  pure subroutine find_pieces(mesh, shape, solid, cell, pattern, pieces)
+    type(mesh_type), intent(in) :: mesh
+    !> Bounds of the body, and its polyhedron by `solid_of`.
+    type(body_shape_type), intent(in) :: shape
+    type(polyhedron_type), intent(in) :: solid
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    type(pattern_type), intent(in) :: pattern
+    type(piece_list_type), intent(inout) :: pieces
+    real(wp), allocatable :: base(:, :)
+    real(wp) :: low, high
+    logical :: upright
+
+    call upright_prism(corners_of(mesh, cell), base, low, high, upright)
+    if (upright .and. .not. allocated(shape%solid)) then
+      call prism_pieces(shape%outline, base, [low, high], [shape%low, shape%high], &
+        pattern%sub_cells, pattern%layers, pieces)
+    else
+      call solid_pieces(solid, allocated(shape%solid), corners_of(mesh, cell), pattern%sub_cells, &
+        pattern%layers, pieces)
+    end if
+  end subroutine find_pieces
 end module qsmpm_seeding

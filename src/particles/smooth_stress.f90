@@ -134,76 +134,85 @@ contains
       smooth%field(size(points%stress, 1), terms, mesh%node_count))
     smooth%material = material
     do n = 1, mesh%node_count
-      call measure_patch(smooth)
-      if (smooth%degree(n) >= 0) call fit_patch(smooth)
+      call measure_patch(mesh, coordinates, patches, points, n, degree, smooth)
+      if (smooth%degree(n) >= 0) call fit_patch(patches, points, n, smooth)
     end do
+  end subroutine fit_smooth_stress
 
-  contains
+  !> Centre, extent and stress level of a patch, and the degree that its points allow.
+  pure subroutine measure_patch(mesh, coordinates, patches, points, n, degree, smooth)
+    type(mesh_type), intent(in) :: mesh
+    real(wp), intent(in) :: coordinates(:, :)
+    type(patches_type), intent(in) :: patches
+    type(points_type), intent(in) :: points
+    !> The node.
+    integer, intent(in) :: n
+    integer, intent(in) :: degree
+    type(smooth_stress_type), intent(inout) :: smooth
+    real(wp) :: volume, square, centre(mesh%dimension), extent(mesh%dimension)
+    integer :: i, k, a, p, held
 
-    !> Centre, extent and stress level of a patch, and the degree that its points allow.
-    pure subroutine measure_patch(smooth)
-      type(smooth_stress_type), intent(inout) :: smooth
-      real(wp) :: volume, square, centre(mesh%dimension), extent(mesh%dimension)
-      integer :: i, k, a, p, held
-
-      volume = 0.0_wp
-      square = 0.0_wp
-      centre = 0.0_wp
-      extent = 0.0_wp
-      held = 0
-      do i = patches%first_cell(n), patches%first_cell(n + 1) - 1
-        associate (c => patches%cell(i))
-          do k = patches%first_point(c), patches%first_point(c + 1) - 1
-            p = patches%point(k)
-            if (points%material(p) /= smooth%material) cycle
-            held = held + 1
-            volume = volume + points%volume(p)
-            centre = centre + points%volume(p)*points%position(:, p)
-            square = square + points%volume(p)*stress_norm(points%stress(:, p))**2
-          end do
-          do a = 1, corner_count(mesh%cell_kind(c))
-            extent = max(extent, abs(coordinates(:, mesh%cell_nodes(mesh%cell_first(c) + a - 1)) - coordinates(:, n)))
-          end do
-        end associate
-      end do
-      smooth%degree(n) = -1
-      if (held == 0) return
-      do a = 0, degree
-        if (a <= 1 .or. held >= 2*term_count(mesh%dimension, a)) smooth%degree(n) = a
-      end do
-      smooth%centre(:, n) = centre/volume
-      smooth%extent(:, n) = extent
-      smooth%level(n) = sqrt(square/volume)
-    end subroutine measure_patch
-
-    !> Coefficients of a patch.
-    pure subroutine fit_patch(smooth)
-      type(smooth_stress_type), intent(inout) :: smooth
-      real(wp) :: matrix(most_terms, most_terms), z(most_terms), weighted, volume
-      integer :: i, j, k, p, terms
-
-      terms = term_count(size(points%position, 1), smooth%degree(n))
-      matrix = 0.0_wp
-      volume = 0.0_wp
-      smooth%field(:, :, n) = 0.0_wp
-      do i = patches%first_cell(n), patches%first_cell(n + 1) - 1
-        do k = patches%first_point(patches%cell(i)), patches%first_point(patches%cell(i) + 1) - 1
+    volume = 0.0_wp
+    square = 0.0_wp
+    centre = 0.0_wp
+    extent = 0.0_wp
+    held = 0
+    do i = patches%first_cell(n), patches%first_cell(n + 1) - 1
+      associate (c => patches%cell(i))
+        do k = patches%first_point(c), patches%first_point(c + 1) - 1
           p = patches%point(k)
           if (points%material(p) /= smooth%material) cycle
-          call patch_terms((points%position(:, p) - smooth%centre(:, n))/smooth%extent(:, n), smooth%degree(n), z)
+          held = held + 1
           volume = volume + points%volume(p)
-          do j = 1, terms
-            weighted = points%volume(p)*z(j)
-            matrix(:terms, j) = matrix(:terms, j) + weighted*z(:terms)
-            smooth%field(:, j, n) = smooth%field(:, j, n) + weighted*points%stress(:, p)
-          end do
+          centre = centre + points%volume(p)*points%position(:, p)
+          square = square + points%volume(p)*stress_norm(points%stress(:, p))**2
+        end do
+        do a = 1, corner_count(mesh%cell_kind(c))
+          extent = max(extent, abs(coordinates(:, mesh%cell_nodes(mesh%cell_first(c) + a - 1)) - coordinates(:, n)))
+        end do
+      end associate
+    end do
+    smooth%degree(n) = -1
+    if (held == 0) return
+    do a = 0, degree
+      if (a <= 1 .or. held >= 2*term_count(mesh%dimension, a)) smooth%degree(n) = a
+    end do
+    smooth%centre(:, n) = centre/volume
+    smooth%extent(:, n) = extent
+    smooth%level(n) = sqrt(square/volume)
+  end subroutine measure_patch
+
+  !> Coefficients of a patch.
+  pure subroutine fit_patch(patches, points, n, smooth)
+    type(patches_type), intent(in) :: patches
+    type(points_type), intent(in) :: points
+    !> The node.
+    integer, intent(in) :: n
+    type(smooth_stress_type), intent(inout) :: smooth
+    real(wp) :: matrix(most_terms, most_terms), z(most_terms), weighted, volume
+    integer :: i, j, k, p, terms
+
+    terms = term_count(size(points%position, 1), smooth%degree(n))
+    matrix = 0.0_wp
+    volume = 0.0_wp
+    smooth%field(:, :, n) = 0.0_wp
+    do i = patches%first_cell(n), patches%first_cell(n + 1) - 1
+      do k = patches%first_point(patches%cell(i)), patches%first_point(patches%cell(i) + 1) - 1
+        p = patches%point(k)
+        if (points%material(p) /= smooth%material) cycle
+        call patch_terms((points%position(:, p) - smooth%centre(:, n))/smooth%extent(:, n), smooth%degree(n), z)
+        volume = volume + points%volume(p)
+        do j = 1, terms
+          weighted = points%volume(p)*z(j)
+          matrix(:terms, j) = matrix(:terms, j) + weighted*z(:terms)
+          smooth%field(:, j, n) = smooth%field(:, j, n) + weighted*points%stress(:, p)
         end do
       end do
-      smooth%field(:, :terms, n) = smooth%field(:, :terms, n)/volume
-      matrix = matrix/volume
-      call solve_patch(size(points%position, 1), smooth%degree(n), matrix(:terms, :terms), smooth%field(:, :terms, n))
-    end subroutine fit_patch
-  end subroutine fit_smooth_stress
+    end do
+    smooth%field(:, :terms, n) = smooth%field(:, :terms, n)/volume
+    matrix = matrix/volume
+    call solve_patch(size(points%position, 1), smooth%degree(n), matrix(:terms, :terms), smooth%field(:, :terms, n))
+  end subroutine fit_patch
 
   !> The smooth stress of a material at a place, and the stress of its neighbourhood: fields of the corners of a cell,
   !> blended as at local coordinates.

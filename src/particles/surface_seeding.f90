@@ -130,65 +130,10 @@ contains
       c = k
       if (present(cells)) c = cells(k)
       if (is_far(corners_of(mesh, c), box)) cycle
-      call piece_in_cell(c, piece, owner)
+      call piece_in_cell(mesh, occupied, follow, c, segment, piece, owner)
       list%searched = c
-      if (owner > 0) call seed_piece(owner, list)
+      if (owner > 0) call seed_piece(mesh, axisymmetric, owner, segment, piece, degree, surface, list)
     end do
-
-  contains
-
-    !> Part of a segment, as parameters from 0 to 1, in a convex plane cell, and the cell that owns it.
-    pure subroutine piece_in_cell(cell, piece, owner)
-      !> Number of the cell.
-      integer, intent(in) :: cell
-      !> Start and end of the part.
-      real(wp), intent(out) :: piece(2)
-      !> The cell, or a neighbour, or 0 when there is nothing to seed.
-      integer, intent(out) :: owner
-      real(wp), dimension(corner_count(mesh%cell_kind(cell))) :: from, to, facing, deviation
-      real(wp) :: corner(2, size(from))
-      integer :: i
-
-      corner = corners_of(mesh, cell)
-      piece = [0.0_wp, 1.0_wp]
-      owner = 0
-      do i = 1, size(from)
-        call sides_of(corner(:, i), corner(:, mod(i, size(from)) + 1), segment, from(i), to(i), facing(i))
-        if (from(i) <= 0.0_wp .and. to(i) <= 0.0_wp .and. min(from(i), to(i)) < 0.0_wp) return
-        if (from(i) < 0.0_wp) piece(1) = max(piece(1), from(i)/(from(i) - to(i)))
-        if (to(i) < 0.0_wp) piece(2) = min(piece(2), from(i)/(from(i) - to(i)))
-      end do
-      if (piece(2) - piece(1) < shortest) return
-      do i = 1, size(from)
-        deviation(i) = max(abs(from(i) + piece(1)*(to(i) - from(i))), &
-          abs(from(i) + piece(2)*(to(i) - from(i))))
-      end do
-      owner = owner_of_piece(mesh, occupied, follow, cell, segment(:2) &
-        + 0.5_wp*sum(piece)*(segment(3:) - segment(:2)), facing, deviation)
-    end subroutine piece_in_cell
-
-    !> Gauss points on a part of a segment; none on the axis of symmetry, where they have no area.
-    pure subroutine seed_piece(cell, list)
-      !> Cell that owns the part.
-      integer, intent(in) :: cell
-      type(seed_list_type), intent(inout) :: list
-      real(wp), allocatable :: places(:), weights(:)
-      real(wp) :: along(2), x(2), local(2), weight
-      logical :: ok
-      integer :: k
-
-      call line_gauss(degree/2 + 1, places, weights)
-      along = segment(3:4) - segment(1:2)
-      do k = 1, size(places)
-        x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*places(k))*along
-        call inverse_map(mesh, cell, x, local, ok)
-        if (.not. ok) cycle
-        if (axisymmetric .and. x(1) <= exactly_on*norm2(along)) cycle
-        weight = 0.5_wp*weights(k)*(piece(2) - piece(1))
-        if (axisymmetric) weight = weight*x(1)
-        call add_seed(list, cell, surface, local, weight*norm2(along), weight*[along(2), -along(1)])
-      end do
-    end subroutine seed_piece
   end subroutine seed_segment
 
   !> True when a cell is apart from a box by more than what counts as touching.
@@ -204,6 +149,43 @@ contains
     slack = 0.01_wp*maxval(high - low)
     is_far = any(low - slack > box(:, 2)) .or. any(high + slack < box(:, 1))
   end function is_far
+
+  !> Part of a segment, as parameters from 0 to 1, in a convex plane cell, and the cell that owns it.
+  pure subroutine piece_in_cell(mesh, occupied, follow, cell, segment, piece, owner)
+    type(mesh_type), intent(in) :: mesh
+    !> Cells that hold material (cell_count).
+    logical, intent(in) :: occupied(:)
+    !> As for `seed_segment`.
+    logical, intent(in) :: follow
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> x1, y1, x2, y2.
+    real(wp), intent(in) :: segment(4)
+    !> Start and end of the part.
+    real(wp), intent(out) :: piece(2)
+    !> The cell, or a neighbour, or 0 when there is nothing to seed.
+    integer, intent(out) :: owner
+    real(wp), dimension(corner_count(mesh%cell_kind(cell))) :: from, to, facing, deviation
+    real(wp) :: corner(2, size(from))
+    integer :: i
+
+    corner = corners_of(mesh, cell)
+    piece = [0.0_wp, 1.0_wp]
+    owner = 0
+    do i = 1, size(from)
+      call sides_of(corner(:, i), corner(:, mod(i, size(from)) + 1), segment, from(i), to(i), facing(i))
+      if (from(i) <= 0.0_wp .and. to(i) <= 0.0_wp .and. min(from(i), to(i)) < 0.0_wp) return
+      if (from(i) < 0.0_wp) piece(1) = max(piece(1), from(i)/(from(i) - to(i)))
+      if (to(i) < 0.0_wp) piece(2) = min(piece(2), from(i)/(from(i) - to(i)))
+    end do
+    if (piece(2) - piece(1) < shortest) return
+    do i = 1, size(from)
+      deviation(i) = max(abs(from(i) + piece(1)*(to(i) - from(i))), &
+        abs(from(i) + piece(2)*(to(i) - from(i))))
+    end do
+    owner = owner_of_piece(mesh, occupied, follow, cell, segment(:2) &
+      + 0.5_wp*sum(piece)*(segment(3:) - segment(:2)), facing, deviation)
+  end subroutine piece_in_cell
 
   !> Distances of the ends of a segment from a side of a cell, inwards, as shares of its length.
   pure subroutine sides_of(a, b, segment, from, to, facing)
@@ -222,6 +204,40 @@ contains
     if (abs(to) <= exactly_on) to = 0.0_wp
     facing = dot_product(b - a, segment(3:4) - segment(1:2))
   end subroutine sides_of
+
+  !> Gauss points on a part of a segment; none on the axis of symmetry, where they have no area.
+  pure subroutine seed_piece(mesh, axisymmetric, cell, segment, piece, degree, surface, list)
+    type(mesh_type), intent(in) :: mesh
+    !> Areas per radian.
+    logical, intent(in) :: axisymmetric
+    !> Cell that owns the part.
+    integer, intent(in) :: cell
+    !> x1, y1, x2, y2.
+    real(wp), intent(in) :: segment(4)
+    !> Start and end of the part, from 0 to 1.
+    real(wp), intent(in) :: piece(2)
+    !> Degree of the rule.
+    integer, intent(in) :: degree
+    !> Number of the surface.
+    integer, intent(in) :: surface
+    type(seed_list_type), intent(inout) :: list
+    real(wp), allocatable :: places(:), weights(:)
+    real(wp) :: along(2), x(2), local(2), weight
+    logical :: ok
+    integer :: k
+
+    call line_gauss(degree/2 + 1, places, weights)
+    along = segment(3:4) - segment(1:2)
+    do k = 1, size(places)
+      x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*places(k))*along
+      call inverse_map(mesh, cell, x, local, ok)
+      if (.not. ok) cycle
+      if (axisymmetric .and. x(1) <= exactly_on*norm2(along)) cycle
+      weight = 0.5_wp*weights(k)*(piece(2) - piece(1))
+      if (axisymmetric) weight = weight*x(1)
+      call add_seed(list, cell, surface, local, weight*norm2(along), weight*[along(2), -along(1)])
+    end do
+  end subroutine seed_piece
 
   !> Third component of the cross product of plane vectors.
   pure real(wp) function cross(a, b) result(product)

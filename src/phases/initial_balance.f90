@@ -96,8 +96,8 @@ contains
       if (len(names) > 0) call observer%note('K0 stresses: without a strength, and taken for structures in the '// &
         'ground: '//names//'. They begin with the stress and the weight of the ground beside them; their own '// &
         "weight comes over phase '"//phase%name//"'")
-      call warn_of_material_above()
-      call check_slope()
+      call warn_of_material_above(model, phase, observer)
+      call check_slope(model, phase, error)
     end if
     if (allocated(error)) return
     call initialise_step(model, step, error)
@@ -106,7 +106,7 @@ contains
     call discard_terms(step%terms)
     if (phase%initial%kind == initial_k0) then
       if (is_left_alone(phase) .and. len(names) == 0) model%state%progress%own_settlement = balance%settlement
-      call correct_balance(correction)
+      call correct_balance(model, step, balance, observer, correction, error)
       if (allocated(error)) return
     end if
     if (.not. balance%move > refused) then
@@ -117,49 +117,6 @@ contains
     call fail(error, error_not_converged, "phase '"//phase%name//"': the "//stresses_of(phase)// &
       ' are not in equilibrium, '//balance_text(balance)//trim(text)//': '// &
       cause_of(correction, is_beyond_strength(model), size(model%analysis%rigid_bodies) > 0))
-
-  contains
-
-    !> Correct K0 stresses for the grid where it does not hold them; what is out of balance is then what is left.
-    subroutine correct_balance(correction)
-      type(correction_type), intent(out) :: correction
-
-      call correct_stresses(model, step, merge(0.0_wp, exact, balance%move > exact), correction, error)
-      if (allocated(error) .or. .not. correction%change > 0.0_wp) return
-      call note_correction(balance, correction, observer)
-      call initialise_step(model, step, error)
-      if (allocated(error)) return
-      call measure_balance(model, step, balance, correction%by_law)
-      call discard_terms(step%terms)
-    end subroutine correct_balance
-
-    !> Warn of material above the level of the ground.
-    subroutine warn_of_material_above()
-      real(wp) :: above
-
-      above = reaches_above(model, phase%initial)
-      if (above > same_level*maxval(model%mesh%bounds(:, 2) - model%mesh%bounds(:, 1))) call observer%note( &
-        'warning: material lies up to '//rounded_text(above)//' above the level of *INITIAL, TYPE=K0; its weight '// &
-        'counts as that of the ground does')
-    end subroutine warn_of_material_above
-
-    !> Refuse ground, layers or water that slope.
-    subroutine check_slope()
-      character(len=200) :: text
-      real(wp) :: slope, place(model%mesh%dimension)
-      integer :: worst
-
-      call measure_slope(model, phase%initial, slope, worst)
-      place = 0.0_wp
-      if (worst > 0) place = model%state%points%position(:, worst)
-      call take_largest(model%part%team, slope, place)
-      if (.not. slope > steepest) return
-      write (text, '(a,es8.1,a,3(1x,es11.4))') 'their horizontal part varies by ', slope, &
-        ' of the weight along the '//'horizontal, most at', place
-      call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
-        trim(text)//': ground, a layer or the water is not level there, or a wall is heavier that has a strength, '// &
-        'by which it counts as ground. '//advice)
-    end subroutine check_slope
   end subroutine check_initial_balance
 
   !> Whether nothing but gravity acts in a phase, so that what moves in it tells of its initial stresses.
@@ -168,6 +125,24 @@ contains
 
     is_left_alone = size(phase%prescriptions) == 0 .and. size(phase%tractions) == 0 .and. size(phase%moves) == 0
   end function is_left_alone
+
+  !> Correct K0 stresses for the grid where it does not hold them; what is out of balance is then what is left.
+  subroutine correct_balance(model, step, balance, observer, correction, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(balance_type), intent(inout) :: balance
+    class(observer_type), intent(inout) :: observer
+    type(correction_type), intent(out) :: correction
+    type(error_type), allocatable, intent(out) :: error
+
+    call correct_stresses(model, step, merge(0.0_wp, exact, balance%move > exact), correction, error)
+    if (allocated(error) .or. .not. correction%change > 0.0_wp) return
+    call note_correction(balance, correction, observer)
+    call initialise_step(model, step, error)
+    if (allocated(error)) return
+    call measure_balance(model, step, balance, correction%by_law)
+    call discard_terms(step%terms)
+  end subroutine correct_balance
 
   !> Say what was corrected.
   subroutine note_correction(before, correction, observer)
@@ -237,6 +212,19 @@ contains
     is_beyond_strength = any_of(model%part%team, any(count_beyond_strength(model) > 0))
   end function is_beyond_strength
 
+  !> Warn of material above the level of the ground.
+  subroutine warn_of_material_above(model, phase, observer)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    real(wp) :: above
+
+    above = reaches_above(model, phase%initial)
+    if (above > same_level*maxval(model%mesh%bounds(:, 2) - model%mesh%bounds(:, 1))) call observer%note( &
+      'warning: material lies up to '//rounded_text(above)//' above the level of *INITIAL, TYPE=K0; its weight '// &
+      'counts as that of the ground does')
+  end subroutine warn_of_material_above
+
   !> What the stresses of a phase are called.
   pure function stresses_of(phase) result(words)
     type(phase_type), intent(in) :: phase
@@ -245,6 +233,27 @@ contains
     words = 'given stresses'
     if (phase%initial%kind == initial_k0) words = 'K0 stresses'
   end function stresses_of
+
+  !> Refuse ground, layers or water that slope.
+  subroutine check_slope(model, phase, error)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    type(error_type), allocatable, intent(out) :: error
+    character(len=200) :: text
+    real(wp) :: slope, place(model%mesh%dimension)
+    integer :: worst
+
+    call measure_slope(model, phase%initial, slope, worst)
+    place = 0.0_wp
+    if (worst > 0) place = model%state%points%position(:, worst)
+    call take_largest(model%part%team, slope, place)
+    if (.not. slope > steepest) return
+    write (text, '(a,es8.1,a,3(1x,es11.4))') 'their horizontal part varies by ', slope, ' of the weight along the '// &
+      'horizontal, most at', place
+    call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
+      trim(text)//': ground, a layer or the water is not level there, or a wall is heavier that has a strength, '// &
+      'by which it counts as ground. '//advice)
+  end subroutine check_slope
 
   !> Out-of-balance of the stresses of the material points with the loads at the start of the phase. No move is found
   !> where the equations cannot be solved: the first step tells why.

@@ -84,13 +84,14 @@ contains
     if (allocated(error)) return
     allocate (given, source=model%state%points%stress)
     call take_elastic_laws(model, own)
-    call find_move(move, correction%before, error)
+    call find_move(model, step, move, correction%before, error)
     correction%after = correction%before
     if (.not. allocated(error) .and. correction%before <= largest_of_grid) then
-      if (any(own%pressure_factor > 0.0_wp)) call even_pressures(own, correction%after)
+      if (any(own%pressure_factor > 0.0_wp)) call even_pressures(model, step, own, move, correction%after, error)
       correction%evened_only = .not. correction%after > from
-      if (.not. (correction%evened_only .or. allocated(error))) call repeat_correction(move, correction%after)
-      if (.not. allocated(error)) call follow_laws()
+      if (.not. (correction%evened_only .or. allocated(error))) &
+        call repeat_correction(model, step, move, correction%after)
+      if (.not. allocated(error)) call follow_laws(model, step, own, correction, error)
       associate (stress => model%state%points%stress)
         correction%change = largest(model%part%team, maxval(abs(stress - given))) &
           /max(largest(model%part%team, maxval(abs(given))), tiny(1.0_wp))
@@ -98,146 +99,78 @@ contains
     end if
     call move_alloc(own, model%laws)
     if (correction%change > 0.0_wp) call start_states(model)
-
-  contains
-
-    !> Give cells of one pressure their mean, and find the move that is left.
-    subroutine even_pressures(own, share)
-      !> Laws of the materials.
-      type(law_slot_type), intent(in) :: own(:)
-      real(wp), intent(inout) :: share
-
-      move = 0.0_wp
-      model%laws%pressure_factor = merge(even, 0.0_wp, own%pressure_factor > 0.0_wp)
-      call initialise_step(model, step, error)
-      if (allocated(error)) return
-      ! What weight makes of the pressures inside of a cell is no part of what is evened.
-      call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
-      call take_elastic_stress(move, error)
-      if (.not. allocated(error)) call find_move(move, share, error)
-    end subroutine even_pressures
-
-    !> Correct the stresses by what the materials' own laws have out of balance, where they do not bear them at all
-    !> integration points.
-    subroutine follow_laws()
-      real(wp), allocatable :: move(:, :)
-      real(wp) :: share
-
-      call find_move(move, share, error, own)
-      if (allocated(error)) return
-      correction%by_law = share > max(enough, 2.0_wp*correction%after) .and. share < largest_of_grid
-      if (correction%by_law) call repeat_correction(move, share, own)
-      correction%evened_only = correction%evened_only .and. .not. correction%by_law
-      correction%by_law = correction%by_law .or. any(own%pressure_factor > 0.0_wp)
-    end subroutine follow_laws
-
-    !> Correct the stresses as long as they get better.
-    subroutine repeat_correction(move, share, own)
-      !> Move of the elastic ground (components, nodes), and its share.
-      real(wp), allocatable, intent(inout) :: move(:, :)
-      real(wp), intent(inout) :: share
-      !> Laws whose forces are out of balance, not those of the model.
-      type(law_slot_type), allocatable, intent(inout), optional :: own(:)
-      type(error_type), allocatable :: error
-      real(wp), allocatable :: best(:, :)
-      real(wp) :: present_share
-      integer :: pass
-
-      allocate (best, source=model%state%points%stress)
-      do pass = 1, merge(most_by_law, most_passes, present(own))
-        call take_elastic_stress(move, error)
-        if (.not. allocated(error)) call find_move(move, present_share, error, own)
-        if (allocated(error)) exit
-        if (.not. present_share < share) exit
-        share = present_share
-        best = model%state%points%stress
-        if (share <= enough) exit
-      end do
-      model%state%points%stress = best
-    end subroutine repeat_correction
-
-    !> By how much the stresses would move the ground; by nothing where the equations cannot be solved.
-    subroutine find_move(move, share, error, own)
-      !> (components, nodes)
-      real(wp), allocatable, intent(out) :: move(:, :)
-      !> Largest move over that under the loads; huge where a law finds no stress.
-      real(wp), intent(out) :: share
-      !> Failures of the initialisation.
-      type(error_type), allocatable, intent(out) :: error
-      !> Laws whose forces are out of balance, not those of the model.
-      type(law_slot_type), allocatable, intent(inout), optional :: own(:)
-      type(error_type), allocatable :: unsolved
-      real(wp), allocatable, dimension(:) :: weight, residual, by_weight, by_residual
-      real(wp), allocatable :: internal(:, :)
-
-      share = huge(share)
-      if (present(own)) then
-        call find_forces(own, internal, error)
-        if (allocated(error) .or. step%failure%failed) return
-      end if
-      share = 0.0_wp
-      call initialise_step(model, step, error)
-      if (allocated(error)) return
-      allocate (move, mold=step%forces%internal)
-      move = 0.0_wp
-      allocate (weight(step%equations%count), residual(step%equations%count), by_weight(step%equations%count), &
-        by_residual(step%equations%count), source=0.0_wp)
-      call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
-      call evaluate_step(model, step, move, tangent_elastic)
-      if (step%failure%failed) return
-      if (.not. present(own)) allocate (internal, source=step%forces%internal)
-      call gather(step%equations, step%forces%external, weight)
-      call gather(step%equations, step%forces%external - internal, residual)
-      call elastic_moves(step, weight, residual, by_weight, by_residual, unsolved)
-      call discard_terms(step%terms)
-      if (allocated(unsolved)) return
-      call scatter(step%equations, by_residual, move)
-      share = largest_move(step, by_residual)/max(largest_move(step, by_weight), tiny(1.0_wp))
-    end subroutine find_move
-
-    !> Internal forces by the materials' own laws, whose states belong to the stresses of the points.
-    subroutine find_forces(own, internal, error)
-      !> Laws of the materials; those of the model are elastic.
-      type(law_slot_type), allocatable, intent(inout) :: own(:)
-      !> (components, nodes)
-      real(wp), allocatable, intent(out) :: internal(:, :)
-      !> Failures of the initialisation.
-      type(error_type), allocatable, intent(out) :: error
-
-      call exchange_laws(model, own)
-      call start_states(model)
-      call initialise_step(model, step, error)
-      if (.not. allocated(error)) then
-        allocate (internal, mold=step%forces%internal)
-        internal = 0.0_wp
-        call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
-        call evaluate_step(model, step, internal, tangent_none)
-        internal = step%forces%internal
-        call discard_terms(step%terms)
-      end if
-      call exchange_laws(model, own)
-    end subroutine find_forces
-
-    !> Stresses of the points after a move of the elastic ground. Places stay.
-    subroutine take_elastic_stress(move, error)
-      !> (components, nodes)
-      real(wp), intent(in) :: move(:, :)
-      !> A point that cannot be updated.
-      type(error_type), allocatable, intent(out) :: error
-      type(soil_type), pointer :: soil
-      integer, allocatable :: source(:)
-
-      soil => soil_of(step%terms)
-      ! Room for an evaluation at the points themselves is made below, and that for the equations is then lost.
-      if (soil%updates_points) call evaluate_step(model, step, move, tangent_none)
-      call find_point_results(soil, model, step%configuration_type, &
-        move(:model%mesh%dimension, :model%space%node_count), source, error)
-      call agree(step%team, error)
-      if (allocated(error)) return
-      model%state%points%stress(:, source) = soil%evaluation%results%stress
-      call migrate_points(model, error)
-    end subroutine take_elastic_stress
   end subroutine correct_stresses
+
+  !> Give cells of one pressure their mean, and find the move that is left.
+  subroutine even_pressures(model, step, own, move, share, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    !> Laws of the materials.
+    type(law_slot_type), intent(in) :: own(:)
+    !> Move of the elastic ground (components, nodes), and its share.
+    real(wp), allocatable, intent(inout) :: move(:, :)
+    real(wp), intent(inout) :: share
+    !> A point that cannot be updated; failures of the initialisation.
+    type(error_type), allocatable, intent(out) :: error
+
+    move = 0.0_wp
+    model%laws%pressure_factor = merge(even, 0.0_wp, own%pressure_factor > 0.0_wp)
+    call initialise_step(model, step, error)
+    if (allocated(error)) return
+    ! What weight makes of the pressures inside of a cell is no part of what is evened.
+    call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
+    call take_elastic_stress(model, step, move, error)
+    if (.not. allocated(error)) call find_move(model, step, move, share, error)
+  end subroutine even_pressures
+
+  !> Correct the stresses by what the materials' own laws have out of balance, where they do not bear them at all
+  !> integration points.
+  subroutine follow_laws(model, step, own, correction, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    !> Laws of the materials; those of the model are elastic.
+    type(law_slot_type), allocatable, intent(inout) :: own(:)
+    !> What was done with elastic ground, and what is done here.
+    type(correction_type), intent(inout) :: correction
+    !> Failures of the initialisation.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), allocatable :: move(:, :)
+    real(wp) :: share
+
+    call find_move(model, step, move, share, error, own)
+    if (allocated(error)) return
+    correction%by_law = share > max(enough, 2.0_wp*correction%after) .and. share < largest_of_grid
+    if (correction%by_law) call repeat_correction(model, step, move, share, own)
+    correction%evened_only = correction%evened_only .and. .not. correction%by_law
+    correction%by_law = correction%by_law .or. any(own%pressure_factor > 0.0_wp)
+  end subroutine follow_laws
+
+  !> Correct the stresses as long as they get better.
+  subroutine repeat_correction(model, step, move, share, own)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    !> Move of the elastic ground (components, nodes), and its share.
+    real(wp), allocatable, intent(inout) :: move(:, :)
+    real(wp), intent(inout) :: share
+    !> Laws whose forces are out of balance, not those of the model.
+    type(law_slot_type), allocatable, intent(inout), optional :: own(:)
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: best(:, :)
+    real(wp) :: present_share
+    integer :: pass
+
+    allocate (best, source=model%state%points%stress)
+    do pass = 1, merge(most_by_law, most_passes, present(own))
+      call take_elastic_stress(model, step, move, error)
+      if (.not. allocated(error)) call find_move(model, step, move, present_share, error, own)
+      if (allocated(error)) exit
+      if (.not. present_share < share) exit
+      share = present_share
+      best = model%state%points%stress
+      if (share <= enough) exit
+    end do
+    model%state%points%stress = best
+  end subroutine repeat_correction
 
   !> Put elastic laws in the place of the materials' own.
   subroutine take_elastic_laws(model, own)
@@ -258,6 +191,47 @@ contains
       if (allocated(error)) allocate (model%laws(m)%law, source=own(m)%law)
     end do
   end subroutine take_elastic_laws
+
+  !> By how much the stresses would move the ground; by nothing where the equations cannot be solved.
+  subroutine find_move(model, step, move, share, error, own)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    !> (components, nodes)
+    real(wp), allocatable, intent(out) :: move(:, :)
+    !> Largest move over that under the loads; huge where a law finds no stress.
+    real(wp), intent(out) :: share
+    !> Failures of the initialisation.
+    type(error_type), allocatable, intent(out) :: error
+    !> Laws whose forces are out of balance, not those of the model.
+    type(law_slot_type), allocatable, intent(inout), optional :: own(:)
+    type(error_type), allocatable :: unsolved
+    real(wp), allocatable, dimension(:) :: weight, residual, by_weight, by_residual
+    real(wp), allocatable :: internal(:, :)
+
+    share = huge(share)
+    if (present(own)) then
+      call find_forces(model, step, own, internal, error)
+      if (allocated(error) .or. step%failure%failed) return
+    end if
+    share = 0.0_wp
+    call initialise_step(model, step, error)
+    if (allocated(error)) return
+    allocate (move, mold=step%forces%internal)
+    move = 0.0_wp
+    allocate (weight(step%equations%count), residual(step%equations%count), by_weight(step%equations%count), &
+      by_residual(step%equations%count), source=0.0_wp)
+    call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
+    call evaluate_step(model, step, move, tangent_elastic)
+    if (step%failure%failed) return
+    if (.not. present(own)) allocate (internal, source=step%forces%internal)
+    call gather(step%equations, step%forces%external, weight)
+    call gather(step%equations, step%forces%external - internal, residual)
+    call elastic_moves(step, weight, residual, by_weight, by_residual, unsolved)
+    call discard_terms(step%terms)
+    if (allocated(unsolved)) return
+    call scatter(step%equations, by_residual, move)
+    share = largest_move(step, by_residual)/max(largest_move(step, by_weight), tiny(1.0_wp))
+  end subroutine find_move
 
   !> Largest component of a move of the material points of all processes: nodes beyond the ground, which next to nothing
   !> holds, are no part of it.
@@ -298,6 +272,31 @@ contains
     end associate
   end subroutine find_largest_move
 
+  !> Internal forces by the materials' own laws, whose states belong to the stresses of the points.
+  subroutine find_forces(model, step, own, internal, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    !> Laws of the materials; those of the model are elastic.
+    type(law_slot_type), allocatable, intent(inout) :: own(:)
+    !> (components, nodes)
+    real(wp), allocatable, intent(out) :: internal(:, :)
+    !> Failures of the initialisation.
+    type(error_type), allocatable, intent(out) :: error
+
+    call exchange_laws(model, own)
+    call start_states(model)
+    call initialise_step(model, step, error)
+    if (.not. allocated(error)) then
+      allocate (internal, mold=step%forces%internal)
+      internal = 0.0_wp
+      call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
+      call evaluate_step(model, step, internal, tangent_none)
+      internal = step%forces%internal
+      call discard_terms(step%terms)
+    end if
+    call exchange_laws(model, own)
+  end subroutine find_forces
+
   !> Exchange the laws of the model with others.
   subroutine exchange_laws(model, others)
     type(model_type), intent(inout) :: model
@@ -334,4 +333,26 @@ contains
     if (.not. allocated(error)) call solve_jointly(step%joint, step%team, step%system, step%equations, step%matrix, &
       residual, digits, by_residual, error)
   end subroutine elastic_moves
+
+  !> Stresses of the points after a move of the elastic ground. Places stay.
+  subroutine take_elastic_stress(model, step, move, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    !> (components, nodes)
+    real(wp), intent(in) :: move(:, :)
+    !> A point that cannot be updated.
+    type(error_type), allocatable, intent(out) :: error
+    type(soil_type), pointer :: soil
+    integer, allocatable :: source(:)
+
+    soil => soil_of(step%terms)
+    ! Room for an evaluation at the points themselves is made below, and that for the equations is then lost.
+    if (soil%updates_points) call evaluate_step(model, step, move, tangent_none)
+    call find_point_results(soil, model, step%configuration_type, &
+      move(:model%mesh%dimension, :model%space%node_count), source, error)
+    call agree(step%team, error)
+    if (allocated(error)) return
+    model%state%points%stress(:, source) = soil%evaluation%results%stress
+    call migrate_points(model, error)
+  end subroutine take_elastic_stress
 end module qsmpm_initial_correction

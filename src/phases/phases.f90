@@ -124,292 +124,96 @@ contains
     !> The state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
-    call take_parts()
-    if (.not. allocated(error)) call advance()
+    call take_parts(model, loop, observer, error)
+    if (.not. allocated(error)) call advance(model, loop, observer, error)
     if (allocated(error)) call put_together(model, loop, error)
-
-  contains
-
-    !> The same with the part of the model that this process has.
-    subroutine advance()
-      integer :: next
-
-      if (.not. loop%begun) call begin_or_resume()
-      if (allocated(error)) return
-      if (phase_is_complete(model%state%progress)) then
-        if (.not. loop%end_notified) call end_phase(model, loop, observer, error)
-        if (.not. allocated(error)) call choose_next_phase(next)
-        if (allocated(error) .or. next == 0) return
-        call go_to_phase(model, next)
-        call reset_division(model, loop)
-        loop%end_notified = .false.
-        if (has_no_room(model)) call change_background('a body that comes finds no room')
-        if (.not. allocated(error)) call enter_phase()
-        if (allocated(error)) return
-      end if
-      if (is_worn(model)) call change_background('one is worn to less than 5 degrees')
-      if (allocated(error)) return
-      call reach_step(model%analysis%phases(model%state%progress%phase))
-      if (allocated(error)) then
-        call report_phase(model, loop%step%cut, loop%report, observer)
-      else if (phase_is_complete(model%state%progress)) then
-        call end_phase(model, loop, observer, error)
-        if (.not. allocated(error) .and. is_finished(model, loop)) call need_all_phases(model, error)
-      end if
-    end subroutine advance
-
-    !> Go over to the grid that follows a mesh which is worn.
-    subroutine change_background(reason)
-      !> Why, for the log.
-      character(len=*), intent(in) :: reason
-      character(len=:), allocatable :: note
-
-      call leave_mesh(model, note, error)
-      if (allocated(error)) return
-      call begin_analysis(model, loop%step%terms)
-      call observer%note(note//': '//reason)
-    end subroutine change_background
-
-    !> Give every process of the team its part of the model; alone it keeps the whole.
-    subroutine take_parts()
-      if (loop%team%ranks == 1) return
-      if (is_divided(model%part) .and. loop%unevenness > 0.0_wp) return
-      call divide_all(model, loop%team, error)
-      call agree(loop%team, error)
-      if (allocated(error)) return
-      call observer%note(division_text(model))
-      call reset_division(model, loop)
-    end subroutine take_parts
-
-    !> Divide a model anew whose largest part has grown by much against the others, and one whose state was written: a
-    !> run that goes on from the file shares the points as they lie there, and is to give the bytes of this one.
-    subroutine even_parts()
-      logical :: has_grown, is_written
-
-      if (.not. is_divided(model%part)) return
-      has_grown = unevenness(model) > most_growth*loop%unevenness
-      associate (every => model%analysis%output%restart_every)
-        is_written = every > 0 .and. modulo(model%state%progress%step, max(1, every)) == 0
-      end associate
-      if (.not. (has_grown .or. is_written)) return
-      call divide_anew(model, error)
-      call agree(loop%team, error)
-      if (allocated(error)) return
-      if (has_grown) call observer%note(division_text(model))
-      call reset_division(model, loop)
-    end subroutine even_parts
-
-    !> Put the loads of the present phase in force: from its start, or where the run was interrupted.
-    subroutine begin_or_resume()
-      ! A search for a factor of safety takes its steps at the loads of its start.
-      if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0 .or. &
-        is_lost(model%state%progress)) then
-        call resume_phase(model)
-        call begin_contact_check(model, loop%report%contact)
-      else
-        call enter_phase()
-      end if
-      loop%begun = .not. allocated(error)
-    end subroutine begin_or_resume
-
-    !> The phase to come, 0 when the run has ended. What starts from a phase that has not carried its load is left
-    !> out.
-    subroutine choose_next_phase(next)
-      integer, intent(out) :: next
-      integer :: p
-
-      next = next_phase(model)
-      associate (phases => model%analysis%phases, present => model%state%progress%phase)
-        if (next == 0) then
-          call need_all_phases(model, error)
-          return
-        end if
-        do p = present + 1, next - 1
-          call observer%note("phase '"//phases(p)%name//"' is left out: phase '"//phases(parent_of(phases, p))%name// &
-            "' has not ended with its whole load")
-        end do
-        if (parent_of(phases, next) /= present) call observer%note("phase '"//phases(next)%name// &
-          "' starts from the end of phase '"//phases(parent_of(phases, next))%name//"'")
-      end associate
-    end subroutine choose_next_phase
-
-    !> Begin the current phase; initial stresses must be in equilibrium.
-    subroutine enter_phase()
-      character(len=:), allocatable :: notes
-
-      if (starts_whole(model)) call put_together(model, loop, error)
-      if (.not. allocated(error)) call start_phase(model, notes, error)
-      call agree(loop%team, error)
-      if (.not. allocated(error)) call take_parts()
-      if (allocated(error)) return
-      call measure_start(model)
-      call hold_water_start(model, loop%step, error)
-      if (allocated(error)) return
-      call observer%note_lines(notes//moved_note(model))
-      call begin_report(model, loop%report)
-      call begin_contact_check(model, loop%report%contact)
-      associate (phase => model%analysis%phases(model%state%progress%phase))
-        if (phase%initial%kind /= initial_keep) then
-          ! Of the stresses as given, before they are corrected for the grid.
-          call warn_of_initial_strength(model, observer)
-          call check_initial_balance(model, loop%step, phase, observer, error)
-          if (allocated(error)) return
-        end if
-        if (phase%kind == phase_safety) then
-          if (len(share_note(phase)) > 0) call observer%note(share_note(phase))
-          call observer%note_lines(sheared_note(model)//worn_note(model))
-        end if
-      end associate
-      call switch_timer(loop%step%profile%watch, part_output)
-      if (any_of(loop%team, observer%needs_model(model))) call put_together(model, loop, error)
-      if (.not. allocated(error)) call observer%phase_begun(model, error)
-      call agree(loop%team, error)
-      if (.not. allocated(error)) call take_parts()
-      call switch_timer(loop%step%profile%watch, part_control)
-    end subroutine enter_phase
-
-    !> Try until a step is accepted, or what the phase looks for is found: then it ends.
-    subroutine reach_step(phase)
-      type(phase_type), intent(in) :: phase
-      type(step_record_type) :: record
-      logical :: accepted
-
-      record = step_record_type()
-      if (is_searching(model)) then
-        call reach_factor(phase, record, accepted)
-      else
-        call reach_load(phase, record, accepted)
-      end if
-      if (allocated(error) .or. .not. accepted) return
-      loop%step%profile%steps = loop%step%profile%steps + 1
-      call complete_record(model, loop%step, record)
-      call notify_step(record)
-      if (.not. allocated(error)) call test_constant_load(model, loop%step, loop%solver, phase, observer, error)
-    end subroutine reach_step
-
-    !> The next load of the phase, or the next strength of its run-out.
-    subroutine reach_load(phase, record, accepted)
-      type(phase_type), intent(in) :: phase
-      type(step_record_type), intent(inout) :: record
-      !> False where the limit load is found instead.
-      logical, intent(out) :: accepted
-      type(outcome_type) :: outcome
-      type(tries_type) :: tries
-      type(step_before_type) :: before
-      real(wp) :: length, last, strength
-      integer :: repeats
-      logical :: leaves
-
-      accepted = .false.
-      repeats = 0
-      if (is_load_known(phase%controls, model%state%progress)) call fail(error, error_not_converged, &
-        failure_text(model, loop%step, phase, overloaded(model, phase, loop%step%reported_reason)))
-      if (allocated(error)) return
-      if (allocated(loop%step%reported_reason)) deallocate (loop%step%reported_reason)
-      call remember_start(model, phase, before)
-      do
-        if (is_stopped(model%part%team, observer, error)) return
-        call plan_step(phase%controls, loop%limit, model%state%progress, length, last)
-        if (is_found(model%state%progress%limit)) return
-        record = step_record_type()
-        strength = model%state%progress%strength_factor
-        if (is_running_out(model)) call set_strength(model, runout_factor(model, phase, last))
-        call take_step(model, loop%step, loop%solver, phase, last, observer, record, outcome, error)
-        if (outcome%accepted .and. .not. allocated(error)) then
-          if (.not. must_be_shorter(model, phase, before, last - record%start)) exit
-          call observer%note('step shortened to end where the phase stops')
-          cycle
-        end if
-        call set_strength(model, strength)
-        if (allocated(error)) return
-        call note_try(model, phase%controls, last - record%start, record%iterations, tries, outcome)
-        call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
-        leaves = may_leave_mesh(model) .and. (outcome%cause == error_tangled .or. is_given_up(phase%controls, &
-          model%state%progress, outcome))
-        if (leaves) leaves = all_is_held(model, loop%step)
-        if (leaves) then
-          call change_background(outcome%reason//beyond_text(phase, model%state%progress))
-          if (allocated(error)) return
-          model%state%progress%next_step = 0.0_wp
-          tries = tries_type()
-          cycle
-        else if (is_given_up(phase%controls, model%state%progress, outcome)) then
-          call fail(error, cause_of_end(outcome), failure_text(model, loop%step, phase, outcome))
-          call note_repeats(observer, repeats)
-          return
-        end if
-        call note_cut(observer, outcome%reason, loop%step, repeats)
-        call advise_on_tangent(model, outcome%cause, loop%report, observer)
-      end do
-      accepted = .true.
-      call note_repeats(observer, repeats)
-      ! Where a grid was asked for, steps that grow find what follows a collapse (wide_ground/cavity_collapses).
-      outcome%was_cut = allocated(loop%step%reported_reason) .and. allocated(model%analysis%backgrounds)
-      call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
-      if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
-      call warn_of_lag(outcome%warning, loop%report, observer)
-    end subroutine reach_load
-
-    !> The next stable factor of a safety phase; where there is none its factor of safety is found.
-    subroutine reach_factor(phase, record, accepted)
-      type(phase_type), intent(in) :: phase
-      type(step_record_type), intent(inout) :: record
-      logical, intent(out) :: accepted
-      type(outcome_type) :: outcome, settled
-      type(step_before_type) :: before
-      logical :: rests
-
-      accepted = .false.
-      if (is_stopped(model%part%team, observer, error)) return
-      call remember_start(model, phase, before)
-      do
-        call find_stable_factor(model, loop%step, loop%solver, phase, observer, record, outcome, error)
-        if (allocated(error)) return
-        if (.not. outcome%accepted) exit
-        if (.not. must_be_smaller(model, phase, before)) exit
-        call observer%note('factor taken again, smaller, to end where the phase stops')
-      end do
-      if (.not. outcome%accepted) then
-        if (is_stopped(model%part%team, observer, error)) return
-        call show_mechanism(model, loop%step, loop%solver, phase, observer, rests, error)
-        if (rests .and. .not. allocated(error)) &
-          call settle_lost_factor(model, loop%step, loop%solver, phase, observer, record, settled, error)
-        if (allocated(error)) return
-      end if
-      accepted = outcome%accepted .or. settled%accepted
-      if (accepted) then
-        model%state%progress%step = model%state%progress%step + 1
-        model%state%progress%phase_steps = model%state%progress%phase_steps + 1
-        if (model%state%progress%stopped) call tell_factor(model, phase, observer)
-      else
-        call end_search(model, phase, outcome, observer, error)
-      end if
-    end subroutine reach_factor
-
-    !> Notify the observer of an accepted step, with the whole model where that is wanted.
-    subroutine notify_step(record)
-      type(step_record_type), intent(in) :: record
-      logical :: joins
-
-      call switch_timer(loop%step%profile%watch, part_output)
-      call report_step(model, loop%step, record%penetration, loop%report, observer)
-      joins = any_of(loop%team, observer%needs_model(model))
-      if (any_of(loop%team, is_divided(model%part) .and. needs_refining(model))) joins = .true.
-      if (joins) call put_together(model, loop, error)
-      if (.not. allocated(error)) call observer%accepted(model, record, error)
-      call agree(loop%team, error)
-      if (.not. allocated(error)) call take_parts()
-      ! What has been put together is shared as the points lie now.
-      if (.not. (allocated(error) .or. joins)) call even_parts()
-      call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
-        model%analysis%phases(model%state%progress%phase)%controls%stabilisation_share, loop%report, observer)
-      associate (progress => model%state%progress)
-        call report_length(progress%load_factor, record%step_error, &
-          model%analysis%phases(progress%phase)%controls%step_error, loop%report, observer)
-      end associate
-      call switch_timer(loop%step%profile%watch, part_control)
-    end subroutine notify_step
   end subroutine advance_step_loop
+
+  !> The same with the part of the model that this process has.
+  subroutine advance(model, loop, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    integer :: next
+
+    if (.not. loop%begun) call begin_or_resume(model, loop, observer, error)
+    if (allocated(error)) return
+    if (phase_is_complete(model%state%progress)) then
+      if (.not. loop%end_notified) call end_phase(model, loop, observer, error)
+      if (.not. allocated(error)) call choose_next_phase(model, observer, next, error)
+      if (allocated(error) .or. next == 0) return
+      call go_to_phase(model, next)
+      call reset_division(model, loop)
+      loop%end_notified = .false.
+      if (has_no_room(model)) call change_background(model, loop, 'a body that comes finds no room', observer, error)
+      if (.not. allocated(error)) call enter_phase(model, loop, observer, error)
+      if (allocated(error)) return
+    end if
+    if (is_worn(model)) call change_background(model, loop, 'one is worn to less than 5 degrees', observer, error)
+    if (allocated(error)) return
+    call reach_step(model, loop, model%analysis%phases(model%state%progress%phase), observer, error)
+    if (allocated(error)) then
+      call report_phase(model, loop%step%cut, loop%report, observer)
+    else if (phase_is_complete(model%state%progress)) then
+      call end_phase(model, loop, observer, error)
+      if (.not. allocated(error) .and. is_finished(model, loop)) call need_all_phases(model, error)
+    end if
+  end subroutine advance
+
+  !> Go over to the grid that follows a mesh which is worn.
+  subroutine change_background(model, loop, reason, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    !> Why, for the log.
+    character(len=*), intent(in) :: reason
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: note
+
+    call leave_mesh(model, note, error)
+    if (allocated(error)) return
+    call begin_analysis(model, loop%step%terms)
+    call observer%note(note//': '//reason)
+  end subroutine change_background
+
+  !> Give every process of the team its part of the model; alone it keeps the whole.
+  subroutine take_parts(model, loop, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+
+    if (loop%team%ranks == 1) return
+    if (is_divided(model%part) .and. loop%unevenness > 0.0_wp) return
+    call divide_all(model, loop%team, error)
+    call agree(loop%team, error)
+    if (allocated(error)) return
+    call observer%note(division_text(model))
+    call reset_division(model, loop)
+  end subroutine take_parts
+
+  !> Divide a model anew whose largest part has grown by much against the others, and one whose state was written: a run
+  !> that goes on from the file shares the points as they lie there, and is to give the bytes of this one.
+  subroutine even_parts(model, loop, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    logical :: has_grown, is_written
+
+    if (.not. is_divided(model%part)) return
+    has_grown = unevenness(model) > most_growth*loop%unevenness
+    associate (every => model%analysis%output%restart_every)
+      is_written = every > 0 .and. modulo(model%state%progress%step, max(1, every)) == 0
+    end associate
+    if (.not. (has_grown .or. is_written)) return
+    call divide_anew(model, error)
+    call agree(loop%team, error)
+    if (allocated(error)) return
+    if (has_grown) call observer%note(division_text(model))
+    call reset_division(model, loop)
+  end subroutine even_parts
 
   !> The model is divided in another way: equations of a former division are none of this one.
   subroutine reset_division(model, loop)
@@ -434,6 +238,59 @@ contains
     if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
     call reset_division(model, loop)
   end subroutine put_together
+
+  !> The whole model on every process where the observer of any of them needs it.
+  subroutine join_for(observer, model, loop, error)
+    class(observer_type), intent(inout) :: observer
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(error_type), allocatable, intent(inout) :: error
+
+    if (any_of(loop%team, observer%needs_model(model))) call put_together(model, loop, error)
+  end subroutine join_for
+
+  !> Put the loads of the present phase in force: from its start, or where the run was interrupted.
+  subroutine begin_or_resume(model, loop, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+
+    ! A search for a factor of safety takes its steps at the loads of its start.
+    if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0 .or. &
+      is_lost(model%state%progress)) then
+      call resume_phase(model)
+      call begin_contact_check(model, loop%report%contact)
+    else
+      call enter_phase(model, loop, observer, error)
+    end if
+    loop%begun = .not. allocated(error)
+  end subroutine begin_or_resume
+
+  !> The phase to come, 0 when the run has ended. What starts from a phase that has not carried its load is left
+  !> out.
+  subroutine choose_next_phase(model, observer, next, error)
+    type(model_type), intent(in) :: model
+    class(observer_type), intent(inout) :: observer
+    integer, intent(out) :: next
+    !> error_not_converged: a phase was left out and none is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: p
+
+    next = next_phase(model)
+    associate (phases => model%analysis%phases, present => model%state%progress%phase)
+      if (next == 0) then
+        call need_all_phases(model, error)
+        return
+      end if
+      do p = present + 1, next - 1
+        call observer%note("phase '"//phases(p)%name//"' is left out: phase '"//phases(parent_of(phases, p))%name// &
+          "' has not ended with its whole load")
+      end do
+      if (parent_of(phases, next) /= present) call observer%note("phase '"//phases(next)%name// &
+        "' starts from the end of phase '"//phases(parent_of(phases, next))%name//"'")
+    end associate
+  end subroutine choose_next_phase
 
   !> Go on without a phase that was lost, where phases are left that do not start from it or another one was lost
   !> before. Otherwise, and where something else has ended the run, the error stays, and the step can be tried again.
@@ -462,6 +319,46 @@ contains
     if (next == 0 .and. .not. allocated(error)) call need_all_phases(model, error)
   end subroutine leave_lost_phase
 
+  !> Begin the current phase; initial stresses must be in equilibrium.
+  subroutine enter_phase(model, loop, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
+    !> Initial stresses out of balance, or a body that cannot be put in place.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: notes
+
+    if (starts_whole(model)) call put_together(model, loop, error)
+    if (.not. allocated(error)) call start_phase(model, notes, error)
+    call agree(loop%team, error)
+    if (.not. allocated(error)) call take_parts(model, loop, observer, error)
+    if (allocated(error)) return
+    call measure_start(model)
+    call hold_water_start(model, loop%step, error)
+    if (allocated(error)) return
+    call observer%note_lines(notes//moved_note(model))
+    call begin_report(model, loop%report)
+    call begin_contact_check(model, loop%report%contact)
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      if (phase%initial%kind /= initial_keep) then
+        ! Of the stresses as given, before they are corrected for the grid.
+        call warn_of_initial_strength(model, observer)
+        call check_initial_balance(model, loop%step, phase, observer, error)
+        if (allocated(error)) return
+      end if
+      if (phase%kind == phase_safety) then
+        if (len(share_note(phase)) > 0) call observer%note(share_note(phase))
+        call observer%note_lines(sheared_note(model)//worn_note(model))
+      end if
+    end associate
+    call switch_timer(loop%step%profile%watch, part_output)
+    call join_for(observer, model, loop, error)
+    if (.not. allocated(error)) call observer%phase_begun(model, error)
+    call agree(loop%team, error)
+    if (.not. allocated(error)) call take_parts(model, loop, observer, error)
+    call switch_timer(loop%step%profile%watch, part_control)
+  end subroutine enter_phase
+
   !> Keep what later phases start from, and notify the observer that the phase has ended.
   subroutine end_phase(model, loop, observer, error)
     type(model_type), intent(inout) :: model
@@ -486,6 +383,96 @@ contains
     call agree(loop%team, error)
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine end_phase
+
+  !> Try until a step is accepted, or what the phase looks for is found: then it ends.
+  subroutine reach_step(model, loop, phase, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    type(step_record_type) :: record
+    logical :: accepted
+
+    record = step_record_type()
+    if (is_searching(model)) then
+      call reach_factor(model, loop, phase, observer, record, accepted, error)
+    else
+      call reach_load(model, loop, phase, observer, record, accepted, error)
+    end if
+    if (allocated(error) .or. .not. accepted) return
+    loop%step%profile%steps = loop%step%profile%steps + 1
+    call complete_record(model, loop%step, record)
+    call notify_step(model, loop, record, observer, error)
+    if (.not. allocated(error)) call test_constant_load(model, loop%step, loop%solver, phase, observer, error)
+  end subroutine reach_step
+
+  !> The next load of the phase, or the next strength of its run-out.
+  subroutine reach_load(model, loop, phase, observer, record, accepted, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    !> False where the limit load is found instead.
+    logical, intent(out) :: accepted
+    type(error_type), allocatable, intent(out) :: error
+    type(outcome_type) :: outcome
+    type(tries_type) :: tries
+    type(step_before_type) :: before
+    real(wp) :: length, last, strength
+    integer :: repeats
+    logical :: leaves
+
+    accepted = .false.
+    repeats = 0
+    if (is_load_known(phase%controls, model%state%progress)) call fail(error, error_not_converged, &
+      failure_text(model, loop%step, phase, overloaded(model, phase, loop%step%reported_reason)))
+    if (allocated(error)) return
+    if (allocated(loop%step%reported_reason)) deallocate (loop%step%reported_reason)
+    call remember_start(model, phase, before)
+    do
+      if (is_stopped(model%part%team, observer, error)) return
+      call plan_step(phase%controls, loop%limit, model%state%progress, length, last)
+      if (is_found(model%state%progress%limit)) return
+      record = step_record_type()
+      strength = model%state%progress%strength_factor
+      if (is_running_out(model)) call set_strength(model, runout_factor(model, phase, last))
+      call take_step(model, loop%step, loop%solver, phase, last, observer, record, outcome, error)
+      if (outcome%accepted .and. .not. allocated(error)) then
+        if (.not. must_be_shorter(model, phase, before, last - record%start)) exit
+        call observer%note('step shortened to end where the phase stops')
+        cycle
+      end if
+      call set_strength(model, strength)
+      if (allocated(error)) return
+      call note_try(model, phase%controls, last - record%start, record%iterations, tries, outcome)
+      call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
+      leaves = may_leave_mesh(model) .and. (outcome%cause == error_tangled .or. is_given_up(phase%controls, &
+        model%state%progress, outcome))
+      if (leaves) leaves = all_is_held(model, loop%step)
+      if (leaves) then
+        call change_background(model, loop, outcome%reason//beyond_text(phase, model%state%progress), observer, error)
+        if (allocated(error)) return
+        model%state%progress%next_step = 0.0_wp
+        tries = tries_type()
+        cycle
+      else if (is_given_up(phase%controls, model%state%progress, outcome)) then
+        call fail(error, cause_of_end(outcome), failure_text(model, loop%step, phase, outcome))
+        call note_repeats(observer, repeats)
+        return
+      end if
+      call note_cut(observer, outcome%reason, loop%step, repeats)
+      call advise_on_tangent(model, outcome%cause, loop%report, observer)
+    end do
+    accepted = .true.
+    call note_repeats(observer, repeats)
+    ! Where a grid was asked for, steps that grow find what follows a collapse (wide_ground/cavity_collapses).
+    outcome%was_cut = allocated(loop%step%reported_reason) .and. allocated(model%analysis%backgrounds)
+    call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
+    if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
+    call warn_of_lag(outcome%warning, loop%report, observer)
+  end subroutine reach_load
 
   !> Tell why an increment is cut back, once where the reason stays the same.
   subroutine note_cut(observer, reason, step, repeats)
@@ -513,6 +500,46 @@ contains
     repeats = 0
   end subroutine note_repeats
 
+  !> The next stable factor of a safety phase; where there is none its factor of safety is found.
+  subroutine reach_factor(model, loop, phase, observer, record, accepted, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    logical, intent(out) :: accepted
+    type(error_type), allocatable, intent(out) :: error
+    type(outcome_type) :: outcome, settled
+    type(step_before_type) :: before
+    logical :: rests
+
+    accepted = .false.
+    if (is_stopped(model%part%team, observer, error)) return
+    call remember_start(model, phase, before)
+    do
+      call find_stable_factor(model, loop%step, loop%solver, phase, observer, record, outcome, error)
+      if (allocated(error)) return
+      if (.not. outcome%accepted) exit
+      if (.not. must_be_smaller(model, phase, before)) exit
+      call observer%note('factor taken again, smaller, to end where the phase stops')
+    end do
+    if (.not. outcome%accepted) then
+      if (is_stopped(model%part%team, observer, error)) return
+      call show_mechanism(model, loop%step, loop%solver, phase, observer, rests, error)
+      if (rests .and. .not. allocated(error)) call settle_lost_factor(model, loop%step, loop%solver, phase, observer, &
+        record, settled, error)
+      if (allocated(error)) return
+    end if
+    accepted = outcome%accepted .or. settled%accepted
+    if (accepted) then
+      model%state%progress%step = model%state%progress%step + 1
+      model%state%progress%phase_steps = model%state%progress%phase_steps + 1
+      if (model%state%progress%stopped) call tell_factor(model, phase, observer)
+    else
+      call end_search(model, phase, outcome, observer, error)
+    end if
+  end subroutine reach_factor
+
   !> Points, equations and histories at the end of an accepted step.
   subroutine complete_record(model, step, record)
     type(model_type), intent(in) :: model
@@ -531,4 +558,32 @@ contains
     end associate
     call take_histories(model, record%histories)
   end subroutine complete_record
+
+  !> Notify the observer of an accepted step, with the whole model where that is wanted.
+  subroutine notify_step(model, loop, record, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(step_record_type), intent(in) :: record
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    logical :: joins
+
+    call switch_timer(loop%step%profile%watch, part_output)
+    call report_step(model, loop%step, record%penetration, loop%report, observer)
+    joins = any_of(loop%team, observer%needs_model(model))
+    if (any_of(loop%team, is_divided(model%part) .and. needs_refining(model))) joins = .true.
+    if (joins) call put_together(model, loop, error)
+    if (.not. allocated(error)) call observer%accepted(model, record, error)
+    call agree(loop%team, error)
+    if (.not. allocated(error)) call take_parts(model, loop, observer, error)
+    ! What has been put together is shared as the points lie now.
+    if (.not. (allocated(error) .or. joins)) call even_parts(model, loop, observer, error)
+    call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
+      model%analysis%phases(model%state%progress%phase)%controls%stabilisation_share, loop%report, observer)
+    associate (progress => model%state%progress)
+      call report_length(progress%load_factor, record%step_error, &
+        model%analysis%phases(progress%phase)%controls%step_error, loop%report, observer)
+    end associate
+    call switch_timer(loop%step%profile%watch, part_control)
+  end subroutine notify_step
 end module qsmpm_phases

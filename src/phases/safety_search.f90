@@ -276,84 +276,90 @@ contains
     call set_strength(model, before%progress%bracket%lost)
     model%state%points%initial_position = model%state%points%position
     call reset_strains(model%state%points)
-    call give_way(phase%controls, moved, gives_way)
+    call give_way(model, step, solver, phase%controls, moved, gives_way, rests, error)
     ! Where the observer is shown the whole, the parts are put back with the state.
     part = model%part
     if (gives_way) call observer%note_lines(spot_note(model))
-    if (moved .and. .not. allocated(error)) call show_whole()
+    if (moved .and. .not. allocated(error)) call show_whole(model, observer, error)
     model%part = part
     call restore(before, model)
     model%state%progress%bracket%mechanism = gives_way
-
-  contains
-
-    !> Show the observer what moves, the whole where it asks for that.
-    subroutine show_whole()
-      associate (team => model%part%team)
-        if (any_of(team, observer%needs_model(model))) call join_model(model, error)
-        if (.not. allocated(error)) call observer%mechanism(model, error)
-        call agree(team, error)
-      end associate
-    end subroutine show_whole
-
-    !> Damped sub-steps on places that stay, so that a mechanism goes on for ever. The body gives way where the drag
-    !> goes on carrying what it did while the way gets much longer; it is at rest where the drag and the stabilisation,
-    !> which fades, carry nothing. Initial places are drawn back, for the displacement.
-    subroutine give_way(controls, moved, gives_way)
-      type(controls_type), intent(in) :: controls
-      !> Whether there was a sub-step, and whether the body gives way; whether it comes to rest, unchanged where it does
-      !> not.
-      logical, intent(out) :: moved, gives_way
-      type(substep_damping_type) :: damping
-      type(solution_type) :: solution
-      type(controls_type) :: given
-      type(attempt_type) :: attempt
-      real(wp) :: move, way(most_substeps), drag(most_substeps)
-      integer :: substep, n
-
-      moved = .false.
-      gives_way = .false.
-      n = 0
-      move = controls%largest_move*model%cell_size
-      given = controls
-      given%in_place = .true.
-      associate (fraction => model%state%progress%fraction)
-        ! Forces at the start, from which the first drag is taken: the last solve may be another one.
-        given%max_iterations = 0
-        given%extrapolation = .false.
-        call solver%solve(model, step, given, static_attempt(given, fraction, fraction, move), solution, error)
-        if (allocated(error)) return
-        given%max_iterations = controls%max_iterations
-        given%extrapolation = controls%extrapolation
-        damping = first_damping(controls, 0.0_wp, norm_of_forces(step), norm_of_volumes(step), move)
-        do substep = 1, most_substeps
-          if (is_beyond_help(damping)) return
-          damping%share = huge(1.0_wp)
-          attempt = substep_attempt(given, damping, fraction, fraction, move)
-          attempt%tolerance = given%tolerance
-          attempt%stabilisation = largest_fade**min(substep, most_fades)
-          call solver%solve(model, step, given, attempt, solution, error)
-          if (allocated(error)) return
-          if (solution%converged) then
-            moved = .true.
-            if (allocated(solution%displacement)) call move_points(step%at_points, &
-              -solution%displacement(:model%mesh%dimension, :model%space%node_count), &
-              model%state%points%initial_position)
-            call adapt_damping(given, solution, move, damping)
-            rests = is_balanced(given, solution%undamped_out_of_balance) .and. substep >= most_fades
-            if (rests) return
-            n = n + 1
-            way(n) = sum(way(max(1, n - 1):n - 1)) + solution%largest_move
-            drag(n) = damping%share
-            gives_way = goes_on(move, way(:n), drag(:n))
-            if (gives_way) return
-          else
-            call damp_more(damping)
-          end if
-        end do
-      end associate
-    end subroutine give_way
   end subroutine show_mechanism
+
+  !> Show the observer what moves, the whole where it asks for that.
+  subroutine show_whole(model, observer, error)
+    type(model_type), intent(inout) :: model
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (team => model%part%team)
+      if (any_of(team, observer%needs_model(model))) call join_model(model, error)
+      if (.not. allocated(error)) call observer%mechanism(model, error)
+      call agree(team, error)
+    end associate
+  end subroutine show_whole
+
+  !> Damped sub-steps on places that stay, so that a mechanism goes on for ever. The body gives way where the drag goes
+  !> on carrying what it did while the way gets much longer; it is at rest where the drag and the stabilisation, which
+  !> fades, carry nothing. Initial places are drawn back, for the displacement.
+  subroutine give_way(model, step, solver, controls, moved, gives_way, rests, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(controls_type), intent(in) :: controls
+    !> Whether there was a sub-step, and whether the body gives way; whether it comes to rest, unchanged where it does
+    !> not.
+    logical, intent(out) :: moved, gives_way
+    logical, intent(inout) :: rests
+    type(error_type), allocatable, intent(out) :: error
+    type(substep_damping_type) :: damping
+    type(solution_type) :: solution
+    type(controls_type) :: given
+    type(attempt_type) :: attempt
+    real(wp) :: move, way(most_substeps), drag(most_substeps)
+    integer :: substep, n
+
+    moved = .false.
+    gives_way = .false.
+    n = 0
+    move = controls%largest_move*model%cell_size
+    given = controls
+    given%in_place = .true.
+    associate (fraction => model%state%progress%fraction)
+      ! Forces at the start, from which the first drag is taken: the last solve may be another one.
+      given%max_iterations = 0
+      given%extrapolation = .false.
+      call solver%solve(model, step, given, static_attempt(given, fraction, fraction, move), solution, error)
+      if (allocated(error)) return
+      given%max_iterations = controls%max_iterations
+      given%extrapolation = controls%extrapolation
+      damping = first_damping(controls, 0.0_wp, norm_of_forces(step), norm_of_volumes(step), move)
+      do substep = 1, most_substeps
+        if (is_beyond_help(damping)) return
+        damping%share = huge(1.0_wp)
+        attempt = substep_attempt(given, damping, fraction, fraction, move)
+        attempt%tolerance = given%tolerance
+        attempt%stabilisation = largest_fade**min(substep, most_fades)
+        call solver%solve(model, step, given, attempt, solution, error)
+        if (allocated(error)) return
+        if (solution%converged) then
+          moved = .true.
+          if (allocated(solution%displacement)) call move_points(step%at_points, &
+            -solution%displacement(:model%mesh%dimension, :model%space%node_count), model%state%points%initial_position)
+          call adapt_damping(given, solution, move, damping)
+          rests = is_balanced(given, solution%undamped_out_of_balance) .and. substep >= most_fades
+          if (rests) return
+          n = n + 1
+          way(n) = sum(way(max(1, n - 1):n - 1)) + solution%largest_move
+          drag(n) = damping%share
+          gives_way = goes_on(move, way(:n), drag(:n))
+          if (gives_way) return
+        else
+          call damp_more(damping)
+        end if
+      end do
+    end associate
+  end subroutine give_way
 
   !> Whether the drag has carried as much all the while in which the way became many times as long, or as long as a step
   !> may be.

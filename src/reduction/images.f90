@@ -273,8 +273,7 @@ contains
       s = sin(angle(k))
       associate (v => field%reals(:, k))
         if (field%kind == kind_tensor) then
-          ! Of radius, height, ring and the shear of the first two.
-          v = [c*c*v(1) + s*s*v(3), v(2), s*s*v(1) + c*c*v(3), c*v(4), c*s*(v(1) - v(3)), s*v(4)]
+          v = turned_tensor(v, c, s)
         else
           v = [c*v(1) - s*v(3), v(2), s*v(1) + c*v(3)]
         end if
@@ -282,6 +281,18 @@ contains
       end associate
     end do
   end subroutine turn_field
+
+  !> A symmetric tensor along x, y and z by that along radius, height and ring.
+  pure function turned_tensor(tensor, c, s) result(turned)
+    !> Radius, height, ring and the shear of the first two: 11, 22, 33, 12.
+    real(wp), intent(in) :: tensor(6)
+    !> Cosine and sine of the angle from x to z.
+    real(wp), intent(in) :: c, s
+    real(wp) :: turned(6)
+
+    turned = [c*c*tensor(1) + s*s*tensor(3), tensor(2), s*s*tensor(1) + c*c*tensor(3), c*tensor(4), &
+      c*s*(tensor(1) - tensor(3)), s*tensor(4)]
+  end function turned_tensor
 
   !> Interval of lines that holds a place, from 0.
   pure integer function interval(lines, x)

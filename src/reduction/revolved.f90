@@ -68,211 +68,50 @@ contains
       call refuse(scene, 'a carried mesh must follow the bricks')
     end if
     if (allocated(scene%reason)) return
-    call read_sections()
+    call read_sections(scene, solid)
     if (allocated(scene%reason)) return
-    call require_axis()
-    call require_sets()
-    call require_loads()
-    call require_contacts()
+    call require_axis(scene, solid)
+    call require_sets(scene, solid)
+    call require_loads(scene, solid)
+    call require_contacts(scene, solid)
     call require_rigid_round(scene, solid%centre, solid%cut)
     call require_level_water(scene)
-    call require_histories()
-
-  contains
-
-    !> Half sections of all bodies about one axis.
-    subroutine read_sections()
-      type(error_type), allocatable :: error
-      real(wp), allocatable :: facets(:, :, :), profile(:, :)
-      character(len=:), allocatable :: problem
-      integer :: b
-
-      solid%bodies = scene%bodies
-      allocate (solid%widest(size(scene%bodies)))
-      do b = 1, size(scene%bodies)
-        associate (body => solid%bodies(b))
-          call read_stl(body%file, facets, error)
-          if (allocated(error)) then
-            call refuse(scene, error%message)
-            return
-          end if
-          if (b == 1) solid%centre = on_lines(scene, find_axis(facets), maxval(abs(facets)))
-          solid%widest(b) = sqrt(maxval((facets(1, :, :) - solid%centre(1))**2 &
-            + (facets(3, :, :) - solid%centre(2))**2))
-          call find_profile(facets, solid%centre, profile, problem)
-          if (len(problem) > 0) then
-            call refuse(scene, card('*BODY', body%name, body%where)//' is no figure of revolution: '//problem)
-            return
-          end if
-          body%kind = body_polygon
-          call move_alloc(profile, body%polygon)
-          deallocate (body%file)
-        end associate
-      end do
-    end subroutine read_sections
-
-    !> The axis lies on grid lines; sides through it are held along their normal; the grid is wide enough.
-    subroutine require_axis()
-      real(wp) :: tolerance
-      integer :: i, b
-
-      tolerance = scene%nothing
-      solid%radius = huge(1.0_wp)
-      do i = 1, 2
-        associate (lines => scene%mesh%axes(2*i - 1)%lines, c => solid%centre(i))
-          if (minval(abs(lines - c)) > tolerance) &
-            call refuse(scene, 'the axis lies on no line of *GRID'//place_text(scene%mesh%where))
-          solid%cut(i) = abs(lines(1) - c) <= tolerance
-          if (abs(lines(size(lines)) - c) <= tolerance) &
-            call refuse(scene, 'the axis lies on the far side of *GRID'//place_text(scene%mesh%where))
-          solid%radius = min(solid%radius, lines(size(lines)) - c)
-          if (.not. solid%cut(i)) solid%radius = min(solid%radius, c - lines(1))
-          if (solid%cut(i)) call require_cut(scene, 2*i - 1)
-        end associate
-      end do
-      do b = 1, size(solid%bodies)
-        if (solid%widest(b) >= (1.0_wp - single_share)*solid%radius) call refuse(scene, card('*BODY', &
-          solid%bodies(b)%name, solid%bodies(b)%where)//' reaches the sides of the grid')
-      end do
-      solid%sector = [-pi, pi]
-      if (solid%cut(1)) solid%sector = [-0.5_wp*pi, 0.5_wp*pi]
-      if (solid%cut(2)) solid%sector(1) = 0.0_wp
-    end subroutine require_axis
-
-    !> Sets that hold or move the figure depend on height only; those on sides hold along their normal.
-    subroutine require_sets()
-      logical :: along
-      integer :: p, i
-
-      do p = 1, size(scene%phases)
-        do i = 1, size(scene%phases(p)%fixities)
-          associate (fixity => scene%phases(p)%fixities(i))
-            if (.not. fixity_is_round(fixity)) &
-              call refuse(scene, card('*FIX of', fixity%set, fixity%where)//' is not the same all around the axis')
-          end associate
-        end do
-        do i = 1, size(scene%phases(p)%prescriptions)
-          associate (prescription => scene%phases(p)%prescriptions(i))
-            if (prescription%component /= 2 .or. .not. is_level(scene%members, place_named(scene%node_sets, &
-              prescription%set))) call refuse(scene, card('*PRESCRIBE of', prescription%set, prescription%where)// &
-              ' is not the same all around the axis')
-          end associate
-        end do
-      end do
-      if (.not. scene%moving_mesh%active) return
-      along = scene%moving_mesh%axis == 2
-      if (along .and. .not. scene%moving_mesh%by_body) &
-        along = is_level(scene%members, place_named(scene%node_sets, scene%moving_mesh%set))
-      if (.not. along) &
-        call refuse(scene, '*MOVING MESH'//place_text(scene%moving_mesh%where)//' does not go along the axis')
-    end subroutine require_sets
-
-    !> Whether a fixity is alike in all directions: of a level set, of a side through the axis along its
-    !> normal, or of a side out of reach.
-    pure logical function fixity_is_round(fixity) result(round)
-      type(fixity_type), intent(in) :: fixity
-      integer :: s, i
-
-      s = place_named(scene%node_sets, fixity%set)
-      associate (set => scene%node_sets(s))
-        round = set%selection /= select_list .and. is_level(scene%members, s) .and. &
-          (fixity%fixed(1) .eqv. fixity%fixed(3))
-        if (round .or. set%selection /= select_plane .or. set%axis == 2) return
-        i = (set%axis + 1)/2
-        if (abs(set%box(set%axis, 1) - solid%centre(i)) <= scene%nothing) then
-          round = solid%cut(i) .and. fixity%fixed(set%axis) .and. count(fixity%fixed) == 1
-        else
-          ! A side of the grid.
-          associate (holds => scene%members%axis(set%axis)%holds(:, s))
-            round = count(holds) == 1 .and. (holds(1) .or. holds(size(holds)))
-          end associate
-        end if
-      end associate
-    end function fixity_is_round
-
-    !> Loads go along the axis and act on outlines all around it; supports on level parts of outlines.
-    subroutine require_loads()
-      integer :: p, i
-
-      do p = 1, size(scene%phases)
-        associate (phase => scene%phases(p))
-          if (phase%gravity%given .and. any(abs(phase%gravity%vector([1, 3])) > 0.0_wp)) &
-            call refuse(scene, card('*GRAVITY of phase', phase%name, phase%where)//' does not go along the axis')
-          do i = 1, size(phase%tractions)
-            associate (load => phase%tractions(i))
-              if (any(abs(load%vector([1, 3])) > 0.0_wp) .or. load%carrier == carrier_points .or. &
-                .not. surface_is_round(load%surface, .false.)) call refuse(scene, card('the load on', load%surface, &
-                load%where)//' is not the same all around the axis')
-            end associate
-          end do
-          do i = 1, size(phase%supports)
-            if (.not. surface_is_round(phase%supports(i)%surface, .true.)) call refuse(scene, card('*SUPPORT of', &
-              phase%supports(i)%surface, phase%supports(i)%where)//' is not the same all around the axis')
-          end do
-        end associate
-      end do
-    end subroutine require_loads
-
-    !> Surfaces that touch rigid bodies are the same all around the axis.
-    subroutine require_contacts()
-      integer :: i
-
-      if (.not. allocated(scene%contacts)) return
-      do i = 1, size(scene%contacts)
-        if (.not. surface_is_round(scene%contacts(i)%surface, .false.)) call refuse(scene, card('*CONTACT of', &
-          scene%contacts(i)%body, scene%contacts(i)%where)//' is not the same all around the axis')
-      end do
-    end subroutine require_contacts
-
-    !> Whether a surface is an outline, or the part of it in a box wider than the figure; a level one where
-    !> it is wanted.
-    pure logical function surface_is_round(name, level) result(round)
-      !> Name of the surface.
-      character(len=*), intent(in) :: name
-      !> The box must be flat along the axis.
-      logical, intent(in) :: level
-      real(wp) :: widest
-      integer :: i
-
-      associate (surface => scene%surfaces(place_named(scene%surfaces, name)))
-        round = surface%selection == select_outline .and. (surface%boxed .or. .not. level)
-        if (.not. round .or. .not. surface%boxed) return
-        widest = maxval(solid%widest)
-        round = round .and. all([(surface%box(2*i - 1, 2) >= solid%centre(i) + widest .and. surface%box(2*i - 1, 1) &
-          <= solid%centre(i) - merge(0.0_wp, widest, solid%cut(i)), i=1, 2)])
-        if (level) round = round .and. surface%box(2, 2) - surface%box(2, 1) <= scene%nothing
-      end associate
-    end function surface_is_round
-
-    !> Histories are within reach; stresses are read where the axes are those of radius and ring.
-    subroutine require_histories()
-      real(wp) :: from(2)
-      logical :: good
-      integer :: i
-
-      call require_local_histories(scene)
-      if (allocated(scene%reason)) return
-      do i = 1, size(scene%histories)
-        associate (history => scene%histories(i))
-          if (is_taken_at(history%quantity, at_rigid_body)) cycle
-          from = history%at([1, 3]) - solid%centre
-          select case (history%quantity)
-          case (quantity_reaction)
-            good = is_level(scene%members, place_named(scene%node_sets, history%set)) .and. &
-              (history%component == 2 .or. .not. any(solid%cut))
-          case (quantity_stress, quantity_strain)
-            good = history%component == 2 .or. any(abs(from) <= scene%nothing)
-          case default
-            good = .true.
-          end select
-          if (history%quantity /= quantity_reaction) &
-            good = good .and. norm2(from) <= solid%radius .and. .not. any(solid%cut .and. from < -scene%nothing)
-          if (.not. good) &
-            call refuse(scene, card('*HISTORY', history%name, history%where)//' cannot be told from radius and height')
-        end associate
-      end do
-    end subroutine require_histories
+    call require_histories(scene, solid)
   end subroutine require_revolved
+
+  !> Half sections of all bodies about one axis.
+  subroutine read_sections(scene, solid)
+    type(examined_type), intent(inout) :: scene
+    !> Gets the axis and the bodies.
+    type(revolved_solid_type), intent(inout) :: solid
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: facets(:, :, :), profile(:, :)
+    character(len=:), allocatable :: problem
+    integer :: b
+
+    solid%bodies = scene%bodies
+    allocate (solid%widest(size(scene%bodies)))
+    do b = 1, size(scene%bodies)
+      associate (body => solid%bodies(b))
+        call read_stl(body%file, facets, error)
+        if (allocated(error)) then
+          call refuse(scene, error%message)
+          return
+        end if
+        if (b == 1) solid%centre = on_lines(scene, find_axis(facets), maxval(abs(facets)))
+        solid%widest(b) = sqrt(maxval((facets(1, :, :) - solid%centre(1))**2 &
+          + (facets(3, :, :) - solid%centre(2))**2))
+        call find_profile(facets, solid%centre, profile, problem)
+        if (len(problem) > 0) then
+          call refuse(scene, card('*BODY', body%name, body%where)//' is no figure of revolution: '//problem)
+          return
+        end if
+        body%kind = body_polygon
+        call move_alloc(profile, body%polygon)
+        deallocate (body%file)
+      end associate
+    end do
+  end subroutine read_sections
 
   !> The grid lines nearest to an axis, if they are as near as the file can tell.
   pure function on_lines(scene, centre, size_of_file) result(place)
@@ -290,6 +129,37 @@ contains
       end associate
     end do
   end function on_lines
+
+  !> The axis lies on grid lines; sides through it are held along their normal; the grid is wide enough.
+  pure subroutine require_axis(scene, solid)
+    type(examined_type), intent(inout) :: scene
+    !> Gets the sector and the radius of the grid.
+    type(revolved_solid_type), intent(inout) :: solid
+    real(wp) :: tolerance
+    integer :: i, b
+
+    tolerance = scene%nothing
+    solid%radius = huge(1.0_wp)
+    do i = 1, 2
+      associate (lines => scene%mesh%axes(2*i - 1)%lines, c => solid%centre(i))
+        if (minval(abs(lines - c)) > tolerance) &
+          call refuse(scene, 'the axis lies on no line of *GRID'//place_text(scene%mesh%where))
+        solid%cut(i) = abs(lines(1) - c) <= tolerance
+        if (abs(lines(size(lines)) - c) <= tolerance) &
+          call refuse(scene, 'the axis lies on the far side of *GRID'//place_text(scene%mesh%where))
+        solid%radius = min(solid%radius, lines(size(lines)) - c)
+        if (.not. solid%cut(i)) solid%radius = min(solid%radius, c - lines(1))
+        if (solid%cut(i)) call require_cut(scene, 2*i - 1)
+      end associate
+    end do
+    do b = 1, size(solid%bodies)
+      if (solid%widest(b) >= (1.0_wp - single_share)*solid%radius) call refuse(scene, card('*BODY', &
+        solid%bodies(b)%name, solid%bodies(b)%where)//' reaches the sides of the grid')
+    end do
+    solid%sector = [-pi, pi]
+    if (solid%cut(1)) solid%sector = [-0.5_wp*pi, 0.5_wp*pi]
+    if (solid%cut(2)) solid%sector(1) = 0.0_wp
+  end subroutine require_axis
 
   !> The side of the grid through the axis is held along its normal in every phase.
   pure subroutine require_cut(scene, axis)
@@ -317,6 +187,36 @@ contains
     end do
   end subroutine require_cut
 
+  !> Sets that hold or move the figure depend on height only; those on sides hold along their normal.
+  pure subroutine require_sets(scene, solid)
+    type(examined_type), intent(inout) :: scene
+    type(revolved_solid_type), intent(in) :: solid
+    logical :: along
+    integer :: p, i
+
+    do p = 1, size(scene%phases)
+      do i = 1, size(scene%phases(p)%fixities)
+        associate (fixity => scene%phases(p)%fixities(i))
+          if (.not. fixity_is_round(scene, solid, fixity)) &
+            call refuse(scene, card('*FIX of', fixity%set, fixity%where)//' is not the same all around the axis')
+        end associate
+      end do
+      do i = 1, size(scene%phases(p)%prescriptions)
+        associate (prescription => scene%phases(p)%prescriptions(i))
+          if (prescription%component /= 2 .or. .not. is_level(scene%members, place_named(scene%node_sets, &
+            prescription%set))) call refuse(scene, card('*PRESCRIBE of', prescription%set, prescription%where)// &
+            ' is not the same all around the axis')
+        end associate
+      end do
+    end do
+    if (.not. scene%moving_mesh%active) return
+    along = scene%moving_mesh%axis == 2
+    if (along .and. .not. scene%moving_mesh%by_body) &
+      along = is_level(scene%members, place_named(scene%node_sets, scene%moving_mesh%set))
+    if (.not. along) &
+      call refuse(scene, '*MOVING MESH'//place_text(scene%moving_mesh%where)//' does not go along the axis')
+  end subroutine require_sets
+
   !> Whether a set depends on height only.
   pure logical function is_level(members, set)
     type(members_type), intent(in) :: members
@@ -325,6 +225,132 @@ contains
 
     is_level = covers_axis(members, set, 1) .and. covers_axis(members, set, 3)
   end function is_level
+
+  !> Whether a fixity is alike in all directions: of a level set, of a side through the axis along its
+  !> normal, or of a side out of reach.
+  pure logical function fixity_is_round(scene, solid, fixity) result(round)
+    type(examined_type), intent(in) :: scene
+    type(revolved_solid_type), intent(in) :: solid
+    type(fixity_type), intent(in) :: fixity
+    integer :: s, i
+
+    s = place_named(scene%node_sets, fixity%set)
+    associate (set => scene%node_sets(s))
+      round = set%selection /= select_list .and. is_level(scene%members, s) .and. &
+        (fixity%fixed(1) .eqv. fixity%fixed(3))
+      if (round .or. set%selection /= select_plane .or. set%axis == 2) return
+      i = (set%axis + 1)/2
+      if (abs(set%box(set%axis, 1) - solid%centre(i)) <= scene%nothing) then
+        round = solid%cut(i) .and. fixity%fixed(set%axis) .and. count(fixity%fixed) == 1
+      else
+        round = is_outer_side(scene%members, s, set%axis)
+      end if
+    end associate
+  end function fixity_is_round
+
+  !> Whether a set is a side of the grid.
+  pure logical function is_outer_side(members, set, axis) result(yes)
+    type(members_type), intent(in) :: members
+    !> Number of the set, and the axis it lies across.
+    integer, intent(in) :: set, axis
+
+    associate (holds => members%axis(axis)%holds(:, set))
+      yes = count(holds) == 1 .and. (holds(1) .or. holds(size(holds)))
+    end associate
+  end function is_outer_side
+
+  !> Loads go along the axis and act on outlines all around it; supports on level parts of outlines.
+  pure subroutine require_loads(scene, solid)
+    type(examined_type), intent(inout) :: scene
+    type(revolved_solid_type), intent(in) :: solid
+    integer :: p, i
+
+    do p = 1, size(scene%phases)
+      associate (phase => scene%phases(p))
+        if (phase%gravity%given .and. any(abs(phase%gravity%vector([1, 3])) > 0.0_wp)) &
+          call refuse(scene, card('*GRAVITY of phase', phase%name, phase%where)//' does not go along the axis')
+        do i = 1, size(phase%tractions)
+          associate (load => phase%tractions(i))
+            if (any(abs(load%vector([1, 3])) > 0.0_wp) .or. load%carrier == carrier_points .or. &
+              .not. surface_is_round(scene, solid, load%surface, .false.)) call refuse(scene, card('the load on', &
+              load%surface, load%where)//' is not the same all around the axis')
+          end associate
+        end do
+        do i = 1, size(phase%supports)
+          if (.not. surface_is_round(scene, solid, phase%supports(i)%surface, .true.)) &
+            call refuse(scene, card('*SUPPORT of', phase%supports(i)%surface, phase%supports(i)%where)// &
+            ' is not the same all around the axis')
+        end do
+      end associate
+    end do
+  end subroutine require_loads
+
+  !> Surfaces that touch rigid bodies are the same all around the axis.
+  pure subroutine require_contacts(scene, solid)
+    type(examined_type), intent(inout) :: scene
+    type(revolved_solid_type), intent(in) :: solid
+    integer :: i
+
+    if (.not. allocated(scene%contacts)) return
+    do i = 1, size(scene%contacts)
+      if (.not. surface_is_round(scene, solid, scene%contacts(i)%surface, .false.)) &
+        call refuse(scene, card('*CONTACT of', scene%contacts(i)%body, scene%contacts(i)%where)// &
+        ' is not the same all around the axis')
+    end do
+  end subroutine require_contacts
+
+  !> Whether a surface is an outline, or the part of it in a box wider than the figure; a level one where
+  !> it is wanted.
+  pure logical function surface_is_round(scene, solid, name, level) result(round)
+    type(examined_type), intent(in) :: scene
+    type(revolved_solid_type), intent(in) :: solid
+    !> Name of the surface.
+    character(len=*), intent(in) :: name
+    !> The box must be flat along the axis.
+    logical, intent(in) :: level
+    real(wp) :: widest
+    integer :: i
+
+    associate (surface => scene%surfaces(place_named(scene%surfaces, name)))
+      round = surface%selection == select_outline .and. (surface%boxed .or. .not. level)
+      if (.not. round .or. .not. surface%boxed) return
+      widest = maxval(solid%widest)
+      round = round .and. all([(surface%box(2*i - 1, 2) >= solid%centre(i) + widest .and. surface%box(2*i - 1, 1) &
+        <= solid%centre(i) - merge(0.0_wp, widest, solid%cut(i)), i=1, 2)])
+      if (level) round = round .and. surface%box(2, 2) - surface%box(2, 1) <= scene%nothing
+    end associate
+  end function surface_is_round
+
+  !> Histories are within reach; stresses are read where the axes are those of radius and ring.
+  pure subroutine require_histories(scene, solid)
+    type(examined_type), intent(inout) :: scene
+    type(revolved_solid_type), intent(in) :: solid
+    real(wp) :: from(2)
+    logical :: good
+    integer :: i
+
+    call require_local_histories(scene)
+    if (allocated(scene%reason)) return
+    do i = 1, size(scene%histories)
+      associate (history => scene%histories(i))
+        if (is_taken_at(history%quantity, at_rigid_body)) cycle
+        from = history%at([1, 3]) - solid%centre
+        select case (history%quantity)
+        case (quantity_reaction)
+          good = is_level(scene%members, place_named(scene%node_sets, history%set)) .and. (history%component == 2 .or. &
+            .not. any(solid%cut))
+        case (quantity_stress, quantity_strain)
+          good = history%component == 2 .or. any(abs(from) <= scene%nothing)
+        case default
+          good = .true.
+        end select
+        if (history%quantity /= quantity_reaction) &
+          good = good .and. norm2(from) <= solid%radius .and. .not. any(solid%cut .and. from < -scene%nothing)
+        if (.not. good) &
+          call refuse(scene, card('*HISTORY', history%name, history%where)//' cannot be told from radius and height')
+      end associate
+    end do
+  end subroutine require_histories
 
   !> The axisymmetric model of a figure of revolution, and the way back.
   pure subroutine make_revolved(scene, solid, step)

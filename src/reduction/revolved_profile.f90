@@ -60,12 +60,12 @@ contains
 
     problem = ''
     noise = length_share*maxval(maxval(maxval(facets, dim=3), dim=2) - minval(minval(facets, dim=3), dim=2))
-    call find_rings(rings)
-    call check_rings(corners, problem)
+    call find_rings(facets, centre, noise, rings)
+    call check_rings(facets, centre, noise, rings, corners, problem)
     if (len(problem) > 0) return
     call link_rings(rings, noise, problem)
     if (len(problem) > 0) return
-    call walk_rings(profile, problem)
+    call walk_rings(rings, noise, profile, problem)
     if (len(problem) > 0) return
     scale = sqrt(corners*sin(2.0_wp*pi/corners)/(2.0_wp*pi))
     profile(1, :) = scale*profile(1, :)
@@ -74,97 +74,70 @@ contains
       problem = 'its facets enclose another volume than the rings of their corners'
       deallocate (profile)
     end if
+  end subroutine find_profile
 
-  contains
+  !> Put corners of equal radius and height into a ring.
+  pure subroutine find_rings(facets, centre, noise, rings)
+    !> Corners (3, 3, n).
+    real(wp), intent(in) :: facets(:, :, :)
+    !> x and z of the axis, and the length that is none.
+    real(wp), intent(in) :: centre(2), noise
+    type(rings_type), intent(out) :: rings
+    real(wp) :: place(2), some(2, 3*size(facets, 3))
+    integer :: f, k, r
 
-    !> Put corners of equal radius and height into a ring.
-    pure subroutine find_rings(rings)
-      type(rings_type), intent(out) :: rings
-      real(wp) :: place(2), some(2, 3*size(facets, 3))
-      integer :: f, k, r
+    allocate (rings%of(3, size(facets, 3)))
+    do f = 1, size(facets, 3)
+      do k = 1, 3
+        place = [norm2(facets([1, 3], k, f) - centre), facets(2, k, f)]
+        if (place(1) <= noise) place(1) = 0.0_wp
+        do r = 1, rings%count
+          if (all(abs(some(:, r) - place) <= noise)) exit
+        end do
+        if (r > rings%count) then
+          rings%count = r
+          some(:, r) = place
+        end if
+        rings%of(k, f) = r
+      end do
+    end do
+    allocate (rings%place(2, rings%count), source=some(:, :rings%count))
+  end subroutine find_rings
 
-      allocate (rings%of(3, size(facets, 3)))
+  !> Every ring off the axis is a regular polygon of the same number of corners.
+  pure subroutine check_rings(facets, centre, noise, rings, corners, problem)
+    !> Corners (3, 3, n).
+    real(wp), intent(in) :: facets(:, :, :)
+    !> x and z of the axis, and the length that is none.
+    real(wp), intent(in) :: centre(2), noise
+    type(rings_type), intent(in) :: rings
+    !> Corners of a ring.
+    integer, intent(out) :: corners
+    character(len=:), allocatable, intent(inout) :: problem
+    integer :: angle(3*size(facets, 3)), r, n, f, k, found
+    logical :: regular
+
+    corners = 0
+    do r = 1, rings%count
+      if (rings%place(1, r) <= noise) cycle
+      n = 0
       do f = 1, size(facets, 3)
         do k = 1, 3
-          place = [norm2(facets([1, 3], k, f) - centre), facets(2, k, f)]
-          if (place(1) <= noise) place(1) = 0.0_wp
-          do r = 1, rings%count
-            if (all(abs(some(:, r) - place) <= noise)) exit
-          end do
-          if (r > rings%count) then
-            rings%count = r
-            some(:, r) = place
-          end if
-          rings%of(k, f) = r
+          if (rings%of(k, f) /= r) cycle
+          n = n + 1
+          angle(n) = nint((atan2(facets(3, k, f) - centre(2), facets(1, k, f) - centre(1)) + pi)/angle_step)
         end do
       end do
-      allocate (rings%place(2, rings%count), source=some(:, :rings%count))
-    end subroutine find_rings
-
-    !> Every ring off the axis is a regular polygon of the same number of corners.
-    pure subroutine check_rings(corners, problem)
-      !> Corners of a ring.
-      integer, intent(out) :: corners
-      character(len=:), allocatable, intent(inout) :: problem
-      integer :: angle(3*size(facets, 3)), r, n, f, k, found
-      logical :: regular
-
-      corners = 0
-      do r = 1, rings%count
-        if (rings%place(1, r) <= noise) cycle
-        n = 0
-        do f = 1, size(facets, 3)
-          do k = 1, 3
-            if (rings%of(k, f) /= r) cycle
-            n = n + 1
-            angle(n) = nint((atan2(facets(3, k, f) - centre(2), facets(1, k, f) - centre(1)) + pi)/angle_step)
-          end do
-        end do
-        call sort(angle(:n))
-        call count_angles(angle(:n), found, regular)
-        if (.not. regular .or. (corners > 0 .and. found /= corners)) then
-          problem = 'the corners of a ring are not evenly spaced, or not as many as those of another'
-          return
-        end if
-        corners = found
-      end do
-      if (corners < fewest_corners) problem = 'a ring has fewer than 24 corners'
-    end subroutine check_rings
-
-    !> Walk along the section from an end at the axis, or round it when it has none.
-    pure subroutine walk_rings(profile, problem)
-      !> Corners, counter-clockwise (2, m).
-      real(wp), allocatable, intent(out) :: profile(:, :)
-      character(len=:), allocatable, intent(inout) :: problem
-      real(wp) :: path(2, rings%count + 2)
-      integer :: r, before, next, n, steps, first
-
-      first = 1
-      do r = 1, rings%count
-        if (any(rings%beside(:, r) == 0)) first = r
-      end do
-      n = 0
-      before = 0
-      next = 0
-      r = first
-      if (rings%beside(2, r) == 0 .and. rings%place(1, r) > noise) &
-        call append_corner([0.0_wp, rings%place(2, r)], path, n)
-      do steps = 1, rings%count
-        call append_corner(rings%place(:, r), path, n)
-        next = rings%beside(1, r)
-        if (next == before .or. next == 0) next = rings%beside(2, r)
-        if (next == before) next = 0
-        before = r
-        if (next == 0 .or. next == first) exit
-        r = next
-      end do
-      if (steps < rings%count) problem = 'the surface has more than one part'
-      if (next == 0 .and. rings%place(1, r) > noise) call append_corner([0.0_wp, rings%place(2, r)], path, n)
-      if (len(problem) > 0) return
-      allocate (profile(2, n), source=path(:, :n))
-      if (polygon_area(profile) < 0.0_wp) profile = profile(:, n:1:-1)
-    end subroutine walk_rings
-  end subroutine find_profile
+      call sort(angle(:n))
+      call count_angles(angle(:n), found, regular)
+      if (.not. regular .or. (corners > 0 .and. found /= corners)) then
+        problem = 'the corners of a ring are not evenly spaced, or not as many as those of another'
+        return
+      end if
+      corners = found
+    end do
+    if (corners < fewest_corners) problem = 'a ring has fewer than 24 corners'
+  end subroutine check_rings
 
   !> Distinct angles, and whether their distances are all the same.
   pure subroutine count_angles(angle, found, regular)
@@ -239,6 +212,43 @@ contains
       problem = 'three rings lie beside one'
     end if
   end subroutine link
+
+  !> Walk along the section from an end at the axis, or round it when it has none.
+  pure subroutine walk_rings(rings, noise, profile, problem)
+    type(rings_type), intent(in) :: rings
+    !> Length that is none.
+    real(wp), intent(in) :: noise
+    !> Corners, counter-clockwise (2, m).
+    real(wp), allocatable, intent(out) :: profile(:, :)
+    character(len=:), allocatable, intent(inout) :: problem
+    real(wp) :: path(2, rings%count + 2)
+    integer :: r, before, next, n, steps, first
+
+    first = 1
+    do r = 1, rings%count
+      if (any(rings%beside(:, r) == 0)) first = r
+    end do
+    n = 0
+    before = 0
+    next = 0
+    r = first
+    if (rings%beside(2, r) == 0 .and. rings%place(1, r) > noise) &
+      call append_corner([0.0_wp, rings%place(2, r)], path, n)
+    do steps = 1, rings%count
+      call append_corner(rings%place(:, r), path, n)
+      next = rings%beside(1, r)
+      if (next == before .or. next == 0) next = rings%beside(2, r)
+      if (next == before) next = 0
+      before = r
+      if (next == 0 .or. next == first) exit
+      r = next
+    end do
+    if (steps < rings%count) problem = 'the surface has more than one part'
+    if (next == 0 .and. rings%place(1, r) > noise) call append_corner([0.0_wp, rings%place(2, r)], path, n)
+    if (len(problem) > 0) return
+    allocate (profile(2, n), source=path(:, :n))
+    if (polygon_area(profile) < 0.0_wp) profile = profile(:, n:1:-1)
+  end subroutine walk_rings
 
   !> Put a corner behind those there are.
   pure subroutine append_corner(corner, path, n)

@@ -61,7 +61,7 @@ contains
     real(wp), intent(in), optional :: places(:, :)
     integer, allocatable :: first(:), neighbour(:), graph_node(:)
 
-    changed = .not. same_patches()
+    changed = .not. same_patches(equations, connectivity, constrained)
     if (.not. changed) changed = matrix%symmetric .neqv. one_triangle(equations)
     if (.not. changed) return
     matrix%symmetric = one_triangle(equations)
@@ -69,151 +69,9 @@ contains
     equations%constrained = constrained
     equations%numbered_for = equations%solver_kind
     call node_graph(connectivity, size(constrained, 2), equations%active, graph_node, first, neighbour)
-    call number_along_order(graph_node, first, neighbour, places)
+    call number_along_order(equations, graph_node, first, neighbour, error, places)
     if (allocated(error)) return
-    call lay_out(graph_node, first, neighbour)
-
-  contains
-
-    !> True when nothing that shapes the pattern has changed.
-    pure logical function same_patches() result(same)
-      same = .false.
-      if (.not. allocated(equations%number) .or. equations%numbered_for /= equations%solver_kind) return
-      if (equations%connectivity%count /= connectivity%count) return
-      if (size(equations%connectivity%nodes) /= size(connectivity%nodes)) return
-      if (any(equations%connectivity%first /= connectivity%first)) return
-      if (any(equations%connectivity%nodes /= connectivity%nodes)) return
-      same = all(equations%constrained .eqv. constrained)
-    end function same_patches
-
-    !> Give the free components numbers along the order of the nodes.
-    subroutine number_along_order(graph_node, first, neighbour, places)
-      !> Mesh node of each graph node.
-      integer, intent(in) :: graph_node(:), first(:), neighbour(:)
-      !> Coordinates of the nodes (2 or 3, node_count).
-      real(wp), intent(in), optional :: places(:, :)
-      integer :: position(size(graph_node)), order(size(graph_node))
-      type(solver_row_type) :: row
-      integer :: i, c, d, n, node, distance
-
-      call order_bandwidth(first, neighbour, position)
-      d = size(equations%constrained, 1)
-      distance = node_distance(first, neighbour, position)
-      if (present(places) .and. size(graph_node)*d <= most_for_band) &
-        call narrow_by_sweeps(places(:, graph_node), first, neighbour, position, distance)
-      ! Bands are chosen by all components of the nodes, other solvers by those that are free, as for the matrix.
-      n = max(count(.not. equations%constrained(:, graph_node)), min(size(graph_node)*d, most_for_band + 1))
-      row = solver_row(choose_solver(equations%solver_kind, n, (distance + 1)*d, &
-        (size(graph_node) + size(neighbour))*d**2, equations%symmetric, d))
-      if (.not. row%narrow_band) then
-        call order_metis(first, neighbour, position, error)
-        if (allocated(error)) return
-      end if
-      order(position) = [(i, i=1, size(graph_node))]
-      if (allocated(equations%number)) deallocate (equations%number)
-      allocate (equations%number(d, size(equations%constrained, 2)))
-      equations%number = 0
-      equations%count = 0
-      do i = 1, size(graph_node)
-        node = graph_node(order(i))
-        do c = 1, size(equations%number, 1)
-          if (equations%constrained(c, node)) cycle
-          equations%count = equations%count + 1
-          equations%number(c, node) = equations%count
-        end do
-      end do
-    end subroutine number_along_order
-
-    !> Rows and columns of the matrix and the places of all blocks.
-    subroutine lay_out(graph_node, first, neighbour)
-      !> Mesh node of each graph node, and the graph in compressed rows.
-      integer, intent(in) :: graph_node(:), first(:), neighbour(:)
-      integer, allocatable :: columns(:)
-      integer :: i, c, row, place, skipped
-
-      call start_rows(graph_node, first, neighbour)
-      equations%bandwidth = 0
-      do i = 1, size(graph_node)
-        call row_columns(equations, [graph_node(i), graph_node(neighbour(first(i):first(i + 1) - 1))], columns)
-        do c = 1, size(equations%number, 1)
-          row = equations%number(c, graph_node(i))
-          if (row == 0) cycle
-          skipped = 0
-          if (matrix%symmetric) skipped = place_in_order(columns, row) - 1
-          place = matrix%row_first(row)
-          matrix%column(place:place + size(columns) - skipped - 1) = columns(skipped + 1:)
-          equations%bandwidth = max(equations%bandwidth, columns(size(columns)) - row, row - columns(1))
-        end do
-      end do
-      call place_blocks()
-    end subroutine lay_out
-
-    !> Length of every row, and room for the entries.
-    subroutine start_rows(graph_node, first, neighbour)
-      !> Mesh node of each graph node, and the graph in compressed rows.
-      integer, intent(in) :: graph_node(:), first(:), neighbour(:)
-      integer :: free(size(graph_node)), lead(size(graph_node)), i, c, k, row, length
-
-      free = [(count(equations%number(:, graph_node(i)) > 0), i=1, size(graph_node))]
-      lead = [(first_equation(equations%number(:, graph_node(i))), i=1, size(graph_node))]
-      matrix%n = equations%count
-      if (allocated(matrix%row_first)) deallocate (matrix%row_first, matrix%column, matrix%values)
-      allocate (matrix%row_first(equations%count + 1), source=0)
-      do i = 1, size(graph_node)
-        length = free(i)
-        do k = first(i), first(i + 1) - 1
-          if (.not. matrix%symmetric .or. lead(neighbour(k)) > lead(i)) length = length + free(neighbour(k))
-        end do
-        do c = 1, size(equations%number, 1)
-          row = equations%number(c, graph_node(i))
-          if (row > 0) matrix%row_first(row + 1) = length - merge(row - lead(i), 0, matrix%symmetric)
-        end do
-      end do
-      matrix%row_first(1) = 1
-      do row = 1, equations%count
-        matrix%row_first(row + 1) = matrix%row_first(row + 1) + matrix%row_first(row)
-      end do
-      allocate (matrix%column(matrix%row_first(equations%count + 1) - 1))
-      allocate (matrix%values(size(matrix%column)), source=0.0_wp)
-    end subroutine start_rows
-
-    !> For every pair of nodes of every patch, where the block of the second starts in the rows of the
-    !> first: node by node, so that the places of a row's columns are looked up, not searched for.
-    subroutine place_blocks()
-      integer, allocatable :: lead(:), place(:), first(:), patch(:), position(:)
-      integer :: q, a, k, n, node, row
-
-      if (allocated(equations%pair_first)) deallocate (equations%pair_first, equations%pair_offset)
-      allocate (equations%pair_first(equations%connectivity%count + 1))
-      equations%pair_first(1) = 1
-      do q = 1, equations%connectivity%count
-        n = equations%connectivity%first(q + 1) - equations%connectivity%first(q)
-        equations%pair_first(q + 1) = equations%pair_first(q) + n*n
-      end do
-      allocate (equations%pair_offset(equations%pair_first(equations%connectivity%count + 1) - 1), source=0)
-      allocate (lead(size(equations%number, 2)), place(matrix%n))
-      do node = 1, size(lead)
-        lead(node) = first_equation(equations%number(:, node))
-      end do
-      call list_places(equations%connectivity, size(lead), first, patch, position)
-      do node = 1, size(lead)
-        row = lead(node)
-        if (row == 0) cycle
-        do k = matrix%row_first(row), matrix%row_first(row + 1) - 1
-          place(matrix%column(k)) = matrix%row_first(row + 1) - k
-        end do
-        do k = first(node), first(node + 1) - 1
-          q = patch(k)
-          n = equations%connectivity%first(q + 1) - equations%connectivity%first(q)
-          associate (nodes => equations%connectivity%nodes(equations%connectivity%first(q):), &
-            offset => equations%pair_offset(equations%pair_first(q) + position(k) - 1:))
-            do a = 1, n
-              if (lead(nodes(a)) >= merge(row, 1, matrix%symmetric)) offset((a - 1)*n + 1) = place(lead(nodes(a)))
-            end do
-          end associate
-        end do
-      end do
-    end subroutine place_blocks
+    call lay_out(equations, graph_node, first, neighbour, matrix)
   end subroutine number_equations
 
   !> One triangle of a symmetric matrix is enough for most solvers.
@@ -224,6 +82,122 @@ contains
     row = solver_row(equations%solver_kind)
     one_triangle = equations%symmetric .and. row%one_triangle
   end function one_triangle
+
+  !> True when nothing that shapes the pattern has changed.
+  pure logical function same_patches(equations, connectivity, constrained) result(same)
+    type(equations_type), intent(in) :: equations
+    !> Node lists that couple.
+    type(connectivity_type), intent(in) :: connectivity
+    logical, intent(in) :: constrained(:, :)
+
+    same = .false.
+    if (.not. allocated(equations%number) .or. equations%numbered_for /= equations%solver_kind) return
+    if (equations%connectivity%count /= connectivity%count) return
+    if (size(equations%connectivity%nodes) /= size(connectivity%nodes)) return
+    if (any(equations%connectivity%first /= connectivity%first)) return
+    if (any(equations%connectivity%nodes /= connectivity%nodes)) return
+    same = all(equations%constrained .eqv. constrained)
+  end function same_patches
+
+  !> Give the free components numbers along the order of the nodes.
+  subroutine number_along_order(equations, graph_node, first, neighbour, error, places)
+    type(equations_type), intent(inout) :: equations
+    !> Mesh node of each graph node.
+    integer, intent(in) :: graph_node(:), first(:), neighbour(:)
+    type(error_type), allocatable, intent(out) :: error
+    !> Coordinates of the nodes (2 or 3, node_count).
+    real(wp), intent(in), optional :: places(:, :)
+    integer :: position(size(graph_node)), order(size(graph_node))
+    type(solver_row_type) :: row
+    integer :: i, c, d, n, node, distance
+
+    call order_bandwidth(first, neighbour, position)
+    d = size(equations%constrained, 1)
+    distance = node_distance(first, neighbour, position)
+    if (present(places) .and. size(graph_node)*d <= most_for_band) &
+      call narrow_by_sweeps(places(:, graph_node), first, neighbour, position, distance)
+    ! Bands are chosen by all components of the nodes, other solvers by those that are free, as for the matrix.
+    n = max(count(.not. equations%constrained(:, graph_node)), min(size(graph_node)*d, most_for_band + 1))
+    row = solver_row(choose_solver(equations%solver_kind, n, (distance + 1)*d, &
+      (size(graph_node) + size(neighbour))*d**2, equations%symmetric, d))
+    if (.not. row%narrow_band) then
+      call order_metis(first, neighbour, position, error)
+      if (allocated(error)) return
+    end if
+    order(position) = [(i, i=1, size(graph_node))]
+    if (allocated(equations%number)) deallocate (equations%number)
+    allocate (equations%number(d, size(equations%constrained, 2)))
+    equations%number = 0
+    equations%count = 0
+    do i = 1, size(graph_node)
+      node = graph_node(order(i))
+      do c = 1, size(equations%number, 1)
+        if (equations%constrained(c, node)) cycle
+        equations%count = equations%count + 1
+        equations%number(c, node) = equations%count
+      end do
+    end do
+  end subroutine number_along_order
+
+  !> Rows and columns of the matrix and the places of all blocks.
+  subroutine lay_out(equations, graph_node, first, neighbour, matrix)
+    !> The equations, numbered.
+    type(equations_type), intent(inout) :: equations
+    !> Mesh node of each graph node, and the graph in compressed rows.
+    integer, intent(in) :: graph_node(:), first(:), neighbour(:)
+    !> The matrix, values zero.
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer, allocatable :: columns(:)
+    integer :: i, c, row, place, skipped
+
+    call start_rows(equations, graph_node, first, neighbour, matrix)
+    equations%bandwidth = 0
+    do i = 1, size(graph_node)
+      call row_columns(equations, [graph_node(i), graph_node(neighbour(first(i):first(i + 1) - 1))], columns)
+      do c = 1, size(equations%number, 1)
+        row = equations%number(c, graph_node(i))
+        if (row == 0) cycle
+        skipped = 0
+        if (matrix%symmetric) skipped = place_in_order(columns, row) - 1
+        place = matrix%row_first(row)
+        matrix%column(place:place + size(columns) - skipped - 1) = columns(skipped + 1:)
+        equations%bandwidth = max(equations%bandwidth, columns(size(columns)) - row, row - columns(1))
+      end do
+    end do
+    call place_blocks(equations, matrix)
+  end subroutine lay_out
+
+  !> Length of every row, and room for the entries.
+  subroutine start_rows(equations, graph_node, first, neighbour, matrix)
+    !> The equations, numbered.
+    type(equations_type), intent(in) :: equations
+    !> Mesh node of each graph node, and the graph in compressed rows.
+    integer, intent(in) :: graph_node(:), first(:), neighbour(:)
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: free(size(graph_node)), lead(size(graph_node)), i, c, k, row, length
+
+    free = [(count(equations%number(:, graph_node(i)) > 0), i=1, size(graph_node))]
+    lead = [(first_equation(equations%number(:, graph_node(i))), i=1, size(graph_node))]
+    matrix%n = equations%count
+    if (allocated(matrix%row_first)) deallocate (matrix%row_first, matrix%column, matrix%values)
+    allocate (matrix%row_first(equations%count + 1), source=0)
+    do i = 1, size(graph_node)
+      length = free(i)
+      do k = first(i), first(i + 1) - 1
+        if (.not. matrix%symmetric .or. lead(neighbour(k)) > lead(i)) length = length + free(neighbour(k))
+      end do
+      do c = 1, size(equations%number, 1)
+        row = equations%number(c, graph_node(i))
+        if (row > 0) matrix%row_first(row + 1) = length - merge(row - lead(i), 0, matrix%symmetric)
+      end do
+    end do
+    matrix%row_first(1) = 1
+    do row = 1, equations%count
+      matrix%row_first(row + 1) = matrix%row_first(row + 1) + matrix%row_first(row)
+    end do
+    allocate (matrix%column(matrix%row_first(equations%count + 1) - 1))
+    allocate (matrix%values(size(matrix%column)), source=0.0_wp)
+  end subroutine start_rows
 
   !> Sorted equations of some nodes.
   pure subroutine row_columns(equations, nodes, columns)
@@ -246,6 +220,46 @@ contains
     call sort(found(:n))
     allocate (columns, source=found(:n))
   end subroutine row_columns
+
+  !> For every pair of nodes of every patch, where the block of the second starts in the rows of the
+  !> first: node by node, so that the places of a row's columns are looked up, not searched for.
+  pure subroutine place_blocks(equations, matrix)
+    type(equations_type), intent(inout) :: equations
+    type(sparse_matrix_type), intent(in) :: matrix
+    integer, allocatable :: lead(:), place(:), first(:), patch(:), position(:)
+    integer :: q, a, k, n, node, row
+
+    if (allocated(equations%pair_first)) deallocate (equations%pair_first, equations%pair_offset)
+    allocate (equations%pair_first(equations%connectivity%count + 1))
+    equations%pair_first(1) = 1
+    do q = 1, equations%connectivity%count
+      n = equations%connectivity%first(q + 1) - equations%connectivity%first(q)
+      equations%pair_first(q + 1) = equations%pair_first(q) + n*n
+    end do
+    allocate (equations%pair_offset(equations%pair_first(equations%connectivity%count + 1) - 1), source=0)
+    allocate (lead(size(equations%number, 2)), place(matrix%n))
+    do node = 1, size(lead)
+      lead(node) = first_equation(equations%number(:, node))
+    end do
+    call list_places(equations%connectivity, size(lead), first, patch, position)
+    do node = 1, size(lead)
+      row = lead(node)
+      if (row == 0) cycle
+      do k = matrix%row_first(row), matrix%row_first(row + 1) - 1
+        place(matrix%column(k)) = matrix%row_first(row + 1) - k
+      end do
+      do k = first(node), first(node + 1) - 1
+        q = patch(k)
+        n = equations%connectivity%first(q + 1) - equations%connectivity%first(q)
+        associate (nodes => equations%connectivity%nodes(equations%connectivity%first(q):), &
+          offset => equations%pair_offset(equations%pair_first(q) + position(k) - 1:))
+          do a = 1, n
+            if (lead(nodes(a)) >= merge(row, 1, matrix%symmetric)) offset((a - 1)*n + 1) = place(lead(nodes(a)))
+          end do
+        end associate
+      end do
+    end do
+  end subroutine place_blocks
 
   !> Where each node stands: patches and the positions in them, in compressed rows.
   pure subroutine list_places(connectivity, node_count, first, patch, position)

@@ -262,60 +262,66 @@ contains
     logical :: converged
 
     converged = .false.
-    if (system%stale .or. system%solver%approximate) call iterate(x, converged)
+    if (system%stale .or. system%solver%approximate) call iterate(system, matrix, rhs, tolerance, x, converged)
     if (converged) return
     if (system%stale) then
       system%pause = system%next_pause
       system%next_pause = min(2*system%next_pause + 1, longest_pause)
       call renew(system, matrix, error)
       if (allocated(error)) return
-      if (system%solver%approximate) call iterate(x, converged)
+      if (system%solver%approximate) call iterate(system, matrix, rhs, tolerance, x, converged)
       if (converged) return
     end if
     do while (system%solver%approximate)
       call give_way(system, matrix, error)
-      if (system%solver%approximate .and. .not. allocated(error)) call iterate(x, converged)
+      if (system%solver%approximate .and. .not. allocated(error)) &
+        call iterate(system, matrix, rhs, tolerance, x, converged)
       if (converged) return
     end do
     if (.not. allocated(error)) call system%solver%solve(rhs, x, error)
-
-  contains
-
-    !> Iterate with the factor as it is: as the solver does by itself, by conjugate gradients where matrix and factor
-    !> are positive definite as far as is known, by GMRES elsewhere.
-    subroutine iterate(x, converged)
-      !> Solution (n).
-      real(wp), intent(out) :: x(:)
-      logical, intent(out) :: converged
-      type(krylov_limits_type) :: limits
-      type(krylov_result_type) :: outcome
-      type(error_type), allocatable :: error
-
-      limits%tolerance = tolerance
-      if (system%stale) then
-        limits%most_sweeps = sweeps_of_stale(system)
-      else if (system%incomplete) then
-        limits%most_sweeps = ceiling(incomplete_sweeps*real(matrix%n, wp)**(2.0_wp/3.0_wp))
-        if (system%choice%kind == solver_krylov) limits%most_sweeps = max(limits%most_sweeps, least_incomplete)
-      else
-        limits%rate = single_rate
-      end if
-      if (system%solver%iterates) then
-        system%solver%tolerance = tolerance
-        system%solver%most_sweeps = sweeps_of_multigrid(system%choice, tolerance)
-        call system%solver%solve(rhs, x, error)
-        outcome%converged = .not. allocated(error)
-        outcome%sweeps = system%solver%sweeps
-      else if (system%symmetric .and. system%solver%negative_pivots <= 0) then
-        call solve_cg(matrix, system%solver, rhs, limits, x, outcome)
-      else
-        call solve_gmres(matrix, system%solver, rhs, limits, x, outcome)
-      end if
-      system%sweeps = system%sweeps + outcome%sweeps
-      converged = outcome%converged
-      if (system%stale .and. converged) system%next_pause = 1
-    end subroutine iterate
   end subroutine solve_system
+
+  !> Iterate with the factor as it is: as the solver does by itself, by conjugate gradients where matrix and factor are
+  !> positive definite as far as is known, by GMRES elsewhere.
+  subroutine iterate(system, matrix, rhs, tolerance, x, converged)
+    type(linear_system_type), intent(inout) :: system
+    !> The matrix K.
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> Right-hand side b (n).
+    real(wp), intent(in) :: rhs(:)
+    !> Residual allowed relative to b.
+    real(wp), intent(in) :: tolerance
+    !> Solution (n).
+    real(wp), intent(out) :: x(:)
+    logical, intent(out) :: converged
+    type(krylov_limits_type) :: limits
+    type(krylov_result_type) :: outcome
+    type(error_type), allocatable :: error
+
+    limits%tolerance = tolerance
+    if (system%stale) then
+      limits%most_sweeps = sweeps_of_stale(system)
+    else if (system%incomplete) then
+      limits%most_sweeps = ceiling(incomplete_sweeps*real(matrix%n, wp)**(2.0_wp/3.0_wp))
+      if (system%choice%kind == solver_krylov) limits%most_sweeps = max(limits%most_sweeps, least_incomplete)
+    else
+      limits%rate = single_rate
+    end if
+    if (system%solver%iterates) then
+      system%solver%tolerance = tolerance
+      system%solver%most_sweeps = sweeps_of_multigrid(system%choice, tolerance)
+      call system%solver%solve(rhs, x, error)
+      outcome%converged = .not. allocated(error)
+      outcome%sweeps = system%solver%sweeps
+    else if (system%symmetric .and. system%solver%negative_pivots <= 0) then
+      call solve_cg(matrix, system%solver, rhs, limits, x, outcome)
+    else
+      call solve_gmres(matrix, system%solver, rhs, limits, x, outcome)
+    end if
+    system%sweeps = system%sweeps + outcome%sweeps
+    converged = outcome%converged
+    if (system%stale .and. converged) system%next_pause = 1
+  end subroutine iterate
 
   !> Sweeps that PETSc may take for a correction.
   pure integer function sweeps_of_multigrid(choice, tolerance)

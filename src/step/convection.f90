@@ -69,7 +69,7 @@ contains
         .and. own_of(model%part%tracers, state%tracers%count), step%activation, state%points)
       call move_carried(mesh, space, displacement, state%watched, own_of(model%part%watched, state%watched%count), &
         step%activation, state%points)
-      call move_inactive(step%activation, most)
+      call move_inactive(model, step%activation, displacement, most)
       call move_points(step%at_points, displacement, state%points%position)
     end associate
     call refuse_penetration(model, bodies_at_end(step%terms), step%penetration, error)
@@ -77,12 +77,12 @@ contains
     call put_back(model, bodies_at_end(step%terms))
     if (model%analysis%method%basis /= basis_fem) call keep_inside(model, displacement, step%crossing)
     if (model%analysis%method%basis == basis_fem) then
-      call carry_mesh(step%activation, model%mesh, model%state%coordinates)
+      call carry_mesh(step%activation, displacement, model%mesh, model%state%coordinates, error)
     else
       if (model%analysis%moving_mesh%by_body) then
-        call follow_body(bodies_at_end(step%terms))
+        call follow_body(model, bodies_at_end(step%terms), error)
       else if (model%analysis%moving_mesh%active) then
-        call move_rows()
+        call move_rows(model, displacement)
       end if
       if (.not. allocated(error)) then
         if (is_divided(model%part)) then
@@ -97,91 +97,6 @@ contains
     call take_point_results(soil, source, model%laws, model%state%points)
     if (size(model%state%points%deformation_gradient, 2) > 0) call grow_deformation(step%at_points, displacement, &
       model%state%points%deformation_gradient)
-
-  contains
-
-    !> Move what rides of bodies that are not there: feet with the ground they lie on, bodies that are taken out with
-    !> the mesh, which stays where nothing moves it, and no farther than the ground: functions that hold next to none of
-    !> it move anyhow. The others wait.
-    subroutine move_inactive(activation, most)
-      type(activation_type), intent(in) :: activation
-      !> Longest displacement of the ground.
-      real(wp), intent(in), optional :: most
-
-      associate (mesh => model%mesh, space => model%space, state => model%state)
-        if (state%inactive%feet%count > 0) call move_carried(mesh, space, displacement, state%inactive%feet, &
-          any(model%feet%on .and. spread(bodies_active(model%analysis, state%progress%phase), 2, &
-          state%inactive%feet%count), dim=1) .and. own_of(model%part%feet, state%inactive%feet%count), activation, &
-          state%points)
-        call move_carried(mesh, space, displacement, state%inactive%unloading, most=most)
-        call move_carried(mesh, space, displacement, state%inactive%unloading_surface, most=most)
-        call move_carried(mesh, space, displacement, state%tracers, of_taken_out(model) .and. &
-          own_of(model%part%tracers, state%tracers%count), most=most)
-      end associate
-    end subroutine move_inactive
-
-    !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
-    subroutine carry_mesh(activation, mesh, coordinates)
-      type(activation_type), intent(in) :: activation
-      type(mesh_type), intent(inout) :: mesh
-      !> Those of the state; unchanged with an error (dimension, node_count).
-      real(wp), intent(inout) :: coordinates(:, :)
-      character(len=100) :: text
-      integer :: k, c
-
-      mesh%coordinates = mesh%coordinates + displacement
-      do k = 1, activation%active_count
-        c = activation%active_cell(k)
-        if (least_jacobian(mesh, mesh%coordinates, c) > 0.0_wp) cycle
-        write (text, '(a,i0,a)') 'the mesh is tangled: element ', mesh%cell_label(c), ' has turned inside out'
-        call fail(error, error_tangled, trim(text))
-        return
-      end do
-      coordinates = mesh%coordinates
-    end subroutine carry_mesh
-
-    !> The rows of a moving mesh follow the plate: mesh and space, and what the state knows of them.
-    subroutine move_rows()
-      real(wp) :: plate_move
-
-      plate_move = plate_displacement()
-      call scale_rows(model%mesh, model%analysis%moving_mesh%axis, model%analysis%moving_mesh%base, &
-        model%state%plate, model%state%plate + plate_move)
-      model%state%plate = model%state%plate + plate_move
-      model%state%coordinates = model%mesh%coordinates
-      call refresh_space(model%space, model%mesh)
-    end subroutine move_rows
-
-    !> The rows of a moving mesh follow a rigid body, as long as there is room for them ahead of it.
-    subroutine follow_body(bodies)
-      !> The bodies where they are at the end of the step.
-      type(placed_shape_type), intent(in) :: bodies(:)
-      real(wp) :: place
-
-      associate (moving => model%analysis%moving_mesh, body => bodies(place_named(model%analysis%rigid_bodies, &
-          model%analysis%moving_mesh%body)), bounds => model%mesh%bounds)
-        place = body%reference(moving%axis) + body%pose%displacement(moving%axis)
-        if (place - moving%near < bounds(moving%axis, 1) + room*model%cell_size .or. &
-          place + moving%near > bounds(moving%axis, 2) - room*model%cell_size) then
-          call fail(error, error_not_converged, "rigid body '"//moving%body// &
-            "' has come within NEAR of *MOVING MESH "// &
-            'to the end of the grid: a larger grid, a smaller NEAR or a shorter way')
-          return
-        end if
-        call carry_rows(model%mesh, moving%axis, model%state%plate, moving%near, place - model%state%plate)
-        model%state%plate = place
-      end associate
-      model%state%coordinates = model%mesh%coordinates
-      call refresh_space(model%space, model%mesh)
-    end subroutine follow_body
-
-    !> Mean displacement of the plate along the axis of the moving mesh.
-    real(wp) function plate_displacement() result(move)
-      associate (moving => model%analysis%moving_mesh, &
-          nodes => items_of(model%space%sets, model%analysis%moving_mesh%set))
-        move = sum(displacement(moving%axis, nodes))/size(nodes)
-      end associate
-    end function plate_displacement
   end subroutine convect
 
   !> Update stresses and states alone. Places stay where they are; what rides beside the material points counts its
@@ -309,6 +224,29 @@ contains
     end do
   end subroutine move_carried
 
+  !> Move what rides of bodies that are not there: feet with the ground they lie on, bodies that are taken out with the
+  !> mesh, which stays where nothing moves it, and no farther than the ground: functions that hold next to none of it
+  !> move anyhow. The others wait.
+  subroutine move_inactive(model, activation, displacement, most)
+    type(model_type), intent(inout) :: model
+    type(activation_type), intent(in) :: activation
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Longest displacement of the ground.
+    real(wp), intent(in), optional :: most
+
+    associate (mesh => model%mesh, space => model%space, state => model%state)
+      if (state%inactive%feet%count > 0) call move_carried(mesh, space, displacement, state%inactive%feet, &
+        any(model%feet%on .and. spread(bodies_active(model%analysis, state%progress%phase), 2, &
+        state%inactive%feet%count), dim=1) .and. own_of(model%part%feet, state%inactive%feet%count), activation, &
+        state%points)
+      call move_carried(mesh, space, displacement, state%inactive%unloading, most=most)
+      call move_carried(mesh, space, displacement, state%inactive%unloading_surface, most=most)
+      call move_carried(mesh, space, displacement, state%tracers, of_taken_out(model) .and. &
+        own_of(model%part%tracers, state%tracers%count), most=most)
+    end associate
+  end subroutine move_inactive
+
   !> Tracers of bodies that wait.
   pure function of_inactive(model) result(chosen)
     type(model_type), intent(in) :: model
@@ -337,6 +275,82 @@ contains
       chosen(i) = any(model%state%inactive%unloading%body == model%tracer_body(i))
     end do
   end function of_taken_out
+
+  !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
+  subroutine carry_mesh(activation, displacement, mesh, coordinates, error)
+    type(activation_type), intent(in) :: activation
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    type(mesh_type), intent(inout) :: mesh
+    !> Those of the state; unchanged with an error (dimension, node_count).
+    real(wp), intent(inout) :: coordinates(:, :)
+    !> The mesh is tangled.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=100) :: text
+    integer :: k, c
+
+    mesh%coordinates = mesh%coordinates + displacement
+    do k = 1, activation%active_count
+      c = activation%active_cell(k)
+      if (least_jacobian(mesh, mesh%coordinates, c) > 0.0_wp) cycle
+      write (text, '(a,i0,a)') 'the mesh is tangled: element ', mesh%cell_label(c), ' has turned inside out'
+      call fail(error, error_tangled, trim(text))
+      return
+    end do
+    coordinates = mesh%coordinates
+  end subroutine carry_mesh
+
+  !> The rows of a moving mesh follow the plate: mesh and space, and what the state knows of them.
+  subroutine move_rows(model, displacement)
+    type(model_type), intent(inout) :: model
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp) :: plate_move
+
+    plate_move = plate_displacement(model, displacement)
+    call scale_rows(model%mesh, model%analysis%moving_mesh%axis, model%analysis%moving_mesh%base, &
+      model%state%plate, model%state%plate + plate_move)
+    model%state%plate = model%state%plate + plate_move
+    model%state%coordinates = model%mesh%coordinates
+    call refresh_space(model%space, model%mesh)
+  end subroutine move_rows
+
+  !> The rows of a moving mesh follow a rigid body, as long as there is room for them ahead of it.
+  subroutine follow_body(model, bodies, error)
+    type(model_type), intent(inout) :: model
+    !> The bodies where they are at the end of the step.
+    type(placed_shape_type), intent(in) :: bodies(:)
+    !> error_not_converged: no room is left.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: place
+
+    associate (moving => model%analysis%moving_mesh, body => bodies(place_named(model%analysis%rigid_bodies, &
+        model%analysis%moving_mesh%body)), bounds => model%mesh%bounds)
+      place = body%reference(moving%axis) + body%pose%displacement(moving%axis)
+      if (place - moving%near < bounds(moving%axis, 1) + room*model%cell_size .or. &
+        place + moving%near > bounds(moving%axis, 2) - room*model%cell_size) then
+        call fail(error, error_not_converged, "rigid body '"//moving%body//"' has come within NEAR of *MOVING MESH "// &
+          'to the end of the grid: a larger grid, a smaller NEAR or a shorter way')
+        return
+      end if
+      call carry_rows(model%mesh, moving%axis, model%state%plate, moving%near, place - model%state%plate)
+      model%state%plate = place
+    end associate
+    model%state%coordinates = model%mesh%coordinates
+    call refresh_space(model%space, model%mesh)
+  end subroutine follow_body
+
+  !> Mean displacement of the plate along the axis of the moving mesh.
+  real(wp) function plate_displacement(model, displacement) result(move)
+    type(model_type), intent(in) :: model
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+
+    associate (moving => model%analysis%moving_mesh, &
+        nodes => items_of(model%space%sets, model%analysis%moving_mesh%set))
+      move = sum(displacement(moving%axis, nodes))/size(nodes)
+    end associate
+  end function plate_displacement
 
   !> Point location: owner cells of everything that rides, of what this process answers for.
   subroutine find_again(mesh, cell_size, part, state, error)

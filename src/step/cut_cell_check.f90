@@ -78,8 +78,8 @@ contains
     check%measured_after = model%state%progress%step
     call find_bodies(model, configuration%volumes, .false., bodies)
     check%lost = .not. bodies%carried
-    call integrate_outlines(outside)
-    call integrate_gradients(configuration%activation, inside)
+    call integrate_outlines(model, bodies, outside)
+    call integrate_gradients(model, configuration%activation, bodies, integration, inside)
     call find_mean_stress(model%state%points, configuration%at_points, stress)
     inside = inside - outside
     do a = 1, size(outside, 2)
@@ -97,63 +97,6 @@ contains
       check%place = node_position(model%space, model%mesh, node)
       call spread_from(team, lowest_rank(team, violation(node) >= largest(team, violation(node))), check%place)
     end associate
-
-  contains
-
-    !> Integrals of N n over the outlines (dimension, nodes); those that reach by less than a point into a cell without
-    !> points count for the nodes that this one shares with the body, those of others have no stress.
-    subroutine integrate_outlines(sums)
-      real(wp), intent(out) :: sums(:, :)
-      type(seed_list_type) :: list
-      type(shape_values_type) :: place
-      integer :: i, a
-
-      sums = 0.0_wp
-      call seed_outlines(model, bodies, list)
-      do i = 1, list%count
-        call functions_at(model%space, model%mesh, list%cell(i), list%local(:, i), place)
-        do a = 1, place%count
-          sums(:, place%node(a)) = sums(:, place%node(a)) + place%shape(a)*list%vector(:, i)
-        end do
-      end do
-    end subroutine integrate_outlines
-
-    !> Sums of V grad N over the bodies, in axisymmetry with N/r for the first component (dimension, nodes).
-    subroutine integrate_gradients(activation, sums)
-      type(activation_type), intent(in) :: activation
-      real(wp), intent(out) :: sums(:, :)
-      integer :: g, q, n, b, j
-
-      sums = 0.0_wp
-      do g = 1, integration%group_count
-        n = integration%node_first(g + 1) - integration%node_first(g)
-        associate (nodes => integration%nodes(integration%node_first(g):integration%node_first(g + 1) - 1))
-          do q = integration%first(g), integration%first(g + 1) - 1
-            ! Of bodies that are integrated inside of their outlines.
-            if (integration%source(q) < 0 .and. integration%source(q) >= -integration%received) cycle
-            if (.not. bodies%carried(body_of(activation, g, q))) cycle
-            b = integration%directions*place_of(integration, g, q)
-            do j = 1, integration%directions
-              associate (row => merge(j, 1, j <= size(sums, 1)), gradient => integration%gradient(b + 1:b + n))
-                sums(row, nodes) = sums(row, nodes) + integration%weight(q)*gradient
-              end associate
-              b = b + n
-            end do
-          end do
-        end associate
-      end do
-    end subroutine integrate_gradients
-
-    !> Body of an integration point; that of a Gauss point of a full cell is the body of the cell's points.
-    pure integer function body_of(activation, group, point) result(body)
-      type(activation_type), intent(in) :: activation
-      integer, intent(in) :: group, point
-      integer :: source
-
-      source = integration%source(point)
-      if (source < 0) source = activation%point(activation%first(activation%active_number(integration%cell(group))))
-      body = model%state%points%body(source)
-    end function body_of
   end subroutine measure_cut_cells
 
   !> Mean stress of the material points around each node, weighted by |N| V (4 or 6, nodes).
@@ -198,6 +141,68 @@ contains
     traction(2) = traction(2) + stress(6)*vector(3)
     traction(3) = stress(5)*vector(1) + stress(6)*vector(2) + stress(3)*vector(3)
   end function traction
+
+  !> Integrals of N n over the outlines (dimension, nodes); those that reach by less than a point into a cell without
+  !> points count for the nodes that this one shares with the body, those of others have no stress.
+  subroutine integrate_outlines(model, bodies, sums)
+    type(model_type), intent(in) :: model
+    type(body_quadrature_type), intent(in) :: bodies
+    real(wp), intent(out) :: sums(:, :)
+    type(seed_list_type) :: list
+    type(shape_values_type) :: place
+    integer :: i, a
+
+    sums = 0.0_wp
+    call seed_outlines(model, bodies, list)
+    do i = 1, list%count
+      call functions_at(model%space, model%mesh, list%cell(i), list%local(:, i), place)
+      do a = 1, place%count
+        sums(:, place%node(a)) = sums(:, place%node(a)) + place%shape(a)*list%vector(:, i)
+      end do
+    end do
+  end subroutine integrate_outlines
+
+  !> Sums of V grad N over the bodies, in axisymmetry with N/r for the first component (dimension, nodes).
+  subroutine integrate_gradients(model, activation, bodies, integration, sums)
+    type(model_type), intent(in) :: model
+    type(activation_type), intent(in) :: activation
+    type(body_quadrature_type), intent(in) :: bodies
+    type(integration_type), intent(in) :: integration
+    real(wp), intent(out) :: sums(:, :)
+    integer :: g, q, n, b, j
+
+    sums = 0.0_wp
+    do g = 1, integration%group_count
+      n = integration%node_first(g + 1) - integration%node_first(g)
+      associate (nodes => integration%nodes(integration%node_first(g):integration%node_first(g + 1) - 1))
+        do q = integration%first(g), integration%first(g + 1) - 1
+          ! Of bodies that are integrated inside of their outlines.
+          if (integration%source(q) < 0 .and. integration%source(q) >= -integration%received) cycle
+          if (.not. bodies%carried(body_of(model, activation, integration, g, q))) cycle
+          b = integration%directions*place_of(integration, g, q)
+          do j = 1, integration%directions
+            associate (row => merge(j, 1, j <= size(sums, 1)), gradient => integration%gradient(b + 1:b + n))
+              sums(row, nodes) = sums(row, nodes) + integration%weight(q)*gradient
+            end associate
+            b = b + n
+          end do
+        end do
+      end associate
+    end do
+  end subroutine integrate_gradients
+
+  !> Body of an integration point; that of a Gauss point of a full cell is the body of the cell's points.
+  pure integer function body_of(model, activation, integration, group, point) result(body)
+    type(model_type), intent(in) :: model
+    type(activation_type), intent(in) :: activation
+    type(integration_type), intent(in) :: integration
+    integer, intent(in) :: group, point
+    integer :: source
+
+    source = integration%source(point)
+    if (source < 0) source = activation%point(activation%first(activation%active_number(integration%cell(group))))
+    body = model%state%points%body(source)
+  end function body_of
 
   !> Tell when the violation is large for the first time in a phase, and of outlines that are lost.
   subroutine warn_of_cut_cells(model, configuration, check, observer)

@@ -146,311 +146,44 @@ contains
     frozen = controls%newton == newton_modified
     tangent = merge(tangent_elastic, tangent_consistent, frozen)
     solution%pushed = any_of(step%team, any(abs(goal%prescribed) > 0.0_wp))
-    call evaluate_start(tangent, residual)
+    call evaluate_start(model, step, goal, tangent, residual, solution)
     do while (.not. allocated(solution%reason))
       if (solution%out_of_balance <= goal%tolerance .and. is_answered(solution)) then
         solution%converged = .true.
         step%usual_iterations = solution%iterations
-        call take_shares(goal%tolerance, residual)
+        call take_shares(step, goal%tolerance, residual, solution)
         return
       end if
-      if (solution%iterations >= controls%max_iterations .and. .not. is_ending(controls%max_iterations, &
-        goal%tolerance)) then
-        call give_up('no convergence in the iterations allowed')
+      if (solution%iterations >= controls%max_iterations .and. .not. is_ending(forecast, controls%max_iterations, &
+        goal%tolerance, solution)) then
+        call give_up(step, 'no convergence in the iterations allowed', solution)
         return
       end if
       if (.not. frozen .and. .not. forecast%has_tangent) &
         call evaluate_step(model, step, solution%displacement, tangent)
-      call correct(frozen .and. solution%iterations > 0, residual, correction)
+      call correct(step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
       if (allocated(solution%reason)) return
       solution%iterations = solution%iterations + 1
       call count_iteration(step%profile, model%state%points%count)
-      call search_line(correction, residual)
-      if (begins_softly()) then
+      call search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
+      if (begins_softly(solution, forecast)) then
         forecast = forecast_type()
         deallocate (solution%displacement)
         if (allocated(solution%reason)) deallocate (solution%reason)
-        call evaluate_start(tangent_elastic, residual)
+        call evaluate_start(model, step, goal, tangent_elastic, residual, solution)
       end if
     end do
-
-  contains
-
-    !> Whether the first correction from rest leads upwards, however short: soil at the tip of its cone, without
-    !> cohesion and stress, has next to no stiffness. It is found anew from the elastic one.
-    pure logical function begins_softly()
-      begins_softly = solution%iterations == 1 .and. forecast%halvings > most_halvings .and. .not. &
-        (solution%guessed .or. solution%pushed .or. solution%broken)
-    end function begins_softly
-
-    !> Whether iterations that are at their bound go on: the residual is near to what is allowed and falls, up to twice
-    !> as many.
-    pure logical function is_ending(most, tolerance)
-      !> Iterations allowed, and residual.
-      integer, intent(in) :: most
-      real(wp), intent(in) :: tolerance
-      real(wp), parameter :: near = 100.0_wp, falls = 0.5_wp
-
-      is_ending = solution%iterations < 2*most .and. solution%out_of_balance <= min(near*tolerance, &
-        falls*forecast%previous)
-    end function is_ending
-
-    !> Forces and tangent at the start of the step, with the force that prescribed displacements will call up.
-    subroutine evaluate_start(tangent, residual)
-      integer, intent(in) :: tangent
-      !> Residual at the free components (equations).
-      real(wp), intent(out) :: residual(:)
-
-      allocate (solution%displacement, mold=goal%prescribed)
-      solution%guessed = allocated(goal%guess)
-      if (solution%guessed) then
-        solution%displacement = goal%guess
-        call evaluate_step(model, step, solution%displacement, tangent)
-        solution%guessed = .not. step%failure%failed
-      end if
-      if (.not. solution%guessed) then
-        solution%displacement = 0.0_wp
-        if (solution%pushed) then
-          call evaluate_step(model, step, solution%displacement, tangent, goal%prescribed)
-        else
-          call evaluate_step(model, step, solution%displacement, tangent)
-        end if
-      end if
-      if (step%failure%failed) then
-        call give_up('the stress of a point could not be updated')
-      else
-        call out_of_balance(residual)
-        call check_forces(residual)
-      end if
-    end subroutine evaluate_start
-
-    !> Note why the solution is not to be used: what a term says of the last evaluation, or a sentence.
-    subroutine give_up(reason)
-      !> Sentence.
-      character(len=*), intent(in) :: reason
-
-      solution%reason = reason
-      solution%internal_force = step%forces%internal
-      if (.not. step%failure%failed) return
-      if (allocated(step%failure%reason)) solution%reason = step%failure%reason
-      solution%cause = step%failure%cause
-      solution%broken = step%failure%unrecoverable
-      solution%share = step%failure%share
-    end subroutine give_up
-
-    !> Residual at the free components and its size relative to the load (eq. 27).
-    subroutine out_of_balance(residual)
-      !> Residual at the free components (equations).
-      real(wp), intent(out) :: residual(:)
-      real(wp) :: imbalance(size(goal%prescribed, 1), size(goal%prescribed, 2))
-      integer :: worst, first, node
-
-      associate (forces => step%forces, unknowns => step%unknowns)
-        imbalance = forces%external - forces%internal - forces%numerical
-        call gather(step%equations, imbalance, residual)
-        call find_references(step, solution%displacement, goal%prescribed, goal%least_load, max(goal%least_moved, &
-          phase_load()), solution%references)
-        call find_imbalance(step, residual, solution%references, goal%tolerance, solution%whole_imbalance, &
-          solution%out_of_balance, worst, node)
-        where (step%equations%number == 0 .or. .not. spread(step%own, 1, size(imbalance, 1))) imbalance = 0.0_wp
-        first = joint_node(unknowns, 1, worst)
-        solution%worst_node = node
-        if (node == 0) solution%worst_node = maxloc(maxval(abs(imbalance(:, first:first &
-          + unknowns%fields(worst)%node_count - 1)), dim=1), dim=1)
-        solution%worst_size = maxval(abs(imbalance(:, first - 1 + solution%worst_node)))
-      end associate
-    end subroutine out_of_balance
-
-    !> Norm of what the whole phase changes of the load, by the share of it that the step is.
-    real(wp) function phase_load()
-      real(wp) :: load(step%equations%count)
-
-      phase_load = 0.0_wp
-      if (.not. goal%phase_share > 0.0_wp) return
-      call gather(step%equations, goal%increment, load)
-      phase_load = joint_norm(step%team, norm2(pack(load, step%field_of == 1)))/goal%phase_share
-    end function phase_load
-
-    !> Give up where the residual or the load cannot be computed with, and say which force it is and where.
-    subroutine check_forces(residual)
-      !> Residual at the free components (equations).
-      real(wp), intent(in) :: residual(:)
-      character(len=:), allocatable :: name
-      integer :: node, rank
-      logical :: broken
-
-      associate (own => pack(residual, step%field_of > 0))
-        broken = .not. (all_usable(size(own), own) .and. all(is_usable(solution%references%field)))
-      end associate
-      if (.not. any_of(step%team, broken)) return
-      call give_up('the residual is'//unusable(6:))
-      call find_unusable(step%terms, solution%displacement, name, node)
-      if (node > 0) then
-        solution%worst_node = own_node(step%unknowns, node)
-        solution%worst_size = huge(solution%worst_size)
-        solution%reason = 'the '//name//' has a value'//unusable
-      end if
-      rank = lowest_rank(step%team, node > 0)
-      if (rank < step%team%ranks) call spread_text(step%team, rank, solution%reason)
-    end subroutine check_forces
-
-    !> Solve for the correction; the first one brings in the prescribed displacements.
-    subroutine correct(keep_factors, residual, correction)
-      logical, intent(in) :: keep_factors
-      !> Residual at the free components (equations).
-      real(wp), intent(in) :: residual(:)
-      !> Correction of the displacement (components, nodes).
-      real(wp), intent(out) :: correction(:, :)
-      type(error_type), allocatable :: error
-      real(wp) :: rhs(size(residual)), x(size(residual)), reaction(size(residual))
-      integer :: factorised, swept
-      logical :: brings
-
-      correction = 0.0_wp
-      brings = solution%iterations == 0 .and. .not. solution%guessed
-      if (brings) correction = goal%prescribed
-      if (total(step%team, int(step%equations%count, long)) == 0) return
-      factorised = step%system%factorisations
-      swept = step%system%sweeps
-      if (.not. keep_factors) call factorise(step, solution%displacement, error)
-      call switch_timer(step%profile%watch, part_solves)
-      rhs = residual
-      if (brings .and. solution%pushed) then
-        call linear_force(step, correction, reaction)
-        rhs = rhs - reaction
-      end if
-      if (.not. allocated(error)) call solve_jointly(step%joint, step%team, step%system, step%equations, step%matrix, &
-        rhs, digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
-      call switch_timer(step%profile%watch, part_control)
-      call count_sweeps(step%profile, step%system%sweeps - swept)
-      if (step%system%factorisations > factorised) &
-        call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
-      if (allocated(error)) then
-        solution%cause = error_singular
-        call give_up(error%message)
-      else if (any_of(step%team, .not. all_usable(size(x), x))) then
-        solution%cause = error_singular
-        call give_up('the equations have a solution'//unusable)
-      else
-        call scatter(step%equations, x, correction)
-      end if
-    end subroutine correct
-
-    !> Residual relative to the right-hand side that an iterated correction may leave: a tenth of what the step
-    !> asks of the forces, and three digits where the next iteration corrects more than that anyway.
-    real(wp) function digits_of_correction(tolerance, out_of_balance)
-      !> Out-of-balance allowed, and the one to be corrected.
-      real(wp), intent(in) :: tolerance, out_of_balance
-      real(wp), parameter :: coarsest = 1.0e-3_wp, finest = 1.0e-11_wp, margin = 0.1_wp
-
-      digits_of_correction = min(coarsest, max(finest, margin*tolerance/max(out_of_balance, tolerance)))
-    end function digits_of_correction
-
-    !> Take the correction, or as much of it as lowers the residual.
-    subroutine search_line(correction, residual)
-      !> Correction of the displacement (components, nodes).
-      real(wp), intent(in) :: correction(:, :)
-      !> Residual at the free components (equations).
-      real(wp), intent(inout) :: residual(:)
-      real(wp) :: before, whole_before, length, start(size(correction, 1), size(correction, 2))
-      logical :: frozen, whole, searched
-      integer :: halving, first
-
-      frozen = controls%newton == newton_modified
-      before = solution%out_of_balance
-      whole_before = solution%whole_imbalance
-      start = solution%displacement
-      whole = solution%iterations == 1 .and. solution%pushed .and. .not. solution%guessed
-      searched = controls%line_search .and. .not. (whole .or. frozen)
-      first = 0
-      if (searched .and. controls%in_place) &
-        first = min(max(0, forecast%halvings - fewer_halvings), most_halvings - fewer_halvings)
-      length = 0.5_wp**first
-      if (.not. whole) length = min(1.0_wp, &
-        largest_correction*model%cell_size/max(largest_displacement(step, correction), tiny(1.0_wp)))*length
-      do halving = first, most_halvings
-        forecast%has_tangent = .not. frozen .and. is_wanted(forecast, halving, before, goal%tolerance, &
-          solution%iterations, step%usual_iterations)
-        solution%displacement = start + length*correction
-        call evaluate_step(model, step, solution%displacement, merge(tangent, tangent_none, forecast%has_tangent))
-        if (.not. step%failure%failed) then
-          call out_of_balance(residual)
-          if (.not. searched) exit
-          if (solution%whole_imbalance <= max(goal%tolerance, (1.0_wp - least_descent*length)*whole_before)) exit
-        else if (whole .or. step%failure%unrecoverable) then
-          exit
-        end if
-        if (halving < most_halvings) length = 0.5_wp*length
-      end do
-      forecast%previous = before
-      forecast%halvings = halving
-      forecast%raised = merge(forecast%raised + 1, 0, searched .and. controls%in_place .and. halving > most_halvings)
-      if (solution%out_of_balance > max(goal%tolerance, stalling*before)) &
-        call look_beyond_rounding(goal%tolerance, residual)
-      call judge_trial(residual, frozen, searched .and. (forecast%raised >= most_raised .or. &
-        solution%whole_imbalance/most_growth > max(whole_before, goal%tolerance)))
-    end subroutine search_line
-
-    !> A residual that no longer falls may be rounding: judge what is more than that.
-    subroutine look_beyond_rounding(tolerance, residual)
-      real(wp), intent(in) :: tolerance
-      !> Residual at the free components (equations).
-      real(wp), intent(inout) :: residual(:)
-      real(wp) :: beyond(size(residual)), ratio, whole
-      integer :: worst, node
-
-      if (step%failure%failed .or. solution%iterations < 2) return
-      beyond = residual
-      call leave_rounding(model%mesh, model%space, step, solution%displacement, beyond)
-      call find_imbalance(step, beyond, solution%references, tolerance, whole, ratio, worst, node)
-      if (ratio > tolerance) return
-      residual = beyond
-      solution%whole_imbalance = whole
-      solution%out_of_balance = ratio
-    end subroutine look_beyond_rounding
-
-    !> Give up where the trial that was taken leads nowhere.
-    subroutine judge_trial(residual, frozen, raised)
-      !> Residual at the free components (equations).
-      real(wp), intent(in) :: residual(:)
-      !> With the matrix of the start of the step; a line search leads upwards.
-      logical, intent(in) :: frozen, raised
-
-      if (step%failure%failed) then
-        call give_up('an element or point turns inside out')
-      else
-        call check_forces(residual)
-      end if
-      if (allocated(solution%reason)) return
-      if (frozen .and. solution%out_of_balance > divergence) then
-        call give_up('the iteration diverges')
-      else if (raised) then
-        call give_up('the line search finds no lower residual')
-      end if
-    end subroutine judge_trial
-
-    !> Shares of the terms, the residual without transient ones, forces at the end, largest move.
-    subroutine take_shares(tolerance, residual)
-      !> Out-of-balance allowed.
-      real(wp), intent(in) :: tolerance
-      !> Residual at the free components (equations).
-      real(wp), intent(in) :: residual(:)
-      real(wp) :: force(size(solution%displacement, 1), size(solution%displacement, 2)), transient(size(residual))
-      real(wp) :: whole
-      integer :: worst, node
-
-      call measure_shares(step%terms, solution%displacement, solution%references%load, step%equations%connectivity, &
-        step%team, step%own, step%node_copies, solution%shares)
-      call sum_forces(step%terms, forces_transient, solution%displacement, force)
-      call add_shares(step%team, step%unknowns, force)
-      call gather(step%equations, force, transient)
-      call find_imbalance(step, residual + transient, solution%references, tolerance, whole, &
-        solution%undamped_out_of_balance, worst, node)
-      solution%internal_force = step%forces%internal
-      solution%external_force = step%forces%external
-      solution%largest_move = largest_displacement(step, solution%displacement)
-    end subroutine take_shares
   end subroutine solve_equilibrium
+
+  !> Whether the first correction from rest leads upwards, however short: soil at the tip of its cone, without cohesion
+  !> and stress, has next to no stiffness. It is found anew from the elastic one.
+  pure logical function begins_softly(solution, forecast)
+    type(solution_type), intent(in) :: solution
+    type(forecast_type), intent(in) :: forecast
+
+    begins_softly = solution%iterations == 1 .and. forecast%halvings > most_halvings .and. .not. &
+      (solution%guessed .or. solution%pushed .or. solution%broken)
+  end function begins_softly
 
   !> Whether an iteration has answered what the step asks for: a second one where displacements are prescribed, for the
   !> matrix of the first is that of before the push, but one from a guess that has them; none is needed behind one that
@@ -464,6 +197,178 @@ contains
     is_answered = solution%iterations >= least .or. (solution%iterations == 1 .and. solution%out_of_balance <= rounding)
   end function is_answered
 
+  !> Whether iterations that are at their bound go on: the residual is near to what is allowed and falls, up to twice as
+  !> many.
+  pure logical function is_ending(forecast, most, tolerance, solution)
+    type(forecast_type), intent(in) :: forecast
+    !> Iterations allowed, and residual.
+    integer, intent(in) :: most
+    real(wp), intent(in) :: tolerance
+    type(solution_type), intent(in) :: solution
+    real(wp), parameter :: near = 100.0_wp, falls = 0.5_wp
+
+    is_ending = solution%iterations < 2*most .and. solution%out_of_balance <= min(near*tolerance, &
+      falls*forecast%previous)
+  end function is_ending
+
+  !> Forces and tangent at the start of the step, with the force that prescribed displacements will call up.
+  subroutine evaluate_start(model, step, goal, tangent, residual, solution)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    type(target_type), intent(in) :: goal
+    integer, intent(in) :: tangent
+    !> Residual at the free components (equations).
+    real(wp), intent(out) :: residual(:)
+    type(solution_type), intent(inout) :: solution
+
+    allocate (solution%displacement, mold=goal%prescribed)
+    solution%guessed = allocated(goal%guess)
+    if (solution%guessed) then
+      solution%displacement = goal%guess
+      call evaluate_step(model, step, solution%displacement, tangent)
+      solution%guessed = .not. step%failure%failed
+    end if
+    if (.not. solution%guessed) then
+      solution%displacement = 0.0_wp
+      if (solution%pushed) then
+        call evaluate_step(model, step, solution%displacement, tangent, goal%prescribed)
+      else
+        call evaluate_step(model, step, solution%displacement, tangent)
+      end if
+    end if
+    if (step%failure%failed) then
+      call give_up(step, 'the stress of a point could not be updated', solution)
+    else
+      call out_of_balance(step, goal, residual, solution)
+      call check_forces(step, residual, solution)
+    end if
+  end subroutine evaluate_start
+
+  !> Note why the solution is not to be used: what a term says of the last evaluation, or a sentence.
+  subroutine give_up(step, reason, solution)
+    type(step_type), intent(in) :: step
+    !> Sentence.
+    character(len=*), intent(in) :: reason
+    type(solution_type), intent(inout) :: solution
+
+    solution%reason = reason
+    solution%internal_force = step%forces%internal
+    if (.not. step%failure%failed) return
+    if (allocated(step%failure%reason)) solution%reason = step%failure%reason
+    solution%cause = step%failure%cause
+    solution%broken = step%failure%unrecoverable
+    solution%share = step%failure%share
+  end subroutine give_up
+
+  !> Residual at the free components and its size relative to the load (eq. 27).
+  subroutine out_of_balance(step, goal, residual, solution)
+    type(step_type), intent(in) :: step
+    type(target_type), intent(in) :: goal
+    !> Residual at the free components (equations).
+    real(wp), intent(out) :: residual(:)
+    type(solution_type), intent(inout) :: solution
+    real(wp) :: imbalance(size(goal%prescribed, 1), size(goal%prescribed, 2))
+    integer :: worst, first, node
+
+    associate (forces => step%forces, unknowns => step%unknowns)
+      imbalance = forces%external - forces%internal - forces%numerical
+      call gather(step%equations, imbalance, residual)
+      call find_references(step, solution%displacement, goal%prescribed, goal%least_load, &
+        max(goal%least_moved, phase_load(step, goal)), &
+        solution%references)
+      call find_imbalance(step, residual, solution%references, goal%tolerance, solution%whole_imbalance, &
+        solution%out_of_balance, worst, node)
+      where (step%equations%number == 0 .or. .not. spread(step%own, 1, size(imbalance, 1))) imbalance = 0.0_wp
+      first = joint_node(unknowns, 1, worst)
+      solution%worst_node = node
+      if (node == 0) solution%worst_node = maxloc(maxval(abs(imbalance(:, first:first &
+        + unknowns%fields(worst)%node_count - 1)), dim=1), dim=1)
+      solution%worst_size = maxval(abs(imbalance(:, first - 1 + solution%worst_node)))
+    end associate
+  end subroutine out_of_balance
+
+  !> Norm of what the whole phase changes of the load, by the share of it that the step is.
+  real(wp) function phase_load(step, goal)
+    type(step_type), intent(in) :: step
+    type(target_type), intent(in) :: goal
+    real(wp) :: load(step%equations%count)
+
+    phase_load = 0.0_wp
+    if (.not. goal%phase_share > 0.0_wp) return
+    call gather(step%equations, goal%increment, load)
+    phase_load = joint_norm(step%team, norm2(pack(load, step%field_of == 1)))/goal%phase_share
+  end function phase_load
+
+  !> Give up where the residual or the load cannot be computed with, and say which force it is and where.
+  subroutine check_forces(step, residual, solution)
+    type(step_type), intent(in) :: step
+    !> Residual at the free components (equations).
+    real(wp), intent(in) :: residual(:)
+    type(solution_type), intent(inout) :: solution
+    character(len=:), allocatable :: name
+    integer :: node, rank
+    logical :: broken
+
+    associate (own => pack(residual, step%field_of > 0))
+      broken = .not. (all_usable(size(own), own) .and. all(is_usable(solution%references%field)))
+    end associate
+    if (.not. any_of(step%team, broken)) return
+    call give_up(step, 'the residual is'//unusable(6:), solution)
+    call find_unusable(step%terms, solution%displacement, name, node)
+    if (node > 0) then
+      solution%worst_node = own_node(step%unknowns, node)
+      solution%worst_size = huge(solution%worst_size)
+      solution%reason = 'the '//name//' has a value'//unusable
+    end if
+    rank = lowest_rank(step%team, node > 0)
+    if (rank < step%team%ranks) call spread_text(step%team, rank, solution%reason)
+  end subroutine check_forces
+
+  !> Solve for the correction; the first one brings in the prescribed displacements.
+  subroutine correct(step, goal, keep_factors, residual, correction, solution)
+    type(step_type), intent(inout) :: step
+    type(target_type), intent(in) :: goal
+    logical, intent(in) :: keep_factors
+    !> Residual at the free components (equations).
+    real(wp), intent(in) :: residual(:)
+    !> Correction of the displacement (components, nodes).
+    real(wp), intent(out) :: correction(:, :)
+    type(solution_type), intent(inout) :: solution
+    type(error_type), allocatable :: error
+    real(wp) :: rhs(size(residual)), x(size(residual)), reaction(size(residual))
+    integer :: factorised, swept
+    logical :: brings
+
+    correction = 0.0_wp
+    brings = solution%iterations == 0 .and. .not. solution%guessed
+    if (brings) correction = goal%prescribed
+    if (total(step%team, int(step%equations%count, long)) == 0) return
+    factorised = step%system%factorisations
+    swept = step%system%sweeps
+    if (.not. keep_factors) call factorise(step, solution%displacement, error)
+    call switch_timer(step%profile%watch, part_solves)
+    rhs = residual
+    if (brings .and. solution%pushed) then
+      call linear_force(step, correction, reaction)
+      rhs = rhs - reaction
+    end if
+    if (.not. allocated(error)) call solve_jointly(step%joint, step%team, step%system, step%equations, step%matrix, &
+      rhs, digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
+    call switch_timer(step%profile%watch, part_control)
+    call count_sweeps(step%profile, step%system%sweeps - swept)
+    if (step%system%factorisations > factorised) &
+      call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
+    if (allocated(error)) then
+      solution%cause = error_singular
+      call give_up(step, error%message, solution)
+    else if (any_of(step%team, .not. all_usable(size(x), x))) then
+      solution%cause = error_singular
+      call give_up(step, 'the equations have a solution'//unusable, solution)
+    else
+      call scatter(step%equations, x, correction)
+    end if
+  end subroutine correct
+
   !> Complete the matrix and factorise it.
   subroutine factorise(step, displacement, error)
     type(step_type), intent(inout) :: step
@@ -476,6 +381,112 @@ contains
     call switch_timer(step%profile%watch, part_factorisation)
     call factorise_jointly(step%joint, step%team, step%system, step%equations, step%matrix, error)
   end subroutine factorise
+
+  !> Residual relative to the right-hand side that an iterated correction may leave: a tenth of what the step
+  !> asks of the forces, and three digits where the next iteration corrects more than that anyway.
+  pure real(wp) function digits_of_correction(tolerance, out_of_balance)
+    !> Out-of-balance allowed, and the one to be corrected.
+    real(wp), intent(in) :: tolerance, out_of_balance
+    real(wp), parameter :: coarsest = 1.0e-3_wp, finest = 1.0e-11_wp, margin = 0.1_wp
+
+    digits_of_correction = min(coarsest, max(finest, margin*tolerance/max(out_of_balance, tolerance)))
+  end function digits_of_correction
+
+  !> Take the correction, or as much of it as lowers the residual.
+  subroutine search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    type(target_type), intent(in) :: goal
+    type(controls_type), intent(in) :: controls
+    !> Which tangent is wanted.
+    integer, intent(in) :: tangent
+    !> Correction of the displacement (components, nodes).
+    real(wp), intent(in) :: correction(:, :)
+    !> Residual at the free components (equations).
+    real(wp), intent(inout) :: residual(:)
+    type(forecast_type), intent(inout) :: forecast
+    type(solution_type), intent(inout) :: solution
+    real(wp) :: before, whole_before, length, start(size(correction, 1), size(correction, 2))
+    logical :: frozen, whole, searched
+    integer :: halving, first
+
+    frozen = controls%newton == newton_modified
+    before = solution%out_of_balance
+    whole_before = solution%whole_imbalance
+    start = solution%displacement
+    whole = solution%iterations == 1 .and. solution%pushed .and. .not. solution%guessed
+    searched = controls%line_search .and. .not. (whole .or. frozen)
+    first = 0
+    if (searched .and. controls%in_place) &
+      first = min(max(0, forecast%halvings - fewer_halvings), most_halvings - fewer_halvings)
+    length = 0.5_wp**first
+    if (.not. whole) length = min(1.0_wp, &
+      largest_correction*model%cell_size/max(largest_displacement(step, correction), tiny(1.0_wp)))*length
+    do halving = first, most_halvings
+      forecast%has_tangent = .not. frozen .and. is_wanted(forecast, halving, before, goal%tolerance, &
+        solution%iterations, step%usual_iterations)
+      solution%displacement = start + length*correction
+      call evaluate_step(model, step, solution%displacement, merge(tangent, tangent_none, forecast%has_tangent))
+      if (.not. step%failure%failed) then
+        call out_of_balance(step, goal, residual, solution)
+        if (.not. searched) exit
+        if (solution%whole_imbalance <= max(goal%tolerance, (1.0_wp - least_descent*length)*whole_before)) exit
+      else if (whole .or. step%failure%unrecoverable) then
+        exit
+      end if
+      if (halving < most_halvings) length = 0.5_wp*length
+    end do
+    forecast%previous = before
+    forecast%halvings = halving
+    forecast%raised = merge(forecast%raised + 1, 0, searched .and. controls%in_place .and. halving > most_halvings)
+    if (solution%out_of_balance > max(goal%tolerance, stalling*before)) &
+      call look_beyond_rounding(model, step, goal%tolerance, residual, solution)
+    call judge_trial(step, residual, frozen, searched .and. (forecast%raised >= most_raised .or. &
+      solution%whole_imbalance/most_growth > max(whole_before, goal%tolerance)), solution)
+  end subroutine search_line
+
+  !> A residual that no longer falls may be rounding: judge what is more than that.
+  subroutine look_beyond_rounding(model, step, tolerance, residual, solution)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(in) :: step
+    real(wp), intent(in) :: tolerance
+    !> Residual at the free components (equations).
+    real(wp), intent(inout) :: residual(:)
+    type(solution_type), intent(inout) :: solution
+    real(wp) :: beyond(size(residual)), ratio, whole
+    integer :: worst, node
+
+    if (step%failure%failed .or. solution%iterations < 2) return
+    beyond = residual
+    call leave_rounding(model%mesh, model%space, step, solution%displacement, beyond)
+    call find_imbalance(step, beyond, solution%references, tolerance, whole, ratio, worst, node)
+    if (ratio > tolerance) return
+    residual = beyond
+    solution%whole_imbalance = whole
+    solution%out_of_balance = ratio
+  end subroutine look_beyond_rounding
+
+  !> Give up where the trial that was taken leads nowhere.
+  subroutine judge_trial(step, residual, frozen, raised, solution)
+    type(step_type), intent(in) :: step
+    !> Residual at the free components (equations).
+    real(wp), intent(in) :: residual(:)
+    !> With the matrix of the start of the step; a line search leads upwards.
+    logical, intent(in) :: frozen, raised
+    type(solution_type), intent(inout) :: solution
+
+    if (step%failure%failed) then
+      call give_up(step, 'an element or point turns inside out', solution)
+    else
+      call check_forces(step, residual, solution)
+    end if
+    if (allocated(solution%reason)) return
+    if (frozen .and. solution%out_of_balance > divergence) then
+      call give_up(step, 'the iteration diverges', solution)
+    else if (raised) then
+      call give_up(step, 'the line search finds no lower residual', solution)
+    end if
+  end subroutine judge_trial
 
   !> Whether the tangent of a trial will be wanted: not when the last iteration has refused a trial of this
   !> length, nor when the residual should fall below the tolerance. It falls in proportion to its square
@@ -497,6 +508,30 @@ contains
     expected = residual*(residual/forecast%previous)**2
     wanted = expected > merge(tolerance, 0.01_wp*tolerance, iteration >= usual)
   end function is_wanted
+
+  !> Shares of the terms, the residual without transient ones, forces at the end, largest move.
+  subroutine take_shares(step, tolerance, residual, solution)
+    type(step_type), intent(in) :: step
+    !> Out-of-balance allowed.
+    real(wp), intent(in) :: tolerance
+    !> Residual at the free components (equations).
+    real(wp), intent(in) :: residual(:)
+    type(solution_type), intent(inout) :: solution
+    real(wp) :: force(size(solution%displacement, 1), size(solution%displacement, 2)), transient(size(residual))
+    real(wp) :: whole
+    integer :: worst, node
+
+    call measure_shares(step%terms, solution%displacement, solution%references%load, step%equations%connectivity, &
+      step%team, step%own, step%node_copies, solution%shares)
+    call sum_forces(step%terms, forces_transient, solution%displacement, force)
+    call add_shares(step%team, step%unknowns, force)
+    call gather(step%equations, force, transient)
+    call find_imbalance(step, residual + transient, solution%references, tolerance, whole, &
+      solution%undamped_out_of_balance, worst, node)
+    solution%internal_force = step%forces%internal
+    solution%external_force = step%forces%external
+    solution%largest_move = largest_displacement(step, solution%displacement)
+  end subroutine take_shares
 
   !> Largest component of the displacement among all unknowns.
   real(wp) function largest_displacement(step, values)

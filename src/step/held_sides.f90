@@ -155,49 +155,30 @@ contains
         if (check%reached(axis, side)) cycle
         if (model%analysis%model == axisymmetric .and. axis == 1 .and. side == 1) cycle
         if (pushes) then
-          if (any_of(model%part%team, is_pushed())) cycle
+          if (any_of(model%part%team, is_pushed(model, axis, side))) cycle
         end if
         call find_slide(model, axis, side, pushes, way, place, fully)
         if (.not. way > least) cycle
         check%reached(axis, side) = .true.
-        call observer%note(reached_text(place))
+        call observer%note(reached_text(model, axis, side, pushes, way, place, fully))
       end do
     end do
-
-  contains
-
-    !> Whether nodes on a side are pushed: what is pushed there is cut in half by a plane of symmetry.
-    pure logical function is_pushed()
-      integer :: a
-
-      is_pushed = .false.
-      do a = 1, model%space%node_count
-        if (all(abs(model%loading%prescribed(:, a)) <= 0.0_wp)) cycle
-        associate (at => node_position(model%space, model%mesh, a))
-          is_pushed = is_pushed .or. abs(at(axis) - model%mesh%bounds(axis, side)) <= negligible*model%cell_size
-        end associate
-      end do
-    end function is_pushed
-
-    !> Which side, how far and where, and what it means.
-    pure function reached_text(place) result(text)
-      real(wp), intent(in) :: place(:)
-      character(len=:), allocatable :: text
-
-      text = "phase '"//model%analysis%phases(model%state%progress%phase)%name//"': "// &
-        trim(merge('soil flows along     ', 'the slide has reached', pushes))//' the side '// &
-        achar(iachar('x') + axis - 1)//' = '//rounded_text(model%mesh%bounds(axis, side))// &
-        ' of the mesh: soil within a cell of it has yielded and moved along it by '//rounded_text(way)//', most at '// &
-        rounded_place(place)//'. '
-      if (pushes) then
-        text = text//'The side may bear a part of the load'
-      else
-        text = 'warning: '//text//'The side carries it from there on, and how far it goes is decided by the grid'
-      end if
-      text = text//': put the side farther away, unless '//trim(merge('the ground is firm there           ', &
-        'it is a plane of symmetry or a wall', fully))
-    end function reached_text
   end subroutine warn_of_reached_sides
+
+  !> Whether nodes on a side are pushed: what is pushed there is cut in half by a plane of symmetry.
+  pure logical function is_pushed(model, axis, side)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: axis, side
+    integer :: a
+
+    is_pushed = .false.
+    do a = 1, model%space%node_count
+      if (all(abs(model%loading%prescribed(:, a)) <= 0.0_wp)) cycle
+      associate (at => node_position(model%space, model%mesh, a))
+        is_pushed = is_pushed .or. abs(at(axis) - model%mesh%bounds(axis, side)) <= negligible*model%cell_size
+      end associate
+    end do
+  end function is_pushed
 
   !> Whether a point has sheared plastically; where strains are not carried, whether it yielded in the last step.
   pure logical function has_yielded(points, p, now)
@@ -269,4 +250,28 @@ contains
       holds_all = all([(is_held(model, model%state%points%cell(p), foot, a), a=1, size(foot))])
     end function holds_all
   end subroutine find_slide
+
+  !> Which side, how far and where, and what it means.
+  pure function reached_text(model, axis, side, pushes, way, place, fully) result(text)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: axis, side
+    !> The phase pushes.
+    logical, intent(in) :: pushes
+    real(wp), intent(in) :: way, place(:)
+    logical, intent(in) :: fully
+    character(len=:), allocatable :: text
+
+    text = "phase '"//model%analysis%phases(model%state%progress%phase)%name//"': "// &
+      trim(merge('soil flows along     ', 'the slide has reached', pushes))//' the side '// &
+      achar(iachar('x') + axis - 1)//' = '//rounded_text(model%mesh%bounds(axis, side))// &
+      ' of the mesh: soil within a cell of it has yielded and moved along it by '//rounded_text(way)//', most at '// &
+      rounded_place(place)//'. '
+    if (pushes) then
+      text = text//'The side may bear a part of the load'
+    else
+      text = 'warning: '//text//'The side carries it from there on, and how far it goes is decided by the grid'
+    end if
+    text = text//': put the side farther away, unless '//trim(merge('the ground is firm there           ', &
+      'it is a plane of symmetry or a wall', fully))
+  end function reached_text
 end module qsmpm_held_sides

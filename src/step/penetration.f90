@@ -84,68 +84,73 @@ contains
     type(penetration_check_type), intent(inout) :: check
     class(observer_type), intent(inout) :: observer
 
-    call warn_of_gap()
-    call warn_of_fold()
+    call warn_of_gap(model, found, check, observer)
+    call warn_of_fold(model, check, observer)
     if (.not. found%depth > check%reported*model%cell_size) return
     check%reported = 2.0_wp*found%depth/model%cell_size
     call observer%note('warning: '//sentence(model, found)//'; the surface of its *CONTACT must reach there; else '// &
       'smaller steps, a larger ROUND of *RIGID BODY or smaller cells')
-
-  contains
-
-    !> Warn where soil presses on a body from afar, and again when it is twice as far.
-    subroutine warn_of_gap()
-      character(len=80) :: buffer
-
-      if (.not. found%gap > check%reported_gap*model%cell_size) return
-      check%reported_gap = 2.0_wp*found%gap/model%cell_size
-      write (buffer, '(f8.2,a,2(1x,es11.4))') found%gap/model%cell_size, ' cells away at', found%place
-      call observer%note("warning: soil presses on rigid body '"//model%analysis%rigid_bodies(found%pressed)%name// &
-        "' from "// &
-        trim(adjustl(buffer))//': so much soil is missing before the body; smaller steps and cells')
-    end subroutine warn_of_gap
-
-    !> Warn once where a surface in contact looks away from its body: it has folded over, and what presses there is soil
-    !> that no point of the surface stands for.
-    subroutine warn_of_fold()
-      type(placed_shape_type), allocatable :: bodies(:)
-      type(distance_type) :: distance
-      character(len=80) :: buffer
-      real(wp) :: place(model%mesh%dimension)
-      integer(long) :: pair(1)
-      logical :: folds
-      integer :: i, k, rank
-
-      if (check%reported_fold) return
-      allocate (bodies, source=placed_bodies(model))
-      folds = .false.
-      k = 0
-      do i = 1, model%state%surface%count
-        if (.not. model%state%surface%contact_pressure(i) > 0.0_wp) cycle
-        k = findloc(model%contact_pairs%surface, model%state%surface%surface(i), dim=1)
-        if (k == 0) cycle
-        distance = bodies(model%contact_pairs(k)%body)%distance_at(place_of(model%state%surface, i))
-        associate (vector => model%state%surface%area_vector(:, i), d => model%mesh%dimension)
-          if (dot_product(vector, distance%normal(:d)) < same_way*norm2(vector)) cycle
-        end associate
-        folds = .true.
-        place = model%state%surface%position(:, i)
-        exit
-      end do
-      associate (team => model%part%team)
-        rank = lowest_rank(team, folds)
-        if (rank == team%ranks) return
-        pair = k
-        call spread_from(team, rank, pair)
-        call spread_from(team, rank, place)
-      end associate
-      check%reported_fold = .true.
-      write (buffer, '(3(1x,es11.4))') place
-      call observer%note("warning: the surface of the soil is folded at rigid body '"//model%analysis%rigid_bodies( &
-        model%contact_pairs(int(pair(1)))%body)%name//"' at "//trim(adjustl(buffer))//': the pressure there is not '// &
-        'to be trusted; ON=BODY asks for contact on the body itself')
-    end subroutine warn_of_fold
   end subroutine warn_of_penetration
+
+  !> Warn where soil presses on a body from afar, and again when it is twice as far.
+  subroutine warn_of_gap(model, found, check, observer)
+    type(model_type), intent(in) :: model
+    type(penetration_type), intent(in) :: found
+    type(penetration_check_type), intent(inout) :: check
+    class(observer_type), intent(inout) :: observer
+    character(len=80) :: buffer
+
+    if (.not. found%gap > check%reported_gap*model%cell_size) return
+    check%reported_gap = 2.0_wp*found%gap/model%cell_size
+    write (buffer, '(f8.2,a,2(1x,es11.4))') found%gap/model%cell_size, ' cells away at', found%place
+    call observer%note("warning: soil presses on rigid body '"//model%analysis%rigid_bodies(found%pressed)%name// &
+      "' from "// &
+      trim(adjustl(buffer))//': so much soil is missing before the body; smaller steps and cells')
+  end subroutine warn_of_gap
+
+  !> Warn once where a surface in contact looks away from its body: it has folded over, and what presses there is soil
+  !> that no point of the surface stands for.
+  subroutine warn_of_fold(model, check, observer)
+    type(model_type), intent(in) :: model
+    type(penetration_check_type), intent(inout) :: check
+    class(observer_type), intent(inout) :: observer
+    type(placed_shape_type), allocatable :: bodies(:)
+    type(distance_type) :: distance
+    character(len=80) :: buffer
+    real(wp) :: place(model%mesh%dimension)
+    integer(long) :: pair(1)
+    logical :: folds
+    integer :: i, k, rank
+
+    if (check%reported_fold) return
+    allocate (bodies, source=placed_bodies(model))
+    folds = .false.
+    k = 0
+    do i = 1, model%state%surface%count
+      if (.not. model%state%surface%contact_pressure(i) > 0.0_wp) cycle
+      k = findloc(model%contact_pairs%surface, model%state%surface%surface(i), dim=1)
+      if (k == 0) cycle
+      distance = bodies(model%contact_pairs(k)%body)%distance_at(place_of(model%state%surface, i))
+      associate (vector => model%state%surface%area_vector(:, i), d => model%mesh%dimension)
+        if (dot_product(vector, distance%normal(:d)) < same_way*norm2(vector)) cycle
+      end associate
+      folds = .true.
+      place = model%state%surface%position(:, i)
+      exit
+    end do
+    associate (team => model%part%team)
+      rank = lowest_rank(team, folds)
+      if (rank == team%ranks) return
+      pair = k
+      call spread_from(team, rank, pair)
+      call spread_from(team, rank, place)
+    end associate
+    check%reported_fold = .true.
+    write (buffer, '(3(1x,es11.4))') place
+    call observer%note("warning: the surface of the soil is folded at rigid body '"//model%analysis%rigid_bodies( &
+      model%contact_pairs(int(pair(1)))%body)%name//"' at "//trim(adjustl(buffer))//': the pressure there is not '// &
+      'to be trusted; ON=BODY asks for contact on the body itself')
+  end subroutine warn_of_fold
 
   !> How deep, where and in which body.
   pure function sentence(model, found) result(text)

@@ -96,35 +96,39 @@ contains
       call gather(step%equations, whole%force - walk%force, residual)
       own = step%field_of > 0
       if (.not. any_of(step%team, any(own .and. abs(residual) > 0.0_wp))) return
-      call respond_to(residual, move)
+      call respond_to(model, step, displacement, residual, move, error)
       if (allocated(error)) return
       errors%position = huge(1.0_wp)
       if (any_of(step%team, .not. all_usable(size(move), move))) return
       errors%position = 2.0_wp*largest(step%team, maxval(abs(move), mask=step%field_of == 1)) &
         /largest(step%team, maxval(abs(u)))
     end associate
-
-  contains
-
-    !> Displacements that answer a residual: by the last factors of the step or, where these are no more than a
-    !> preconditioner, by the present matrix.
-    subroutine respond_to(residual, move)
-      !> Residual (equations).
-      real(wp), intent(in) :: residual(:)
-      !> The answer (equations).
-      real(wp), intent(out) :: move(:)
-
-      if (preconditions_only(step%joint, step%team, step%system)) then
-        call evaluate_step(model, step, displacement, tangent_consistent)
-        call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
-        call bring_matrix(step%joint, step%team, step%matrix)
-        call solve_jointly(step%joint, step%team, step%system, step%equations, step%matrix, residual, digits_of_move, &
-          move, error)
-      else
-        call solve_by_factors(step%joint, step%team, step%system, residual, move, error)
-      end if
-    end subroutine respond_to
   end subroutine measure_step_error
+
+  !> Displacements that answer a residual: by the last factors of the step or, where these are no more than a
+  !> preconditioner, by the present matrix.
+  subroutine respond_to(model, step, displacement, residual, move, error)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    !> Displacement of the step and changes of further fields (components, nodes).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Residual (equations).
+    real(wp), intent(in) :: residual(:)
+    !> The answer (equations).
+    real(wp), intent(out) :: move(:)
+    !> The equations could not be solved.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (preconditions_only(step%joint, step%team, step%system)) then
+      call evaluate_step(model, step, displacement, tangent_consistent)
+      call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
+      call bring_matrix(step%joint, step%team, step%matrix)
+      call solve_jointly(step%joint, step%team, step%system, step%equations, step%matrix, residual, digits_of_move, &
+        move, error)
+    else
+      call solve_by_factors(step%joint, step%team, step%system, residual, move, error)
+    end if
+  end subroutine respond_to
 
   !> The laws, each in two halves a step.
   subroutine halve(laws, halved)

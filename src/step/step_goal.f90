@@ -63,10 +63,11 @@ contains
         phase_time=model%analysis%phases(progress%phase)%duration, in_place=attempt%in_place), attempt%damping, &
         attempt%stabilisation))
       allocate (force_before, mold=load)
-      call put_in_force(progress%fraction, force_before)
+      call put_in_force(model, configuration, progress%fraction, unknowns, terms, force_before)
       start_of_step = force_before
-      if (attempt%start < progress%fraction) call put_in_force(attempt%start, start_of_step)
-      call put_in_force(attempt%fraction, load)
+      if (attempt%start < progress%fraction) &
+        call put_in_force(model, configuration, attempt%start, unknowns, terms, start_of_step)
+      call put_in_force(model, configuration, attempt%fraction, unknowns, terms, load)
       goal%increment = load - start_of_step
       goal%phase_share = attempt%fraction - min(attempt%start, progress%fraction)
     end associate
@@ -79,39 +80,46 @@ contains
       model%state%surface%count), 1, model%mesh%dimension)))) &
       + little*model%analysis%confinement*model%cell_size**(model%mesh%dimension - 1)
     goal%least_moved = model%state%progress%force_at_start
-    call check_nodes('load', load)
-    if (.not. allocated(error)) call check_nodes('prescribed displacement', goal%prescribed)
+    call check_nodes(model, unknowns, 'load', load, error)
+    if (.not. allocated(error)) call check_nodes(model, unknowns, 'prescribed displacement', &
+      goal%prescribed, error)
     call agree(model%part%team, error)
-
-  contains
-
-    !> Put the loads of a fraction of the phase in force; what they are on the body as it stands.
-    subroutine put_in_force(fraction, load)
-      real(wp), intent(in) :: fraction
-      !> (dimension, node_count)
-      real(wp), intent(out) :: load(:, :)
-      real(wp) :: still(size(load, 1), size(load, 2))
-
-      still = 0.0_wp
-      call set_loads(terms, model, configuration, fraction)
-      call sum_forces(terms, role_external, still, load)
-      call add_shares(model%part%team, unknowns, load)
-    end subroutine put_in_force
-
-    !> Loads and prescribed displacements are numbers: no smaller step makes them so.
-    subroutine check_nodes(name, values)
-      character(len=*), intent(in) :: name
-      !> Values at the nodes (dimension, node_count).
-      real(wp), intent(in) :: values(:, :)
-      integer :: node
-
-      if (all_usable(size(values), values)) return
-      node = own_node(unknowns, findloc(all(is_usable(values), dim=1), .false., dim=1))
-      call fail(error, error_other, 'phase '//integer_text(model%state%progress%phase)//', step '// &
-        integer_text(model%state%progress%step + 1)//': the '//name//' at node '// &
-        integer_text(node_label(model%space, model%mesh, node))//' has a value'//unusable)
-    end subroutine check_nodes
   end subroutine set_goal
+
+  !> Put the loads of a fraction of the phase in force; what they are on the body as it stands.
+  subroutine put_in_force(model, configuration, fraction, unknowns, terms, load)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    real(wp), intent(in) :: fraction
+    type(unknowns_type), intent(in) :: unknowns
+    type(term_slot_type), intent(inout) :: terms(:)
+    !> (dimension, node_count)
+    real(wp), intent(out) :: load(:, :)
+    real(wp) :: still(size(load, 1), size(load, 2))
+
+    still = 0.0_wp
+    call set_loads(terms, model, configuration, fraction)
+    call sum_forces(terms, role_external, still, load)
+    call add_shares(model%part%team, unknowns, load)
+  end subroutine put_in_force
+
+  !> Loads and prescribed displacements are numbers: no smaller step makes them so.
+  subroutine check_nodes(model, unknowns, name, values, error)
+    type(model_type), intent(in) :: model
+    type(unknowns_type), intent(in) :: unknowns
+    character(len=*), intent(in) :: name
+    !> Values at the nodes (dimension, node_count).
+    real(wp), intent(in) :: values(:, :)
+    !> error_other: names the node.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: node
+
+    if (all_usable(size(values), values)) return
+    node = own_node(unknowns, findloc(all(is_usable(values), dim=1), .false., dim=1))
+    call fail(error, error_other, 'phase '//integer_text(model%state%progress%phase)//', step '// &
+      integer_text(model%state%progress%step + 1)//': the '//name//' at node '// &
+      integer_text(node_label(model%space, model%mesh, node))//' has a value'//unusable)
+  end subroutine check_nodes
 
   !> First guess of a step, where there is a step like it before.
   subroutine extrapolate(model, step, attempt, goal)

@@ -55,7 +55,7 @@ contains
     call begin_step(step%system, model%state%progress%failed_solvers)
     before = model%state
     record%start = before%progress%fraction
-    call find_equilibrium(phase%controls)
+    call find_equilibrium(model, step, solver, phase%controls, fraction, observer, record, outcome, error)
     if (outcome%accepted .and. .not. is_balanced(phase%controls, record%out_of_balance)) &
       call reject('the residual without damping is above the tolerance', outcome)
     if (outcome%accepted .and. .not. allocated(error)) call check_following(model, phase, outcome%warning, error)
@@ -67,149 +67,38 @@ contains
       call spread_from(model%part%team, 0, failed)
       model%state%progress%failed_solvers = int(failed(1))
     end if
-
-  contains
-
-    !> Static solve, sub-steps where it is rejected, re-equilibrations of what is accepted.
-    subroutine find_equilibrium(controls)
-      type(controls_type), intent(in) :: controls
-
-      ! A search is damped at a lost factor alone.
-      if (is_searching(model) .and. is_dampable(model, controls) .and. model%state%progress%bracket%from_stable) then
-        call reject('there is no force to damp', outcome)
-      else
-        call take_static_step(controls)
-        if (allocated(error)) return
-        if (.not. outcome%accepted) then
-          if (.not. may_be_damped(model, controls, fraction, outcome)) return
-          if (.not. is_reported(step, outcome%reason)) &
-            call observer%note('static step rejected ('//outcome%reason//'); damped sub-steps')
-        end if
-      end if
-      if (.not. outcome%accepted) then
-        call take_substeps(controls, fraction)
-        if (allocated(error) .or. .not. outcome%accepted) return
-      end if
-      call equilibrate_again(controls)
-    end subroutine find_equilibrium
-
-    !> One solve, what it adds to the record of the step, and whether the step may go on from it.
-    subroutine solve(controls, attempt, solution)
-      type(controls_type), intent(in) :: controls
-      type(attempt_type), intent(in) :: attempt
-      type(solution_type), intent(out) :: solution
-
-      call solver%solve(model, step, controls, attempt, solution, error)
-      if (allocated(error)) return
-      record%iterations = record%iterations + solution%iterations + solution%lost_iterations
-      if (solution%converged) then
-        record%out_of_balance = solution%undamped_out_of_balance
-        call add_solves(solution%shares, record%shares)
-        record%share_place = solution%share_place
-        call add_compliance(solution%compliance, record%compliance)
-        record%largest_move = max(record%largest_move, solution%largest_move)
-        call reject_compliant(controls, record%compliance, model%state%progress%limit, outcome)
-      else
-        record%rejected = record%rejected + 1
-        call reject_solve(solution, outcome)
-      end if
-      call reject_overloaded(controls, is_body_loaded(model%analysis%phases(model%state%progress%phase)), &
-        solution%converged, record%iterations, record%compliance, model%state%progress%limit, outcome)
-    end subroutine solve
-
-    !> The static solve.
-    subroutine take_static_step(controls)
-      type(controls_type), intent(in) :: controls
-      type(solution_type) :: solution
-
-      call solve(controls, static_attempt(controls, fraction, record%start, largest_move(model, controls)), solution)
-      if (allocated(error)) return
-      record%step_error = solution%step_error
-      outcome%step_error = solution%step_error
-      outcome%water_error = solution%water_error
-      outcome%too_long = solution%too_long
-      outcome%static_iterations = solution%iterations
-      outcome%static = solution%converged
-      outcome%accepted = solution%converged .and. .not. outcome%at_limit
-      if (.not. solution%converged) outcome%unrecoverable = outcome%unrecoverable .or. &
-        lacks_support(outcome%cause, model%state%progress%step)
-    end subroutine take_static_step
-
-    !> Damped sub-steps at a load until it is carried without damping.
-    subroutine take_substeps(controls, fraction)
-      type(controls_type), intent(in) :: controls
-      real(wp), intent(in) :: fraction
-      type(solution_type) :: solution
-      type(substep_damping_type) :: damping
-      real(wp) :: move
-      integer :: substep
-      logical :: rejected
-
-      move = controls%largest_move*model%cell_size
-      damping = first_damping(controls, model%state%progress%damping, norm_of_forces(step), norm_of_volumes(step), move)
-      if (is_beyond_help(damping)) return
-      do substep = 1, controls%max_substeps
-        if (is_stopped(model%part%team, observer, error)) return
-        call reject_endless(model, controls, fraction - record%start, record%iterations, outcome)
-        if (outcome%unrecoverable) return
-        call solve(controls, substep_attempt(controls, damping, fraction, record%start, move), solution)
-        if (allocated(error)) return
-        call reject_first(controls, is_body_loaded(model%analysis%phases(model%state%progress%phase)), &
-          record%iterations, model%state%progress%limit, outcome, rejected)
-        if (rejected) return
-        if (solution%converged) then
-          record%substeps = record%substeps + 1
-          outcome%accepted = is_balanced(controls, solution%undamped_out_of_balance) .and. .not. outcome%at_limit
-          if (outcome%accepted .or. outcome%at_limit) return
-          model%state%progress%damping = damping%value
-          call adapt_damping(controls, solution, move, damping)
-        else
-          call reject_flowing(controls, record%substeps, outcome)
-          call damp_more(damping)
-          if (outcome%unrecoverable .or. outcome%at_limit .or. is_beyond_help(damping)) return
-        end if
-      end do
-      if (solution%converged) &
-        call reject('the load is not carried without damping after all damped sub-steps', outcome)
-    end subroutine take_substeps
-
-    !> Solve again at constant load, the mesh reset, while the stabilisation carries much.
-    subroutine equilibrate_again(controls)
-      type(controls_type), intent(in) :: controls
-      type(solution_type) :: solution
-      real(wp) :: load, share, held
-      integer :: fadings
-
-      load = model%state%progress%fraction
-      ! Strength that is not lowered moves nothing in the step.
-      held = merge(record%largest_move, huge(held), model%state%progress%strength_factor > 1.0_wp)
-      fadings = 0
-      do while (must_equilibrate(controls, record%shares, record%reequilibrations))
-        if (is_stopped(model%part%team, observer, error)) return
-        call reject_endless(model, controls, load - record%start, record%iterations, outcome)
-        if (outcome%unrecoverable) return
-        record%reequilibrations = record%reequilibrations + 1
-        share = share_named(record%shares, stabilisation_share)
-        call solve(reequilibration_controls(controls), reequilibration_attempt(controls, load, record%start, &
-          largest_move(model, controls), held, record%reequilibrations, fadings), solution)
-        if (allocated(error) .or. outcome%at_limit) return
-        if (fades_slowly(controls, share, share_named(record%shares, stabilisation_share), record%reequilibrations)) &
-          fadings = fadings + 1
-        if (solution%converged) cycle
-        if (outcome%unrecoverable) return
-        if (.not. is_dampable(model, controls)) exit
-        call take_substeps(controls, load)
-        if (allocated(error) .or. outcome%at_limit) return
-        if (outcome%accepted) cycle
-        call observer%note('re-equilibration rejected ('//outcome%reason//')')
-        return
-      end do
-      call judge_stabilisation(controls, record%shares, record%share_place(:model%mesh%dimension), &
-        is_searching(model), outcome)
-      ! A search tells it with the factor.
-      if (.not. (outcome%accepted .or. is_searching(model))) call observer%note(outcome%reason)
-    end subroutine equilibrate_again
   end subroutine take_step
+
+  !> Static solve, sub-steps where it is rejected, re-equilibrations of what is accepted.
+  subroutine find_equilibrium(model, step, solver, controls, fraction, observer, record, outcome, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: fraction
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(inout) :: outcome
+    type(error_type), allocatable, intent(out) :: error
+
+    ! A search is damped at a lost factor alone.
+    if (is_searching(model) .and. is_dampable(model, controls) .and. model%state%progress%bracket%from_stable) then
+      call reject('there is no force to damp', outcome)
+    else
+      call take_static_step(model, step, solver, controls, fraction, record, outcome, error)
+      if (allocated(error)) return
+      if (.not. outcome%accepted) then
+        if (.not. may_be_damped(model, controls, fraction, outcome)) return
+        if (.not. is_reported(step, outcome%reason)) &
+          call observer%note('static step rejected ('//outcome%reason//'); damped sub-steps')
+      end if
+    end if
+    if (.not. outcome%accepted) then
+      call take_substeps(model, step, solver, controls, fraction, observer, record, outcome, error)
+      if (allocated(error) .or. .not. outcome%accepted) return
+    end if
+    call equilibrate_again(model, step, solver, controls, observer, record, outcome, error)
+  end subroutine find_equilibrium
 
   !> Whether the log has a reason already at the last try of this step.
   pure logical function is_reported(step, reason)
@@ -219,6 +108,153 @@ contains
     is_reported = .false.
     if (allocated(step%reported_reason)) is_reported = step%reported_reason == reason
   end function is_reported
+
+  !> One solve, what it adds to the record of the step, and whether the step may go on from it.
+  subroutine solve(model, step, solver, controls, attempt, record, outcome, solution, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(controls_type), intent(in) :: controls
+    type(attempt_type), intent(in) :: attempt
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(inout) :: outcome
+    type(solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+
+    call solver%solve(model, step, controls, attempt, solution, error)
+    if (allocated(error)) return
+    record%iterations = record%iterations + solution%iterations + solution%lost_iterations
+    if (solution%converged) then
+      record%out_of_balance = solution%undamped_out_of_balance
+      call add_solves(solution%shares, record%shares)
+      record%share_place = solution%share_place
+      call add_compliance(solution%compliance, record%compliance)
+      record%largest_move = max(record%largest_move, solution%largest_move)
+      call reject_compliant(controls, record%compliance, model%state%progress%limit, outcome)
+    else
+      record%rejected = record%rejected + 1
+      call reject_solve(solution, outcome)
+    end if
+    call reject_overloaded(controls, is_body_loaded(model%analysis%phases(model%state%progress%phase)), &
+      solution%converged, record%iterations, record%compliance, model%state%progress%limit, outcome)
+  end subroutine solve
+
+  !> The static solve.
+  subroutine take_static_step(model, step, solver, controls, fraction, record, outcome, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: fraction
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(inout) :: outcome
+    type(error_type), allocatable, intent(out) :: error
+    type(solution_type) :: solution
+
+    call solve(model, step, solver, controls, static_attempt(controls, fraction, record%start, &
+      largest_move(model, controls)), record, outcome, solution, error)
+    if (allocated(error)) return
+    record%step_error = solution%step_error
+    outcome%step_error = solution%step_error
+    outcome%water_error = solution%water_error
+    outcome%too_long = solution%too_long
+    outcome%static_iterations = solution%iterations
+    outcome%static = solution%converged
+    outcome%accepted = solution%converged .and. .not. outcome%at_limit
+    if (.not. solution%converged) outcome%unrecoverable = outcome%unrecoverable .or. &
+      lacks_support(outcome%cause, model%state%progress%step)
+  end subroutine take_static_step
+
+  !> Damped sub-steps at a load until it is carried without damping.
+  subroutine take_substeps(model, step, solver, controls, fraction, observer, record, outcome, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: fraction
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(inout) :: outcome
+    type(error_type), allocatable, intent(out) :: error
+    type(solution_type) :: solution
+    type(substep_damping_type) :: damping
+    real(wp) :: move
+    integer :: substep
+    logical :: rejected
+
+    move = controls%largest_move*model%cell_size
+    damping = first_damping(controls, model%state%progress%damping, norm_of_forces(step), norm_of_volumes(step), move)
+    if (is_beyond_help(damping)) return
+    do substep = 1, controls%max_substeps
+      if (is_stopped(model%part%team, observer, error)) return
+      call reject_endless(model, controls, fraction - record%start, record%iterations, outcome)
+      if (outcome%unrecoverable) return
+      call solve(model, step, solver, controls, substep_attempt(controls, damping, fraction, record%start, move), &
+        record, outcome, solution, error)
+      if (allocated(error)) return
+      call reject_first(controls, is_body_loaded(model%analysis%phases(model%state%progress%phase)), &
+        record%iterations, model%state%progress%limit, outcome, rejected)
+      if (rejected) return
+      if (solution%converged) then
+        record%substeps = record%substeps + 1
+        outcome%accepted = is_balanced(controls, solution%undamped_out_of_balance) .and. .not. outcome%at_limit
+        if (outcome%accepted .or. outcome%at_limit) return
+        model%state%progress%damping = damping%value
+        call adapt_damping(controls, solution, move, damping)
+      else
+        call reject_flowing(controls, record%substeps, outcome)
+        call damp_more(damping)
+        if (outcome%unrecoverable .or. outcome%at_limit .or. is_beyond_help(damping)) return
+      end if
+    end do
+    if (solution%converged) &
+      call reject('the load is not carried without damping after all damped sub-steps', outcome)
+  end subroutine take_substeps
+
+  !> Solve again at constant load, the mesh reset, while the stabilisation carries much.
+  subroutine equilibrate_again(model, step, solver, controls, observer, record, outcome, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(controls_type), intent(in) :: controls
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(inout) :: outcome
+    type(error_type), allocatable, intent(out) :: error
+    type(solution_type) :: solution
+    real(wp) :: load, share, held
+    integer :: fadings
+
+    load = model%state%progress%fraction
+    ! Strength that is not lowered moves nothing in the step.
+    held = merge(record%largest_move, huge(held), model%state%progress%strength_factor > 1.0_wp)
+    fadings = 0
+    do while (must_equilibrate(controls, record%shares, record%reequilibrations))
+      if (is_stopped(model%part%team, observer, error)) return
+      call reject_endless(model, controls, load - record%start, record%iterations, outcome)
+      if (outcome%unrecoverable) return
+      record%reequilibrations = record%reequilibrations + 1
+      share = share_named(record%shares, stabilisation_share)
+      call solve(model, step, solver, reequilibration_controls(controls), &
+        reequilibration_attempt(controls, load, record%start, largest_move(model, controls), held, &
+        record%reequilibrations, fadings), record, outcome, solution, error)
+      if (allocated(error) .or. outcome%at_limit) return
+      if (fades_slowly(controls, share, share_named(record%shares, stabilisation_share), record%reequilibrations)) &
+        fadings = fadings + 1
+      if (solution%converged) cycle
+      if (outcome%unrecoverable) return
+      if (.not. is_dampable(model, controls)) exit
+      call take_substeps(model, step, solver, controls, load, observer, record, outcome, error)
+      if (allocated(error) .or. outcome%at_limit) return
+      if (outcome%accepted) cycle
+      call observer%note('re-equilibration rejected ('//outcome%reason//')')
+      return
+    end do
+    call judge_stabilisation(controls, record%shares, record%share_place(:model%mesh%dimension), is_searching(model), &
+      outcome)
+    ! A search tells it with the factor.
+    if (.not. (outcome%accepted .or. is_searching(model))) call observer%note(outcome%reason)
+  end subroutine equilibrate_again
 
   !> Whether the run is to stop.
   logical function is_stopped(team, observer, error)
@@ -230,8 +266,25 @@ contains
     if (is_stopped) call fail(error, error_stopped, 'stopped on request')
   end function is_stopped
 
-  !> Do the tests that are due at the present load factor: solve again at constant load and report.
+  !> Do the tests that are due at the present load factor.
   subroutine test_constant_load(model, step, solver, phase, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    integer :: due
+
+    if (.not. allocated(phase%constant_load_test%at)) return
+    due = count(abs(phase%constant_load_test%at) <= abs(model%state%progress%load_factor)*(1.0_wp + 1.0e-9_wp))
+    if (due <= model%state%progress%constant_load_tests_done) return
+    model%state%progress%constant_load_tests_done = due
+    call hold(model, step, solver, phase, observer, error)
+  end subroutine test_constant_load
+
+  !> Solve again at constant load and report.
+  subroutine hold(model, step, solver, phase, observer, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
@@ -242,12 +295,8 @@ contains
     type(solution_type) :: solution
     real(wp), allocatable :: start(:), final(:)
     character(len=180) :: text
-    integer :: due, repeat
+    integer :: repeat
 
-    if (.not. allocated(phase%constant_load_test%at)) return
-    due = count(abs(phase%constant_load_test%at) <= abs(model%state%progress%load_factor)*(1.0_wp + 1.0e-9_wp))
-    if (due <= model%state%progress%constant_load_tests_done) return
-    model%state%progress%constant_load_tests_done = due
     if (size(model%analysis%histories) == 0) return
     before = model%state
     call take_histories(model, start)
@@ -270,5 +319,5 @@ contains
         ': rejected at re-solve ', repeat, ' ('//solution%reason//')'
     end if
     call observer%note(trim(text))
-  end subroutine test_constant_load
+  end subroutine hold
 end module qsmpm_stepping

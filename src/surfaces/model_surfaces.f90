@@ -49,9 +49,9 @@ contains
           call add_diagnostic(diagnostics, surface%where, '*SURFACE', 'TYPE=SEGMENT is for plane models')
           cycle
         end if
-        if (surface%selection == select_segment) call check_sides(surface)
+        if (surface%selection == select_segment) call check_sides(model, surface, diagnostics)
         before = list%count
-        call seed_surface(surface, s, occupied)
+        call seed_surface(model, table, surface, s, occupied, list)
         if (list%count == before) call add_diagnostic(diagnostics, surface%where, '*SURFACE', &
           "surface '"//surface%name//"' touches no element that holds material")
       end associate
@@ -66,112 +66,107 @@ contains
       call set_normals(model%state%surface, [(.true., k=1, list%count)])
     end if
     call choose_carrying_points(model)
-    call check_planes()
-
-  contains
-
-    !> Refuse segments with a body to their right and none to their left: what is pressed would be pulled. Bodies
-    !> without an outline of their own are not looked at.
-    subroutine check_sides(surface)
-      type(surface_type), intent(in) :: surface
-      !> How far to look, as a share of the length.
-      real(wp), parameter :: aside = 1.0e-3_wp
-      type(body_shape_type) :: shape
-      real(wp) :: middle(2), left(2)
-      logical :: soil(2)
-      integer :: k, b
-
-      do k = 1, size(surface%segments, 2)
-        associate (ends => surface%segments(:, k))
-          middle = 0.5_wp*(ends(1:2) + ends(3:4))
-          left = aside*[ends(2) - ends(4), ends(3) - ends(1)]
-        end associate
-        soil = .false.
-        do b = 1, size(model%analysis%bodies)
-          shape = shape_of(model, model%analysis%bodies(b), diagnostics)
-          if (.not. allocated(shape%outline)) return
-          soil = soil .or. [polygon_contains(shape%outline, middle + left), &
-            polygon_contains(shape%outline, middle - left)]
-        end do
-        if (soil(2) .and. .not. soil(1)) call add_diagnostic(diagnostics, surface%where, '*SURFACE', "segment "// &
-          integer_text(k)//" of surface '"//surface%name//"' has the body to its right: the body lies to the left "// &
-          'of a segment, so write x2, y2, x1, y1')
-      end do
-    end subroutine check_sides
-
-    !> Points of one surface.
-    subroutine seed_surface(surface, number, occupied)
-      type(surface_type), intent(in) :: surface
-      integer, intent(in) :: number
-      !> Cells that hold material (cell_count).
-      logical, intent(in) :: occupied(:)
-      integer, allocatable :: faces(:, :)
-      logical :: revolved
-      integer :: k
-
-      revolved = model%analysis%model == axisymmetric
-      select case (surface%selection)
-      case (select_box)
-        call faces_in_box(model%mesh, surface%box, faces)
-        call seed_faces(model%mesh, revolved, occupied, faces, number, list)
-        ! It takes whole faces only, and its load is smaller than it looks.
-        if (cuts_faces(model%mesh, surface%box, occupied)) model%notes = model%notes//"warning: surface '"// &
-          surface%name//"': its box ends within faces of the mesh, which it leaves out; TYPE=SEGMENT and "// &
-          'TYPE=OUTLINE take parts of faces'//new_line('a')
-      case (select_segment)
-        do k = 1, size(surface%segments, 2)
-          call seed_segment(model%mesh, revolved, occupied, .false., surface%segments(:, k), surface_degree(model), &
-            number, list)
-        end do
-      case (select_outline)
-        call outline_points(surface, number)
-      case (select_mesh)
-        associate (set => place_named(model%mesh%face_sets, surface%name))
-          if (set > 0) call seed_faces(model%mesh, revolved, occupied, model%mesh%face_sets(set)%faces, number, list)
-        end associate
-      end select
-    end subroutine seed_surface
-
-    !> A surface that slides on its plane must be plane.
-    subroutine check_planes()
-      integer :: i, p, s, first
-
-      do p = 1, size(model%analysis%phases)
-        do i = 1, size(model%analysis%phases(p)%supports)
-          associate (support => model%analysis%phases(p)%supports(i), points => model%state%surface)
-            if (support%kind /= support_normal) cycle
-            do s = 1, size(model%analysis%surfaces)
-              if (model%analysis%surfaces(s)%name /= support%surface) cycle
-              first = first_point(points%surface, s)
-              if (any(points%surface == s .and. norm2(points%normal - spread(points%normal(:, first), 2, &
-                points%count), dim=1) > plane_tolerance)) call add_diagnostic(diagnostics, support%where, '*SUPPORT', &
-                "surface '"//support%surface//"' is not plane; only TYPE=ALL can hold it")
-            end do
-          end associate
-        end do
-      end do
-    end subroutine check_planes
-
-    !> Surface points on the bounds of a body; the deck has checked that it exists.
-    subroutine outline_points(surface, number)
-      !> The surface and its number.
-      type(surface_type), intent(in) :: surface
-      integer, intent(in) :: number
-      real(wp) :: left_out
-      logical :: occupied(model%mesh%cell_count)
-      integer :: b
-
-      do b = 1, size(model%analysis%bodies)
-        if (model%analysis%bodies(b)%name /= surface%body) cycle
-        occupied = table%points(:, b) > 0
-        call seed_outline(model%mesh, model%analysis%model == axisymmetric, occupied, model%shapes(b), &
-          outline_box(model, surface), set_tolerance(model%mesh), surface_degree(model), number, list, left_out)
-        if (left_out > 0.0_wp) model%notes = model%notes//"warning: surface '"//surface%name// &
-          "': slivers of neighbouring faces in its box, "//rounded_text(left_out)//' in all, are left out'// &
-          new_line('a')
-      end do
-    end subroutine outline_points
+    call check_planes(model, diagnostics)
   end subroutine make_surfaces
+
+  !> Refuse segments with a body to their right and none to their left: what is pressed would be pulled. Bodies
+  !> without an outline of their own are not looked at.
+  subroutine check_sides(model, surface, diagnostics)
+    type(model_type), intent(in) :: model
+    type(surface_type), intent(in) :: surface
+    type(diagnostics_type), intent(inout) :: diagnostics
+    !> How far to look, as a share of the length.
+    real(wp), parameter :: aside = 1.0e-3_wp
+    type(body_shape_type) :: shape
+    real(wp) :: middle(2), left(2)
+    logical :: soil(2)
+    integer :: k, b
+
+    do k = 1, size(surface%segments, 2)
+      associate (ends => surface%segments(:, k))
+        middle = 0.5_wp*(ends(1:2) + ends(3:4))
+        left = aside*[ends(2) - ends(4), ends(3) - ends(1)]
+      end associate
+      soil = .false.
+      do b = 1, size(model%analysis%bodies)
+        shape = shape_of(model, model%analysis%bodies(b), diagnostics)
+        if (.not. allocated(shape%outline)) return
+        soil = soil .or. [polygon_contains(shape%outline, middle + left), &
+          polygon_contains(shape%outline, middle - left)]
+      end do
+      if (soil(2) .and. .not. soil(1)) call add_diagnostic(diagnostics, surface%where, '*SURFACE', "segment "// &
+        integer_text(k)//" of surface '"//surface%name//"' has the body to its right: the body lies to the left "// &
+        'of a segment, so write x2, y2, x1, y1')
+    end do
+  end subroutine check_sides
+
+  !> Points of one surface.
+  subroutine seed_surface(model, table, surface, number, occupied, list)
+    !> The model; gets notes.
+    type(model_type), intent(inout) :: model
+    type(seed_table_type), intent(in) :: table
+    type(surface_type), intent(in) :: surface
+    integer, intent(in) :: number
+    !> Cells that hold material (cell_count).
+    logical, intent(in) :: occupied(:)
+    type(seed_list_type), intent(inout) :: list
+    integer, allocatable :: faces(:, :)
+    logical :: revolved
+    integer :: k
+
+    revolved = model%analysis%model == axisymmetric
+    select case (surface%selection)
+    case (select_box)
+      call faces_in_box(model%mesh, surface%box, faces)
+      call seed_faces(model%mesh, revolved, occupied, faces, number, list)
+      call report_cut_faces(model, surface, cuts_faces(model%mesh, surface%box, occupied))
+    case (select_segment)
+      do k = 1, size(surface%segments, 2)
+        call seed_segment(model%mesh, revolved, occupied, .false., surface%segments(:, k), surface_degree(model), &
+          number, list)
+      end do
+    case (select_outline)
+      call outline_points(model, table, surface, number, list)
+    case (select_mesh)
+      associate (set => place_named(model%mesh%face_sets, surface%name))
+        if (set > 0) call seed_faces(model%mesh, revolved, occupied, model%mesh%face_sets(set)%faces, number, list)
+      end associate
+    end select
+  end subroutine seed_surface
+
+  !> Note that a box ends within faces: it takes whole faces only, and its load is smaller than it looks.
+  subroutine report_cut_faces(model, surface, cut)
+    type(model_type), intent(inout) :: model
+    type(surface_type), intent(in) :: surface
+    !> Whether the box cuts faces.
+    logical, intent(in) :: cut
+
+    if (.not. cut) return
+    model%notes = model%notes//"warning: surface '"//surface%name//"': its box ends within faces of the mesh, "// &
+      'which it leaves out; TYPE=SEGMENT and TYPE=OUTLINE take parts of faces'//new_line('a')
+  end subroutine report_cut_faces
+
+  !> A surface that slides on its plane must be plane.
+  subroutine check_planes(model, diagnostics)
+    type(model_type), intent(in) :: model
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: i, p, s, first
+
+    do p = 1, size(model%analysis%phases)
+      do i = 1, size(model%analysis%phases(p)%supports)
+        associate (support => model%analysis%phases(p)%supports(i), points => model%state%surface)
+          if (support%kind /= support_normal) cycle
+          do s = 1, size(model%analysis%surfaces)
+            if (model%analysis%surfaces(s)%name /= support%surface) cycle
+            first = first_point(points%surface, s)
+            if (any(points%surface == s .and. norm2(points%normal - spread(points%normal(:, first), 2, &
+              points%count), dim=1) > plane_tolerance)) call add_diagnostic(diagnostics, support%where, '*SUPPORT', &
+              "surface '"//support%surface//"' is not plane; only TYPE=ALL can hold it")
+          end do
+        end associate
+      end do
+    end do
+  end subroutine check_planes
 
   !> First point of a surface.
   pure integer function first_point(surface, s)
@@ -187,6 +182,29 @@ contains
 
     degree = max(4, model%mesh%dimension*grid_degree(model%analysis%method%basis))
   end function surface_degree
+
+  !> Surface points on the bounds of a body; the deck has checked that it exists.
+  subroutine outline_points(model, table, surface, number, list)
+    type(model_type), intent(inout) :: model
+    type(seed_table_type), intent(in) :: table
+    !> The surface and its number.
+    type(surface_type), intent(in) :: surface
+    integer, intent(in) :: number
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: left_out
+    logical :: occupied(model%mesh%cell_count)
+    integer :: b
+
+    do b = 1, size(model%analysis%bodies)
+      if (model%analysis%bodies(b)%name /= surface%body) cycle
+      occupied = table%points(:, b) > 0
+      call seed_outline(model%mesh, model%analysis%model == axisymmetric, occupied, &
+        model%shapes(b), outline_box(model, surface), set_tolerance(model%mesh), surface_degree(model), number, list, &
+        left_out)
+      if (left_out > 0.0_wp) model%notes = model%notes//"warning: surface '"//surface%name// &
+        "': slivers of neighbouring faces in its box, "//rounded_text(left_out)//' in all, are left out'//new_line('a')
+    end do
+  end subroutine outline_points
 
   !> Corners of the box that bounds a surface on an outline (3,2), wider than drawn; of one without the mesh and more.
   pure function outline_box(model, surface) result(box)

@@ -61,69 +61,10 @@ contains
 
     self%force = 0.0_wp
     call add_weight(configuration%at_points, point_forces(model, fraction), self%force)
-    self%force = self%force + still_held()*model%state%released
+    self%force = self%force + still_held(model, fraction)*model%state%released
     if (size(model%loading%carrier) == 0) return
-    call add_surface_tractions(configuration%activation, self%force)
-    call add_carried_tractions(configuration%activation, self%force)
-
-  contains
-
-    !> Share of the released forces that is still there.
-    pure real(wp) function still_held() result(share)
-      share = max(1.0_wp - fraction, model%state%progress%release_left)
-    end function still_held
-
-    !> Dead tractions and released supports on surface points.
-    subroutine add_surface_tractions(activation, force)
-      type(activation_type), intent(in) :: activation
-      !> Force (dimension, node_count).
-      real(wp), intent(inout) :: force(:, :)
-      type(shape_values_type) :: place
-      real(wp) :: traction(3)
-      integer :: i, s, d
-
-      d = model%mesh%dimension
-      associate (surface => model%state%surface)
-        do i = 1, surface%count
-          s = surface%surface(i)
-          if (model%loading%carrier(s) /= carrier_surface .and. all(abs(surface%released(:, i)) <= 0.0_wp)) cycle
-          call basis_at(model%mesh, model%space, activation, model%state%points, surface, i, place)
-          traction = 0.0_wp
-          if (model%loading%carrier(s) == carrier_surface) traction = surface%area(i)*between( &
-            model%loading%traction_start(:, s), model%loading%traction_final(:, s), fraction)
-          traction(:d) = traction(:d) + still_held()*surface%released(:, i)
-          call spread_force(place, traction, force)
-        end do
-      end associate
-    end subroutine add_surface_tractions
-
-    !> Tractions on the outermost material points, as the paper has it (section 3.1). A process of a team knows them by
-    !> their numbers, and loads its nodes by those that it has, copies among them.
-    subroutine add_carried_tractions(activation, force)
-      type(activation_type), intent(in) :: activation
-      !> Force (dimension, node_count).
-      real(wp), intent(inout) :: force(:, :)
-      type(shape_values_type) :: place
-      integer, allocatable :: number(:)
-      real(wp) :: traction(3)
-      logical :: divided
-      integer :: i, p, s
-
-      divided = is_divided(model%part)
-      allocate (number(merge(model%state%points%count, 0, divided)))
-      number = int(model%state%points%number(:size(number)))
-      do i = 1, size(model%carrying_point)
-        s = model%carrying_surface(i)
-        if (model%loading%carrier(s) /= carrier_points) cycle
-        p = model%carrying_point(i)
-        if (divided) p = place_in_order(number, p)
-        if (p == 0) cycle
-        call basis_at(model%mesh, model%space, activation, model%state%points, model%state%points, p, place)
-        traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
-          fraction)*model%carrying_area(i)
-        call spread_force(place, traction, force)
-      end do
-    end subroutine add_carried_tractions
+    call add_surface_tractions(model, configuration%activation, fraction, self%force)
+    call add_carried_tractions(model, configuration%activation, fraction, self%force)
   end subroutine set_load
 
   !> They do not follow the displacement.
@@ -143,6 +84,15 @@ contains
 
     call update_pore_pressure(model)
   end subroutine commit
+
+  !> Share of the released forces that is still there.
+  pure real(wp) function still_held(model, fraction) result(share)
+    type(model_type), intent(in) :: model
+    !> Load fraction, 0 to 1.
+    real(wp), intent(in) :: fraction
+
+    share = max(1.0_wp - fraction, model%state%progress%release_left)
+  end function still_held
 
   !> Forces of the material points at the nodes.
   subroutine add_weight(at_points, of_points, force)
@@ -164,6 +114,64 @@ contains
       end do
     end do
   end subroutine add_weight
+
+  !> Dead tractions and released supports on surface points.
+  subroutine add_surface_tractions(model, activation, fraction, force)
+    type(model_type), intent(in) :: model
+    type(activation_type), intent(in) :: activation
+    !> Load fraction, 0 to 1.
+    real(wp), intent(in) :: fraction
+    !> Force (dimension, node_count).
+    real(wp), intent(inout) :: force(:, :)
+    type(shape_values_type) :: place
+    real(wp) :: traction(3)
+    integer :: i, s, d
+
+    d = model%mesh%dimension
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        s = surface%surface(i)
+        if (model%loading%carrier(s) /= carrier_surface .and. all(abs(surface%released(:, i)) <= 0.0_wp)) cycle
+        call basis_at(model%mesh, model%space, activation, model%state%points, surface, i, place)
+        traction = 0.0_wp
+        if (model%loading%carrier(s) == carrier_surface) traction = surface%area(i)*between( &
+          model%loading%traction_start(:, s), model%loading%traction_final(:, s), fraction)
+        traction(:d) = traction(:d) + still_held(model, fraction)*surface%released(:, i)
+        call spread_force(place, traction, force)
+      end do
+    end associate
+  end subroutine add_surface_tractions
+
+  !> Tractions on the outermost material points, as the paper has it (section 3.1). A process of a team knows them by
+  !> their numbers, and loads its nodes by those that it has, copies among them.
+  subroutine add_carried_tractions(model, activation, fraction, force)
+    type(model_type), intent(in) :: model
+    type(activation_type), intent(in) :: activation
+    !> Load fraction, 0 to 1.
+    real(wp), intent(in) :: fraction
+    !> Force (dimension, node_count).
+    real(wp), intent(inout) :: force(:, :)
+    type(shape_values_type) :: place
+    integer, allocatable :: number(:)
+    real(wp) :: traction(3)
+    logical :: divided
+    integer :: i, p, s
+
+    divided = is_divided(model%part)
+    allocate (number(merge(model%state%points%count, 0, divided)))
+    number = int(model%state%points%number(:size(number)))
+    do i = 1, size(model%carrying_point)
+      s = model%carrying_surface(i)
+      if (model%loading%carrier(s) /= carrier_points) cycle
+      p = model%carrying_point(i)
+      if (divided) p = place_in_order(number, p)
+      if (p == 0) cycle
+      call basis_at(model%mesh, model%space, activation, model%state%points, model%state%points, p, place)
+      traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
+        fraction)*model%carrying_area(i)
+      call spread_force(place, traction, force)
+    end do
+  end subroutine add_carried_tractions
 
   !> Share a force among the nodes that carry a place.
   pure subroutine spread_force(place, vector, force)

@@ -52,57 +52,48 @@ contains
 
     offset = 0.0_wp
     if (.not. any(model%laws%pressure_factor > 0.0_wp)) return
-    offset(:, 1) = offsets_at(model%state%progress%fraction)
-    offset(:, 2) = offsets_at(fraction)
-
-  contains
-
-    !> g at a load fraction (n).
-    pure function offsets_at(fraction) result(offset)
-      real(wp), intent(in) :: fraction
-      real(wp) :: offset(integration%point_count)
-      real(wp) :: density(model%mesh%dimension, model%mesh%cell_count), gravity(3)
-      integer :: g, from, to
-
-      offset = 0.0_wp
-      gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
-      density = cell_densities(model, point_forces(model, fraction) &
-        + still_water_forces(model, gravity(:model%mesh%dimension)))
-      do g = 1, integration%group_count
-        from = integration%first(g)
-        do while (from < integration%first(g + 1))
-          to = from
-          do while (to < integration%first(g + 1) - 1)
-            if (integration%material(to + 1) /= integration%material(from)) exit
-            to = to + 1
-          end do
-          if (model%laws(integration%material(from))%pressure_factor > 0.0_wp) &
-            offset(from:to) = offsets_of(places_of(from, to), integration%weight(from:to), density(:, cell_of(g, from)))
-          from = to + 1
-        end do
-      end do
-    end function offsets_at
-
-    !> Cell of the points behind an integration point: outlines of bodies reach into cells that own no points.
-    pure integer function cell_of(group, point) result(cell)
-      integer, intent(in) :: group, point
-
-      cell = integration%cell(group)
-      if (integration%source(point) > 0) cell = model%state%points%cell(integration%source(point))
-    end function cell_of
-
-    !> Places of some integration points (dimension, n).
-    pure function places_of(from, to) result(place)
-      integer, intent(in) :: from, to
-      real(wp) :: place(model%mesh%dimension, to - from + 1)
-
-      if (size(integration%place, 2) > 0) then
-        place = integration%place(:, from:to)
-      else
-        place = model%state%points%position(:, integration%source(from:to))
-      end if
-    end function places_of
+    offset(:, 1) = offsets_at(model, integration, model%state%progress%fraction)
+    offset(:, 2) = offsets_at(model, integration, fraction)
   end function pressure_offsets
+
+  !> g at a load fraction (n).
+  pure function offsets_at(model, integration, fraction) result(offset)
+    type(model_type), intent(in) :: model
+    type(integration_type), intent(in) :: integration
+    real(wp), intent(in) :: fraction
+    real(wp) :: offset(integration%point_count)
+    real(wp) :: density(model%mesh%dimension, model%mesh%cell_count), gravity(3)
+    integer :: g, from, to
+
+    offset = 0.0_wp
+    gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
+    density = cell_densities(model, point_forces(model, fraction) &
+      + still_water_forces(model, gravity(:model%mesh%dimension)))
+    do g = 1, integration%group_count
+      from = integration%first(g)
+      do while (from < integration%first(g + 1))
+        to = from
+        do while (to < integration%first(g + 1) - 1)
+          if (integration%material(to + 1) /= integration%material(from)) exit
+          to = to + 1
+        end do
+        if (model%laws(integration%material(from))%pressure_factor > 0.0_wp) &
+          offset(from:to) = offsets_of(places_of(model, integration, from, to), integration%weight(from:to), &
+          density(:, cell_of(model, integration, g, from)))
+        from = to + 1
+      end do
+    end do
+  end function offsets_at
+
+  !> Cell of the points behind an integration point: outlines of bodies reach into cells that own no points.
+  pure integer function cell_of(model, integration, group, point) result(cell)
+    type(model_type), intent(in) :: model
+    type(integration_type), intent(in) :: integration
+    integer, intent(in) :: group, point
+
+    cell = integration%cell(group)
+    if (integration%source(point) > 0) cell = model%state%points%cell(integration%source(point))
+  end function cell_of
 
   !> Force per volume in each cell (dimension, cells).
   pure function cell_densities(model, force) result(density)
@@ -122,6 +113,20 @@ contains
     end do
     density = density/spread(max(volume, tiny(volume)), 1, size(density, 1))
   end function cell_densities
+
+  !> Places of some integration points (dimension, n).
+  pure function places_of(model, integration, from, to) result(place)
+    type(model_type), intent(in) :: model
+    type(integration_type), intent(in) :: integration
+    integer, intent(in) :: from, to
+    real(wp) :: place(model%mesh%dimension, to - from + 1)
+
+    if (size(integration%place, 2) > 0) then
+      place = integration%place(:, from:to)
+    else
+      place = model%state%points%position(:, integration%source(from:to))
+    end if
+  end function places_of
 
   !> g of points that share a pressure.
   pure function offsets_of(place, volume, density) result(offset)

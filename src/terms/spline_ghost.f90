@@ -48,8 +48,8 @@ contains
     integer, allocatable :: faces(:)
     integer :: i, n
 
-    call mark_boundary(boundary)
-    call spread_stiffness(young)
+    call mark_boundary(mesh, activation, boundary)
+    call spread_stiffness(mesh, activation, stiffness, young)
     do i = 1, size(penalised)
       associate (one => mesh%interior_face(1, i), two => mesh%interior_face(3, i))
         penalised(i) = activation%touched(one) .and. activation%touched(two) .and. &
@@ -57,114 +57,82 @@ contains
       end associate
     end do
     faces = pack([(i, i=1, size(penalised))], penalised)
-    call patches_of_faces(faces)
+    call patches_of_faces(mesh, space, faces, stabilisation)
     n = most_nodes(stabilisation%connectivity)
     allocate (stabilisation%matrix(n, n, size(faces)), source=0.0_wp)
     do i = 1, size(faces)
       associate (one => mesh%interior_face(1, faces(i)), two => mesh%interior_face(3, faces(i)))
-        call face_penalty(one, two, factor*min(young(one), young(two)), stabilisation%matrix(:, :, i))
+        call face_penalty(mesh, space, one, two, factor*min(young(one), young(two)), &
+          stabilisation%matrix(:, :, i))
       end associate
     end do
-
-  contains
-
-    !> Boundary cells: as point location has it, with touched in the place of active.
-    subroutine mark_boundary(boundary)
-      !> (cell_count)
-      logical, intent(out) :: boundary(:)
-      integer :: c
-
-      do c = 1, mesh%cell_count
-        boundary(c) = activation%touched(c)
-        if (.not. boundary(c) .or. activation%active_number(c) == 0) cycle
-        associate (around => mesh%vertex_neighbour(mesh%vertex_first(c):mesh%vertex_first(c + 1) - 1))
-          boundary(c) = .not. all(activation%touched(around)) .or. &
-            activation%fill(activation%active_number(c)) < boundary_fill
-        end associate
-      end do
-    end subroutine mark_boundary
-
-    !> Young's modulus of every touched cell; one without points takes the largest around it.
-    subroutine spread_stiffness(young)
-      !> (cell_count)
-      real(wp), intent(out) :: young(:)
-      integer :: c, k, n
-
-      young = 0.0_wp
-      young(activation%active_cell) = stiffness
-      do c = 1, mesh%cell_count
-        if (.not. activation%touched(c) .or. activation%active_number(c) > 0) cycle
-        do k = mesh%vertex_first(c), mesh%vertex_first(c + 1) - 1
-          n = activation%active_number(mesh%vertex_neighbour(k))
-          if (n > 0) young(c) = max(young(c), stiffness(n))
-        end do
-      end do
-    end subroutine spread_stiffness
-
-    !> Control points that the two cells at each face see: a block.
-    subroutine patches_of_faces(faces)
-      !> Interior faces.
-      integer, intent(in) :: faces(:)
-      integer :: first(3, size(faces)), count(3, size(faces)), k, normal
-
-      associate (connectivity => stabilisation%connectivity)
-        connectivity%count = size(faces)
-        allocate (connectivity%first(size(faces) + 1))
-        connectivity%first(1) = 1
-        do k = 1, size(faces)
-          call face_block(space, mesh%dimension, mesh%interior_face(1, faces(k)), &
-            mesh%interior_face(3, faces(k)), normal, first(:, k), count(:, k))
-          connectivity%first(k + 1) = connectivity%first(k) + product(count(:, k))
-        end do
-        allocate (connectivity%nodes(connectivity%first(size(faces) + 1) - 1))
-        do k = 1, size(faces)
-          call tensor_nodes(space, first(:, k), count(:, k), &
-            connectivity%nodes(connectivity%first(k):connectivity%first(k + 1) - 1))
-        end do
-      end associate
-    end subroutine patches_of_faces
-
-    !> Matrix of one face.
-    subroutine face_penalty(one, two, factor, matrix)
-      !> The cells, the first one below the second.
-      integer, intent(in) :: one, two
-      !> g E.
-      real(wp), intent(in) :: factor
-      !> Leading part is set.
-      real(wp), intent(inout) :: matrix(:, :)
-      real(wp) :: along(most_at_face, most_at_face, 3)
-      integer :: first(3), count(3), at(3), normal, a, i, j, k, l, m, n, row, column
-
-      call face_block(space, mesh%dimension, one, two, normal, first, count)
-      at = cell_position(space, mesh%dimension, one)
-      along = 0.0_wp
-      along(1, 1, 3) = 1.0_wp
-      do a = 1, mesh%dimension
-        if (a == normal) then
-          call jump_matrix(space%axis(a), at(a), along(:, :, a))
-        else
-          call mass_matrix(space%axis(a), at(a), along(:, :, a))
-        end if
-      end do
-      column = 0
-      do n = 1, count(3)
-        do m = 1, count(2)
-          do l = 1, count(1)
-            column = column + 1
-            row = 0
-            do k = 1, count(3)
-              do j = 1, count(2)
-                do i = 1, count(1)
-                  row = row + 1
-                  matrix(row, column) = factor*along(i, l, 1)*along(j, m, 2)*along(k, n, 3)
-                end do
-              end do
-            end do
-          end do
-        end do
-      end do
-    end subroutine face_penalty
   end subroutine build_spline_ghost
+
+  !> Boundary cells: as point location has it, with touched in the place of active.
+  subroutine mark_boundary(mesh, activation, boundary)
+    type(mesh_type), intent(in) :: mesh
+    type(activation_type), intent(in) :: activation
+    !> (cell_count)
+    logical, intent(out) :: boundary(:)
+    integer :: c
+
+    do c = 1, mesh%cell_count
+      boundary(c) = activation%touched(c)
+      if (.not. boundary(c) .or. activation%active_number(c) == 0) cycle
+      associate (around => mesh%vertex_neighbour(mesh%vertex_first(c):mesh%vertex_first(c + 1) - 1))
+        boundary(c) = .not. all(activation%touched(around)) .or. &
+          activation%fill(activation%active_number(c)) < boundary_fill
+      end associate
+    end do
+  end subroutine mark_boundary
+
+  !> Young's modulus of every touched cell; one without points takes the largest around it.
+  subroutine spread_stiffness(mesh, activation, stiffness, young)
+    type(mesh_type), intent(in) :: mesh
+    type(activation_type), intent(in) :: activation
+    !> Young's modulus in each active cell (known_count).
+    real(wp), intent(in) :: stiffness(:)
+    !> (cell_count)
+    real(wp), intent(out) :: young(:)
+    integer :: c, k, n
+
+    young = 0.0_wp
+    young(activation%active_cell) = stiffness
+    do c = 1, mesh%cell_count
+      if (.not. activation%touched(c) .or. activation%active_number(c) > 0) cycle
+      do k = mesh%vertex_first(c), mesh%vertex_first(c + 1) - 1
+        n = activation%active_number(mesh%vertex_neighbour(k))
+        if (n > 0) young(c) = max(young(c), stiffness(n))
+      end do
+    end do
+  end subroutine spread_stiffness
+
+  !> Control points that the two cells at each face see: a block.
+  subroutine patches_of_faces(mesh, space, faces, stabilisation)
+    type(mesh_type), intent(in) :: mesh
+    type(space_type), intent(in) :: space
+    !> Interior faces.
+    integer, intent(in) :: faces(:)
+    !> Its patches are set.
+    type(penalty_matrices_type), intent(inout) :: stabilisation
+    integer :: first(3, size(faces)), count(3, size(faces)), k, normal
+
+    associate (connectivity => stabilisation%connectivity)
+      connectivity%count = size(faces)
+      allocate (connectivity%first(size(faces) + 1))
+      connectivity%first(1) = 1
+      do k = 1, size(faces)
+        call face_block(space, mesh%dimension, mesh%interior_face(1, faces(k)), &
+          mesh%interior_face(3, faces(k)), normal, first(:, k), count(:, k))
+        connectivity%first(k + 1) = connectivity%first(k) + product(count(:, k))
+      end do
+      allocate (connectivity%nodes(connectivity%first(size(faces) + 1) - 1))
+      do k = 1, size(faces)
+        call tensor_nodes(space, first(:, k), count(:, k), &
+          connectivity%nodes(connectivity%first(k):connectivity%first(k + 1) - 1))
+      end do
+    end associate
+  end subroutine patches_of_faces
 
   !> Axis normal to the face between two cells, and the block of functions they see.
   pure subroutine face_block(space, dimension, one, two, normal, first, count)
@@ -192,6 +160,49 @@ contains
       if (beyond(a) /= at(a)) normal = a
     end do
   end subroutine face_block
+
+  !> Matrix of one face.
+  subroutine face_penalty(mesh, space, one, two, factor, matrix)
+    type(mesh_type), intent(in) :: mesh
+    type(space_type), intent(in) :: space
+    !> The cells, the first one below the second.
+    integer, intent(in) :: one, two
+    !> g E.
+    real(wp), intent(in) :: factor
+    !> Leading part is set.
+    real(wp), intent(inout) :: matrix(:, :)
+    real(wp) :: along(most_at_face, most_at_face, 3)
+    integer :: first(3), count(3), at(3), normal, a, i, j, k, l, m, n, row, column
+
+    call face_block(space, mesh%dimension, one, two, normal, first, count)
+    at = cell_position(space, mesh%dimension, one)
+    along = 0.0_wp
+    along(1, 1, 3) = 1.0_wp
+    do a = 1, mesh%dimension
+      if (a == normal) then
+        call jump_matrix(space%axis(a), at(a), along(:, :, a))
+      else
+        call mass_matrix(space%axis(a), at(a), along(:, :, a))
+      end if
+    end do
+    column = 0
+    do n = 1, count(3)
+      do m = 1, count(2)
+        do l = 1, count(1)
+          column = column + 1
+          row = 0
+          do k = 1, count(3)
+            do j = 1, count(2)
+              do i = 1, count(1)
+                row = row + 1
+                matrix(row, column) = factor*along(i, l, 1)*along(j, m, 2)*along(k, n, 3)
+              end do
+            end do
+          end do
+        end do
+      end do
+    end do
+  end subroutine face_penalty
 
   !> Squares of the jumps at the line above a cell, scaled by h^(2k-1).
   pure subroutine jump_matrix(axis, cell, matrix)

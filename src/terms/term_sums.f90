@@ -7,6 +7,7 @@ module qsmpm_term_sums
   use qsmpm_equations, only: equations_type
   use qsmpm_finite, only: is_usable
   use qsmpm_law, only: tangent_none
+  use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_owner_copies, only: owner_copies_type
@@ -19,7 +20,8 @@ module qsmpm_term_sums
   private
 
   public :: prepare_terms, begin_terms, set_loads, evaluate_terms, sum_forces, add_all_blocks, linear_forces, &
-    sum_field_sizes, sum_force_sizes, measure_shares, share_names, find_unusable, commit_terms, discard_terms
+    sum_field_sizes, sum_force_sizes, measure_shares, share_names, find_unusable, keep_nodal_of_terms, &
+    commit_terms, discard_terms
 
   !> Kinds of forces beside the roles of terms: those that a step is accepted without, those of rigid bodies.
   integer, parameter, public :: forces_transient = -1, forces_of_bodies = -2
@@ -281,6 +283,21 @@ contains
       return
     end do
   end subroutine find_unusable
+
+  !> The solve is taken, nodes are numbered as before.
+  subroutine keep_nodal_of_terms(terms, displacement, kept)
+    type(term_slot_type), intent(in) :: terms(:)
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    type(kept_arrays_type), intent(inout) :: kept
+    integer :: t
+
+    do t = 1, size(terms)
+      associate (term => terms(t)%term)
+        call term%keep_nodal(displacement(:term%rows, :term%columns), kept)
+      end associate
+    end do
+  end subroutine keep_nodal_of_terms
 
   !> The solve is taken.
   subroutine commit_terms(terms, displacement, model)

@@ -124,171 +124,40 @@ contains
       do i = 1, size(near, 1)
         gap = distance_from(self%before(self%pairs(k)%body), model%state%surface%position(:, i))/self%cell_size
         near(i, k) = gap <= reach
-        faces(i, k) = face_along(k, i)
+        faces(i, k) = face_along(self, model, k, i)
         touched(i, k) = faces(i, k)%found .or. gap <= allowed_gap(model, i)
       end do
     end do
     call present_body_points(model, self%before, self%on_bodies)
     call find_patches(model, near, touched, self%on_bodies, self%patches, faces%found .and. .not. faces%share > 0.0_wp)
-    call find_functions(basis)
+    call find_functions(self, model, configuration, basis)
     call gather_nodes(self, basis)
-    call lay_places(faces)
+    call lay_places(self, model, faces)
     self%origin = 0.0_wp
     if (size(self%area) > 0) self%origin = self%place(:, 1)
     self%nearby = self%before
     do k = 1, size(self%nearby)
       self%nearby(k) = self%before(k)%seen_from(self%origin)
     end do
-    call take_multipliers()
-    call take_strengths()
+    call take_multipliers(self, model, configuration)
+    call take_strengths(self, model)
     call find_bonds(self)
-    call find_counted()
-
-  contains
-
-    !> Straight face of the body of a contact that a point of a surface lies along; in space pieces are taken as square.
-    pure type(face_type) function face_along(pair, point) result(face)
-      integer, intent(in) :: pair, point
-      real(wp) :: length
-
-      length = extent_of(model, point)**(1.0_wp/(self%dimension - 1))
-      associate (x => model%state%surface%position(:, point), area => model%state%surface%area_vector(:, point))
-        if (length > 0.0_wp) face = self%before(self%pairs(pair)%body)%face_at(in_space(x), &
-          in_space(area/norm2(area)), length, allowed_gap(model, point)*self%cell_size, deep*self%cell_size)
-      end associate
-    end function face_along
-
-    !> Patches that this process counts.
-    subroutine find_counted()
-      logical :: own(model%state%surface%count), own_on_body(self%on_bodies%count)
-      integer :: c
-
-      self%counts_loads = model%part%team%rank == 0
-      self%counted = spread(.true., 1, self%patches%count)
-      if (.not. is_divided(model%part)) return
-      own = own_of(model%part%surface, size(own))
-      own_on_body = are_near(model, self%on_bodies, 0)
-      do c = 1, self%patches%count
-        associate (i => self%patches%point(self%patches%first(c)))
-          if (is_on_body(self, c)) then
-            self%counted(c) = own_on_body(i)
-          else
-            self%counted(c) = own(i)
-          end if
-        end associate
-      end do
-    end subroutine find_counted
-
-    !> Strength of every patch: that of its contact, or a share of that of the soil there; lowered in a safety phase.
-    subroutine take_strengths()
-      integer :: c, k
-
-      if (allocated(self%strength)) deallocate (self%strength)
-      allocate (self%strength(2, self%patches%count), source=0.0_wp)
-      do c = 1, self%patches%count
-        associate (pair => self%pairs(self%patches%pair(c)), strength => self%strength(:, c))
-          if (pair%interface > 0.0_wp) then
-            do k = self%patches%first(c), self%patches%first(c + 1) - 1
-              strength = strength + self%area(k)/self%patch_area(c) &
-                *interface_strength(model, pair%interface, self%place(:self%dimension, k))
-            end do
-          else
-            strength = [pair%friction, pair%adhesion]
-          end if
-        end associate
-      end do
-      self%strength = self%strength/model%state%progress%strength_factor
-    end subroutine take_strengths
-
-    !> The functions of all places of the list.
-    subroutine find_functions(basis)
-      !> (places)
-      type(shape_values_type), allocatable, intent(out) :: basis(:)
-      integer :: c, k
-
-      allocate (basis(size(self%patches%point)))
-      do c = 1, self%patches%count
-        do k = self%patches%first(c), self%patches%first(c + 1) - 1
-          associate (i => self%patches%point(k), active => configuration%activation)
-            if (is_on_body(self, c)) then
-              call basis_at(model%mesh, model%space, active, model%state%points, self%on_bodies, i, basis(k))
-            else
-              call basis_at(model%mesh, model%space, active, model%state%points, model%state%surface, i, basis(k))
-            end if
-          end associate
-        end do
-      end do
-    end subroutine find_functions
-
-    !> Places, areas and normals at the start of the step.
-    subroutine lay_places(faces)
-      !> (surface points, contacts)
-      type(face_type), intent(in) :: faces(:, :)
-      type(distance_type) :: distance
-      integer :: c, k, n
-
-      n = size(self%patches%point)
-      self%area = spread(0.0_wp, 1, n)
-      self%place = spread(self%area, 1, 3)
-      self%normal = self%place
-      self%distance = self%area
-      self%straight = spread(.false., 1, n)
-      do c = 1, self%patches%count
-        do k = self%patches%first(c), self%patches%first(c + 1) - 1
-          associate (i => self%patches%point(k))
-            if (is_on_body(self, c)) then
-              self%place(:self%dimension, k) = self%on_bodies%position(:, i)
-              self%area(k) = self%on_bodies%area(i)
-            else
-              self%place(:self%dimension, k) = model%state%surface%position(:, i)
-              self%area(k) = norm2(model%state%surface%area_vector(:, i))
-            end if
-          end associate
-          distance = self%before(self%pairs(self%patches%pair(c))%body)%distance_at(self%place(:, k))
-          self%normal(:, k) = distance%normal
-          if (is_on_body(self, c)) cycle
-          associate (face => faces(self%patches%point(k), self%patches%pair(c)))
-            if (.not. face%found) cycle
-            self%straight(k) = .true.
-            self%area(k) = face%share*self%area(k)
-            self%normal(:, k) = face%distance%normal
-            self%distance(k) = face%distance%value
-          end associate
-        end do
-      end do
-    end subroutine lay_places
-
-    !> Means over each patch of what its points keep, its area and penalties.
-    subroutine take_multipliers()
-      integer :: c
-
-      associate (patches => self%patches, surface => model%state%surface, n => self%patches%count)
-        self%pressure = spread(0.0_wp, 1, n)
-        self%patch_area = self%pressure
-        self%opening = self%pressure
-        self%shear = spread(self%pressure, 1, 3)
-        self%penalty = spread(self%pressure, 1, 2)
-        do c = 1, n
-          associate (points => patches%point(patches%first(c):patches%first(c + 1) - 1), &
-              area => self%area(patches%first(c):patches%first(c + 1) - 1))
-            self%patch_area(c) = sum(area)
-            if (is_on_body(self, c)) then
-              self%opening(c) = sum(area*self%on_bodies%opening(points))/sum(area)
-              call take_means(self%on_bodies%pressure(points), self%on_bodies%shear(:, points), area, &
-                self%pressure(c), self%shear(:, c))
-              self%penalty(:, c) = penalties_of(self, c, gap_on_body)/self%cell_size &
-                *stiffness_near(model, self%on_bodies%position(:, points(1)))
-            else
-              call take_means(surface%contact_pressure(points), surface%contact_shear(:, points), area, &
-                self%pressure(c), self%shear(:self%dimension, c))
-              self%penalty(:, c) = penalties_of(self, c, gap_on_soil) &
-                *stiffness_at(model, configuration%activation, points(1))/self%cell_size
-            end if
-          end associate
-        end do
-      end associate
-    end subroutine take_multipliers
+    call find_counted(self, model)
   end subroutine lay_scratch
+
+  !> Straight face of the body of a contact that a point of a surface lies along; in space pieces are taken as square.
+  pure type(face_type) function face_along(self, model, pair, point) result(face)
+    type(contact_scratch_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: pair, point
+    real(wp) :: length
+
+    length = extent_of(model, point)**(1.0_wp/(self%dimension - 1))
+    associate (x => model%state%surface%position(:, point), area => model%state%surface%area_vector(:, point))
+      if (length > 0.0_wp) face = self%before(self%pairs(pair)%body)%face_at(in_space(x), in_space(area/norm2(area)), &
+        length, allowed_gap(model, point)*self%cell_size, deep*self%cell_size)
+    end associate
+  end function face_along
 
   !> Gap over the size of a cell up to which a point of a surface touches.
   pure real(wp) function allowed_gap(model, point) result(gap)
@@ -297,6 +166,29 @@ contains
 
     gap = merge(left, touching, abs(model%state%surface%contact_pressure(point)) > 0.0_wp)
   end function allowed_gap
+
+  !> Patches that this process counts.
+  subroutine find_counted(self, model)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    logical :: own(model%state%surface%count), own_on_body(self%on_bodies%count)
+    integer :: c
+
+    self%counts_loads = model%part%team%rank == 0
+    self%counted = spread(.true., 1, self%patches%count)
+    if (.not. is_divided(model%part)) return
+    own = own_of(model%part%surface, size(own))
+    own_on_body = are_near(model, self%on_bodies, 0)
+    do c = 1, self%patches%count
+      associate (i => self%patches%point(self%patches%first(c)))
+        if (is_on_body(self, c)) then
+          self%counted(c) = own_on_body(i)
+        else
+          self%counted(c) = own(i)
+        end if
+      end associate
+    end do
+  end subroutine find_counted
 
   !> Patches that do not part.
   subroutine find_bonds(self)
@@ -318,6 +210,29 @@ contains
       end associate
     end do
   end subroutine find_bonds
+
+  !> Strength of every patch: that of its contact, or a share of that of the soil there; lowered in a safety phase.
+  subroutine take_strengths(self, model)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    integer :: c, k
+
+    if (allocated(self%strength)) deallocate (self%strength)
+    allocate (self%strength(2, self%patches%count), source=0.0_wp)
+    do c = 1, self%patches%count
+      associate (pair => self%pairs(self%patches%pair(c)), strength => self%strength(:, c))
+        if (pair%interface > 0.0_wp) then
+          do k = self%patches%first(c), self%patches%first(c + 1) - 1
+            strength = strength + self%area(k)/self%patch_area(c) &
+              *interface_strength(model, pair%interface, self%place(:self%dimension, k))
+          end do
+        else
+          strength = [pair%friction, pair%adhesion]
+        end if
+      end associate
+    end do
+    self%strength = self%strength/model%state%progress%strength_factor
+  end subroutine take_strengths
 
   !> Distance of a place of the plane or of space.
   pure real(wp) function distance_from(body, x) result(value)
@@ -346,6 +261,69 @@ contains
 
     is_on_body = self%pairs(self%patches%pair(c))%surface == 0
   end function is_on_body
+
+  !> The functions of all places of the list.
+  subroutine find_functions(self, model, configuration, basis)
+    type(contact_scratch_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> (places)
+    type(shape_values_type), allocatable, intent(out) :: basis(:)
+    integer :: c, k
+
+    allocate (basis(size(self%patches%point)))
+    do c = 1, self%patches%count
+      do k = self%patches%first(c), self%patches%first(c + 1) - 1
+        associate (i => self%patches%point(k), active => configuration%activation)
+          if (is_on_body(self, c)) then
+            call basis_at(model%mesh, model%space, active, model%state%points, self%on_bodies, i, basis(k))
+          else
+            call basis_at(model%mesh, model%space, active, model%state%points, model%state%surface, i, basis(k))
+          end if
+        end associate
+      end do
+    end do
+  end subroutine find_functions
+
+  !> Places, areas and normals at the start of the step.
+  subroutine lay_places(self, model, faces)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    !> (surface points, contacts)
+    type(face_type), intent(in) :: faces(:, :)
+    type(distance_type) :: distance
+    integer :: c, k, n
+
+    n = size(self%patches%point)
+    self%area = spread(0.0_wp, 1, n)
+    self%place = spread(self%area, 1, 3)
+    self%normal = self%place
+    self%distance = self%area
+    self%straight = spread(.false., 1, n)
+    do c = 1, self%patches%count
+      do k = self%patches%first(c), self%patches%first(c + 1) - 1
+        associate (i => self%patches%point(k))
+          if (is_on_body(self, c)) then
+            self%place(:self%dimension, k) = self%on_bodies%position(:, i)
+            self%area(k) = self%on_bodies%area(i)
+          else
+            self%place(:self%dimension, k) = model%state%surface%position(:, i)
+            self%area(k) = norm2(model%state%surface%area_vector(:, i))
+          end if
+        end associate
+        distance = self%before(self%pairs(self%patches%pair(c))%body)%distance_at(self%place(:, k))
+        self%normal(:, k) = distance%normal
+        if (is_on_body(self, c)) cycle
+        associate (face => faces(self%patches%point(k), self%patches%pair(c)))
+          if (.not. face%found) cycle
+          self%straight(k) = .true.
+          self%area(k) = face%share*self%area(k)
+          self%normal(:, k) = face%distance%normal
+          self%distance(k) = face%distance%value
+        end associate
+      end do
+    end do
+  end subroutine lay_places
 
   !> Nodes of every patch, each once, and the functions of its places by them. A body that is free is one more node,
   !> which all places of the patch are carried away from: -1; one that may turn yet another, of its own kind: 0
@@ -402,6 +380,40 @@ contains
       n = n - count([self%column(b), self%turning_column(b)] > 0)
     end associate
   end function soil_nodes
+
+  !> Means over each patch of what its points keep, its area and penalties.
+  subroutine take_multipliers(self, model, configuration)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    integer :: c
+
+    associate (patches => self%patches, surface => model%state%surface, n => self%patches%count)
+      self%pressure = spread(0.0_wp, 1, n)
+      self%patch_area = self%pressure
+      self%opening = self%pressure
+      self%shear = spread(self%pressure, 1, 3)
+      self%penalty = spread(self%pressure, 1, 2)
+      do c = 1, n
+        associate (points => patches%point(patches%first(c):patches%first(c + 1) - 1), &
+            area => self%area(patches%first(c):patches%first(c + 1) - 1))
+          self%patch_area(c) = sum(area)
+          if (is_on_body(self, c)) then
+            self%opening(c) = sum(area*self%on_bodies%opening(points))/sum(area)
+            call take_means(self%on_bodies%pressure(points), self%on_bodies%shear(:, points), area, self%pressure(c), &
+              self%shear(:, c))
+            self%penalty(:, c) = penalties_of(self, c, gap_on_body)/self%cell_size &
+              *stiffness_near(model, self%on_bodies%position(:, points(1)))
+          else
+            call take_means(surface%contact_pressure(points), surface%contact_shear(:, points), area, &
+              self%pressure(c), self%shear(:self%dimension, c))
+            self%penalty(:, c) = penalties_of(self, c, gap_on_soil) &
+              *stiffness_at(model, configuration%activation, points(1))/self%cell_size
+          end if
+        end associate
+      end do
+    end associate
+  end subroutine take_multipliers
 
   !> Penalties of a patch times the size of a cell over Young's modulus: that of the gap is the usual one, or the one
   !> asked for.

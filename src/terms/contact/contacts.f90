@@ -243,49 +243,39 @@ contains
     associate (scratch => self%scratch)
       do c = 1, size(scratch%pairs)
         associate (b => scratch%pairs(c)%body)
-          call check_motion(b, scratch%before(b)%reference + scratch%before(b)%pose%displacement)
+          call check_motion(self, model, b, scratch%before(b)%reference + scratch%before(b)%pose%displacement, failure)
         end associate
       end do
       do c = 1, scratch%patches%count
         do k = scratch%patches%first(c), scratch%patches%first(c + 1) - 1
-          call check_motion(scratch%pairs(scratch%patches%pair(c))%body, scratch%place(:, k))
+          call check_motion(self, model, scratch%pairs(scratch%patches%pair(c))%body, scratch%place(:, k), failure)
         end do
-        call check_number()
+        call check_number(self, model, c, displacement, failure)
       end do
     end associate
-
-  contains
-
-    !> Fail where gap or slip of a patch are no numbers: as a pressure they would be 0, and the contact silent.
-    subroutine check_number()
-      type(tractions_type) :: tractions
-      type(place_measure_type) :: measure(self%scratch%patches%first(c):self%scratch%patches%first(c + 1) - 1)
-      real(wp) :: gap, slip(3)
-
-      call tractions_of_patch(self%scratch, c, displacement, measure, tractions, gap, slip)
-      if (all(abs([gap, slip, tractions%pressure, tractions%shear]) <= huge(gap))) return
-      failure%failed = .true.
-      associate (x => self%scratch%place(:, self%scratch%patches%first(c)), pair => self%scratch%patches%pair(c))
-        failure%reason = "contact of rigid body '"//model%analysis%rigid_bodies(self%scratch%pairs(pair)%body)%name// &
-          "' at ("//real_text(x(1))//', '//real_text(x(2))//', '//real_text(x(3))// &
-          '): gap, slip or pressure are no numbers'
-      end associate
-    end subroutine check_number
-
-    !> Fail where a place that rides on a body moves too far.
-    subroutine check_motion(b, x)
-      integer, intent(in) :: b
-      real(wp), intent(in) :: x(3)
-
-      associate (before => self%scratch%before(b), final => self%scratch%final(b))
-        if (.not. norm2(carry_along(before%reference, before%pose, final%pose, x) - x) &
-          > largest_motion*model%cell_size) return
-      end associate
-      failure%failed = .true.
-      failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' moves by more than "// &
-        real_text(largest_motion)//' cells in one step; more STEPS'
-    end subroutine check_motion
   end subroutine evaluate
+
+  !> Fail where gap or slip of a patch are no numbers: as a pressure they would be 0, and the contact silent.
+  subroutine check_number(self, model, c, displacement, failure)
+    class(contacts_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    !> The patch.
+    integer, intent(in) :: c
+    real(wp), intent(in) :: displacement(:, :)
+    type(failure_type), intent(inout) :: failure
+    type(tractions_type) :: tractions
+    type(place_measure_type) :: measure(self%scratch%patches%first(c):self%scratch%patches%first(c + 1) - 1)
+    real(wp) :: gap, slip(3)
+
+    call tractions_of_patch(self%scratch, c, displacement, measure, tractions, gap, slip)
+    if (all(abs([gap, slip, tractions%pressure, tractions%shear]) <= huge(gap))) return
+    failure%failed = .true.
+    associate (x => self%scratch%place(:, self%scratch%patches%first(c)), pair => self%scratch%patches%pair(c))
+      failure%reason = "contact of rigid body '"//model%analysis%rigid_bodies(self%scratch%pairs(pair)%body)%name// &
+        "' at ("//real_text(x(1))//', '//real_text(x(2))//', '//real_text(x(3))// &
+        '): gap, slip or pressure are no numbers'
+    end associate
+  end subroutine check_number
 
   !> Whether a body moves in the step by what is asked of it.
   pure logical function has_moved(scratch)
@@ -354,6 +344,23 @@ contains
       end do
     end associate
   end function touches_soil
+
+  !> Fail where a place that rides on a body moves too far.
+  subroutine check_motion(self, model, b, x, failure)
+    class(contacts_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: b
+    real(wp), intent(in) :: x(3)
+    type(failure_type), intent(inout) :: failure
+
+    associate (before => self%scratch%before(b), final => self%scratch%final(b))
+      if (.not. norm2(carry_along(before%reference, before%pose, final%pose, x) - x) &
+        > largest_motion*model%cell_size) return
+    end associate
+    failure%failed = .true.
+    failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' moves by more than "// &
+      real_text(largest_motion)//' cells in one step; more STEPS'
+  end subroutine check_motion
 
   !> Push of the bodies.
   subroutine add_force(self, displacement, force)
