@@ -198,7 +198,7 @@ def main() -> int:
             iterations += [int(count) for time, count in flows if not time]
             steps += [int(time) for time, _ in flows if time]
             seconds += ended.cpu
-            if ended.code == 0 and len(flows) == 2 and "is not found" not in said:
+            if ended.code == 0 and len(flows) == 2 and "does not converge" not in said:
                 continue
             failed += 1
             told = next((line for line in said.splitlines() if "not found" in line or "error" in line), ended.how)

@@ -147,7 +147,7 @@ contains
       end if
     end do
     if (n == 0) then
-      call fail(error, error_other, name//': a deck is wanted')
+      call fail(error, error_other, name//': a deck is required')
     else if (n > 1) then
       call fail(error, error_other, name//": unexpected '"//others(2)%text//"'")
     else if (index(others(1)%text, '-') == 1) then
@@ -215,7 +215,7 @@ contains
       if (allocated(error)) return
       i = i + 1
     end do
-    if (len(command%subject) == 0) call fail(error, error_other, name//': a deck is wanted')
+    if (len(command%subject) == 0) call fail(error, error_other, name//': a deck is required')
   end subroutine parse_run
 
   !> Each of several decks has results of its own.
@@ -242,7 +242,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (size(words) < 2) then
-      call fail(error, error_other, name//': '//words(1)%text//' wants a value')
+      call fail(error, error_other, name//': '//words(1)%text//' requires a value')
       return
     end if
     associate (value => words(2)%text)
@@ -274,7 +274,7 @@ contains
     associate (value => words(2)%text)
       if (len(value) > 0 .and. verify(value, '0123456789') == 0) read (value, *, iostat=status) count
       if (status /= 0 .or. count < 1) call fail(error, error_other, name//': '//words(1)%text// &
-        " wants a number from 1, not '"//value//"'")
+        " requires a number from 1, not '"//value//"'")
     end associate
   end subroutine parse_count
 

@@ -162,7 +162,7 @@ contains
 
     place = 0
     if (len_trim(material) == 0) then
-      call fail(error, error_other, 'a material of the program wants the name it has in the deck')
+      call fail(error, error_other, 'a material of the program requires the name it has in the deck')
       return
     end if
     if (self%given) then

@@ -61,8 +61,8 @@ contains
 
     most = max(always_allowed, omp_get_num_procs())
     if (threads >= 1 .and. threads <= most) return
-    call fail(error, error_other, integer_text(threads)//' threads are not to be had: from 1 to '// &
-      integer_text(most)//' may be asked for, this machine has '//integer_text(omp_get_num_procs())//' processors')
+    call fail(error, error_other, integer_text(threads)//' threads are not available: from 1 to '// &
+      integer_text(most)//' may be requested, this machine has '//integer_text(omp_get_num_procs())//' processors')
   end subroutine check_threads
 
   !> Set those of the library.

@@ -88,7 +88,7 @@ contains
     call need_model(self, error)
     if (allocated(error)) return
     if (len_trim(name) == 0) then
-      call fail(error, error_other, 'a stage wants a name')
+      call fail(error, error_other, 'a stage requires a name')
     else if (steps < 1) then
       call fail(error, error_other, "stage '"//trim(name)//"': "//integer_text(steps)//' load steps are none')
     else if (place_named(self%scene%phases, trim(name)) > 0) then
@@ -407,11 +407,11 @@ contains
     if (.not. allocated(error)) call need_numbers(reshape(force, [size(force)]), error)
     if (allocated(error)) return
     if (self%loop%team%ranks > 1) then
-      call fail(error, error_other, 'forces on the points want a model that one process has')
+      call fail(error, error_other, 'forces on the points require a model that one process has')
       return
     end if
     if (any(shape(force) /= [self%model%mesh%dimension, self%model%state%points%count])) then
-      call fail(error, error_other, 'forces on the points want '//integer_text(self%model%mesh%dimension)// &
+      call fail(error, error_other, 'forces on the points require '//integer_text(self%model%mesh%dimension)// &
         ' components for each of '//integer_text(self%model%state%points%count)//' points')
       return
     end if

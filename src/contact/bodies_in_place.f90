@@ -98,7 +98,7 @@ contains
       end if
       call polygon_difference(shape%outline, corners, set_tolerance(model%mesh), rest)
       if (size(rest, 2) == 0) then
-        call add_diagnostic(diagnostics, body%where, '*BODY', "nothing is left of '"//body%name// &
+        call add_diagnostic(diagnostics, body%where, '*BODY', "nothing remains of '"//body%name// &
           "' where rigid bodies are IN PLACE")
       else
         call move_alloc(rest, shape%outline)
@@ -136,9 +136,9 @@ contains
       associate (surface => model%analysis%surfaces(s), here => model%state%surface%surface == s)
         if (.not. any(buried .and. here)) cycle
         if (all(buried .or. .not. here)) call add_diagnostic(diagnostics, surface%where, '*SURFACE', "all of '"// &
-          surface%name//"' lies inside of rigid bodies IN PLACE; TYPE=OUTLINE runs along them")
+          surface%name//"' is inside rigid bodies IN PLACE; TYPE=OUTLINE follows them")
         model%notes = model%notes//"surface '"//surface%name//"': "//rounded_text(sum(model%state%surface%area, &
-          mask=buried .and. here))//' of it lies inside of rigid bodies in place and is left out'//new_line('a')
+          mask=buried .and. here))//' of it is inside rigid bodies in place and is omitted'//new_line('a')
       end associate
     end do
     if (.not. any(buried)) return

@@ -52,11 +52,12 @@ contains
       do m = 1, size(model%analysis%materials)
         associate (material => model%analysis%materials(m), where => model%analysis%contacts(i)%where)
           if (.not. has_strength(material)) call add_diagnostic(diagnostics, where, '*CONTACT', 'INTERFACE takes a '// &
-            "share of c and phi of *MOHR COULOMB, which material '"//material%name//"' has not: give FRICTION "// &
-            'ANGLE and ADHESION')
+            "share of c and phi of *MOHR COULOMB, which material '"//material%name//"' does not have: give "// &
+            'FRICTION ANGLE and ADHESION')
           ! Contact carries the total stress of undrained soil.
           if (material%undrained%given .and. material%friction_angle > 0.0_wp) call add_diagnostic(diagnostics, where, &
-            '*CONTACT', "INTERFACE wants s_u of undrained material '"//material%name//"', which is a result with a "// &
+            '*CONTACT', "INTERFACE requires s_u of undrained material '"//material%name//"', which is a result "// &
+            "with a "// &
             'friction angle: give ADHESION, or c = s_u and phi = 0')
         end associate
       end do

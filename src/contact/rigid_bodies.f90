@@ -94,8 +94,8 @@ contains
       inside = total(model%part%team, inside)
       associate (body => model%analysis%rigid_bodies(b))
         if (inside > 0.0_wp) call add_diagnostic(diagnostics, body%where, '*RIGID BODY', 'soil of volume '// &
-          rounded_text(inside)//" lies inside of '"//body%name//"': draw the bodies of soil without it, or let "// &
-          'IN PLACE=YES take it out')
+          rounded_text(inside)//" is inside '"//body%name//"': define the soil bodies without it, or remove it "// &
+          'by IN PLACE=YES')
       end associate
     end do
   end subroutine check_overlap
@@ -130,10 +130,10 @@ contains
         if (beside > much_beside*drawn) begin = 'warning: '
         if (len(begin) == 0 .and. .not. (max(pair%adhesion, pair%interface) > 0.0_wp .and. &
           beside > some_beside*drawn)) cycle
-        model%notes = model%notes//begin//rounded_text(100.0_wp*beside/drawn, 2)//" % of what of surface '"// &
-          model%analysis%contacts(i)%surface//"' is drawn along rigid body '"//body%name//"' lies beside its round "// &
-          'corners and does not touch it, or adhere: give a smaller ROUND of *RIGID BODY, or smaller cells, a '// &
-          'quarter of which it is when not given'//new_line('a')
+        model%notes = model%notes//begin//rounded_text(100.0_wp*beside/drawn, 2)//" % of the part of surface '"// &
+          model%analysis%contacts(i)%surface//"' along rigid body '"//body%name//"' is beside its rounded corners, "// &
+          'without contact or adhesion: use a smaller ROUND of *RIGID BODY, or smaller cells (the default is a '// &
+          'quarter of a cell)'//new_line('a')
       end associate
     end do
   end subroutine tell_round_corners

@@ -102,7 +102,7 @@ contains
         if (item%kind == kind_flag) then
           if (parameter%has_value) problem = item%name//' takes no value'
         else if (len(parameter%value) == 0) then
-          problem = item%name//' wants a value: '//item%name//'='//value_text(item)
+          problem = item%name//' requires a value: '//item%name//'='//value_text(item)
         else
           problem = value_problem(item, parameter%value)
         end if
@@ -180,7 +180,7 @@ contains
         end if
       end do
       if (size(state%card%rows) < lines%minimum) call state%refuse(integer_text(lines%minimum)//' data line(s) '// &
-        'wanted ('//lines%sentence//'), '//integer_text(size(state%card%rows))//' found')
+        'required ('//lines%sentence//'), '//integer_text(size(state%card%rows))//' found')
     end associate
   end subroutine check_data
 
@@ -195,7 +195,7 @@ contains
     call allowed_count(lines, state%dimension, least, most)
     items = size(state%card%rows(i)%items)
     if (items < least .or. items > most) then
-      problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)//' are wanted'
+      problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)//' are required'
       call allowed_count(lines, 3, least, most_in_3d)
       if (items > most .and. items == most_in_3d) problem = problem//' (the model is plane)'
       call state%refuse_row(i, problem)

@@ -221,7 +221,7 @@ contains
       end if
     end if
     if (len(value) == 0) then
-      call messages%add(severity_error, place, 'INCLUDE', 'wants INPUT=file and nothing else')
+      call messages%add(severity_error, place, 'INCLUDE', 'requires INPUT=file and nothing else')
       return
     end if
     path = joined(directory_of(place%file), value)

@@ -87,7 +87,7 @@ contains
     integer, intent(in) :: ranks
     type(error_type), allocatable, intent(out) :: error
 
-    call fail(error, error_deck, 'the material lies in too few cells of the mesh to be shared by '// &
+    call fail(error, error_deck, 'the material occupies too few cells of the mesh to be divided among '// &
       integer_text(ranks)//' processes')
   end subroutine refuse_short
 
@@ -237,7 +237,7 @@ contains
     if (any(census(model) /= before)) then
       call fail(error, error_other, lost)
     else if (is_left_behind(model)) then
-      call fail(error, error_other, 'a surface or a place of a history has gone to where no material is near')
+      call fail(error, error_other, 'a surface or a history place is too far from any material')
     end if
     call agree(model%part%team, error)
   end subroutine migrate_points

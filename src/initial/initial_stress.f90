@@ -412,8 +412,8 @@ contains
     if (rank == model%part%team%ranks) return
     call spread_text(model%part%team, rank, place)
     call add_diagnostic(diagnostics, initial%where, '*INITIAL', "'"//initial%file//"' has no material point within "// &
-      'a cell of '//place//': that run had no material there; leave the body out by ACTIVE=NO and put it in '// &
-      'place later, or give stresses by height')
+      'a cell of '//place//': that run had no material there; deactivate the body by ACTIVE=NO and activate it '// &
+      'later, or give stresses by height')
   end subroutine check_distances
 
   !> Read the state variables that both runs have.

@@ -166,6 +166,6 @@ contains
     type(law_description_type) :: law
 
     law = self%describe()
-    call fail(error, error_deck, '*'//law%keyword//' wants no *STRENGTH CONSTANTS')
+    call fail(error, error_deck, '*'//law%keyword//' takes no *STRENGTH CONSTANTS')
   end subroutine refuse_constants
 end module qsmpm_law_parameters

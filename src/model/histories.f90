@@ -242,14 +242,14 @@ contains
         end if
         if (is_taken_at(histories(i)%quantity, at_point)) call pick_point(model, histories(i), i, material)
         if (histories(i)%quantity == quantity_strain .and. .not. model%analysis%output%strains) &
-          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'the material points carry no strains; '// &
-          '*FIELD, STRAIN gives them')
+          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'the material points carry no '// &
+          'strains; *FIELD, STRAIN=YES stores them')
         if (histories(i)%quantity == quantity_pore_pressure .and. .not. has_pore_pressure(model)) &
-          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'there is no water: neither *WATER '// &
-          'LEVEL nor *UNDRAINED')
+          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'there is no pore water: the deck '// &
+          'has neither *WATER LEVEL nor *UNDRAINED')
         if (histories(i)%quantity == quantity_excess_pressure .and. .not. has_consolidation(model%analysis%phases)) &
-          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'no pore water flows: no phase has a '// &
-          '*CONSOLIDATION')
+          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'there is no excess pressure field: '// &
+          'no phase has *CONSOLIDATION')
         if (histories(i)%quantity == quantity_discharge .and. .not. has_inflow(model%analysis, histories(i)%set// &
           histories(i)%surface)) call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'no *WATER '// &
           "LEVEL, TYPE=SEEPAGE has a level at '"//histories(i)%set//histories(i)%surface//"'")
@@ -316,7 +316,8 @@ contains
         end do
         distance = smallest(model%part%team, distance)
         if (.not. distance > near) cycle
-        call add_diagnostic(diagnostics, prop%where, '*PROP', "'"//prop%name//"' bears on nothing in phase '"// &
+        call add_diagnostic(diagnostics, prop%where, '*PROP', "'"//prop%name//"' has no ground at its end in "// &
+          "phase '"// &
           model%analysis%phases(p)%name//"': the nearest ground is "//rounded_text(distance, 2)//' cells from its '// &
           'end at ('//rounded_text(x(1))//', '//rounded_text(x(2))//')')
         return
@@ -457,7 +458,7 @@ contains
     model%notes = model%notes//trim(line)
     if (history%quantity == quantity_stress .and. model%laws(material)%pressure_factor > 0.0_wp) &
       model%notes = model%notes//"; cells of material '"//model%analysis%materials(material)%name// &
-      "' have one pressure each, and the history takes the smooth one of the cells around"
+      "' have one pressure each; the history reports the smoothed pressure of the surrounding cells"
     model%notes = model%notes//new_line('a')
     call tell_body(model, history, body)
   end subroutine pick_point
@@ -480,8 +481,8 @@ contains
         if (.not. before(body) .or. now(body)) cycle
         model%notes = model%notes//'warning: '//where_text(history%where)//"*HISTORY: '"//history%name// &
           "' follows body '"//name//"', which phase '"//phases(p)%name// &
-          "' takes out: from there on it tells nothing "// &
-          'of the ground; choose a place in a body that stays, or one on its face'//new_line('a')
+          "' deactivates: from then on it does not represent the ground; choose a place in a body that remains, or "// &
+          'on its face'//new_line('a')
         return
       end do
     end associate
@@ -505,8 +506,8 @@ contains
       gap = smallest(model%part%team, gap)
       if (gap > on_side*(model%mesh%bounds(c, 2) - model%mesh%bounds(c, 1))) return
       model%notes = model%notes//"warning: history '"//history%name//"' (RUNOUT): the body reaches the side of the "// &
-        'mesh at '//rounded_text(side)//', where its outermost material point stays; let BODY= name what slides, '// &
-        'drawn as a body of its own, apart from the ground in front of it'//new_line('a')
+        'mesh at '//rounded_text(side)//', where its outermost material point remains; let BODY= name the sliding '// &
+        'soil, defined as a body separate from the ground in front of it'//new_line('a')
     end associate
   end subroutine check_front
 end module qsmpm_histories

@@ -102,9 +102,10 @@ contains
           sums(2) = total(model%part%team, sum(volume*(along - sums(1)/sums(0))**2))
         end associate
         if (sqrt(sums(2)/sums(0)) < one_row*thick) call add_diagnostic(diagnostics, bodies(b)%where, '*BODY, NAME='// &
-          bodies(b)%name, rounded_text(thick/cell)//' cells and one row of material points thick, which keeps no '// &
-          'bending moment: it would bend anew in every step (after four by four times what is right); cells of '// &
-          rounded_text(thick)//' or smaller across it, or a *GRID that names no ELEMENT and fits it')
+          bodies(b)%name, 'the body is '//rounded_text(thick/cell)//' cells and one row of material points thick: '// &
+          'it cannot carry a bending moment from step to step, and its deflection would grow in each of them; '// &
+          'cells of '// &
+          rounded_text(thick)//' or smaller across it, or a body-fitted mesh (*GRID without ELEMENT), are required')
       end do
     end associate
   contains
@@ -135,10 +136,10 @@ contains
     off = (between%ratio - 1.0_wp)/(between%ratio + 1.0_wp)
     if (off <= most_off) return
     associate (bodies => analysis%bodies(between%bodies))
-      text = "warning: bodies '"//bodies(1)%name//"' and '"//bodies(2)%name//"' meet within cells, the one "// &
-        rounded_text(between%ratio)//' times as stiff as the other: stresses in the cells that hold both are '// &
-        'off by '//integer_text(nint(100.0_wp*off))//' % and more; let lines of the grid, or sides of a mesh, '// &
-        'follow their interface'//new_line('a')
+      text = "warning: bodies '"//bodies(1)%name//"' and '"//bodies(2)%name//"' share cells, and one is "// &
+        rounded_text(between%ratio)//' times as stiff as the other: stresses in these cells are '// &
+        'in error by '//integer_text(nint(100.0_wp*off))//' % and more; let grid lines, or element edges of a '// &
+        'mesh, follow their interface'//new_line('a')
     end associate
   end function cut_text
 
@@ -154,16 +155,16 @@ contains
     text = ''
     figures = 'by 24, 10 and 4 % along a weak seam of one, two and three cells'
     if (analysis%mesh%kind == mesh_fitted) then
-      figures = 'by 2 % along a weak seam of one cell that triangles follow'
+      figures = 'by 2 % along a weak seam of one cell in a body-fitted mesh'
     else if (cuts) then
-      figures = 'by 56 and 22 % along a weak seam of one and two cells that lies across them'
+      figures = 'by 56 and 22 % along a weak seam of one and two cells that is not parallel to grid lines'
     end if
     call measure_body(analysis, analysis%bodies(b), thick, long, cell, normal)
     if (.not. thick < (1.0_wp - 1.0e-6_wp)*fewest_cells*cell) return
-    text = "warning: body '"//analysis%bodies(b)%name//"' is weaker than what it touches and "// &
-      rounded_text(thick/cell)//' cells thick: failure along it is held up by the cells beside it, and limit loads '// &
-      'and factors of safety come out too high ('//figures//'); '// &
-      'cells of '//rounded_text(thick/fewest_cells)//' or smaller across it are needed'//new_line('a')
+    text = "warning: body '"//analysis%bodies(b)%name//"' is weaker than its neighbours and "// &
+      rounded_text(thick/cell)//' cells thick: the cells beside it restrain failure along it, and limit loads '// &
+      'and factors of safety are too high ('//figures//'); '// &
+      'cells of '//rounded_text(thick/fewest_cells)//' or smaller across it are required'//new_line('a')
   end function thin_text
 
   !> Sentences for the log.
@@ -208,8 +209,8 @@ contains
       text = "bodies '"//bodies(one)%name//"' and '"//bodies(other)%name//"' are "//rounded_text(width)//' apart'
       if (one == other) text = "body '"//bodies(one)%name//"' has a gap of "//rounded_text(width)
     end associate
-    text = 'warning: '//text//', too little for this grid: it carries forces across as if there were none; '// &
-      'draw none, take smaller cells, or a *GRID that names no ELEMENT, whose triangles fit it'//new_line('a')
+    text = 'warning: '//text//', which this grid cannot resolve: it transmits forces as if there were no gap; '// &
+      'close the gap, take smaller cells, or a body-fitted mesh (*GRID without ELEMENT)'//new_line('a')
   end function sentence
 
   !> Edges of all boxes and polygons, those of bodies that come later too.

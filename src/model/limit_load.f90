@@ -160,9 +160,10 @@ contains
     endless = max(loads(2), 2.0_wp*loads(3) - loads(4))
     write (scatter, '(f12.1)') 100.0_wp*(endless - loads(4))/loads(3)
     text = limit_text(loads)//' of this grid (the knee), known to '//trim(adjustl(scatter))// &
-      ' %: its plateau begins at '//rounded_text(loads(4), 6)//', carried is '//rounded_text(loads(1), 6)// &
-      ', refused '//rounded_text(loads(2), 6)//', and the compliance grows without end towards '// &
-      rounded_text(endless, 3)//'; `qsmpm-verify study DECK --history load_factor` tells the error of the grid'
+      ' %: its plateau begins at '//rounded_text(loads(4), 6)//', the largest load carried is '// &
+      rounded_text(loads(1), 6)//', no equilibrium at '//rounded_text(loads(2), 6)// &
+      ', and the compliance grows without bound towards '//rounded_text(endless, 3)// &
+      '; `qsmpm-verify study DECK --history load_factor` gives the discretisation error'
   end function limit_report
 
   !> The warning of a limit load that no step led up to: the one refused is more than twice as compliant as the last one
@@ -177,11 +178,11 @@ contains
 
     text = ''
     if (relative_compliance(limit) > flat*allowed) return
-    text = "warning: phase '"//phase//"': the last step that was carried is "// &
-      rounded_text(relative_compliance(limit), 2)//' times as compliant as the first one, the one refused more '// &
-      'than '//rounded_text(allowed, 3)//' times: a jump between two steps may be one of the iterations, and the '// &
-      'ground may carry more than this limit load: the phase without LIMIT COMPLIANCE, other steps, or '// &
-      '`qsmpm-verify bounds DECK --phase NAME` tell'//new_line('a')
+    text = "warning: phase '"//phase//"': the last accepted step is "// &
+      rounded_text(relative_compliance(limit), 2)//' times as compliant as the first one, the rejected one more '// &
+      'than '//rounded_text(allowed, 3)//' times: such a jump may come from the iterations, and the '// &
+      'ground may carry more than this limit load: check by the phase without LIMIT COMPLIANCE, other steps, or '// &
+      '`qsmpm-verify bounds DECK --phase NAME`'//new_line('a')
   end function jump_note
 
   !> Compliance of the last accepted step relative to that of the first one of its phase, 0 where no load grows.

@@ -142,11 +142,12 @@ contains
     if (band_ratio(softening%softening, largest) <= bound .or. .not. largest > 0.0_wp) return
     if (softening%softening%by_cell) then
       call add_diagnostic(diagnostics, material%where, '*SOFTENING', "material '"//material%name// &
-        "' softens too fast for its cells, a point would snap back: size "//rounded_text(largest, 3)//', at most '// &
+        "' softens too fast for its cells, which would snap back at a point: cell size "// &
+        rounded_text(largest, 3)//', at most '// &
         rounded_text(bound*softening%softening%length, 3))
     else
       call add_diagnostic(diagnostics, material%where, '*SOFTENING', "material '"//material%name// &
-        "' softens too fast, a point would snap back: plastic shear strain at least "// &
+        "' softens too fast, and would snap back at a point: plastic shear strain at least "// &
         rounded_text(softening%softening%strain/bound, 3))
     end if
   end subroutine check_material
@@ -161,7 +162,7 @@ contains
     character(len=:), allocatable :: start
 
     start = "warning: material '"//name//"': REGULARISATION=NONLOCAL of *SOFTENING, l = "// &
-      rounded_text(nonlocal_length(softening%softening), 3)//', wants cells of '// &
+      rounded_text(nonlocal_length(softening%softening), 3)//', requires cells of '// &
       rounded_text(softening%coarsest_cell, 3)//' and less; '
     if (largest > softening%coarsest_cell) model%notes = model%notes//start//'in wider ones, here up to '// &
       rounded_text(largest, 3)//', strain counts by the size of the cell (CELL)'//new_line('a')
@@ -286,8 +287,9 @@ contains
       range = -reach
       call take_range(model%part%team, range, far)
       model%notes = model%notes//"warning: *FIELD OF VALUES: "//integer_text(outside(2))//' of '// &
-        integer_text(outside(1))//" points of material '"//material%name//"' lie beyond the samples of '"// &
-        field%file//"', as at "//rounded_place(far)//', where the samples nearest to them count'//new_line('a')
+        integer_text(outside(1))//" points of material '"//material%name//"' are outside the range of the "// &
+        "samples of '"// &
+        field%file//"', as at "//rounded_place(far)//', where the nearest samples are used'//new_line('a')
     end associate
   end subroutine tell_field
 

@@ -180,8 +180,8 @@ contains
       call share_grid(alone, grid_of(model%analysis), number(held), [(sum(table%points(held(c), :), &
         mask=bodies%active), c=1, size(held))], part%team%ranks, boxes, short)
       if (short) then
-        call add_diagnostic(diagnostics, bodies(size(bodies))%where, '*BODY', 'the material lies in too few cells '// &
-          'of the mesh to be shared by '//integer_text(part%team%ranks)//' processes')
+        call add_diagnostic(diagnostics, bodies(size(bodies))%where, '*BODY', 'the material occupies too few cells '// &
+          'of the mesh to be divided among '//integer_text(part%team%ranks)//' processes')
         return
       end if
       if (allocated(part%owners)) deallocate (part%owners)
@@ -228,7 +228,7 @@ contains
       volume(b) = volume(b) - sum_of_body(model, model%state%points%volume, b)
       weight(b) = weight(b) - sum_of_body(model, model%state%points%weight, b)
       if (volume(b) > 0.0_wp) model%notes = model%notes//"body '"//model%analysis%bodies(b)%name//"': soil of "// &
-        'volume '//rounded_text(volume(b))//' and weight '//rounded_text(weight(b))//' is taken out where rigid '// &
+        'volume '//rounded_text(volume(b))//' and weight '//rounded_text(weight(b))//' is removed where rigid '// &
         'bodies are in place'//new_line('a')
     end do
   end subroutine make_room
@@ -385,8 +385,8 @@ contains
     text = 'bodies '
     if (second > 0) text = "bodies '"//model%analysis%bodies(first)%name//"' and '"// &
       model%analysis%bodies(second)%name//"' "
-    text = text//'overlap'//when//' around '//rounded_place(middle)//': an element holds '// &
-      rounded_text(filled(cell), 3)//' times its volume; bodies lie beside one another: draw the larger one around '// &
+    text = text//'overlap'//when//' around '//rounded_place(middle)//': an element contains '// &
+      rounded_text(filled(cell), 3)//' times its volume; bodies must not overlap: define the larger one around '// &
       'the smaller'
   end function overlap_text
 
@@ -407,9 +407,9 @@ contains
       end if
     end associate
     if (len(share) == 0) return
-    model%notes = model%notes//'warning: a body ends inside elements, where this method does not hold a uniform '// &
-      'stress: '//share//' off at the edge of a block turned in its grid; SPLINE2G, INTEGRATION=CELL with '// &
-      'splines, TRI6 and WEDGE15 do (docs/methods/bodies.md)'//new_line('a')
+    model%notes = model%notes//'warning: a body boundary cuts elements, where this method does not reproduce a '// &
+      'uniform stress: '//share//' error at the edge of a block turned in its grid; SPLINE2G and SPLINE3 with '// &
+      'INTEGRATION=CELL, TRI6 and WEDGE15 do (docs/methods/bodies.md)'//new_line('a')
   end subroutine report_inexact
 
   !> Bounds of a body as the seeding wants them.

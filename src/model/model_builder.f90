@@ -281,8 +281,8 @@ contains
           material%locking_treatment = merge(locking_uniform_pressure, locking_none, locks(traits, &
             linear .or. pressed))
           if (material%locking_treatment == locking_none .and. traits%failure_ties_volume) model%notes = model%notes// &
-            "material '"//material%name//"': no treatment of locking (*VOLUMETRIC LOCKING); a warning follows "// &
-            'where its pressures show that it locks'//new_line('a')
+            "material '"//material%name//"': no treatment of volumetric locking (*VOLUMETRIC LOCKING); a "// &
+            'warning follows if its pressures show locking'//new_line('a')
         end if
         if (material%locking_treatment == locking_none) cycle
         if (material%pressure_factor < 0.0_wp) material%pressure_factor = resistance_of(material, linear, &
@@ -292,8 +292,8 @@ contains
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
           'locking, factor '//real_text(material%pressure_factor)//new_line('a')
         if (pressed .and. traits%failure_ties_volume .and. .not. traits%failure_keeps_volume) &
-          model%notes = model%notes//"material '"//material%name//"' has friction: past failure loads of rigid "// &
-          'bodies on it wave by 10 % and more as it heaves from cell to cell: their mean counts'//new_line('a')
+          model%notes = model%notes//"material '"//material%name//"' has friction: past failure the loads of rigid "// &
+          'bodies on it oscillate by 10 % and more as soil heaves from cell to cell: take their mean'//new_line('a')
       end associate
     end do
   end subroutine choose_locking_treatments
@@ -427,8 +427,8 @@ contains
         end associate
       end do
       if (way > far*model%cell_size) model%notes = model%notes//"the plate '"//moving%set//"' of *MOVING MESH "// &
-        'goes '//rounded_text(way/model%cell_size)//' cells bonded to the soil; a *RIGID BODY with *CONTACT may '// &
-        'part from it and slide along it (docs/methods/contact.md)'//new_line('a')
+        'goes '//rounded_text(way/model%cell_size)//' cells bonded to the soil; a *RIGID BODY with *CONTACT can '// &
+        'separate from it and slide along it (docs/methods/contact.md)'//new_line('a')
     end associate
   end subroutine advise_plate
 

@@ -55,7 +55,7 @@ contains
       if (.not. allocated(error)) then
         if (model%mesh%dimension /= merge(3, 2, model%analysis%model == three_dimensional)) then
           call add_diagnostic(diagnostics, source%where, keyword_of(source%kind), &
-            'the mesh has not the dimension of *MODEL')
+            'the dimension of the mesh differs from that of *MODEL')
           return
         end if
         call build_topology(model%mesh, error)
@@ -226,7 +226,7 @@ contains
       end if
     end if
     if (is_missing(set, found) .and. set%selection == select_list) &
-      call add_diagnostic(diagnostics, set%where, '*NSET', "set '"//set%name//"' names nodes the mesh has not")
+      call add_diagnostic(diagnostics, set%where, '*NSET', "set '"//set%name//"' names nodes that are not in the mesh")
     if (found == 0) call add_diagnostic(diagnostics, set%where, '*NSET', "set '"//set%name//"' finds no node"// &
       nearest_text(model, set))
     if (set%selection == select_plane .and. any(model%analysis%mesh%kind == [mesh_file, mesh_inline])) &
@@ -282,7 +282,7 @@ contains
     if (size(items) == 0 .or. size(faces) > 0) return
     model%notes = model%notes//'warning: '//where_text(set%where)//"*NSET: set '"//set%name//"' finds "// &
       integer_text(size(items))//' of '//integer_text(model%mesh%node_count)//' nodes and no side of a cell: the '// &
-      'ground does not lie along the plane, and what is held there hangs on single nodes'//new_line('a')
+      'ground boundary does not follow the plane, and constraints act on single nodes'//new_line('a')
   end subroutine note_few_nodes
 
   !> Nodes of a mesh that a set of the deck chooses.

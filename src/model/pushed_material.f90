@@ -266,7 +266,7 @@ contains
         largest = lag
         text = "phase '"//phase%name//"': the material in front of set '"//model%mesh%node_sets(watched%set(i))%name// &
           "' follows it by "//real_text(real(nint(1000.0_wp*(1.0_wp - lag)), wp)/1000.0_wp)//' of its displacement '// &
-          'only: the nodes of a fixed grid stay where they are. Take *MOVING MESH, NSET='// &
+          'only: the nodes of a fixed grid return to their places. Use *MOVING MESH, NSET='// &
           model%mesh%node_sets(watched%set(i))%name//', AXIS='//axis_name(watched%component(i))// &
           ', or *METHOD, BASIS=FEM, or push by *TRACTION'
       end do

@@ -98,7 +98,7 @@ contains
       if (allocated(error)) exit
     end do
     if (.not. allocated(error)) call gather_field(model)
-    note = 'the triangles that fit the scene are left: the run goes on with splines on the grid of '// &
+    note = 'the body-fitted mesh is too distorted: the run continues with splines on a background grid of '// &
       integer_text(model%mesh%cell_count)//' cells, which is reset after every step (docs/methods/fitted.md)'
   end subroutine leave_mesh
 end module qsmpm_worn_mesh

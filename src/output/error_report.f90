@@ -31,7 +31,7 @@ contains
     if (estimate%worst_point == 0) return
     text = 'stress error, estimated: mean '//percent(estimate%mean)//', '//worst_point_text(model, estimate)
     if (estimate%worst_surface > 0) text = text//'; on loaded surface '//worst_surface_text(model, estimate)
-    if (estimate%worst_held > 0) text = text//"; off the reaction on held surface '"// &
+    if (estimate%worst_held > 0) text = text//"; differ from the reaction on supported surface '"// &
       model%analysis%surfaces(estimate%worst_held)%name//"' by "//percent(estimate%reaction)
   end function error_line
 
@@ -48,7 +48,7 @@ contains
       percent(estimate%mean)//' of the stress around them in the mean, '//worst_point_text(model, estimate)
     if (estimate%surface_mean > most_mismatch) then
       if (len(text) > 0) text = text//', and '
-      text = text//'stresses are off the traction on surface '//worst_surface_text(model, estimate)
+      text = text//'stresses differ from the traction on surface '//worst_surface_text(model, estimate)
     end if
     if (len(text) > 0) text = 'warning: '//text//': '//advice(model)
   end subroutine error_warning
@@ -86,14 +86,14 @@ contains
       if (method%basis == basis_fem) then
         text = 'refine the mesh'
       else if (stiff_body(model%analysis) > 0) then
-        text = 'beside a body as stiff as one of these stresses jump; take smaller cells'
+        text = 'stresses jump beside a body that is so much stiffer; take smaller cells'
         if (method%basis /= basis_standard .or. method%integration == integrate_points) text = text// &
           ', and *METHOD, BASIS=STANDARD, INTEGRATION=CELL where it ends on lines of the grid'
       else if (any(interfaces%axis == 0)) then
-        text = 'let lines of the grid, or sides of a mesh, follow the interfaces of bodies of different stiffness'
+        text = 'let grid lines, or element edges of a mesh, follow the interfaces of bodies of different stiffness'
       else if (method%basis == basis_standard .and. method%integration == integrate_points) then
-        text = 'points that cross cells do this to functions of one cell; take *METHOD, BASIS=SPLINE2G, '// &
-          'INTEGRATION=CELL on a grid, or INTEGRATION=CELL'
+        text = 'material points that cross cell boundaries cause this with BASIS=STANDARD; take *METHOD, '// &
+          'BASIS=SPLINE2G, INTEGRATION=CELL on a grid, or INTEGRATION=CELL'
       else if (method%basis == basis_standard .or. method%basis == basis_gimp) then
         text = 'take *METHOD, BASIS=SPLINE2G, INTEGRATION=CELL, or more points a cell and smaller cells'
       else

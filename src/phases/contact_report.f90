@@ -209,13 +209,13 @@ contains
         if (phase_is_complete(model%state%progress) .and. .not. check%of(b)%touched .and. is_moved(model, b)) &
           call warn_of_idle(model, b, check%of(b)%gap, body, observer)
         call warn_of_falls(body//': the force against its motion', model%state%progress%phase_steps, check%of(b), &
-          'the ground gives way, or contact is lost; smaller steps or cells tell', observer)
+          'the ground fails, or contact is lost; check with smaller steps or cells', observer)
       end associate
     end do
     call warn_of_rise(model, check%nodes, observer)
-    call warn_of_falls(start_of(model)//': the mean reaction along what it prescribes', &
-      model%state%progress%phase_steps, check%nodes, 'the ground gives way or has collapsed in the step, and what '// &
-      'follows is another equilibrium; smaller steps or cells tell', observer)
+    call warn_of_falls(start_of(model)//': the mean reaction along its prescribed displacement', &
+      model%state%progress%phase_steps, check%nodes, 'the ground fails, or has collapsed in the step and found '// &
+      'another equilibrium; check with smaller steps or cells', observer)
   end subroutine end_contact_check
 
   !> Say where what is prescribed has met its limit load that this is one of the grid, and warn of clay that carries
@@ -228,16 +228,16 @@ contains
     integer :: m
 
     if (.not. course%knee > 0.0_wp .or. .not. any(may_yield(model%analysis%materials))) return
-    call observer%note('the load at which the ground gives way is that of this grid: `qsmpm-verify study DECK '// &
-      '--history NAME` tells it with its grid error')
+    call observer%note('the load at failure depends on the grid: `qsmpm-verify study DECK '// &
+      '--history NAME` gives it with its discretisation error')
     if (model%analysis%method%basis /= basis_fem) return
     if (.not. course%reached > (1.0_wp + much_of_knee)*course%knee) return
     traits = [(traits_of(model%analysis%materials(m)), m=1, size(traits))]
     if (any(may_yield(model%analysis%materials) .and. .not. traits%failure_keeps_volume)) return
-    call observer%note(start_of(model)//': the mean reaction along what it prescribes has risen by '// &
-      rounded_text(100.0_wp*(course%reached/course%knee - 1.0_wp), 2)//' % since the clay gave way: cells beside '// &
-      'pushed nodes are drawn along and hold the soil up; smaller cells, or a *RIGID BODY in the place of the '// &
-      'nodes, tell how much of it is true')
+    call observer%note(start_of(model)//': the mean reaction along its prescribed displacement has risen by '// &
+      rounded_text(100.0_wp*(course%reached/course%knee - 1.0_wp), 2)//' % since the clay failed: cells beside '// &
+      'the prescribed nodes are dragged along and restrain the soil; smaller cells, or a *RIGID BODY in place of '// &
+      'the nodes, show how much of the rise is real')
   end subroutine warn_of_rise
 
   !> Tell of a force that has fallen in a phase, and forget it.
@@ -255,7 +255,7 @@ contains
       integer_text(course%step)//', from '//rounded_text(course%from)//' to '//rounded_text(course%to)//': '//meaning)
     if (course%waves > 1) call observer%note(start//' falls and rises again '//integer_text(course%waves)// &
       ' times, the most from '//rounded_text(course%of_largest(1))//' to '//rounded_text(course%of_largest(2))// &
-      ': the load at failure is known no better than these waves; a finer *GRID has smaller ones')
+      ': the load at failure is uncertain by these oscillations; a finer *GRID has smaller ones')
     course = course_type(course%much, course%touched, course%gap)
   end subroutine warn_of_falls
 
@@ -285,10 +285,11 @@ contains
     call deepest_in(model, placed(body), point, depth)
     depth = largest(model%part%team, depth)
     if (depth > inside*model%cell_size) then
-      call observer%note(start//' into soil, and it carries nothing: soil is '//rounded_text(depth)//' inside of it'// &
-        ' and the surface of its *CONTACT is elsewhere')
+      call observer%note(start//' into soil without any contact force: soil is '//rounded_text(depth)//' inside '// &
+        'of it and the surface of its *CONTACT is elsewhere')
     else if (left > touching*model%cell_size .and. .not. left > gap) then
-      call observer%note(start//', and nothing touches it: the nearest soil of its *CONTACT is '//rounded_text(left)// &
+      call observer%note(start//', and nothing is in contact with it: the nearest soil of its *CONTACT is '// &
+        ''//rounded_text(left)// &
         ' away at the end')
     end if
   end subroutine warn_of_idle

@@ -93,9 +93,9 @@ contains
 
     if (phase%initial%kind == initial_k0) then
       names = structures_at_rest(model)
-      if (len(names) > 0) call observer%note('K0 stresses: without a strength, and taken for structures in the '// &
-        'ground: '//names//'. They begin with the stress and the weight of the ground beside them; their own '// &
-        "weight comes over phase '"//phase%name//"'")
+      if (len(names) > 0) call observer%note('K0 stresses: bodies without a strength, taken as structures in the '// &
+        'ground: '//names//'. They start with the stress and the weight of the adjacent ground; their own weight '// &
+        "is applied over phase '"//phase%name//"'")
       call warn_of_material_above(model, phase, observer)
       call check_slope(model, phase, error)
     end if
@@ -154,7 +154,7 @@ contains
 
     write (change, '(es7.1)') correction%change
     done = 'corrected for the cells of the grid, by '
-    if (correction%evened_only) done = 'made even in the cells that have one pressure, by '
+    if (correction%evened_only) done = 'averaged in cells with a uniform pressure, by '
     call observer%note(kind_of(correction%before)//'K0 stresses: '//balance_text(before)//'; '//done//trim(change)// &
       ' of the largest stress at the most')
   end subroutine note_correction
@@ -190,17 +190,17 @@ contains
     character(len=:), allocatable :: words
 
     if (beyond_strength) then
-      words = 'they lie beyond the strength of the soil, as was warned of: clay carries no K0 that is farther from '// &
-        '1 than 2 c over the vertical stress, friction none below its active ratio or above its passive one'
+      words = 'they exceed the strength of the soil (see the warning): in clay K0 cannot differ from 1 by more '// &
+        'than 2 c over the vertical stress, in frictional soil it lies between the active and the passive ratio'
     else if (correction%before > 0.0_wp .and. correction%before <= refused) then
-      words = 'the stiffness of a soil falls with its stress to next to nothing at the surface, and the cells '// &
-        'there are too coarse for that. Take smaller cells, *METHOD, BASIS=GIMP, INTEGRATION=CELL, or let the grid '// &
-        'end where the ground does'
+      words = 'the stiffness of a soil decreases with its stress to almost zero at the surface, and the cells '// &
+        'there are too large for that. Use smaller cells, *METHOD, BASIS=GIMP, INTEGRATION=CELL, or let the '// &
+        'grid end at the ground surface'
     else
-      words = 'the ground or a layer of it is not level, a side of it is not held, *INITIAL gives another level, '// &
-        'a load of the phase is not in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). '
-      if (beside_bodies) words = words//'Corners of rigid bodies are round (ROUND) and hold nothing: draw a body '// &
-        'beyond the ground that it stands beside. '
+      words = 'the ground or a layer is not horizontal, a side is not fixed, *INITIAL gives another level, a '// &
+        'load of the phase is not included in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). '
+      if (beside_bodies) words = words//'Corners of rigid bodies are round (ROUND) and support nothing: extend '// &
+        'a body beyond the ground beside it. '
       words = words//advice
     end if
   end function cause_of
@@ -221,8 +221,8 @@ contains
 
     above = reaches_above(model, phase%initial)
     if (above > same_level*maxval(model%mesh%bounds(:, 2) - model%mesh%bounds(:, 1))) call observer%note( &
-      'warning: material lies up to '//rounded_text(above)//' above the level of *INITIAL, TYPE=K0; its weight '// &
-      'counts as that of the ground does')
+      'warning: material extends up to '//rounded_text(above)//' above the level of *INITIAL, TYPE=K0; its '// &
+      'weight is included in the K0 stresses')
   end subroutine warn_of_material_above
 
   !> What the stresses of a phase are called.
@@ -251,8 +251,8 @@ contains
     write (text, '(a,es8.1,a,3(1x,es11.4))') 'their horizontal part varies by ', slope, ' of the weight along the '// &
       'horizontal, most at', place
     call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
-      trim(text)//': ground, a layer or the water is not level there, or a wall is heavier that has a strength, '// &
-      'by which it counts as ground. '//advice)
+      trim(text)//': the ground, a layer or the water level is not horizontal there, or a wall that has a '// &
+      'strength, and so is treated as ground, is heavier than it. '//advice)
   end subroutine check_slope
 
   !> Out-of-balance of the stresses of the material points with the loads at the start of the phase. No move is found

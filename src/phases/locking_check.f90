@@ -48,7 +48,7 @@ contains
         real_text(real(nint(100.0_wp*scatter), wp)/100.0_wp)//' of their shear stress'
       if (scatter > warned_from) then
         call observer%note("warning: material '"//model%analysis%materials(m)%name//"' locks: "//differ// &
-          ', and loads near failure come out too high, by 20 to 30 % where that is above 1; ask for '// &
+          ', and loads near failure are too high, by 20 to 30 % where that is above 1; use '// &
           '*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE, or take smaller cells')
       else if (scatter >= told_from) then
         call observer%note("material '"//model%analysis%materials(m)%name//"': "//differ)

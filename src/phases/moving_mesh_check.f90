@@ -53,9 +53,9 @@ contains
     check%crossings = check%crossings + crossing_points(model%state%points, activation)
     check%crossings_reported = check%crossings > few_crossings*model%state%points%count
     if (check%crossings_reported) &
-      call observer%note('warning: material points come into other cells of *MOVING MESH, '// &
-      'and with BASIS=STANDARD at points their stresses jump there: resistance may be far too low; take BASIS=GIMP '// &
-      'or SPLINE2, or INTEGRATION=CELL')
+      call observer%note('warning: material points move into other cells of *MOVING MESH, where with '// &
+      'BASIS=STANDARD and INTEGRATION=POINTS their stresses jump: the resistance may be far too low; use '// &
+      'BASIS=GIMP or SPLINE2, or INTEGRATION=CELL')
   end subroutine check_moving_mesh
 
   !> Warn when cells have just lost their last point amid material: once, and again when there are twice as many.
@@ -76,10 +76,9 @@ contains
     if (.not. any(activation%active_number(cells) > 0)) return
     check%empty_reported = size(cells)
     write (place, '(3es12.4)') cell_centre(model%mesh, cells(1))
-    call observer%note('warning: cells amid material that hold no material point: '//integer_text(size(cells))// &
+    call observer%note('warning: cells inside the material without a material point: '//integer_text(size(cells))// &
       ', the first at'//trim(place)//'. Points stand farther apart than the rows of *MOVING MESH that pass them, '// &
-      'and results may drift from here on: give *GRID lines whose distances change little from one to the next, or '// &
-      'more points a cell')
+      'and results may drift from here on: use *GRID lines with gradually changing distances, or more points per cell')
   end subroutine warn_of_empty_cells
 
   !> Number of points that are in another cell than at the start of a step.

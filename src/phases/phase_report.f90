@@ -134,13 +134,14 @@ contains
     report%length_warned = .true.
     if (bound > 0.0_wp) then
       call observer%note('warning: the step to load factor '//factor_text(load_factor)//' is the smallest one, and '// &
-        'its error by its length, '//percent_text(step_error)//', is above STEP ERROR: the soil moves on by itself '// &
-        'there; a smaller SMALLEST STEP of *CONTROLS follows it closer (step_error of curves.csv)')
+        'its error by its length, '//percent_text(step_error)//', is above STEP ERROR: the soil moves on '// &
+        'without additional load there; a smaller SMALLEST STEP of *CONTROLS resolves it (step_error of curves.csv)')
       return
     end if
     call observer%note('warning: the step to load factor '//factor_text(load_factor)//' in two halves gives '// &
-      'stresses that differ by '//percent_text(0.5_wp*step_error)//': how the *USER MATERIAL integrates them '// &
-      'depends on the length of the steps (step_error of curves.csv); more STEPS, or STEP ERROR of *CONTROLS')
+      'stresses that differ by '//percent_text(0.5_wp*step_error)//': the stress integration of the *USER '// &
+      'MATERIAL depends on the length of the steps (step_error of curves.csv); use more STEPS, or STEP ERROR of '// &
+      '*CONTROLS')
   end subroutine report_length
 
   !> Warn of the first step of a phase in which the stabilisation carries much, and remember the worst.
@@ -182,7 +183,7 @@ contains
         "': the stabilisation of cut cells carries up to "//percent_text(report%largest_borne)// &
         ' of the forces of their neighbourhood in '//integer_text(report%borne_steps)//' of '// &
         integer_text(progress%phase_steps)//' steps, more than STABILISATION SHARE: '// &
-        'stresses there are off by about as much')
+        'stresses there are in error by about as much')
       report%borne_steps = 0
       report%largest_borne = 0.0_wp
       report%stiff_steps = 0
@@ -240,8 +241,8 @@ contains
         rounded_text(now(1), 4)//' at its end, '//rounded_text(before(1), 4)//' at its start, in the mean '// &
         rounded_text(now(2), 4)//' and '//rounded_text(before(2), 4))
       if (now(2) > unchanged*before(2) .and. before(2) > 0.0_wp .and. waits(phases(number))) &
-        call observer%note("warning: phase '"//phases(number)%name//"' waits, and next to no water leaves: are its "// &
-        'TIME and *PERMEABILITY in one unit of time?')
+        call observer%note("warning: phase '"//phases(number)%name//"' is a waiting phase, and hardly any water "// &
+        'drains: do its TIME and *PERMEABILITY have the same unit of time?')
     end associate
   end subroutine report_excess
 
@@ -263,7 +264,7 @@ contains
         text = "phase '"//phase//"': the ground has moved by "//length//' at the most, '//share
       else
         text = "warning: phase '"//phase//"': K0 stresses that are not quite in equilibrium have moved the ground "// &
-          'by '//length//', '//share//'; *RESET DISPLACEMENTS in the next phase takes it out of the displacements'
+          'by '//length//', '//share//'; *RESET DISPLACEMENTS in the next phase removes it from the displacements'
       end if
     end associate
   end function start_text
@@ -298,7 +299,8 @@ contains
         ! AUTO differentiates a UDSM that has no tangent.
         if (user%interface /= interface_umat .and. user%tangent == model_tangent_auto) cycle
         call observer%note("material '"//material%name//"': if its tangent is not the derivative of its stress, "// &
-          'increments are cut back for that alone; TANGENT=NUMERICAL of *USER MATERIAL differentiates the stress, '// &
+          'increments are cut back for that reason alone; TANGENT=NUMERICAL of *USER MATERIAL differentiates '// &
+          'the stress, '// &
           "'qsmpm point --tangent' compares the two")
         report%tangent_told = .true.
       end associate
@@ -324,8 +326,8 @@ contains
       points = total(team, count(own_of(model%part%points, count_of), kind=long))
     end associate
     if (any(beyond > 0)) call observer%note('warning: the initial stress of '//integer_text(sum(beyond))//' of '// &
-      integer_text(points)//' material points lies beyond their strength (material '//names(3:)// &
-      '); the first step brings it back and moves them: change k0, of the *K0 of the material or of *INITIAL')
+      integer_text(points)//' material points exceeds their strength (material '//names(3:)// &
+      '); the first step returns it to the yield surface, and displacements follow: change k0 of *K0 or *INITIAL')
   end subroutine warn_of_initial_strength
 
   !> Warn of a material whose law begins with a constant stiffness at most of its points: its SMALLEST PRESSURE is in
@@ -375,13 +377,14 @@ contains
         outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
       message = message//trim(text)
     end if
-    if (outcome%cause == error_tangled .and. size(phase%prescriptions) > 0) message = message//'; nodes that are '// &
-      'pushed wear a mesh that goes with the ground: push a *RIGID BODY, take ELEMENT=QUAD4 of *GRID, or less of a push'
+    if (outcome%cause == error_tangled .and. size(phase%prescriptions) > 0) message = message//'; prescribed '// &
+      'displacements distort a mesh that moves with the material: take a *RIGID BODY in their place, ELEMENT=QUAD4 '// &
+      'of *GRID, or a smaller displacement'
     if (outcome%cause == error_not_converged .and. is_body_loaded(phase)) message = message//'; the load that is '// &
-      'carried is that of this grid, a second one of finer cells tells its error'
+      'carried depends on the grid: a run with smaller cells shows its error'
     if (outcome%cause == error_singular .and. is_body_loaded(phase) .and. model%state%progress%load_factor > 0.0_wp) &
-      message = message//'; friction under a rigid body that is loaded is used up and it slides, or the soil '// &
-      'yields throughout: the load that is carried is the limit'
+      message = message//'; the loaded rigid body slides with friction fully mobilised, or the soil yields '// &
+      'throughout: the load that is carried is the limit load'
     if (phase%controls%limit_compliance > 0.0_wp) then
       write (text, '(a,f0.1,a)') '; the last step was ', relative_compliance(model%state%progress%limit), &
         ' times as compliant as the first one'
@@ -396,8 +399,8 @@ contains
     !> Why it was; not known where the run went on from a file.
     character(len=*), intent(in), optional :: reason
 
-    outcome%reason = 'load factor '//factor_text(phase%load_factor*model%state%progress%limit%refused)// &
-      ', next to it, was refused'
+    outcome%reason = 'no equilibrium at load factor '//factor_text(phase%load_factor* &
+      model%state%progress%limit%refused)//', just above it'
     if (present(reason)) outcome%reason = outcome%reason//': '//reason
   end function overloaded
 
@@ -411,7 +414,7 @@ contains
     if (phase%kind == phase_safety) return
     text = ' beyond load factor '//rounded_text(progress%load_factor, 6)
     if (.not. relative_compliance(progress%limit) > 1.0_wp) return
-    text = text//', up to which they carry; there the same load moved the ground '// &
+    text = text//', the largest that they carry; there the same load moved the ground '// &
       rounded_text(relative_compliance(progress%limit), 2)//' times as far as in the first step'
   end function beyond_text
 

@@ -146,11 +146,12 @@ contains
       call go_to_phase(model, next)
       call reset_division(model, loop)
       loop%end_notified = .false.
-      if (has_no_room(model)) call change_background(model, loop, 'a body that comes finds no room', observer, error)
+      if (has_no_room(model)) call change_background(model, loop, 'a body to be activated does not fit', &
+        observer, error)
       if (.not. allocated(error)) call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
     end if
-    if (is_worn(model)) call change_background(model, loop, 'one is worn to less than 5 degrees', observer, error)
+    if (is_worn(model)) call change_background(model, loop, 'one is distorted to less than 5 degrees', observer, error)
     if (allocated(error)) return
     call reach_step(model, loop, model%analysis%phases(model%state%progress%phase), observer, error)
     if (allocated(error)) then
@@ -284,7 +285,7 @@ contains
         return
       end if
       do p = present + 1, next - 1
-        call observer%note("phase '"//phases(p)%name//"' is left out: phase '"//phases(parent_of(phases, p))%name// &
+        call observer%note("phase '"//phases(p)%name//"' is skipped: phase '"//phases(parent_of(phases, p))%name// &
           "' has not ended with its whole load")
       end do
       if (parent_of(phases, next) /= present) call observer%note("phase '"//phases(next)%name// &
@@ -308,7 +309,7 @@ contains
       error%message = error%message//not_run_text(model%analysis%phases, model%state%progress%phase)
       return
     end if
-    call observer%note('warning: '//error%message//'; phases that start elsewhere go on')
+    call observer%note('warning: '//error%message//'; phases that start from other states are run')
     deallocate (error)
     call note_loss(model)
     loop%end_notified = .true.
@@ -521,7 +522,7 @@ contains
       if (allocated(error)) return
       if (.not. outcome%accepted) exit
       if (.not. must_be_smaller(model, phase, before)) exit
-      call observer%note('factor taken again, smaller, to end where the phase stops')
+      call observer%note('factor repeated with a smaller value to end where the phase stops')
     end do
     if (.not. outcome%accepted) then
       if (is_stopped(model%part%team, observer, error)) return

@@ -67,8 +67,8 @@ contains
     do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance, has_named_strength(model)))
       if (any_of(model%part%team, observer%stop_requested())) exit
       if (model%state%progress%phase_steps >= most_factors) then
-        call observer%note('the search ends after '//integer_text(most_factors)//' stable factors: equilibrium is '// &
-          'found only near to the last one')
+        call observer%note('the search ends after '//integer_text(most_factors)//' stable factors: equilibrium '// &
+          'is found only close to the last one')
         exit
       end if
       call try_factor(model, step, solver, search_phase(phase), next_factor(model%state%progress%bracket, &
@@ -132,8 +132,7 @@ contains
     if (outcome%accepted) then
       associate (lost => model%state%progress%bracket%lost)
         if (lost > 0.0_wp .and. .not. lost > factor) call observer%note('equilibrium at strength/'// &
-          rounded_text(factor, 6)//' after all, found from the state at the last stable factor: the search goes on '// &
-          'from it')
+          rounded_text(factor, 6)//' found from the state at the last stable factor: the search continues from it')
       end associate
       call note_stable(factor, outcome%static .and. outcome%static_iterations <= search%controls%few_iterations, &
         model%state%progress%bracket)
@@ -153,7 +152,7 @@ contains
     text = ''
     if (.not. phase%controls%stabilisation_share > largest_share) return
     text = "phase '"//phase%name//"': STABILISATION SHARE is "//rounded_text(largest_share)//' in the search '// &
-      'for the factor, which more would raise; '//rounded_text(phase%controls%stabilisation_share)
+      'for the factor, which a larger value would raise; '//rounded_text(phase%controls%stabilisation_share)
     if (phase%safety%runout < huge(1.0_wp)) then
       text = text//' in the run-out'
     else
@@ -201,18 +200,19 @@ contains
       call tell_factor(model, phase, observer)
       if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%mechanism) call observer%note("phase '"// &
         phase%name//"': at strength/"//rounded_text(progress%bracket%lost, 6)//' neither equilibrium nor '// &
-        'a mechanism was found ('//lost_for(outcome)//'): whether the soil is stable there is not known'// &
+        'a mechanism was found ('//lost_for(outcome)//'): whether the soil is stable at this F is not known'// &
         cohesion_note(model))
       if (progress%bracket%lost > 0.0_wp) call observer%tell_result( &
-        'the factor is that of this grid: `qsmpm-verify study DECK --history F` tells it with its grid error')
+        'the factor depends on the grid: `qsmpm-verify study DECK --history F` gives it with its discretisation error')
       note = factor_note(model, phase%safety%flow)
       if (progress%bracket%lost > 0.0_wp .and. len(note) > 0) call observer%tell_result(note)
       if (progress%bracket%lost > 0.0_wp .and. .not. progress%bracket%lost > 1.0_wp) call observer%note("warning: "// &
-        "phase '"//phase%name//"': a factor below 1, and the phase before carried its loads with the whole "// &
-        'strength: either the ground gave way there and came to rest in another shape, or equilibrium is found in '// &
-        'small steps only and the factor is too low; `qsmpm-verify bounds DECK --phase PARENT --factor` tells which')
+        "phase '"//phase%name//"': the factor is below 1, yet the phase before carried its loads with the full "// &
+        'strength: either the ground failed there and found equilibrium in a deformed shape, or equilibrium is '// &
+        'found in small steps only and the factor is too low: `qsmpm-verify bounds DECK --phase PARENT '// &
+        '--factor` shows it')
       if (phase%safety%runout <= progress%bracket%stable) call observer%note("warning: phase '"//phase%name// &
-        "': RUNOUT="//rounded_text(phase%safety%runout, 6)//' is no more than the stable factor: nothing runs out')
+        "': RUNOUT="//rounded_text(phase%safety%runout, 6)//' does not exceed the stable factor: there is no run-out')
       if (.not. phase%safety%runout < huge(1.0_wp)) progress%fraction = 1.0_wp
     end associate
   end subroutine end_search
@@ -229,7 +229,7 @@ contains
     do m = 1, size(model%analysis%materials)
       associate (material => model%analysis%materials(m))
         if (.not. (material%mohr_coulomb .and. material%friction_angle > 0.0_wp) .or. material%cohesion > 0.0_wp) cycle
-        text = "; '"//material%name//"' has no cohesion, and no strength where it is free: try "// &
+        text = "; '"//material%name//"' has no cohesion, and therefore no strength at its free surface: try "// &
           rounded_text(share*material%unit_weight*model%cell_size, 1)
         return
       end associate

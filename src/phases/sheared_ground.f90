@@ -43,14 +43,14 @@ contains
     text = ''
     if (.not. carries_strains(model%state%points)) then
       text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': whether the ground "// &
-        'gave way before the search is not known: its points carry no strains (*FIELD, STRAIN=YES)'
+        'failed before the search is not known: its points carry no strains (*FIELD, STRAIN=YES)'
       return
     end if
     text = sheared_text(model)
     if (len(text) > 0) text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name// &
-      "': before the search "//text//': under the loads of the phases before the ground gave way, and came to rest '// &
-      'in another shape'//way_text(model)//'. The factor is of that shape; as it was drawn the ground may not '// &
-      'stand, which `qsmpm-verify bounds DECK --phase PARENT --factor` tells'//new_line('a')
+      "': before the search "//text//': the ground failed under the loads of earlier phases and found equilibrium '// &
+      'in a deformed shape'//way_text(model)//'. The factor is that of the deformed shape; in its initial geometry '// &
+      'the ground may be unstable: `qsmpm-verify bounds DECK --phase PARENT --factor` shows it'//new_line('a')
   end function sheared_note
 
   !> The warning where loads have gone beyond failure and the ground rests in another shape; empty where they have not,
@@ -69,10 +69,11 @@ contains
       if (waits(phase)) return
       if (.not. carries_strains(model%state%points)) return
       text = sheared_text(model)
-      if (len(text) > 0) text = "warning: phase '"//phase%name//"': "//text//', and on the way the same load moved '// &
-        'the ground '//rounded_text(times, 2)//' times as far as in its first step: the ground has given way, and '// &
-        'rests in another shape'//way_text(model)//'. The load at which it did is less than that of the phase: '// &
-        '`qsmpm-verify bounds DECK --phase NAME` or *CONTROLS, LIMIT COMPLIANCE tells it'//new_line('a')
+      if (len(text) > 0) text = "warning: phase '"//phase%name//"': "//text//', and the same load moved '// &
+        'the ground up to '//rounded_text(times, 2)//' times as far as in the first step: the ground has '// &
+        'failed, and is in equilibrium in a deformed shape'//way_text(model)//'. Its limit load is less than '// &
+        'the load of the phase: `qsmpm-verify bounds DECK --phase NAME` or *CONTROLS, LIMIT COMPLIANCE gives it'// &
+        new_line('a')
     end associate
   end function fallen_note
 
@@ -97,10 +98,12 @@ contains
       if (total(team, real(count(far), wp)) > few .or. moves > much*whole .or. .not. moves > 0.0_wp) return
       place = 0.0_wp
       place(:dimension) = [(total(team, sum(points%volume*points%position(i, :), mask=far)), i=1, dimension)]/moves
-      text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': what gives way is "// &
+      text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"': the mechanism "// &
+        "involves "// &
         rounded_text(100.0_wp*moves/whole, 1)//' % of the ground, around ('//rounded_text(place(1))//', '// &
-        rounded_text(place(2))//'): the factor is that of this spot, where a load ends or a face has next to no '// &
-        'cohesion; more of it there, or a load that ends softly, tells that of the ground'//new_line('a')
+        rounded_text(place(2))//'): the factor is that of a local failure, at the edge of a load or at a face with '// &
+        'hardly any cohesion; with more cohesion there, or a gradual edge of the load, it is that of the ground'// &
+        new_line('a')
     end associate
   end function spot_note
 
@@ -160,9 +163,10 @@ contains
 
     text = ''
     if (.not. allocated(model%analysis%backgrounds) .or. is_at_start(model)) return
-    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"' looks for its factor on "// &
-      'the splines that the run went over to when the triangles were worn: 8 to 26 % too high on ten cells a '// &
-      'height, 1 to 5 % on forty (docs/methods/fitted.md); the ground gave way, or a finer *GRID carries it'
+    text = "warning: phase '"//model%analysis%phases(model%state%progress%phase)%name//"' determines its factor "// &
+      'with splines on the background grid, since the body-fitted mesh had become too distorted: 8 to 26 % too '// &
+      'high on ten cells a height, 1 to 5 % on forty (docs/methods/fitted.md); either the ground has failed, or '// &
+      'a finer *GRID keeps the mesh'
   end function worn_note
 
   !> The warning of soil that yields and has swelled by half and more; empty where there is none.
@@ -178,12 +182,12 @@ contains
     associate (points => model%state%points)
       ratio = merge(points%volume/points%initial_volume, 1.0_wp, points%plastic > 0)
       most = largest(model%part%team, maxval([1.0_wp, pack(ratio, .not. cracks(points%material))]))
-      if (most > swollen) text = begin()//'soil that shears has swelled to '//rounded_text(most, 3)//' times its '// &
-        'volume: dilatancy goes on without end in this law, and what heaps up beside a load loads the ground; '// &
+      if (most > swollen) text = begin()//'shearing soil has dilated to '//rounded_text(most, 3)//' times its '// &
+        'volume: dilatancy is unlimited in this law, and the heave beside a load acts as a surcharge; '// &
         'take a smaller dilatancy angle, 0 for large displacements'//new_line('a')
       most = largest(model%part%team, maxval([1.0_wp, pack(ratio, cracks(points%material))]))
-      if (most > swollen) text = text//begin()//'soil has cracked open to '//rounded_text(most, 3)//' times its '// &
-        'volume: with no more tensile strength than it has the ground is in pieces there'//new_line('a')
+      if (most > swollen) text = text//begin()//'cracks have opened soil to '//rounded_text(most, 3)//' times its '// &
+        'volume: its tensile strength is too small for it to stay in one piece there'//new_line('a')
     end associate
   contains
     !> Of the warning.
@@ -213,10 +217,10 @@ contains
         whole = total(team, sum(points%volume, mask=of_soil))
         if (.not. failed > much*whole) cycle
         text = text//"material '"//soil%name//"' fails and flows at psi = "// &
-          rounded_text(soil%dilatancy_angle, 3)//' under phi = '//rounded_text(soil%friction_angle, 3)// &
-          ': loads at failure are not unique then; runs with psi = phi and with phi = psi = '// &
+          rounded_text(soil%dilatancy_angle, 3)//' below phi = '//rounded_text(soil%friction_angle, 3)// &
+          ': its limit load is not unique; runs with psi = phi and with phi = psi = '// &
           rounded_text(friction, 3)//', c = '//rounded_text(cohesion, 3)// &
-          ' (Davis) tell how far they may be apart'//new_line('a')
+          ' (Davis) show the range'//new_line('a')
       end associate
     end do
   end function flow_notes
@@ -253,8 +257,8 @@ contains
         if (.not. flows_otherwise(soil, cohesion, friction)) cycle
         if (.not. any(bodies_active(model%analysis, number) .and. body_materials(model%analysis, number) == m)) cycle
         text = "'"//soil%name//"' flows at psi = "//rounded_text(soil%dilatancy_angle, 3)//' under phi = '// &
-          rounded_text(soil%friction_angle, 3)//': the factor is one of several then, by some per cent; '// &
-          'FLOW=DAVIS A of *SAFETY has the lowest'
+          rounded_text(soil%friction_angle, 3)//': the factor is then not unique, by some per cent; FLOW=DAVIS '// &
+          'A of *SAFETY gives the lowest'
         return
       end associate
     end do

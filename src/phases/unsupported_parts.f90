@@ -341,7 +341,7 @@ contains
 
     if (piece%points == 1) then
       write (box, '(a,3(1x,es11.4))') ' at', piece%low(:d)
-      text = 'material point '//integer_text(piece%first)//trim(box)//' hangs on nothing'
+      text = 'material point '//integer_text(piece%first)//trim(box)//' is not supported by any constraint'
       return
     end if
     text = 'a piece of '//integer_text(piece%points)//' material points, '//integer_text(piece%first)// &
@@ -349,6 +349,6 @@ contains
     write (box, '(3(1x,es11.4))') piece%low(:d)
     text = text//trim(box)//' and'
     write (box, '(3(1x,es11.4))') piece%high(:d)
-    text = text//trim(box)//' hangs on nothing that holds it'
+    text = text//trim(box)//' is not supported by any constraint'
   end function piece_text
 end module qsmpm_unsupported_parts

@@ -58,7 +58,7 @@ contains
       if (len(stripped(without_return(lines(i)%text))) > 0) places = [places, i]
     end do
     if (size(places) < 2) then
-      call fail(error, error_deck, path//': a line of headings and a row of targets are wanted')
+      call fail(error, error_deck, path//': a line of headings and a row of targets are required')
       return
     end if
     call parse_head(path, without_return(lines(places(1))%text), stress_unit, driven_components, column, factor, &
@@ -226,7 +226,7 @@ contains
     targets = 0.0_wp
     do i = 1, size(column)
       if (column(i) > size(cells)) then
-        call fail(error, error_deck, place//': a number for each heading is wanted')
+        call fail(error, error_deck, place//': a number for each heading is required')
         return
       end if
       call read_real(stripped(cells(column(i))%text), targets(i), outcome)

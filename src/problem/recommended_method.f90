@@ -106,32 +106,34 @@ contains
           call take(analysis%method, basis_standard, integrate_cells, stabilise_background, &
             analysis%method%stabilisation_factor)
           analysis%method_reason = "BASIS=STANDARD, INTEGRATION=CELL (body '"//analysis%bodies(b)%name// &
-            "' is so much stiffer than the softest that splines are lost beside it)"
+            "' is so much stiffer than the softest one that splines fail beside it)"
           return
         end if
       end if
       call decide_splines(analysis)
       if (b > 0) analysis%method_reason = analysis%method_reason//"; body '"//analysis%bodies(b)%name//"' is much "// &
-        'stiffer than the softest: where it ends on lines of the grid BASIS=STANDARD is taken, which suits it better'
+        'stiffer than the softest one: BASIS=STANDARD is more accurate, and is chosen where it ends on grid lines'
     else if (analysis%mesh%kind == mesh_fitted .and. .not. leaves_its_cells(analysis)) then
       call take(analysis%method, basis_fem, integrate_points, stabilise_none, analysis%method%stabilisation_factor)
       call prepare_grid(analysis)
       if (analysis%mesh%element == 'TRI6') call seed(analysis%bodies, points_in_triangle)
-      analysis%method_reason = 'BASIS=FEM on '//analysis%mesh%element//' that fit the outlines and go with the ground'
+      analysis%method_reason = 'BASIS=FEM, body-fitted '//analysis%mesh%element//' mesh that moves with the material'
       if (allocated(analysis%backgrounds)) analysis%method_reason = analysis%method_reason// &
-        '; when they are worn the run goes on with splines on the grid'
+        '; when elements become too distorted the run continues with splines on the background grid'
       b = thin_seam(analysis)
-      if (b > 0) analysis%method_reason = analysis%method_reason//"; it ends where they are worn, for body '"// &
-        analysis%bodies(b)%name//"' is weaker than what it touches and too thin for the grid"
+      if (b > 0) analysis%method_reason = analysis%method_reason// &
+        "; the run ends when elements become too distorted, because body '"//analysis%bodies(b)%name// &
+        "' is weaker than its neighbours and too thin for the background grid"
       if (len(lost_set(analysis)) > 0) analysis%method_reason = analysis%method_reason// &
-        "; it ends where they are worn, for set '"//lost_set(analysis)//"' has nodes there that the grid has not"
+        "; the run ends when elements become too distorted, because nodes of set '"//lost_set(analysis)// &
+        "' do not exist on the background grid"
     else
       call take(analysis%method, basis_standard, integrate_cells, stabilise_background, &
         analysis%method%stabilisation_factor)
-      analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (averaged functions and splines need a *GRID '// &
-        'of QUAD4 or HEX8 that is not perturbed)'
+      analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (GIMP and splines require a *GRID '// &
+        'of QUAD4 or HEX8 without PERTURB)'
       if (analysis%mesh%kind == mesh_fitted) analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (triangles '// &
-        'that fit the outlines, and bodies that come as drawn or again, or are moved through them)'
+        'that conform to the outlines, with bodies that are activated in their drawn shape or again, or rigid bodies)'
     end if
   end subroutine decide_method
 

@@ -84,15 +84,15 @@ contains
     real(wp) :: friction, dilatancy
 
     if (material%undrained%given .and. by%flow /= flow_material .and. material%friction_angle > 0.0_wp) then
-      call fail(error, error_deck, 'undrained soil with the associated flow of Davis gains strength without end: '// &
-        'FLOW=MATERIAL')
+      call fail(error, error_deck, 'undrained soil with the associated flow of Davis gains strength without '// &
+        'limit: use FLOW=MATERIAL')
     else if (allocated(material%strength_constants)) then
       call lower_named_constants(by, material, error)
     else if (material%own_law) then
-      call fail(error, error_deck, 'of the law of a program it is not known what is its strength')
+      call fail(error, error_deck, 'the strength parameters of a law given by a program are not known')
     else if (material%user%given) then
-      call fail(error, error_deck, 'of a model of the user''s it is not known which constants are a strength: name '// &
-        'them by *STRENGTH CONSTANTS')
+      call fail(error, error_deck, 'the strength parameters of a *USER MATERIAL are not known: name them by '// &
+        '*STRENGTH CONSTANTS')
     else if (allocated(material%soil_law)) then
       call material%soil_law%lower(by, error)
     else
@@ -121,7 +121,7 @@ contains
     if (allocated(material%soil_law)) then
       call material%soil_law%lower_named(material%strength_constants, by, error)
     else if (by%flow /= flow_material) then
-      call fail(error, error_deck, 'of a model of the user''s no flow rule is known: FLOW=MATERIAL')
+      call fail(error, error_deck, 'the flow rule of a *USER MATERIAL is not known: use FLOW=MATERIAL')
     else
       call lower_constants(material%strength_constants, by, material%user%constants)
     end if
@@ -162,7 +162,7 @@ contains
           if (concerned(m)) call check_material(model, m, phase%name, phase%safety%flow, diagnostics)
         end do
         if (.not. any(concerned)) call add_diagnostic(diagnostics, phase%where, '*PHASE', "phase '"//phase%name// &
-          "' lowers the strength, but no material has one")
+          "' reduces the strength, but no material has one")
       end associate
     end do
   end subroutine check_lowering
@@ -182,7 +182,7 @@ contains
     if (.not. allocated(error)) return
     associate (material => model%analysis%materials(number))
       call add_diagnostic(diagnostics, material%where, '*MATERIAL', "material '"//material%name// &
-        "' cannot be weakened in the safety phase '"//phase//"': "//error%message)
+        "' cannot be reduced in strength in the safety phase '"//phase//"': "//error%message)
     end associate
   end subroutine check_material
 end module qsmpm_lowered_laws

@@ -160,7 +160,7 @@ contains
           ' no equilibrium was found'
       else if (b%lost > 0.0_wp) then
         text = 'factor of safety between '//rounded_text(b%stable, 6)//' (stable) and '// &
-          rounded_text(b%lost, 6)//' (lost)'
+          rounded_text(b%lost, 6)//' (no equilibrium)'
       else
         text = 'factor of safety above '//rounded_text(b%stable, 6)
       end if

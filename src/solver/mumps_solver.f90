@@ -107,7 +107,7 @@ contains
     if (self%mumps%infog(1) < 0) then
       call library_error(self%mumps, error)
     else if (self%mumps%infog(7) /= self%mumps%icntl(7)) then
-      call fail(error, error_other, 'MUMPS did not take the order of the equations it was asked for')
+      call fail(error, error_other, 'MUMPS did not take the order of the equations that was requested')
     end if
   end subroutine analyse_pattern
 
@@ -299,7 +299,7 @@ contains
     call run_single(self%mumps, job_analyse, error)
     if (allocated(error)) return
     if (self%mumps%infog(7) /= self%mumps%icntl(7)) call fail(error, error_other, &
-      'MUMPS did not take the order of the equations it was asked for')
+      'MUMPS did not take the order of the equations that was requested')
   end subroutine analyse_single
 
   !> Numeric factorisation, repeated with more space when MUMPS asks for it.

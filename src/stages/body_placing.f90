@@ -133,8 +133,8 @@ contains
       end do
     end associate
     if (any(ratio < vanishing)) call keep_chosen(body, pack([(i, i=1, body%count)], ratio >= vanishing))
-    if (body%count == 0) call fail(error, error_deck, "body '"//name//"' cannot be put in place: the ground lies "// &
-      'above all of it')
+    if (body%count == 0) call fail(error, error_deck, "body '"//name//"' cannot be activated: the ground "// &
+      'surface is above all of it')
     notes = notes//comes_text(name, sum(body%volume), drawn)
   end subroutine stretch
 
@@ -145,7 +145,8 @@ contains
     real(wp), intent(in) :: volume, drawn
     character(len=:), allocatable :: text
 
-    text = "body '"//name//"' comes: volume "//rounded_text(volume)//' down to the ground, '//rounded_text(drawn)// &
+    text = "body '"//name//"' is activated: volume "//rounded_text(volume)//' down to the ground, '// &
+      ''//rounded_text(drawn)// &
       ' as drawn'//new_line('a')
   end function comes_text
 
@@ -191,11 +192,11 @@ contains
       overlap = overlap + max(0.0_wp, share)*body%volume(i)
       gap = gap + max(0.0_wp, -share)*body%volume(i)
     end do
-    notes = notes//"body '"//name//"' comes as drawn, volume "//rounded_text(sum(body%volume))//': it overlaps the '// &
-      'ground by '//rounded_text(overlap)//' and leaves a gap of '//rounded_text(gap)//new_line('a')
+    notes = notes//"body '"//name//"' is activated in its drawn shape, volume "//rounded_text(sum(body%volume))// &
+      ': it overlaps the ground by '//rounded_text(overlap)//' and leaves a gap of '//rounded_text(gap)//new_line('a')
     if (overlap > overlapping*sum(body%volume)) call fail(error, error_deck, "body '"//name//"' overlaps "// &
       'the ground by a volume of '//rounded_text(overlap)//' of '//rounded_text(sum(body%volume))//': *ACTIVATE, '// &
-      'FILL=LEVEL puts it on the ground as it is')
+      'FILL=LEVEL places it on the deformed ground surface')
   end subroutine judge_overlap
 
   !> Tracers of a body that comes for the first time: displacements count from here.
@@ -259,8 +260,8 @@ contains
 
     call find_places(model, places, fit)
     if (.not. fit) then
-      call fail(error, error_tangled, '*ACTIVATE: the ground has moved so far that cells of a body which comes '// &
-        'would be flat or turn inside out; a mesh that is reset takes it (*GRID, REFIT=AUTO, or ELEMENT=QUAD4)')
+      call fail(error, error_tangled, '*ACTIVATE: the ground has moved so far that elements of the body to be '// &
+        'activated would be flat or inverted; use a background grid (*GRID, REFIT=YES, or ELEMENT=QUAD4)')
       return
     end if
     model%mesh%coordinates = places

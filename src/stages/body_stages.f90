@@ -224,8 +224,8 @@ contains
         if (before > 0) excess = points%state(before, p)
         if (behind == 0 .and. abs(excess) > rounding*maxval(abs(points%stress(:, p)))) then
           call fail(error, error_other, "*CHANGE MATERIAL: body '"//change%body//"' has excess pore pressure, "// &
-            "which the drained material '"//change%material//"' cannot carry: let it out by *DRAIN STATE in a "// &
-            'phase before, or give the material *UNDRAINED')
+            "which the drained material '"//change%material//"' cannot carry: dissipate it by *DRAIN STATE in "// &
+            'an earlier phase, or give the material *UNDRAINED')
           return
         end if
         points%material(p) = m
@@ -238,9 +238,9 @@ contains
         if (behind > 0) points%state(behind, p) = excess
       end do
     end associate
-    if (forgets) notes = notes//"warning: *CHANGE MATERIAL: the law of '"//change%material//"' begins anew from "// &
-      "the stress of body '"//change%body//"': what it remembers of the past (preconsolidation, hardening, "// &
-      'softening) is that of the card of the material'//new_line('a')
+    if (forgets) notes = notes//"warning: *CHANGE MATERIAL: the law of '"//change%material//"' starts again from "// &
+      "the stress of body '"//change%body//"': its state variables (preconsolidation, hardening, softening) are "// &
+      'those that the material defines'//new_line('a')
   end subroutine change_material
 
   !> Whether a law has remembered what the next one will remember anew.

@@ -70,8 +70,8 @@ contains
     do b = 1, size(active)
       if (.not. (active(b) .and. body_holds(ground, b, inside))) cycle
       model%notes = model%notes//"warning: *CONTRACTION: body '"//model%analysis%bodies(b)%name//"' fills surface '"// &
-        support%surface//"' in phase '"//model%analysis%phases(p)%name//"', and weighs on what settles with it: "// &
-        'draw what is inside as a body of its own and *DEACTIVATE it'//new_line('a')
+        support%surface//"' in phase '"//model%analysis%phases(p)%name//"', and its weight loads the contracting "// &
+        'outline: define the inside as a separate body and *DEACTIVATE it'//new_line('a')
     end do
   end subroutine warn_of_core
 
@@ -89,7 +89,7 @@ contains
 
     associate (surface => model%state%surface)
       if (model%analysis%model /= plane_strain) then
-        call refuse('is contracted in plane strain alone')
+        call refuse('can be contracted in plane strain only')
         return
       end if
       own = surface%surface == s .and. own_cells(model%part, surface%cell)
@@ -116,7 +116,7 @@ contains
         if (norm2(sums(2:3)) <= closed*sums(1) .or. farthest <= round*nearest) then
           ! What the other half would push up the springs of this one push alone.
           if (abs(sums(1 + vertical_of(model%analysis))) > closed*sums(1) .and. .not. support%held) call refuse( &
-            'ends at a level plane of symmetry, which its middle does not leave: HELD=YES')
+            'ends at a horizontal plane of symmetry, on which its centre remains: HELD=YES')
           return
         end if
       end if

@@ -329,8 +329,8 @@ contains
       place = body%reference(moving%axis) + body%pose%displacement(moving%axis)
       if (place - moving%near < bounds(moving%axis, 1) + room*model%cell_size .or. &
         place + moving%near > bounds(moving%axis, 2) - room*model%cell_size) then
-        call fail(error, error_not_converged, "rigid body '"//moving%body//"' has come within NEAR of *MOVING MESH "// &
-          'to the end of the grid: a larger grid, a smaller NEAR or a shorter way')
+        call fail(error, error_not_converged, "rigid body '"//moving%body//"' is within NEAR of *MOVING MESH "// &
+          'from the end of the grid: use a larger grid, a smaller NEAR or a shorter displacement')
         return
       end if
       call carry_rows(model%mesh, moving%axis, model%state%plate, moving%near, place - model%state%plate)

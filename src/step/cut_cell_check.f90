@@ -214,10 +214,11 @@ contains
 
     if (size(model%outlines) == 0) return
     if (allocated(configuration%bodies)) call warn_of_lost(model, .not. configuration%bodies%carried, .true., &
-      'Cells that it cuts are integrated at the points from here on, and stresses there may be far off', check, &
+      'Cells cut by it are integrated at the material points from here on, and stresses there may be '// &
+      'inaccurate', check, &
       observer)
     if (.not. allocated(check%lost)) return
-    call warn_of_lost(model, check%lost, .false., 'How far stresses beside it are off is not measured any more', &
+    call warn_of_lost(model, check%lost, .false., 'The error of stresses beside it is no longer measured', &
       check, observer)
     check%worst = max(check%worst, check%share)
     curable = .false.
@@ -225,9 +226,9 @@ contains
     if (level_of(check%share, curable) <= check%level) return
     check%level = level_of(check%share, curable)
     call observer%note(prefix(check%level)//violation_text(check%share)//', most at '//rounded_place(check%place)// &
-      ': stresses in these cells are off by several times as much, those within are not; '//trim(merge( &
-      'take INTEGRATION=CELL, which follows the outline of elastic bodies', &
-      'cells of half the size halve it                                   ', curable)))
+      ': stresses in these cells are in error by several times as much, those inside are not; '//trim(merge( &
+      'use INTEGRATION=CELL, which follows the outline of elastic bodies', &
+      'cells of half the size halve the error                           ', curable)))
   end subroutine warn_of_cut_cells
 
   !> Whether INTEGRATION=CELL would follow the outline at the place where it is worst: that of a body that cannot yield.
@@ -317,7 +318,7 @@ contains
     real(wp), intent(in) :: share
     character(len=:), allocatable :: text
 
-    text = 'the integration of cells that a body cuts is '//rounded_text(100.0_wp*share, 3)// &
-      ' % off over its outline'
+    text = 'the integration error of cells cut by a body is '//rounded_text(100.0_wp*share, 3)// &
+      ' % along its outline'
   end function violation_text
 end module qsmpm_cut_cell_check

@@ -132,7 +132,7 @@ contains
     check%reported = 2.0_wp*crossing/cell_size
     write (buffer, '(f8.2)') crossing/cell_size
     call observer%note('warning: a step carries material points by '//trim(adjustl(buffer))// &
-      ' cells across a side of the mesh that is held; they are put back, as far inside: smaller steps')
+      ' cells across a fixed side of the mesh; they are reflected to the inside: use smaller steps')
   end subroutine warn_of_crossing
 
   !> Tell of the sides that soil has reached which slides by its weight or flows where the phase pushes, once each.
@@ -262,16 +262,17 @@ contains
     character(len=:), allocatable :: text
 
     text = "phase '"//model%analysis%phases(model%state%progress%phase)%name//"': "// &
-      trim(merge('soil flows along     ', 'the slide has reached', pushes))//' the side '// &
+      trim(merge('soil yields along    ', 'the slide has reached', pushes))//' the side '// &
       achar(iachar('x') + axis - 1)//' = '//rounded_text(model%mesh%bounds(axis, side))// &
       ' of the mesh: soil within a cell of it has yielded and moved along it by '//rounded_text(way)//', most at '// &
       rounded_place(place)//'. '
     if (pushes) then
-      text = text//'The side may bear a part of the load'
+      text = text//'The boundary may carry a part of the load'
     else
-      text = 'warning: '//text//'The side carries it from there on, and how far it goes is decided by the grid'
+      text = 'warning: '//text//'The boundary stops it from there on, and its run-out is decided by the size of '// &
+        'the grid'
     end if
-    text = text//': put the side farther away, unless '//trim(merge('the ground is firm there           ', &
+    text = text//': move the boundary farther away, unless '//trim(merge('the ground is firm there           ', &
       'it is a plane of symmetry or a wall', fully))
   end function reached_text
 end module qsmpm_held_sides

@@ -88,8 +88,8 @@ contains
     call warn_of_fold(model, check, observer)
     if (.not. found%depth > check%reported*model%cell_size) return
     check%reported = 2.0_wp*found%depth/model%cell_size
-    call observer%note('warning: '//sentence(model, found)//'; the surface of its *CONTACT must reach there; else '// &
-      'smaller steps, a larger ROUND of *RIGID BODY or smaller cells')
+    call observer%note('warning: '//sentence(model, found)//'; the surface of its *CONTACT must extend to that '// &
+      'place; otherwise use smaller steps, a larger ROUND of *RIGID BODY or smaller cells')
   end subroutine warn_of_penetration
 
   !> Warn where soil presses on a body from afar, and again when it is twice as far.
@@ -105,7 +105,7 @@ contains
     write (buffer, '(f8.2,a,2(1x,es11.4))') found%gap/model%cell_size, ' cells away at', found%place
     call observer%note("warning: soil presses on rigid body '"//model%analysis%rigid_bodies(found%pressed)%name// &
       "' from "// &
-      trim(adjustl(buffer))//': so much soil is missing before the body; smaller steps and cells')
+      trim(adjustl(buffer))//': soil is missing in that gap; use smaller steps and cells')
   end subroutine warn_of_gap
 
   !> Warn once where a surface in contact looks away from its body: it has folded over, and what presses there is soil
@@ -149,7 +149,7 @@ contains
     write (buffer, '(3(1x,es11.4))') place
     call observer%note("warning: the surface of the soil is folded at rigid body '"//model%analysis%rigid_bodies( &
       model%contact_pairs(int(pair(1)))%body)%name//"' at "//trim(adjustl(buffer))//': the pressure there is not '// &
-      'to be trusted; ON=BODY asks for contact on the body itself')
+      'reliable; ON=BODY enforces contact on the body itself')
   end subroutine warn_of_fold
 
   !> How deep, where and in which body.

@@ -394,8 +394,8 @@ contains
     call reject('the stabilisation carries '// &
       rounded_text(100.0_wp*share, 2)//' % of the forces at ('//places// &
       ') and re-equilibration does not bring it below '//rounded_text(100.0_wp*controls%stabilisation_share, 2)// &
-      ' %: stresses there are off by about as much, and the ground may carry less by itself; finer cells there, '// &
-      'a smaller FACTOR of *METHOD, or more STABILISATION SHARE', &
+      ' %: stresses there are in error by about as much, and the soil alone may carry less; use smaller cells '// &
+      'there, a smaller FACTOR of *METHOD, or a larger STABILISATION SHARE', &
       outcome)
   end subroutine judge_stabilisation
 
@@ -431,10 +431,10 @@ contains
     if (converged .and. iterations <= most_work*controls%max_iterations) return
     compliance = max(compliance_of(step), limit%last)
     if (.not. (limit%first > 0.0_wp .and. compliance > overloaded*limit%first)) return
-    call reject('the loads on rigid bodies are beyond what the ground carries: the body moves '// &
+    call reject('the loads on rigid bodies exceed what the ground can carry: the body moves '// &
       rounded_text(min(compliance/limit%first, 1.0e6_wp), 2)// &
-      ' times as far by the same load as in the first step, and '// &
-      integer_text(iterations)//' iterations find no equilibrium', outcome)
+      ' times as far under the same load as in the first step, and no equilibrium is found in '// &
+      integer_text(iterations)//' iterations', outcome)
     outcome%at_limit = .true.
   end subroutine reject_overloaded
 
@@ -452,8 +452,8 @@ contains
 
     rejected = loaded .and. .not. (limit%first > 0.0_wp .or. controls%limit_compliance > 0.0_wp) .and. &
       iterations > most_work*controls%max_iterations
-    if (rejected) call reject(integer_text(iterations)//' iterations find no equilibrium in the first step of '// &
-      'loads on rigid bodies', outcome)
+    if (rejected) call reject('no equilibrium is found in '//integer_text(iterations)//' iterations of the first '// &
+      'step of loads on rigid bodies', outcome)
   end subroutine reject_first
 
   !> Reject a load at which the ground flows out of the mesh in damped sub-steps: a shorter step to it ends there too.
@@ -464,7 +464,7 @@ contains
     type(outcome_type), intent(inout) :: outcome
 
     if (outcome%cause /= error_left_mesh .or. substeps == 0 .or. controls%limit_compliance > 0.0_wp) return
-    outcome%reason = 'the ground gives way and flows out of the mesh: '//outcome%reason
+    outcome%reason = 'the ground fails and moves out of the mesh: '//outcome%reason
     outcome%at_limit = .true.
   end subroutine reject_flowing
 
@@ -504,8 +504,8 @@ contains
     if (iterations <= max(least_beyond, most_beyond*length*controls%steps)*controls%max_iterations) return
     outcome%accepted = .false.
     outcome%unrecoverable = .true.
-    outcome%reason = 'the ground gives way and does not come to rest within '//integer_text(iterations)// &
-      ' iterations on the grid that has followed its triangles'
+    outcome%reason = 'the ground fails and no equilibrium is found within '//integer_text(iterations)// &
+      ' iterations on the background grid that has replaced the body-fitted mesh'
   end subroutine reject_endless
 
   !> Whether a step is too compliant to be accepted.

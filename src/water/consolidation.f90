@@ -171,12 +171,12 @@ contains
       associate (phase => model%analysis%phases(p))
         if (phase%consolidation%given .and. (model%analysis%method%basis /= basis_fem .or. &
           any(element_order(model%mesh%cell_kind) < 2))) then
-          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'is for quadratic cells '// &
-            'that go with the ground: *GRID without ELEMENT, no *METHOD, and no rigid bodies, which soil touches '// &
-            'on a grid that stays (push nodes by *PRESCRIBE)')
+          call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', 'requires quadratic '// &
+            'elements that move with the material: *GRID without ELEMENT, no *METHOD, and no rigid bodies, whose '// &
+            'contact uses a fixed background grid (prescribe displacements by *PRESCRIBE)')
         else if (phase%consolidation%given .and. phase%kind == phase_safety) then
           call add_diagnostic(diagnostics, phase%consolidation%where, '*CONSOLIDATION', "phase '"//phase%name// &
-            "' is of TYPE=SAFETY: time stands still in it")
+            "' is of TYPE=SAFETY, in which no time passes")
         else if (consolidation_of(model%analysis%phases, p) > 0) then
           call check_soil(model%analysis, p, checked, diagnostics)
           call check_free_surface(model, p, diagnostics)
@@ -199,7 +199,7 @@ contains
         if (soil%permeability_law%kind == permeability_constant .or. has_consolidation(model%analysis%phases)) cycle
         model%notes = model%notes//"material '"//soil%name//"': LAW="// &
           trim(permeability_words(soil%permeability_law%kind))//' of *PERMEABILITY has no effect without '// &
-          '*CONSOLIDATION: a steady flow has that of the soil as drawn'//new_line('a')
+          '*CONSOLIDATION: steady seepage takes that of the initial state'//new_line('a')
       end associate
     end do
   end subroutine note_idle_laws
@@ -253,10 +253,10 @@ contains
         excess = early_excess(time)
         if (.not. excess > told) cycle
         if (excess > too_much) text = text//'warning: '
-        text = text//"phase '"//phase%name//"': '"//soil%name//"' drains to soil that lets water go faster, to a "// &
-          'set within the ground or by a held face, in cells of '//rounded_text(width(m), 2)//' there, which its '// &
-          'front does not cross in the TIME: what leaves there, and settlements by it, may be '// &
-          rounded_text(100.0_wp*min(excess, most), 2)//' % too large; lines of *GRID by '// &
+        text = text//"phase '"//phase%name//"': '"//soil%name//"' drains to more permeable soil, to a node set "// &
+          'within the ground or to a face of fixed pressure, in cells of '//rounded_text(width(m), 2)//' there, '// &
+          'which the drainage front does not cross in the TIME: the outflow, and settlements due to it, may be '// &
+          rounded_text(100.0_wp*min(excess, most), 2)//' % too large; use grid lines at a distance of '// &
           rounded_text(width(m)*sqrt(time/crossed), 2)//' there, or a longer phase'//new_line('a')
       end associate
     end do
@@ -343,10 +343,10 @@ contains
       associate (soil => analysis%materials(material(b)), name => analysis%phases(number)%name)
         if (soil%permeability(1) < 0.0_wp) call add_diagnostic(diagnostics, soil%where, '*MATERIAL', &
           "body '"//analysis%bodies(b)%name//"' consolidates in phase '"//name//"', but material '"//soil%name// &
-          "' has no *PERMEABILITY (0 for one without water)")
+          "' has no *PERMEABILITY (0: impermeable)")
         if (soil%undrained%given) call add_diagnostic(diagnostics, soil%undrained_where, '*UNDRAINED', &
-          "body '"//analysis%bodies(b)%name//"' consolidates in phase '"//name//"', whose short time makes soil "// &
-          'undrained by itself: take the card out')
+          "body '"//analysis%bodies(b)%name//"' consolidates in phase '"//name//"', which itself models undrained "// &
+          'response in short times: remove the keyword')
       end associate
     end do
   end subroutine check_soil

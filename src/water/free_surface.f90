@@ -365,7 +365,7 @@ contains
       allocate (rows, source=rows_in_force(phases, number, 1.0_wp))
       do r = 1, size(rows)
         if (all(bounds%row /= r)) text = text//"warning: phase '"//phases(number)%name// &
-          "': no face of the ground lies in '"//rows(r)%set//"', whose level is not there"//new_line('a')
+          "': no face of the ground is in '"//rows(r)%set//"', and its level has no effect"//new_line('a')
         if (bounds%beside(r) .and. maxval(bounds%pressure, mask=bounds%row == r) > deep(model)) &
           text = text//beside_text(phases(number)%name, rows(r)%set)
         if (bounds%shore(r) > 0) text = text//shore_text(phases(number)%name, rows(r)%set, &

@@ -36,23 +36,24 @@ contains
         associate (level => phase%water_levels(i))
           if (.not. level%coupled) then
             call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', "phase '"//phase%name//"': the ground "// &
-              'consolidates under a free surface (FLOW=TRANSIENT before), whose pressure no other level takes over')
+              'consolidates under a free surface (FLOW=TRANSIENT in an earlier phase), and no other kind of level '// &
+              'can follow it')
           else
             call check_levels(model, number, level, diagnostics)
           end if
         end associate
       end do
       if (any(model%analysis%histories%quantity == quantity_excess_pressure)) call add_diagnostic(diagnostics, &
-        phase%where, '*HISTORY', "QUANTITY=EXCESS PRESSURE: in phase '"//phase%name//"' there is one pressure, "// &
-        'with that of the water at rest in it; take QUANTITY=PORE PRESSURE')
+        phase%where, '*HISTORY', "QUANTITY=EXCESS PRESSURE: in phase '"//phase%name//"' the pressure field is the "// &
+        'total pore pressure; use QUANTITY=PORE PRESSURE')
     end associate
     call check_pores(model%analysis, number, diagnostics)
     associate (card => model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation)
       do i = 1, size(card%sets)
         if (.not. card%sets(i)%closed) call add_diagnostic(diagnostics, card%sets(i)%where, '*CONSOLIDATION', "'"// &
           card%sets(i)%name//"' is OPEN, and in phase '"//model%analysis%phases(number)%name// &
-          "' the surface of the water is free: give its level there by a row of *WATER LEVEL, and *CONSOLIDATION "// &
-          'again without it')
+          "' the phreatic surface is free: give the level there by a row of *WATER LEVEL, and repeat "// &
+          '*CONSOLIDATION without the set')
       end do
     end associate
   end subroutine check_free_surface
@@ -80,15 +81,15 @@ contains
     if (any(corner_count(model%mesh%cell_kind) /= 3)) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
       'FLOW=TRANSIENT with *CONSOLIDATION is for triangles, in plane strain and axisymmetry')
     call check_parts(model, number, level, diagnostics)
-    if (.not. wet) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'FLOW=TRANSIENT begins from the '// &
-      'water of a phase before, and there is none: give one with *GRAVITY and a *WATER LEVEL')
+    if (.not. wet) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'FLOW=TRANSIENT starts from the '// &
+      'water of an earlier phase, and there is none: define one with *GRAVITY and a *WATER LEVEL')
     weight = model%analysis%phases(consolidation_of(model%analysis%phases, number))%consolidation%unit_weight
     if (abs(level%unit_weight*pull - weight) > 1.0e-6_wp*weight) call add_diagnostic(diagnostics, level%where, &
       '*WATER LEVEL', 'UNIT WEIGHT times *GRAVITY is '//rounded_text(level%unit_weight*pull)// &
-      ', and *CONSOLIDATION has UNIT WEIGHT='//rounded_text(weight)//': water that flows has one weight')
+      ', and *CONSOLIDATION has UNIT WEIGHT='//rounded_text(weight)//': both must be equal')
     model%notes = model%notes//"phase '"//model%analysis%phases(number)%name// &
-      "': the surface of the water moves in ground that consolidates; suction acts over the height of a cell above "// &
-      'it, where pores fill and empty, and counts as none beyond, or by ALPHA and N of *PERMEABILITY'//new_line('a')// &
+      "': the phreatic surface moves in consolidating ground; suction acts over the height of a cell above it, "// &
+      'where pores fill and drain, and is zero higher up, or follows ALPHA and N of *PERMEABILITY'//new_line('a')// &
       sharp_note(model%analysis%phases(number)%name, model%analysis%materials(model%state%points%material) &
       %permeability_law%alpha, [(height_of(model, i), i=1, model%state%points%count)])
   end subroutine check_levels
@@ -126,9 +127,9 @@ contains
     do r = 1, size(idle)
       load = load_in_force(model%analysis%phases, lineage(model%analysis%phases, number), level%heads(r)%set, .true.)
       if (load%of_water) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', "the water at '"// &
-        level%heads(r)%set//"' presses by its level, and by a *PRESSURE as well: leave that out")
+        level%heads(r)%set//"' acts by its level and by a *PRESSURE: remove the latter")
       if (idle(r)) call add_diagnostic(diagnostics, level%heads(r)%where, '*WATER LEVEL', 'neither a face nor a '// &
-        "node of the ground lies in '"//level%heads(r)%set//"'")
+        "node of the ground is in '"//level%heads(r)%set//"'")
     end do
   end subroutine check_parts
 
@@ -146,7 +147,7 @@ contains
       if (.not. active(b)) cycle
       associate (soil => analysis%materials(material(b)))
         if (.not. soil%permeability(1) > 0.0_wp .or. soil%drainable_porosity > 0.0_wp) cycle
-        call add_diagnostic(diagnostics, soil%where, '*MATERIAL', "water is to leave body '"// &
+        call add_diagnostic(diagnostics, soil%where, '*MATERIAL', "drainage of body '"// &
           analysis%bodies(b)%name//"' in time, but *PERMEABILITY of material '"//soil%name// &
           "' has no DRAINABLE POROSITY: 0.05 to 0.3 in sand, a few hundredths in silt and clay")
       end associate

@@ -72,8 +72,8 @@ contains
     character(len=*), intent(in) :: phase, set
     character(len=:), allocatable :: text
 
-    text = "phase '"//phase//"': the free water of '"//set//"' stands on the faces in air beside and above it too, "// &
-      'as far as its level reaches'//new_line('a')
+    text = "phase '"//phase//"': the free water of '"//set//"' also acts on adjacent exposed faces up to its "// &
+      'level'//new_line('a')
   end function beside_text
 
   !> The warning of water that ends beside ground in air.
@@ -84,7 +84,7 @@ contains
     character(len=:), allocatable :: text
 
     text = "warning: phase '"//phase//"': the free water of '"//set//"' ends at "//rounded_place(place)// &
-      ', below its level, beside ground in air below that level too, on which none '// &
-      'stands: give this ground the level too, or the level to a part (BOX) that does not reach it'//new_line('a')
+      ', next to exposed ground below the same level that carries no water: give this ground the level too, or '// &
+      'restrict the level to a part (BOX) away from it'//new_line('a')
   end function shore_text
 end module qsmpm_free_water

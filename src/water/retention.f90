@@ -142,8 +142,8 @@ contains
     text = ''
     if (.not. any(alpha*reach > 1.0_wp)) return
     worst = maxloc(alpha*reach, dim=1)
-    text = "warning: phase '"//phase//"': soil of ALPHA="//rounded_text(alpha(worst))//' (*PERMEABILITY) holds '// &
-      'water over less than a cell in part of the ground, and is taken with ALPHA='// &
-      rounded_text(1.0_wp/reach(worst), 2)//' there: finer lines of *GRID show its own curve'//new_line('a')
+    text = "warning: phase '"//phase//"': soil of ALPHA="//rounded_text(alpha(worst))//' (*PERMEABILITY) retains '// &
+      'water over less than a cell in part of the ground, and is modelled with ALPHA='// &
+      rounded_text(1.0_wp/reach(worst), 2)//' there: closer grid lines resolve its own curve'//new_line('a')
   end function sharp_note
 end module qsmpm_retention

@@ -231,7 +231,7 @@ contains
       end if
     end do
     if (norm <= tolerance*height) return
-    call fail(error, error_not_converged, 'the flow of the water is not found: heads are off by '// &
+    call fail(error, error_not_converged, 'the seepage analysis does not converge: heads are in error by '// &
       rounded_text(norm)//' after '//rounded_text(real(most_iterations, wp))//' iterations with suction over a '// &
       'height of '//rounded_text(width))
   end subroutine find_heads

@@ -101,11 +101,11 @@ contains
       end if
       if (.not. found(i)) call place_drain(model%analysis, level%heads(i), i, scene, flow, found(i))
       if (.not. found(i)) call add_diagnostic(diagnostics, level%heads(i)%where, '*WATER LEVEL', &
-        "neither an edge nor a node of the ground lies in '"//level%heads(i)%set//"'")
+        "neither an edge nor a node of the ground is in '"//level%heads(i)%set//"'")
     end do
     if (all(found) .and. .not. (level%transient .or. any(flow%kind == node_head .or. flow%rain > 0.0_wp))) &
       call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
-      'every level lies below its part of the bounds: no water comes in')
+      'every level is below its part of the boundary: there is no inflow')
   end subroutine place_bounds
 
   !> In space a level is at whole faces of the ground.
@@ -127,12 +127,12 @@ contains
       end do
     end associate
     if (.not. area > 0.0_wp) then
-      call add_diagnostic(diagnostics, head%where, '*WATER LEVEL', "no face of the ground lies in '"//head%set// &
-        "' (a well or a drain within it is for plane scenes)")
+      call add_diagnostic(diagnostics, head%where, '*WATER LEVEL', "no face of the ground is in '"//head%set// &
+        "' (a well or drain inside the ground requires a plane model)")
     else if (wanted > 0.0_wp .and. abs(area - wanted) > whole*wanted) then
       call add_diagnostic(diagnostics, head%where, '*WATER LEVEL', "surface '"//head%set//"', "// &
-        rounded_text(wanted)//' large, lies on faces of cells that are '//rounded_text(area)// &
-        ' large: let it end where they do')
+        rounded_text(wanted)//' large, covers faces of cells that are '//rounded_text(area)// &
+        ' large: let it end at their edges')
     end if
   end subroutine check_part
 

@@ -97,9 +97,9 @@ contains
       do c = 1, size(body)
         if (.not. volume(b, c) > 0.0_wp) cycle
         if (abs(volume(b, c) - cell_volume(model%mesh, c)) <= whole*volume(b, c)) cycle
-        call add_diagnostic(diagnostics, model%analysis%bodies(b)%where, '*BODY', "water is to flow through body '"// &
-          model%analysis%bodies(b)%name//"' (*WATER LEVEL, TYPE=SEEPAGE), which ends within cells of the mesh: in "// &
-          '3D let it end on lines of the *GRID, or take a *MESH that fits it')
+        call add_diagnostic(diagnostics, model%analysis%bodies(b)%where, '*BODY', "seepage through body '"// &
+          model%analysis%bodies(b)%name//"' (*WATER LEVEL, TYPE=SEEPAGE), which ends inside cells of the mesh: in "// &
+          '3D let it end on grid lines, or use a *MESH that conforms to it')
         exit
       end do
     end do

@@ -49,9 +49,9 @@ contains
       trim(cells(analysis%model))//', '//in_steps(flow%steps)// &
       integer_text(flow%iterations)//' iterations, '// &
       'suction over a height of '//rounded_text(flow%suction, 2)//new_line('a')
-    if (flow%suction > flow%wanted) text = text//"warning: phase '"//analysis%phases(number)%name//"': the flow of "// &
-      'the water is not found with suction over less than '//rounded_text(flow%suction, 2)//' ('// &
-      rounded_text(flow%wanted, 2)//' is meant): too much of it flows above its surface'//new_line('a')
+    if (flow%suction > flow%wanted) text = text//"warning: phase '"//analysis%phases(number)%name//"': the seepage "// &
+      'analysis does not converge with suction over less than '//rounded_text(flow%suction, 2)//' ('// &
+      rounded_text(flow%wanted, 2)//' is intended): too much water flows above the phreatic surface'//new_line('a')
     do i = 1, size(level%heads)
       if (scene%beside(i)) text = text//beside_text(analysis%phases(number)%name, level%heads(i)%set)
       if (scene%shore(i) > 0) text = text//shore_text(analysis%phases(number)%name, level%heads(i)%set, &
@@ -88,8 +88,8 @@ contains
         end if
       end associate
       text = "warning: phase '"//analysis%phases(number)%name//"': water leaves body '"//analysis%bodies(b)%name// &
-        "' in time, and its material is *UNDRAINED, which keeps an excess pressure beside that of the flow: take "// &
-        'one of them (*DRAIN STATE drains it from a phase on)'//new_line('a')
+        "' in time, and its material is *UNDRAINED, which keeps an excess pressure in addition to that of the "// &
+        'flow: use one of them (*DRAIN STATE drains it from a phase on)'//new_line('a')
       return
     end do
   end function undrained_note
@@ -144,9 +144,10 @@ contains
       end associate
       if (.not. gradient > worst*critical) cycle
       worst = gradient/critical
-      text = "warning: phase '"//analysis%phases(number)%name//"': water leaves upwards by a gradient of "// &
+      text = "warning: phase '"//analysis%phases(number)%name//"': water flows out upwards with a hydraulic "// &
+        "gradient of "// &
         rounded_text(gradient, 3)//' at '//rounded_place(sum(flow%position(:, flow%corner(:, cell)), dim=2) &
-        /size(flow%corner, 1))//', where '//rounded_text(critical, 3)//' lifts the soil: piping begins there'// &
+        /size(flow%corner, 1))//', where '//rounded_text(critical, 3)//' is critical: piping starts there'// &
         new_line('a')
     end do
   end function lift_note
@@ -162,9 +163,9 @@ contains
       if (.not. any(phase%water_levels%flows .and. .not. phase%water_levels%coupled)) return
       way = largest(model%part%team, maxval([0.0_wp, norm2(points%position - points%initial_position, dim=1)]))
       if (.not. way > model%cell_size) return
-      text = "warning: phase '"//phase%name//"': its water flows through the ground as it was drawn, and "// &
-        'the ground has moved by '//rounded_text(way, 2)//' since, more than a cell: pressures are off '// &
-        'there'//new_line('a')
+      text = "warning: phase '"//phase%name//"': seepage is computed for the initial geometry, and the ground has "// &
+        'moved by '//rounded_text(way, 2)//' since, more than a cell: pore pressures there are inaccurate'// &
+        new_line('a')
     end associate
   end function moved_note
 end module qsmpm_seepage_notes

@@ -71,8 +71,7 @@ contains
         associate (levels => analysis%phases(path(k))%water_levels)
           if (size(levels) == 0) cycle
           if (any(levels%flows .and. .not. levels%coupled)) call add_diagnostic(diagnostics, phase%where, &
-            '*PHASE', "phase '"//phase%name//"' changes bodies that water flows through: repeat *WATER LEVEL, "// &
-            'TYPE=SEEPAGE in it')
+            '*PHASE', "phase '"//phase%name//"' changes bodies with seepage: repeat *WATER LEVEL, TYPE=SEEPAGE in it")
           return
         end associate
       end do
@@ -180,12 +179,12 @@ contains
     plane = analysis%model /= three_dimensional
     if (plane .and. all(analysis%mesh%kind /= [mesh_grid, mesh_fitted])) then
       call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'TYPE=SEEPAGE in plane strain and '// &
-        'axisymmetry is for a *GRID, whose lines say how large its triangles are')
+        'axisymmetry requires a *GRID, whose lines define the size of its triangles')
       return
     end if
     do b = 1, merge(0, size(analysis%rigid_bodies), plane)
       call add_diagnostic(diagnostics, analysis%rigid_bodies(b)%where, '*RIGID BODY', 'TYPE=SEEPAGE of *WATER '// &
-        'LEVEL in 3D has no rigid bodies: water would flow through them')
+        'LEVEL in 3D does not support rigid bodies: water would flow through them')
     end do
     active = bodies_active(analysis, number)
     material = body_materials(analysis, number)
@@ -195,9 +194,9 @@ contains
         level%where, '*WATER LEVEL', "TYPE=SEEPAGE: body '"//analysis%bodies(b)%name// &
         "' is neither a BOX nor a POLYGON")
       if (analysis%materials(material(b))%permeability(1) < 0.0_wp) call add_diagnostic(diagnostics, &
-        analysis%materials(material(b))%where, '*MATERIAL', "water is to flow through body '"// &
+        analysis%materials(material(b))%where, '*MATERIAL', "seepage through body '"// &
         analysis%bodies(b)%name//"', but material '"//analysis%materials(material(b))%name// &
-        "' has no *PERMEABILITY (0 for one that is tight)")
+        "' has no *PERMEABILITY (0: impermeable)")
     end do
     if (level%transient) call check_pores(analysis, number, diagnostics)
     if (level%transient) call check_time(analysis, number, level, diagnostics)
@@ -213,13 +212,14 @@ contains
 
     place = flow_before(analysis%phases, number)
     if (place(1) == 0) then
-      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'FLOW=TRANSIENT begins from a flow, and no '// &
-        'phase before has one of all bodies: begin with a phase of TYPE=SEEPAGE, FLOW=STEADY')
+      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'FLOW=TRANSIENT starts from a flow, and no '// &
+        'earlier phase has one through all bodies: start with a phase of TYPE=SEEPAGE, FLOW=STEADY')
     else if (.not. allocated(analysis%phases(place(1))%water_levels(place(2))%field)) then
-      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the flow that this one begins from was not found')
+      call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the flow that this one starts from has not '// &
+        'converged')
     end if
     if (.not. analysis%phases(number)%duration_given) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
-      'FLOW=TRANSIENT takes time: *PHASE, TIME=, in the unit of *PERMEABILITY')
+      'FLOW=TRANSIENT requires *PHASE, TIME=, in the unit of *PERMEABILITY')
   end subroutine check_time
 
   !> Cells that water flows through, and their permeability.

@@ -81,12 +81,12 @@ contains
     text = ''
     but = ''
     if (any([(free_surface_of(analysis%phases, i) > 0, i=1, size(analysis%phases))])) &
-      but = ', but where *CONSOLIDATION has a free surface, where they contain it'
+      but = ', except under a free surface of *CONSOLIDATION, where they include it'
     do i = 1, size(analysis%histories)
       if (.not. any(analysis%histories(i)%quantity == [quantity_reaction, quantity_contact_force, &
         quantity_contact_pressure])) cycle
       text = "history '"//analysis%histories(i)%name//"', as all reactions and contact forces, is of effective "// &
-        'stresses: the pressure of the water at rest comes on top, gamma_w h^2/2 on a wall '// &
+        'stresses: the hydrostatic water pressure must be added, gamma_w h^2/2 on a wall '// &
         '(docs/methods/water.md)'//but//new_line('a')
       return
     end do
@@ -138,8 +138,8 @@ contains
       end do
       lowest = smallest(model%part%team, lowest)
       if (lowest > same_height*mesh_height(model, axis)) call add_diagnostic(diagnostics, level%where, &
-        '*WATER LEVEL', 'the level lies below all of the ground that it is for, by '//short(lowest)// &
-        '; TYPE=NONE takes the water away')
+        '*WATER LEVEL', 'the level is below all ground it applies to, by '//short(lowest)// &
+        '; TYPE=NONE removes the water')
     end associate
   end subroutine check_reach
 
@@ -169,8 +169,8 @@ contains
         end do
         if (any_of(model%part%team, within)) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', &
           'the line falls by '//short(fall)//' from '//across_name(tables)//' = '//short(from(1))//' to '// &
-          short(to(1))//', within the box of a material point, over which it takes a mean slope: let it '// &
-          'fall over the width of the wall, or of several points')
+          short(to(1))//', within the domain of a material point, which averages it: let it fall over the width of '// &
+          'the wall, or of several points')
       end associate
     end do
   end subroutine check_falls
@@ -207,7 +207,8 @@ contains
       if (rank == model%part%team%ranks) return
       call spread_text(model%part%team, rank, place)
       call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the line slopes above the ground, by '//place// &
-        ': water that stands free is level; where the level leaves the ground it follows its surface or goes on level')
+        ': free water is horizontal; where the level leaves the ground let it follow the surface or continue '// &
+        'horizontally')
     end associate
   end subroutine check_slope
 
@@ -231,8 +232,8 @@ contains
         if (is_pressed(model, ground, number, a, b)) cycle
         call add_diagnostic(diagnostics, model%analysis%phases(number)%water_levels(1)%where, '*WATER LEVEL', &
           'the pressure of the water jumps by '//short(jump)//" from body '"//model%analysis%bodies(a)%name// &
-          "' to body '"//model%analysis%bodies(b)%name//"', which touch: nothing carries that; give both one "// &
-          'level, let it fall over the width of one of them, or put a *PRESSURE on the surface between them')
+          "' to body '"//model%analysis%bodies(b)%name//"', which are in contact: nothing balances the jump; give "// &
+          'both one level, let it fall over the width of one of them, or apply a *PRESSURE on the surface between them')
       end do
     end do
   end subroutine check_neighbours
@@ -351,9 +352,9 @@ contains
           end do
         end do
         if (wet) call add_diagnostic(diagnostics, load%where, '*PRESSURE', "surface '"//load%surface// &
-          "' lies below the water level of its body in phase '"//phase%name//"', whose force holds the pressure of "// &
-          'the water on the surface already: it would be counted twice; slurry presses by what it has more, '// &
-          'in a data line `p, gradient, y`')
+          "' lies below the water level of its body in phase '"//phase%name//"', whose force already includes the "// &
+          'water pressure on the surface: it would be counted twice; for slurry give only the pressure in excess '// &
+          'of water, in a data line `p, gradient, y`')
       end do
     end associate
   end subroutine check_pressures
@@ -382,8 +383,8 @@ contains
           depth = depth_of_water(model, ground, number, body_number(model%analysis, change%body), tables, tolerance(2))
           if (.not. depth > tolerance(1)) cycle
           notes = notes//'warning: '//where_text(change%where)//"*DEACTIVATE: where body '"//change%body// &
-            "' is taken out water stands "//rounded_text(depth)//" deep from phase '"//phase%name// &
-            "' on, because its level in the ground stays above the floor; for a dry pit let *WATER LEVEL of this "// &
+            "' is excavated, water stands "//rounded_text(depth)//" deep from phase '"//phase%name// &
+            "' on, because the water level stays above the floor; for a dry excavation let *WATER LEVEL of this "// &
             'phase run along or below the floor'//new_line('a')
         end associate
       end do
@@ -425,9 +426,9 @@ contains
           notes = notes//'warning: '//flooded_hollow//' at ('//rounded_text(x(1))//', '//rounded_text(x(2))// &
             '), with '//rounded_text(head_at(tables(b), x))// &
             " of water on its floor in body '"//model%analysis%bodies(b)%name//"' in phase '"// &
-            model%analysis%phases(number)%name//"', counts as full of water, which presses on its faces: one that "// &
-            'is dry wants *WATER LEVEL, BODY=, TYPE=NONE of the lining and *PRESSURE, LEVEL= on the outside of it, '// &
-            'a slit between layers the corners of either in both'//new_line('a')
+            model%analysis%phases(number)%name//"', is treated as full of water, which acts on its faces: a dry "// &
+            'one requires *WATER LEVEL, BODY=, TYPE=NONE of the lining and *PRESSURE, LEVEL= on its outside; a gap '// &
+            'between layers is closed by giving both the same corners'//new_line('a')
           return
         end associate
       end do

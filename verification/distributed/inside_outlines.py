@@ -181,7 +181,7 @@ def side_by_side(place: Place) -> None:
     """Bodies inside of their outlines beside others: one process's curves, and its words of how far the others are off."""
     agrees_in_points(place, "mixed", mixed(), (2, 3, 4))
     logs = [(place.work / f"mixed-{end}/job.log").read_text().splitlines() for end in ("alone", "2", "3", "4")]
-    said = [[line for line in log if "off over its outline" in line] for log in logs]
+    said = [[line for line in log if "along its outline" in line] for log in logs]
     expect(len(said[0]) > 1 and all(lines == said[0] for lines in said), f"{said}")
 
 

@@ -97,7 +97,7 @@ def more_rests(place: Place) -> None:
     beyond = GROUND.format(method=STANDARD).replace("1.4, 0.5", "1.4, 0.1").replace("*STRENGTH PROFILE\n1.4, 1, 2\n", "")
     runs = [place.run("qsmpm", beyond, "beyond-alone", code=3), place.run("qsmpm-mpi", beyond, "beyond-3", ranks=3, code=3)]
     said = [[line.split(", most at")[0] for line in run.log.splitlines() if "initial stress of" in line or "stopped" in line] for run in runs]
-    expect(said[0] == said[1] and len(said[0]) > 2, f"beyond the strength: {said}")
+    expect(said[0] == said[1] and len(said[0]) > 2, f"exceed the strength: {said}")
 
 
 def same_as_alone(place: Place, name: str, deck: str) -> None:

@@ -206,14 +206,14 @@ contains
 
     allocate (model)
     call try('PLANE STRAIN', box, 'SHAPE=CIRCLE|2, 1.6, 0.7', model, text)
-    call tests%check('the word is suggested: '//text, index(text, 'or let IN PLACE=YES take it out') > 0)
+    call tests%check('the word is suggested: '//text, index(text, 'or remove it by IN PLACE=YES') > 0)
     call try('PLANE STRAIN', box, 'SHAPE=CIRCLE, IN PLACE=YES|1, 1.6, 0.3|*RIGID BODY, NAME=other, SHAPE=CIRCLE|'// &
       '3, 1.6, 0.3|*CONTACT, BODY=other, SURFACE=level', model, text)
-    call tests%check('beside one that is in place, too: '//text, index(text, 'or let IN PLACE=YES take it out') > 0)
+    call tests%check('beside one that is in place, too: '//text, index(text, 'or remove it by IN PLACE=YES') > 0)
     call try('PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES|-1, 5, -1, 4', model, text)
-    call tests%check('nothing left: '//text, index(text, "nothing is left of 'ground' where rigid") > 0)
+    call tests%check('nothing left: '//text, index(text, "nothing remains of 'ground' where rigid") > 0)
     call try('PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES|-1, 5, 1.5, 1.7', model, text)
-    call tests%check('a surface inside: '//text, index(text, "all of 'level' lies inside of rigid bodies") > 0)
+    call tests%check('a surface inside: '//text, index(text, "all of 'level' is inside rigid bodies") > 0)
     call try('PLANE STRAIN', box, 'SHAPE=BOX, ROUND=0.496|1, 2, 3.1, 4.1', model, text)
     call tests%check('corners that are too round: '//text, index(text, "the corners of 'tool' cannot be as round as "// &
       'ROUND=0.496') > 0 .and. index(text, 'its edges allow 0.495') > 0)
@@ -243,7 +243,7 @@ contains
       call try('PLANE STRAIN', box, 'SHAPE=CIRCLE|'//real_text(model%state%points%position(1, p))//', '// &
         real_text(model%state%points%position(2, p))//', 0.01', other, text)
       call tests%check('one point is inside: '//text, index(text, 'soil of volume '// &
-        rounded_text(model%state%points%volume(p))//" lies inside of 'tool': draw the bodies") > 0)
+        rounded_text(model%state%points%volume(p))//" is inside 'tool': define the soil") > 0)
     end do
     call try('PLANE STRAIN', box, 'SHAPE=CIRCLE|'//real_text(model%state%points%position(1, 1))//', '// &
       real_text(model%state%points%position(2, 1))//', 0.002', other, text)

@@ -887,7 +887,7 @@ contains
     call end_contact_check(model, check, observer)
     ! The base stands at 1.55, the highest points beside it at 1.05.
     call tests%check('the nearest soil is told: '//observer%text, index(observer%text, &
-      "moves rigid body 'tool', and nothing touches it: the nearest soil of its *CONTACT is 0.50") > 0)
+      "moves rigid body 'tool', and nothing is in contact with it: the nearest soil of its *CONTACT is 0.50") > 0)
     model%state%points%position(:, 1) = [1.0_wp, 1.3_wp]
     call keep_rigid_body(model, 1, rigid_pose_type([0.0_wp, 1.0_wp, 0.0_wp]), spread(0.0_wp, 1, 6))
     call begin_contact_check(model, check)

@@ -192,7 +192,7 @@ contains
       same_bits(sample%modulus, 0.0_wp))
     call read_sample('*SAMPLE', sample, messages)
     call tests%check('what is required', index(messages, 'parameter NSET is missing') > 0 .and. &
-      index(messages, '1 data line(s) wanted') > 0)
+      index(messages, '1 data line(s) required') > 0)
   end subroutine refused
 
   !> A data line by name, in any order and on several lines, by names of other programs; what is wrong with one.

@@ -1378,8 +1378,8 @@ contains
     call tests%close('share of s_u where the place was', strength(2), 0.5_wp*(10.0_wp + 2.0_wp*0.5_wp), 0.07_wp)
     call check_patch_strengths(tests, model)
     call check_refused(tests, index_of('*MOHR COULOMB|5, 0, 0|*STRENGTH PROFILE, TYPE=LINEAR|1.1, 10, 2|'), '', &
-      "material 'clay' has not")
-    call check_refused(tests, index_of('*MOHR COULOMB|4, 30, 0|'), '', "material 'sand' has not")
+      "material 'clay' does not have")
+    call check_refused(tests, index_of('*MOHR COULOMB|4, 30, 0|'), '', "material 'sand' does not have")
     call check_kinds_of_strength(tests, model)
     call check_refused(tests, index_of('*MOHR COULOMB|5, 0, 0|*STRENGTH PROFILE, TYPE=LINEAR|1.1, 10, 2|'), &
       '*MOHR COULOMB|5, 20, 0|*UNDRAINED, TYPE=A|', "s_u of undrained material 'clay'")

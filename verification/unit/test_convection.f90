@@ -374,7 +374,7 @@ contains
     type(tests_type), intent(inout) :: tests
     !> Held at its base, its soil has sheared.
     type(model_type), intent(inout) :: model
-    character(len=*), parameter :: start = "phase 'one': soil flows along the side x = 0 of the mesh: "
+    character(len=*), parameter :: start = "phase 'one': soil yields along the side x = 0 of the mesh: "
     integer :: a, p
 
     associate (points => model%state%points, constrained => model%loading%constrained)

@@ -363,7 +363,7 @@ contains
       'd/test.inp:18: *GRAVITY: is given twice (first in line 16)')
     call expect(tests, 'a third coordinate in the plane is told', &
       with_line('*HISTORY, NAME=h, QUANTITY=POSITION, COMPONENT=X| 0, 0, 0', '*PHASE'), &
-      'd/test.inp:14: *HISTORY: 3 item(s) where x, y are wanted (the model is plane)')
+      'd/test.inp:14: *HISTORY: 3 item(s) where x, y are required (the model is plane)')
     call expect(tests, 'a parameter without meaning is told', &
       with_line('*METHOD, RATE=PAPER', '*PHASE'), &
       'd/test.inp:13: *METHOD: parameter RATE has no meaning without KINEMATICS=JAUMANN')

@@ -315,14 +315,14 @@ contains
         .or. filling_pressure(model) < 1.0e-3_wp))
     end associate
     call tests%check('which is told', index(bounds_note(model), &
-      "'two': the free water of 'shore' stands on the faces in air beside and above it too") > 0)
+      "'two': the free water of 'shore' also acts on adjacent exposed faces") > 0)
     call tests%check('it ends nowhere', index(bounds_note(model), 'ends at') == 0)
     call look_at('| top, 2.5|')
     call tests%close('from the top it does not fall over the shore', sum(abs(bounds%load(1, :))), 0.0_wp, 1.0e-9_wp)
     call tests%close('and presses on the top', sum(bounds%load(2, :)), -2.0_wp*5.0_wp, 1.0e-9_wp)
     call tests%check('where it ends is warned of', index(bounds_note(model), &
-      "the free water of 'top' ends at (2, 2), below its level") > 0)
-    call tests%check('no face is beside it', .not. any(bounds%beside) .and. index(bounds_note(model), 'beside and above') == 0)
+      "the free water of 'top' ends at (2, 2), next to exposed ground") > 0)
+    call tests%check('no face is beside it', .not. any(bounds%beside) .and. index(bounds_note(model), 'exposed faces') == 0)
     call look_at('| shore, 1| well, 0.6|')
     associate (x => model%mesh%coordinates(1, :size(bounds%row)), y => model%mesh%coordinates(2, :size(bounds%row)))
       call tests%check('a well is where its set is', any(bounds%row == 2) .and. all(bounds%row /= 2 .or. (x > 0.39_wp .and. &
@@ -343,14 +343,14 @@ contains
       call tests%check('a set with faces is no well', any(bounds%row == 1) .and. all(bounds%row /= 1 .or. x > 1.99_wp .or. &
         y < 0.01_wp))
     end associate
-    call tests%check('without a curve none is sharp', index(model%notes, 'holds water over') == 0)
+    call tests%check('without a curve none is sharp', index(model%notes, 'retains water over') == 0)
     call make_step('PLANE STRAIN', rest//'*PHASE, NAME=short, TIME=1e-4|'//flows//levels//' well, 1|*END PHASE|', 2, model, &
       step, ', ALPHA=50, N=2')
-    call tests%check('what a well drains in a short time is told', index(model%notes, 'to a set within the ground') > 0)
+    call tests%check('what a well drains in a short time is told', index(model%notes, 'to a node set within the ground') > 0)
     call tests%check('and a sharp curve', index(model%notes, "'short': soil of ALPHA=50") > 0)
     call make_step('PLANE STRAIN', rest//'*PHASE, NAME=short, TIME=1e-4|'//flows//levels//' left, 1|*END PHASE|', 2, model, &
       step)
-    call tests%check('without a well nothing', index(model%notes, 'to a set within the ground') == 0)
+    call tests%check('without a well nothing', index(model%notes, 'to a node set within the ground') == 0)
     call look_at('| shore, 2|')
     call tests%close('up to the top it stays at the shore', sum(bounds%load(1, :)), -20.0_wp, 1.0e-9_wp)
     call tests%check('no face is beside that', .not. any(bounds%beside))
@@ -543,7 +543,7 @@ contains
     call end_system(step%system)
     call make_step('PLANE STRAIN', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' air, 1|*END PHASE|', 2, model, &
       step)
-    call tests%check('one that is not is told', index(bounds_note(model), "'lowers': no face of the ground lies in 'air'") > 0)
+    call tests%check('one that is not is told', index(bounds_note(model), "'lowers': no face of the ground is in 'air'") > 0)
     call end_system(step%system)
   contains
     !> Level of a row in a phase.
@@ -560,19 +560,19 @@ contains
   subroutine check_refusals(tests)
     type(tests_type), intent(inout) :: tests
 
-    call refuse('no other level', rest//lowers//'*PHASE, NAME=on, TIME=1|*WATER LEVEL, UNIT WEIGHT=10| 0, 1|*END PHASE|', &
-      'whose pressure no other level takes over')
+    call refuse('no other kind of level', rest//lowers//'*PHASE, NAME=on, TIME=1|*WATER LEVEL, UNIT WEIGHT=10| 0, 1|*END PHASE|', &
+      'no other kind of level can follow it')
     call refuse('water has one weight', rest//'*PHASE, NAME=lowers, TIME=3|*CONSOLIDATION, UNIT WEIGHT=9|'//levels// &
-      '*END PHASE|', 'has one weight')
+      '*END PHASE|', 'both must be equal')
     call refuse('it begins from water', '*PHASE, NAME=lowers, TIME=3|*FIX| base, ALL|*GRAVITY| 0, -1|'//flows//levels// &
-      '*END PHASE|', 'begins from the water of a phase before')
+      '*END PHASE|', 'starts from the water of an earlier phase')
     call refuse('no pressure of the same water', rest//'*PHASE, NAME=lowers, TIME=3|*PRESSURE, SURFACE=shore, LEVEL=1, '// &
-      'UNIT WEIGHT=10|'//flows//levels//'*END PHASE|', "presses by its level, and by a *PRESSURE as well")
+      'UNIT WEIGHT=10|'//flows//levels//'*END PHASE|', "acts by its level and by a *PRESSURE: remove the latter")
     call refuse('no open set', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//' base, OPEN|'//levels//'*END PHASE|', &
-      "'base' is OPEN, and in phase 'lowers' the surface of the water is free")
-    call refuse('one pressure', '*HISTORY, NAME=e, QUANTITY=EXCESS PRESSURE|'//rest//lowers, 'there is one pressure')
+      "'base' is OPEN, and in phase 'lowers' the phreatic surface is free")
+    call refuse('one pressure', '*HISTORY, NAME=e, QUANTITY=EXCESS PRESSURE|'//rest//lowers, 'is the total pore pressure')
     call refuse('parts', rest//'*PHASE, NAME=lowers, TIME=3|'//flows//levels//' air, 1|*END PHASE|', &
-      "neither a face nor a node of the ground lies in 'air'", without='*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
+      "neither a face nor a node of the ground is in 'air'", without='*BODY, NAME=fill, MATERIAL=sand, SHAPE=BOX, ACTIVE=NO| '// &
       '0, 1, 2, 2.5|')
     call refuse('what is not there needs no pores', '*MATERIAL, NAME=rock|*ELASTIC| 100, 0.2|*UNIT WEIGHT| 18, 20|'// &
       '*PERMEABILITY| 0.3|*BODY, NAME=later, MATERIAL=rock, SHAPE=BOX, ACTIVE=NO| 2, 3, 0, 1|'//rest//lowers, '', &

@@ -151,7 +151,7 @@ contains
       call tests%check('bodies are told', index(model%notes, "history 'wall' follows body 'ground'") > 0 .and. &
         index(model%notes, "history 'push' follows body 'ground'") > 0)
       call tests%check('a body that goes is warned of', index(model%notes, "warning: dug.inp:10: *HISTORY: 'heave' "// &
-        "follows body 'pit', which phase 'dig' takes out") > 0 .and. index(model%notes, "'wall' follows body 'ground', "// &
+        "follows body 'pit', which phase 'dig' deactivates") > 0 .and. index(model%notes, "'wall' follows body 'ground', "// &
         'which') == 0)
       deallocate (model)
     end do

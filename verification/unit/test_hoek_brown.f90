@@ -242,8 +242,8 @@ contains
     call tests%check('Davis is refused', allocated(error))
     if (allocated(error)) call tests%check('with what to write', index(error%message, 'FLOW=ASSOCIATED') > 0)
     call check_deck(tests, 'MATERIAL', '')
-    call check_deck(tests, 'DAVIS B', "material 'rock' cannot be weakened in the safety phase 'factor': *HOEK BROWN is "// &
-      'lowered by FLOW=MATERIAL')
+    call check_deck(tests, 'DAVIS B', "material 'rock' cannot be reduced in strength in the safety phase "// &
+      "'factor': *HOEK BROWN is lowered by FLOW=MATERIAL")
   end subroutine check_refusals
 
   !> A deck whose factor is searched with a flow rule, and why it is refused.

@@ -54,8 +54,8 @@ contains
     call tests%close('the knee is where the logarithm of the compliance says', limit%knee, 0.45_wp, rounding)
     call tests%check('and the limit load is found', is_found(limit))
     call tests%check('a jump over more than half of what is allowed is told: '//jump_note('push', limit, 10.0_wp), &
-      index(jump_note('push', limit, 10.0_wp), 'carried is 4 times as compliant as the first one, the one refused more than 10 '// &
-      'times: a jump') > 0)
+      index(jump_note('push', limit, 10.0_wp), 'accepted step is 4 times as compliant as the first one, the '// &
+      'rejected one more than 10 times: such a jump') > 0)
     call tests%check('one from beyond half of it is none', len(jump_note('push', limit, 7.9_wp)) == 0 .and. &
       len(jump_note('push', limit, 8.1_wp)) > 0)
     call tests%close('without soft steps the plateau begins on the way to the refused one', limit%plateau, &
@@ -96,12 +96,12 @@ contains
     call tests%check('the loads are those carried and refused, the knee and the start of the plateau', &
       all(abs(loads - [20.0_wp, 40.0_wp, 80.0_wp/3.0_wp, 16.0_wp]) <= 1.0e-12_wp))
     call tests%check('in words: '//limit_report(loads), index(limit_report(loads), 'limit load 26.6667 of this grid '// &
-      '(the knee), known to 90.0 %: its plateau begins at 16, carried is 20, refused 40, and the compliance grows without end '// &
-      'towards 40; `qsmpm-verify study') == 1)
+      '(the knee), known to 90.0 %: its plateau begins at 16, the largest load carried is 20, no equilibrium at '// &
+      '40, and the compliance grows without bound towards 40; `qsmpm-verify study') == 1)
     ! Inverses of 5 at 0.55 and of 10 at 0.6125: 0 at 0.675.
     call tests%check('a slowly growing compliance leaves the limit load as far above the knee as its plateau is below', &
       index(limit_report([0.625_wp, 0.625049_wp, 0.6125_wp, 0.55_wp]), 'known to 20.4 %: its plateau begins at 0.55, '// &
-      'carried is 0.625, refused 0.625049, and the compliance grows without end towards 0.675;') > 0)
+      'the largest load carried is 0.625, no equilibrium at 0.625049, and the compliance grows without bound towards 0.675;') > 0)
     call tests%check('in short', limit_text(loads) == 'limit load 26.6667')
     limit%plateau = 0.5_wp
     loads = limit_loads(limit, 0.25_wp, 80.0_wp)

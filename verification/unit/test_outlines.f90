@@ -290,7 +290,7 @@ contains
       step%cut%share < 0.5_wp)
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     call tests%check('an elastic body has a remedy: '//observer%text, index(observer%text, 'warning: the integration') == 1 &
-      .and. index(observer%text, 'take INTEGRATION=CELL') > 0)
+      .and. index(observer%text, 'use INTEGRATION=CELL') > 0)
     call tests%check('most at a node beside the outline', norm2(step%cut%place - [1.1_wp, 0.4_wp]) < 1.2_wp .and. &
       norm2(step%cut%place - [1.1_wp, 0.4_wp]) > 0.2_wp)
     model%state%points%position = model%state%points%initial_position
@@ -358,13 +358,13 @@ contains
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     call tests%check('little is told once, and what makes it less: '//observer%text, index(observer%text, &
-      'the integration of cells that a body cuts is 1.9 % off') == 1 .and. index(observer%text, 'cells of half the size', &
+      'the integration error of cells cut by a body is 1.9 % along') == 1 .and. index(observer%text, 'cells of half the size', &
       back=.true.) == index(observer%text, 'cells of half the size') .and. index(observer%text, 'warning') == 0)
     step%cut%share = 0.03_wp
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     call end_cut_cell_check('load', step%cut, observer)
     call tests%check('much is a warning: '//observer%text, index(observer%text, '|warning: the integration') > 0 .and. &
-      index(observer%text, "|warning: phase 'load': the integration of cells that a body cuts is 3") > 0)
+      index(observer%text, "|warning: phase 'load': the integration error of cells cut by a body is 3") > 0)
     call tests%check('little of an elastic body is one too', level_of(0.005_wp, .true.) == level_warning .and. &
       level_of(0.005_wp, .false.) == level_note .and. level_of(0.0039_wp, .true.) == level_none)
     call deformed('PLANE STRAIN', 'TRI6', 6, 'BASIS=STANDARD, INTEGRATION=POINTS', '', '', model, step)
@@ -408,7 +408,7 @@ contains
       index(observer%text, 'half the size') > 0)
     step%cut%place = [2.0_wp, 0.5_wp]
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
-    call tests%check('beside the rock they do: '//observer%text, index(observer%text, 'take INTEGRATION=CELL') > 0)
+    call tests%check('beside the rock they do: '//observer%text, index(observer%text, 'use INTEGRATION=CELL') > 0)
   end subroutine check_neighbours
 
   !> Nothing is carried for a body that ends on grid lines; the points of a support stay where they are.

@@ -67,7 +67,8 @@ contains
   !> Of two bodies each has the distance of its own surface, and the first point of a surface may be the nearest.
   subroutine check_others(tests)
     type(tests_type), intent(inout) :: tests
-    character(len=*), parameter :: idle = "moves rigid body 'other', and nothing touches it: the nearest soil of its "// &
+    character(len=*), parameter :: idle = "moves rigid body 'other', and nothing is in contact with it: the "// &
+      "nearest soil of its "// &
       '*CONTACT is '
     class(model_type), allocatable :: model
     class(step_type), allocatable :: step
@@ -152,7 +153,7 @@ contains
     found%deepest = [0.5_wp, 0.25_wp, 0.0_wp]
     call tests%close('0.11 cells inside', said(model, found, check, 'soil at 5.0000E-01  2.5000E-01 is 0.11 cells inside '// &
       'rigid body '// &
-      "'plate'; the surface of its *CONTACT must reach there"), 1.0_wp, 0.0_wp)
+      "'plate'; the surface of its *CONTACT must extend to that place"), 1.0_wp, 0.0_wp)
     found%depth = 0.21_wp*cell
     call tests%close('0.21 cells are not twice as deep', said(model, found, check, 'inside'), 0.0_wp, 0.0_wp)
     found%depth = 0.23_wp*cell
@@ -249,7 +250,8 @@ contains
   subroutine check_lost_reactions(tests, model)
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(inout) :: model
-    character(len=*), parameter :: falls = "warning: phase 'press': the mean reaction along what it prescribes falls "// &
+    character(len=*), parameter :: falls = "warning: phase 'press': the mean reaction along its prescribed "// &
+      "displacement falls "// &
       'by more than 50 % and stays low in '
     type(contact_check_type) :: check
 
@@ -285,8 +287,8 @@ contains
   subroutine check_knee(tests, model)
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(inout) :: model
-    character(len=*), parameter :: of_grid = 'the load at which the ground gives way is that of this grid', &
-      rises = 'the mean reaction along what it prescribes has risen by '
+    character(len=*), parameter :: of_grid = 'the load at failure depends on the grid', &
+      rises = 'the mean reaction along its prescribed displacement has risen by '
     type(contact_check_type) :: check
     integer :: basis
 
@@ -296,7 +298,7 @@ contains
     call go([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 66.0_wp, 73.0_wp], 0)
     call tests%close('clay that gives way at 61', ended(model, check, of_grid), 1.0_wp, 0.0_wp)
     call go([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 66.0_wp, 73.0_wp], 0)
-    call tests%close('and carries a fifth more', ended(model, check, rises//'20 % since the clay gave way'), 1.0_wp, 0.0_wp)
+    call tests%close('and carries a fifth more', ended(model, check, rises//'20 % since the clay failed'), 1.0_wp, 0.0_wp)
     call go([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 63.0_wp, 66.0_wp], 0)
     call tests%close('a rise of 8 %', ended(model, check, of_grid), 1.0_wp, 0.0_wp)
     call go([20.0_wp, 40.0_wp, 60.0_wp, 61.0_wp, 63.0_wp, 66.0_wp], 0)
@@ -415,8 +417,8 @@ contains
     model%state%points%initial_position = model%state%points%position
     call tests%check('nothing gives way', len(spot_note(model)) == 0)
     model%state%points%initial_position(1, 1) = model%state%points%position(1, 1) - 0.1_wp
-    call tests%check('a corner gives way: '//spot_note(model), index(spot_note(model), "phase 'press': what gives way "// &
-      'is 0.1 % of the ground, around (') > 0)
+    call tests%check('a corner gives way: '//spot_note(model), index(spot_note(model), "phase 'press': the mechanism "// &
+      'involves 0.1 % of the ground, around (') > 0)
     model%state%points%initial_position(1, 2:) = model%state%points%position(1, 2:) - 0.011_wp
     call tests%check('and all of the ground with it', len(spot_note(model)) == 0)
     model%state%points%initial_position = model%state%points%position
@@ -453,7 +455,7 @@ contains
       call tests%check('soft on the way, and nothing has sheared', len(fallen_note(model)) == 0)
       model%state%points%plastic_strain = 0.2_wp
       call tests%check('fallen: '//fallen_note(model), index(fallen_note(model), "phase 'press': soil has sheared by up "// &
-        'to 0.2') > 0 .and. index(fallen_note(model), '20 times as far as in its first step') > 0)
+        'to 0.2') > 0 .and. index(fallen_note(model), '20 times as far as in the first step') > 0)
       phase%controls%limit_compliance = 10.0_wp
       call tests%check('a phase that asks for its limit load', len(fallen_note(model)) == 0)
       phase%controls%limit_compliance = 0.0_wp
@@ -486,9 +488,9 @@ contains
       soil%cohesion = 2.0_wp
       soil%friction_angle = 30.0_wp
       call tests%check('it fails; found: '//flow_notes(model), index(flow_notes(model), "material 'soil' fails and "// &
-        'flows at psi = 0 under phi = 30') > 0 .and. index(flow_notes(model), 'phi = psi = 26.6, c = 1.73 (Davis)') > 0)
+        'flows at psi = 0 below phi = 30') > 0 .and. index(flow_notes(model), 'phi = psi = 26.6, c = 1.73 (Davis)') > 0)
       call tests%check('its factor is one of several; found: '//factor_note(model, flow_material), &
-        index(factor_note(model, flow_material), "'soil' flows at psi = 0 under phi = 30: the factor is one of") == 1)
+        index(factor_note(model, flow_material), "'soil' flows at psi = 0 under phi = 30: the factor is then not") == 1)
       call tests%check('not that of the strength of Davis', len(factor_note(model, flow_davis_a)) == 0)
       soil%undrained%given = .true.
       call tests%check('undrained soil', len(flow_notes(model)) == 0)
@@ -522,19 +524,19 @@ contains
     call tests%check('soil that dilates', len(swollen_note(model)) == 0)
     model%state%points%volume(3) = 3.34_wp*model%state%points%initial_volume(3)
     call tests%check('soil that swells; found: '//swollen_note(model), index(swollen_note(model), &
-      "phase 'press': soil that shears has swelled to 3.34 times its volume") > 0)
+      "phase 'press': shearing soil has dilated to 3.34 times its volume") > 0)
     associate (soil => model%analysis%materials(model%state%points%material(3)))
       soil%mohr_coulomb = .true.
       soil%dilatancy_angle = 0.0_wp
       soil%tensile_strength = 0.0_wp
       call tests%check('what has no dilatancy and no tensile strength has cracked; found: '//swollen_note(model), &
-        index(swollen_note(model), "phase 'press': soil has cracked open to 3.34 times its volume") > 0 .and. &
+        index(swollen_note(model), "phase 'press': cracks have opened soil to 3.34 times its volume") > 0 .and. &
         index(swollen_note(model), 'dilatancy') == 0)
       soil%tensile_strength = huge(1.0_wp)
       call tests%check('so has what has no dilatancy and no cut-off; found: '//swollen_note(model), &
-        index(swollen_note(model), 'has cracked open') > 0 .and. index(swollen_note(model), 'dilatancy') == 0)
+        index(swollen_note(model), 'cracks have opened') > 0 .and. index(swollen_note(model), 'dilatancy') == 0)
       soil%dilatancy_angle = 1.0_wp
-      call tests%check('with a dilatancy it swells', index(swollen_note(model), 'has swelled to 3.34') > 0)
+      call tests%check('with a dilatancy it swells', index(swollen_note(model), 'has dilated to 3.34') > 0)
     end associate
     call check_both(tests, model)
     model%state%points%plastic(3) = 0
@@ -559,8 +561,8 @@ contains
       points%plastic(4) = 1
       points%volume(4) = 2.0_wp*points%initial_volume(4)
     end associate
-    call tests%check('swelling and cracks: '//swollen_note(two), index(swollen_note(two), 'has swelled to 3.34 times') > 0 &
-      .and. index(swollen_note(two), 'has cracked open to 2 times') > 0)
+    call tests%check('swelling and cracks: '//swollen_note(two), index(swollen_note(two), 'has dilated to 3.34 times') > 0 &
+      .and. index(swollen_note(two), 'opened soil to 2 times') > 0)
   end subroutine check_both
 
   !> Steps with so much force against the motion.
@@ -584,14 +586,15 @@ contains
   subroutine check_idle(tests, model)
     type(tests_type), intent(inout) :: tests
     type(model_type), intent(inout) :: model
-    character(len=*), parameter :: idle = "moves rigid body 'plate', and nothing touches it: the nearest soil of its "// &
-      '*CONTACT is 0.5 away', lost = "moves rigid body 'plate' into soil, and it carries nothing: soil is 0.1917 inside"
+    character(len=*), parameter :: idle = "moves rigid body 'plate', and nothing is in contact with it: the "// &
+      "nearest soil of its "// &
+      '*CONTACT is 0.5 away', lost = "moves rigid body 'plate' into soil without any contact force: soil is 0.1917 inside"
 
     call tests%close('above the ground', told(model, 0.6_wp, 0.5_wp, idle), 1.0_wp, 0.0_wp)
     call tests%close('sideways above it', told(model, 0.5_wp, 0.5_wp, idle), 1.0_wp, 0.0_wp)
     call tests%close('on its way up', told(model, 0.4_wp, 0.5_wp, idle), 0.0_wp, 0.0_wp)
     call tests%close('on the ground', told(model, 0.5_wp, 0.9e-3_wp*cell, 'warning'), 0.0_wp, 0.0_wp)
-    call tests%close('just above it', told(model, 0.5_wp, 1.1e-3_wp*cell, 'nothing touches it'), 1.0_wp, 0.0_wp)
+    call tests%close('just above it', told(model, 0.5_wp, 1.1e-3_wp*cell, 'nothing is in contact with it'), 1.0_wp, 0.0_wp)
     ! The highest points of the soil lie 0.0083 below its surface.
     call tests%close('in the ground', told(model, 0.0_wp, -0.2_wp, lost), 1.0_wp, 0.0_wp)
     call tests%close('less than a tenth of a cell', told(model, 0.0_wp, -0.03_wp, 'warning'), 0.0_wp, 0.0_wp)

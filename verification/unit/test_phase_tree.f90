@@ -218,7 +218,7 @@ contains
       run)
     run%model%analysis%phases(3)%parent = ''
     call walk(run, huge(1))
-    call tests%check('the child is told of: '//run%observer%text, index(run%observer%text, "phase 'c' is left out: phase "// &
+    call tests%check('the child is told of: '//run%observer%text, index(run%observer%text, "phase 'c' is skipped: phase "// &
       "'b' has not ended with its whole load|") > 0)
     call tests%check('the phase behind it runs', run%model%state%progress%phase == 4 .and. run%observer%phases == 3)
     call tests%check('and the run ends with the error', allocated(run%error))

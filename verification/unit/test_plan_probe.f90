@@ -140,7 +140,7 @@ contains
     if (allocated(error)) return
     call try_run(run%model, trial)
     call tests%check('it is told', allocated(trial%lost))
-    if (allocated(trial%lost)) call tests%check('with the reason: '//trial%lost, index(trial%lost, 'they lie beyond '// &
+    if (allocated(trial%lost)) call tests%check('with the reason: '//trial%lost, index(trial%lost, 'they exceed '// &
       'the strength of the soil') > 0)
     call run%destroy()
   end subroutine check_refused

@@ -392,8 +392,8 @@ contains
   subroutine check_pits(tests)
     type(tests_type), intent(inout) :: tests
 
-    call tests%check('a flooded pit', index(pit_notes('0, 3.5', ''), "*DEACTIVATE: where body 'pit' is taken out "// &
-      'water stands 1.5 deep') > 0)
+    call tests%check('a flooded pit', index(pit_notes('0, 3.5', ''), "*DEACTIVATE: where body 'pit' is excavated, water "// &
+      'stands 1.5 deep') > 0)
     call tests%check('a level below its floor', len(pit_notes('0, 1.5', '')) == 0)
     call tests%check('one that is lowered in the same phase', len(pit_notes('0, 3.5', &
       '*WATER LEVEL, UNIT WEIGHT=10| 0, 1.5|')) == 0)
@@ -410,7 +410,7 @@ contains
     call tests%check('a flooded hollow', index(hollow_notes(culvert, '3.5', ''), 'with 2.5 of water on its floor in '// &
       "body 'ground' in phase 'start'") > 0)
     call tests%check('its place, and what a slit wants', index(hollow_notes(culvert, '3.5', ''), 'water level at (0.') > 0 &
-      .and. index(hollow_notes(culvert, '3.5', ''), 'a slit between layers') > 0)
+      .and. index(hollow_notes(culvert, '3.5', ''), 'a gap between layers') > 0)
     call tests%check('a hollow above the level', index(hollow_notes(culvert, '0.9', ''), 'hollow') == 0)
     call tests%check('a hollow that is filled', index(hollow_notes(culvert, '3.5', filling), 'hollow') == 0)
     call tests%check('one that holds a rigid body', index(hollow_notes(culvert, '3.5', '*RIGID BODY, NAME=box, '// &
@@ -500,7 +500,7 @@ contains
       sums = [point_sums(model, turns(:, :, k)), node_sums(model, load, turns(:, :, k))]
       if (k == 1) upright = sums
       call tests%close('gravity along '//names(k), maxval(abs(sums - upright))/maxval(abs(upright)), 0.0_wp, 100*rounding)
-      call tests%check('a flooded pit under gravity along '//names(k), index(model%notes, "body 'pit' is taken out "// &
+      call tests%check('a flooded pit under gravity along '//names(k), index(model%notes, "body 'pit' is excavated, "// &
         'water stands 1.5 deep') > 0)
     end do
     ! The body of the pit, 4 wide, 1.5 of its height in the water; the level passes through its points.

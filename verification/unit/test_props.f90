@@ -281,8 +281,8 @@ contains
     call refuses(bar//'*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX|4, 5, 0, 2|'// &
       '*PROP, NAME=strut 2, STIFFNESS=1|1, 1, 4.8, 1|'// &
       '*PHASE, NAME=a|'//fix//'*INSTALL|strut 2|*GRAVITY|0, -1|*END PHASE|*PHASE, NAME=b|*DEACTIVATE|pit|*END PHASE|', &
-      "'strut 2' bears on nothing in phase 'b'")
-    call refuses(bar//'*HISTORY, NAME=f, QUANTITY=PROP FORCE|', 'wants the parameter PROP')
+      "'strut 2' has no ground at its end in phase 'b'")
+    call refuses(bar//'*HISTORY, NAME=f, QUANTITY=PROP FORCE|', 'requires the parameter PROP')
     call refuses(ring//'*PHASE, NAME=a|*CONTRACTION, SURFACE=arc|1|*END PHASE|', 'neither closed nor an arc')
     call refuses(ring//'*SURFACE, NAME=upper, TYPE=SEGMENT|-1, 3, -0.97, 3.26|-0.97, 3.26, -0.87, 3.5|'// &
       '*PHASE, NAME=a|*CONTRACTION, SURFACE=upper|1|*END PHASE|', 'HELD=YES')

@@ -247,13 +247,13 @@ contains
     type(tests_type), intent(inout) :: tests
 
     call tests%check('a bracket', bracket_text(bracket_type(1.2_wp, 1.25_wp, mechanism=.true.)) == &
-      'factor of safety between 1.2 (stable) and 1.25 (lost)')
+      'factor of safety between 1.2 (stable) and 1.25 (no equilibrium)')
     call tests%check('one whose end is not known', bracket_text(bracket_type(1.2_wp, 1.25_wp)) == &
       'factor of safety at least 1.2 (stable); at 1.25 no equilibrium was found')
     call tests%check('in six digits', bracket_text(bracket_type(1.23456789_wp, 1.24000012_wp, mechanism=.true.)) == &
-      'factor of safety between 1.23457 (stable) and 1.24 (lost)')
+      'factor of safety between 1.23457 (stable) and 1.24 (no equilibrium)')
     call tests%check('both of them', bracket_text(bracket_type(1.2345678_wp, 1.2456789_wp, mechanism=.true.)) == &
-      'factor of safety between 1.23457 (stable) and 1.24568 (lost)')
+      'factor of safety between 1.23457 (stable) and 1.24568 (no equilibrium)')
     call tests%check('and where the end is not known', bracket_text(bracket_type(1.2345678_wp, 1.2456789_wp)) == &
       'factor of safety at least 1.23457 (stable); at 1.24568 no equilibrium was found')
     call tests%check('none lost', bracket_text(bracket_type(10.0_wp, 0.0_wp)) == 'factor of safety above 10')

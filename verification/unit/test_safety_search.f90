@@ -208,8 +208,8 @@ contains
     end associate
     call tests%close('what was lost has left no trace', run%model%state%points%stress(1, 1), 4.0_wp, rounding)
     call tests%check('the answer is told: '//run%observer%text, index(run%observer%text, &
-      "phase 'factor': factor of safety between 1.1 (stable) and 1.2 (lost)|") > 0)
-    call tests%check('with what it depends on', index(run%observer%text, 'tells it with its grid error|') > 0)
+      "phase 'factor': factor of safety between 1.1 (stable) and 1.2 (no equilibrium)|") > 0)
+    call tests%check('with what it depends on', index(run%observer%text, 'gives it with its discretisation error|') > 0)
     call tests%check('a mechanism that was found is no warning', index(run%observer%text, 'nor a mechanism') == 0)
     call tests%check('nor is a factor passed that was lost', index(run%observer%text, 'after all') == 0)
     call tests%check('and why: ', index(run%observer%text, 'no equilibrium at strength/1.2: the script says no|') > 0)
@@ -327,7 +327,7 @@ contains
       script%asked(9)%stabilisation, 1.0e-3_wp, rounding)
     call tests%check('and is stable; the next factor is farther by a tenth, and by half of that where it is lost', &
       all(abs(run%model%state%progress%factors(:, 1) - [2.0_wp, 1.2_wp, 1.26_wp, 1.0_wp]) <= rounding))
-    call tests%check('that it was lost before is told', index(run%observer%text, '|equilibrium at strength/1.2 after all') > 0)
+    call tests%check('that it was lost before is told', index(run%observer%text, '|equilibrium at strength/1.2 found from') > 0)
     call make_run(soil, fixed, run, [good, good, good, good, lost])
     call search(run)
     call asked(run, script)
@@ -343,7 +343,7 @@ contains
     call make_run('*MOHR COULOMB|0, 15, 15|', fixed, run, [good, good, good, good, lost])
     call search(run)
     call tests%check('soil without cohesion is named, with what helps', index(run%observer%text, "is not known; 'soil' "// &
-      'has no cohesion, and no strength where it is free: try '// &
+      'has no cohesion, and therefore no strength at its free surface: try '// &
       rounded_text(0.015_wp*18.0_wp*run%model%cell_size, 1)//'|') > 0)
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, scripted_outcome_type( &
       damping_share=0.4_wp, undamped=0.4_wp, move=1.0_wp), lost])
@@ -381,11 +381,11 @@ contains
       call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
     call tests%close('half way its strength is half way', run%model%strength%factor, 1.3_wp, rounding)
-    call tests%check('a run-out beyond the factor needs no warning', index(run%observer%text, 'nothing runs out') == 0)
+    call tests%check('a run-out beyond the factor needs no warning', index(run%observer%text, 'there is no run-out') == 0)
     call make_run(soil, fixed//', RUNOUT=1.05', run, [good, good, good, good, lost, lost, damped, damped, good, good])
     call search(run)
     call tests%check('one below the factor is warned of', index(run%observer%text, &
-      'warning: phase ''factor'': RUNOUT=1.05 is no more than the stable factor: nothing runs out') > 0)
+      'warning: phase ''factor'': RUNOUT=1.05 does not exceed the stable factor: there is no run-out') > 0)
   end subroutine check_runout
 
   !> *STOP ends the search at the stable factor at which its value is reached.
@@ -404,7 +404,7 @@ contains
       call tests%check('one step a factor', progress%phase_steps == 2)
     end associate
     call tests%close('what went past it has left no trace', run%model%state%points%stress(1, 1), 4.0_wp, rounding)
-    call tests%check('it is told: '//run%observer%text, index(run%observer%text, 'factor taken again, smaller, to end '// &
+    call tests%check('it is told: '//run%observer%text, index(run%observer%text, 'factor repeated with a smaller value to end '// &
       "where the phase stops|") > 0 .and. index(run%observer%text, "phase 'factor': factor of safety above 1.05|") > 0 &
       .and. index(run%observer%text, "phase 'factor' stops at strength/1.05: 'F' is 1.05") > 0)
     call tests%check('nothing is shown or runs out', run%observer%mechanisms == 0)
@@ -472,8 +472,8 @@ contains
       .not. (run%model%state%progress%bracket%lost > 0.0_wp .or. allocated(run%error)))
     call tests%check('it is told as that, and nothing is tried beyond', &
       all(abs(run%model%state%progress%factors(:, 1) - [2.0_wp, 10.0_wp, 0.0_wp, 0.0_wp]) <= 0.0_wp))
-    call tests%check('nothing is said of a lost end: '//run%observer%text, index(run%observer%text, 'grid error') == 0 &
-      .and. index(run%observer%text, 'a factor below 1') == 0 .and. index(run%observer%text, 'mechanism') == 0)
+    call tests%check('nothing is said of a lost end: '//run%observer%text, index(run%observer%text, 'discretisation error') == 0 &
+      .and. index(run%observer%text, 'the factor is below 1') == 0 .and. index(run%observer%text, 'mechanism') == 0)
     call make_run(soil, 'TOLERANCE=0.05, GEOMETRY=FIXED', run, [good, good, good, lost, good, lost])
     call search(run)
     call tests%check('a try counts its own iterations', run%observer%iterations == 9 .and. run%observer%steps == 4)
@@ -567,11 +567,11 @@ contains
     call make_run('', fixed, run)
     call tests%check('a body without strength is refused', allocated(run%error))
     if (allocated(run%error)) call tests%check('in the words: '//run%error%message, index(run%error%message, &
-      "phase 'factor' lowers the strength, but no material has one") > 0)
+      "phase 'factor' reduces the strength, but no material has one") > 0)
     call make_run(cam_clay, fixed, run)
     call tests%check('so is a law that says of no strength', allocated(run%error))
     if (allocated(run%error)) call tests%check('by one error: '//run%error%message, &
-      index(run%error%message, "material 'soil' cannot be weakened in the safety phase 'factor'") > 0)
+      index(run%error%message, "material 'soil' cannot be reduced in strength in the safety phase 'factor'") > 0)
     call make_run(cam_clay//'*STRENGTH CONSTANTS|1, DIVIDE|', fixed, run, [good])
     call tests%check('where the user names one it is not', .not. allocated(run%error))
     if (allocated(run%error)) return
@@ -674,16 +674,16 @@ contains
     call end_search(run%model, run%model%analysis%phases(2), untried, run%observer, run%error)
     call tests%check('a search that finds its bracket closed has a reason for that', &
       index(run%observer%text, 'was found (not tried again)') > 0)
-    call tests%check('nothing is said of ground that stands', index(run%observer%text, 'a factor below 1') == 0)
+    call tests%check('nothing is said of ground that stands', index(run%observer%text, 'the factor is below 1') == 0)
     associate (bracket => run%model%state%progress%bracket, runout => run%model%analysis%phases(2)%safety%runout)
       runout = bracket%stable
       call end_search(run%model, run%model%analysis%phases(2), untried, run%observer, run%error)
-      call tests%check('a run-out at the stable factor is none', index(run%observer%text, 'nothing runs out') > 0)
+      call tests%check('a run-out at the stable factor is none', index(run%observer%text, 'there is no run-out') > 0)
       bracket%stable = 0.95_wp
       bracket%lost = 1.0_wp
       call end_search(run%model, run%model%analysis%phases(2), untried, run%observer, run%error)
       call tests%check('a factor below that of the phase before is told', index(run%observer%text, &
-        'a factor below 1, and the phase before carried its loads') > 0)
+        'the factor is below 1, yet the phase before carried its loads') > 0)
     end associate
   end subroutine check_controls
 

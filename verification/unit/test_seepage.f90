@@ -512,10 +512,10 @@ contains
     call tests%check('not where it is drained', index(model%notes, "phase 'dry': water leaves body") == 0)
     call refused_whole(tests, sides//sand//box//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| left, 1|'// &
       '*END PHASE|', "'left' has a level already")
-    call refused_whole(tests, sides//sand//box//phase//falls, 'begins from a flow, and no phase before has one')
-    call refused_whole(tests, sides//sand//box//phase//steady//'*PHASE, NAME=falls|'//falls, 'takes time: *PHASE, TIME=')
+    call refused_whole(tests, sides//sand//box//phase//falls, 'starts from a flow, and no earlier phase has one')
+    call refused_whole(tests, sides//sand//box//phase//steady//'*PHASE, NAME=falls|'//falls, 'requires *PHASE, TIME=')
     call refused_whole(tests, sides//sand//box//phase//steady//'*PHASE, NAME=dry|*WATER LEVEL, TYPE=NONE|*END PHASE|'// &
-      '*PHASE, NAME=falls, TIME=1|'//falls, 'begins from a flow, and no phase before has one')
+      '*PHASE, NAME=falls, TIME=1|'//falls, 'starts from a flow, and no earlier phase has one')
     call refused_whole(tests, sides//soil//box//phase//steady//'*PHASE, NAME=falls, TIME=1|'//falls, &
       'has no DRAINABLE POROSITY')
   end subroutine check_transient
@@ -593,20 +593,20 @@ contains
     call tests%close('and over that', head_of_flow(field, [1.0_wp, 2.95_wp]), 2.5_wp, solved)
     call tests%close('on a segment', head_of_flow(field, [5.0_wp, 1.0_wp]), 1.2_wp, solved)
     call tests%close('and over it another one', head_of_flow(field, [5.5_wp, 1.8_wp]), 1.2_wp, solved)
-    call tests%check('it does not fall over the edge', index(model%notes, 'beside and above') == 0)
-    call tests%check('which is warned of', index(model%notes, "the free water of 'top' ends at (3, 2), below its level") > 0)
+    call tests%check('it does not fall over the edge', index(model%notes, 'exposed faces') == 0)
+    call tests%check('which is warned of', index(model%notes, "the free water of 'top' ends at (3, 2), next to exposed ground") > 0)
     call tests%check('by that row alone', index(model%notes, "of 'low' ends") == 0)
     call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2.1| low, 1.8|*END PHASE|', &
       model)
     call tests%check('and of a side whose level is above the ground', index(model%notes, &
-      "the free water of 'left' ends at (0, 2), below its level") > 0 .and. index(model%notes, "of 'low' ends") == 0)
+      "the free water of 'left' ends at (0, 2), next to exposed ground") > 0 .and. index(model%notes, "of 'low' ends") == 0)
     call build(head//soil//ground//phase//'*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 1.9| low, 1.8|*END PHASE|', &
       model)
     field = model%analysis%phases(1)%water_levels(1)%field
     call tests%close('water stands at the step that rises from its ground', head_of_flow(field, [4.0_wp, 1.5_wp]), 1.8_wp, &
       solved)
-    call tests%check('which is told', index(model%notes, "of 'low' stands on the faces in air beside and above it") > 0)
-    call tests%check('of that row alone', index(model%notes, "of 'left' stands") == 0)
+    call tests%check('which is told', index(model%notes, "of 'low' also acts on adjacent exposed faces") > 0)
+    call tests%check('of that row alone', index(model%notes, "of 'left' also acts") == 0)
     call build(head//soil//'*MATERIAL, NAME=rock|*ELASTIC| 1000, 0.3|*PERMEABILITY| 0|'//ground// &
       '*BODY, NAME=sill, MATERIAL=rock, SHAPE=BOX| 4, 4.5, 1, 2|'//phase// &
       '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| top, 2.5| right, 0.8|*END PHASE|', model)
@@ -660,7 +660,7 @@ contains
     call tests%close('which goes out again', told(model, "'right'"), -2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
     call tests%close('a history has it', discharge_in(model%analysis, 1, 'left'), 2.0_wp*2.0_wp/6.0_wp, 1.0e-3_wp)
     call tests%close('and nothing of what has no level', discharge_in(model%analysis, 1, 'base'), 0.0_wp, 0.0_wp)
-    call tests%check('no soil is lifted inside what is tight', index(model%notes, 'lifts the soil') == 0)
+    call tests%check('no soil is lifted inside what is tight', index(model%notes, 'is critical') == 0)
     call tests%check('by unit of width', index(model%notes, 'a unit of time and unit width)') > 0)
     call build(sides//soil//box//phase//level//'left, 4| right, 3|*END PHASE|*PHASE, NAME=rest|*END PHASE|'// &
       '*PHASE, NAME=dry|*WATER LEVEL, TYPE=NONE|*END PHASE|', model)
@@ -673,10 +673,10 @@ contains
     call tests%close('all cells let through what they do', maxval([(abs(norm2(velocity_at(model%analysis%phases(1)% &
       water_levels(1)%field, [6.0_wp*modulo(0.618_wp*i, 1.0_wp), 1.98_wp*modulo(0.414_wp*i, 1.0_wp) + 0.01_wp])) &
       - 1.0_wp), i=1, 600)]), 0.0_wp, 1.0e-6_wp)
-    call tests%check('a gradient of 0.5 lifts nothing', index(model%notes, 'lifts the soil') == 0)
+    call tests%check('a gradient of 0.5 lifts nothing', index(model%notes, 'is critical') == 0)
     call build(sides//soil//box//phase//level//'base, 6.5| top, 3|*END PHASE|', model)
-    call tests%check('one of 1.75 does, where 20/10 - 1 would', index(model%notes, 'water leaves upwards by a gradient '// &
-      'of 1.75 at (') > 0 .and. index(model%notes, 'where 1 lifts the soil') > 0)
+    call tests%check('one of 1.75 does, where 20/10 - 1 would', index(model%notes, 'water flows out upwards with a '// &
+      'hydraulic gradient of 1.75 at (') > 0 .and. index(model%notes, 'where 1 is critical') > 0)
     call build(sides//soil//box//phase//level//'left, 1| right, 1| top, 0, 0.1|*END PHASE|', model)
     call tests%close('rain comes in', told(model, "'top'"), 0.6_wp, 1.0e-3_wp)
     call tests%close('and leaves on both sides', told(model, "'left'"), -0.3_wp, 1.0e-3_wp)
@@ -712,9 +712,9 @@ contains
     class(model_type), allocatable :: model
     character(len=*), parameter :: sand = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18, 20|'// &
       '*PERMEABILITY, DRAINABLE POROSITY=0.1, N=2, ALPHA=', box = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 6, 0, 2|', &
-      flows = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| right, 1|*END PHASE|', time = '*PHASE, NAME=falls, TIME=1|'// &
-      '*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| left, 1| right, 1|*END PHASE|', &
-      said = 'soil of ALPHA=50 (*PERMEABILITY) holds water over less than a cell', island = &
+      flows = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| left, 2| right, 1|*END PHASE|', time = '*PHASE, '// &
+      'NAME=falls, TIME=1|*WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT, UNIT WEIGHT=10| left, 1| right, 1|*END PHASE|', &
+      said = 'soil of ALPHA=50 (*PERMEABILITY) retains water over less than a cell', island = &
       '*MATERIAL, NAME=isle|*ELASTIC| 1000, 0.3|*PERMEABILITY, ALPHA=1, N=3| 2|*BODY, NAME=isle, MATERIAL=isle, SHAPE=BOX|'// &
       ' 0, 1, 0, 2|', land = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 2, 6, 0, 2|', two = '*NSET, NSET=two, PLANE=X| 2|', &
       through = '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=10| two, 1.5| right, 0.5|*END PHASE|'
@@ -724,13 +724,13 @@ contains
     allocate (model)
     call build(sides//sand//'50| 2|'//box//phase//flows//time, model)
     call tests%check('a sharp curve', index(model%notes, "'flow': "//said) > 0 .and. index(model%notes, &
-      'is taken with ALPHA=2 there') > 0)
+      'is modelled with ALPHA=2 there') > 0)
     call tests%check('in time too', index(model%notes, "'falls': "//said) > 0)
     discharge = [(discharge_in(model%analysis, i, 'left'), i=1, 2)]
     call build(sides//sand//'2| 2|'//box//phase//flows//time, model)
     call tests%close('which it is', discharge(1), discharge_in(model%analysis, 1, 'left'), rounding)
     call build(sides//sand//'1.2| 2|'//box//phase//flows//time, model)
-    call tests%check('a flat one is not', index(model%notes, 'holds water over') == 0)
+    call tests%check('a flat one is not', index(model%notes, 'retains water over') == 0)
     call tests%check('and has an effect', index(model%notes, 'ALPHA of *PERMEABILITY has no effect') == 0)
     call build(sides//two//soil//land//phase//through, model)
     discharge(1) = discharge_in(model%analysis, 1, 'two')
@@ -753,8 +753,9 @@ contains
     model%state%points%position(1, 3) = model%state%points%position(1, 3) + 0.9_wp*model%cell_size
     call tests%close('nine tenths of a cell', real(len(moved_note(model)), wp), 0.0_wp, 0.0_wp)
     model%state%points%position(1, 3) = model%state%points%position(1, 3) + 0.2_wp*model%cell_size
-    call tests%check('eleven', index(moved_note(model), "warning: phase 'flow': its water flows through the ground as it "// &
-      'was drawn') > 0)
+    call tests%check('eleven', index(moved_note(model), "warning: phase 'flow': seepage is computed for the "// &
+      "initial geometry, "// &
+      'and the ground has moved') > 0)
     model%analysis%phases(1)%water_levels(1)%flows = .false.
     call tests%close('not of water at rest', real(len(moved_note(model)), wp), 0.0_wp, 0.0_wp)
   end subroutine check_moved
@@ -766,17 +767,17 @@ contains
       '*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX| 4, 5, 1, 1.5|'
 
     call refused(tests, soil//ground//phase//level//'left, 1.5| nowhere, 1|*END PHASE|', &
-      "neither an edge nor a node of the ground lies in 'nowhere'")
-    call refused(tests, soil//ground//phase//level//'left, -1|*END PHASE|', 'no water comes in')
+      "neither an edge nor a node of the ground is in 'nowhere'")
+    call refused(tests, soil//ground//phase//level//'left, -1|*END PHASE|', 'no inflow')
     call refused(tests, rock//'*BODY, NAME=ground, MATERIAL=rock, SHAPE=POLYGON| 0, 0| 6, 0| 6, 1| 4, 1| 3, 2| 0, 2|'// &
       phase//level//'left, 1|*END PHASE|', "material 'rock' has no *PERMEABILITY")
     call refused(tests, soil//ground//pit//phase//level//'left, 1|*END PHASE|*PHASE, NAME=dug|*DEACTIVATE| pit|'// &
-      '*END PHASE|', "phase 'dug' changes bodies that water flows through: repeat *WATER LEVEL")
+      '*END PHASE|', "phase 'dug' changes bodies with seepage: repeat *WATER LEVEL")
     call refused(tests, soil//ground//phase//level//'leff, 1|*END PHASE|', "leff")
     call refused_whole(tests, '*MODEL, TYPE=PLANE STRAIN|*NODE| 1, 0, 0| 2, 1, 0| 3, 1, 1| 4, 0, 1|'// &
       '*ELEMENT, TYPE=QUAD4| 1, 1, 2, 3, 4|*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=left, PLANE=X| 0|'//soil// &
       '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX| 0, 1, 0, 1|'//phase//level//'left, 1|*END PHASE|', &
-      'TYPE=SEEPAGE in plane strain and axisymmetry is for a *GRID')
+      'TYPE=SEEPAGE in plane strain and axisymmetry requires a *GRID')
   end subroutine check_refusals
 
   !> A deck is refused with these words.

@@ -84,10 +84,10 @@ contains
     end do
     call tests%check('told a unit of time', index(model%notes, '(negative: out; a unit of time); ') > 0 .and. &
       index(model%notes, ' tetrahedra, ') > 0)
-    call tests%check('water that does not lift the soil is not told', index(model%notes, 'lifts the soil') == 0)
+    call tests%check('water that does not lift the soil is not told', index(model%notes, 'is critical') == 0)
     call build(grid(element)//sets//soil//permeable//'*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|'//phase//level// &
       ' base, 5| top, 3|*END PHASE|', model)
-    call tests%check('more is, and where', index(model%notes, 'water leaves upwards by a gradient of 1.33 at (') > 0)
+    call tests%check('more is, and where', index(model%notes, 'water flows out upwards with a hydraulic gradient of 1.33 at (') > 0)
   end subroutine check_linear
 
   !> One tetrahedron: what it lets through by the middles of its six edges, and the water of its pores.
@@ -139,7 +139,7 @@ contains
       '*BODY, NAME=dam, MATERIAL=soil, SHAPE=BOX| 0, 0.5, 0, 0.125, 0, 1.125|'//phase//level//' wet, 1|*END PHASE|', model)
     call tests%close('a surface below, on which the level stands as far as it reaches, and a free face', &
       8.0_wp*discharge_in(model%analysis, 1, 'wet'), 1.0_wp, 1.5e-2_wp)
-    call tests%check('and that is told', index(model%notes, "'wet' stands on the faces in air beside and above") > 0)
+    call tests%check('and that is told', index(model%notes, "'wet' also acts on adjacent exposed faces up to") > 0)
     call build(air//'*SURFACE, NAME=wet, TYPE=BOX| 0, 0, 0, 0.125, 0, 1.125|*SURFACE, NAME=dry, TYPE=BOX| 0.5, 0.5, 0, 0.125, '// &
       '0, 1.125|'//soil//'*PERMEABILITY| 1|*BODY, NAME=dam, MATERIAL=soil, SHAPE=BOX| 0, 0.5, 0, 0.125, 0, 1.125|'//phase// &
       '*SUPPORT, SURFACE=dry, TYPE=ALL|'//level//' wet, 1|*END PHASE|', model)
@@ -186,12 +186,12 @@ contains
     type(tests_type), intent(inout) :: tests
 
     call refused(tests, grid('HEX8')//sets//soil//permeable//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX| 0, 2, 0, 1, 0, 1.2|'// &
-      phase//level//' left, 4| right, 3|*END PHASE|', "'block' (*WATER LEVEL, TYPE=SEEPAGE), which ends within cells")
+      phase//level//' left, 4| right, 3|*END PHASE|', "'block' (*WATER LEVEL, TYPE=SEEPAGE), which ends inside cells")
     call refused(tests, grid('HEX8')//sets//'*NSET, NSET=inside, BOX| 0.1, 1.9, 0.1, 0.9, 0.1, 1|'//soil//permeable//block// &
       phase//level//' left, 4| inside, 3|*END PHASE|', &
-      "no face of the ground lies in 'inside' (a well or a drain within it is for plane scenes)")
+      "no face of the ground is in 'inside' (a well or drain inside the ground requires a plane model)")
     call refused(tests, grid('HEX8')//sets//soil//permeable//block//'*RIGID BODY, NAME=plate, SHAPE=PLANE| 0, 0, 1.9, 0, 0, -1|'// &
-      phase//level//' left, 4| right, 3|*END PHASE|', 'in 3D has no rigid bodies')
+      phase//level//' left, 4| right, 3|*END PHASE|', 'in 3D does not support rigid bodies')
   end subroutine check_refusals
 
   !> A grid whose inner nodes are off their lines, or whose cells differ.

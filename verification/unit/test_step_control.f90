@@ -76,7 +76,7 @@ contains
     call tests%check('ten times MAX ITERATIONS for half of a first step', .not. outcome%unrecoverable)
     call note_try(model, four, 0.125_wp, 1, tries, outcome)
     call tests%check('in all of its tries', outcome%unrecoverable .and. .not. outcome%accepted .and. index(outcome%reason, &
-      'does not come to rest within 201 iterations') > 0)
+      'no equilibrium is found within 201 iterations') > 0)
     outcome = outcome_type()
     tries = tries_type()
     call note_try(model, four, 0.01_wp, 100, tries, outcome)
@@ -346,6 +346,6 @@ contains
     outcome%cause = error_left_mesh
     call reject_flowing(four, 3, outcome)
     call tests%check('after sub-steps the ground gives way', outcome%at_limit .and. &
-      outcome%reason == 'the ground gives way and flows out of the mesh: a point left')
+      outcome%reason == 'the ground fails and moves out of the mesh: a point left')
   end subroutine check_flowing
 end module test_step_control

@@ -275,7 +275,7 @@ contains
     call estimate_stress_error(model, estimate)
     call error_warning(model, estimate, warning)
     call tests%check('three tenths of the traction are: '//warning, &
-      index(warning, "warning: stresses are off the traction on surface 'top' mean 30 %") == 1)
+      index(warning, "warning: stresses differ from the traction on surface 'top' mean 30 %") == 1)
   end subroutine check_words
 
   !> A support holds the loaded top: its reaction, however its springs share it, and the load are what the stress must
@@ -295,7 +295,7 @@ contains
     call tests%close('a stress of 1.2 for a load of 1 and a reaction of 0.5', estimate%reaction, 0.3_wp/1.5_wp, rounding)
     call tests%check('the points of the surface are not compared', estimate%worst_surface == 0)
     call tests%check('the line says so', index(error_line(model, estimate), &
-      "; off the reaction on held surface 'top' by 20 %") > 0)
+      "; differ from the reaction on supported surface 'top' by 20 %") > 0)
     model%state%surface%reaction(2, 2) = -0.2_wp*0.93_wp
     call estimate_stress_error(model, estimate)
     call tests%close('a stress that carries both', estimate%reaction, 0.0_wp, rounding)

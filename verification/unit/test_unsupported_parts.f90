@@ -47,7 +47,7 @@ contains
       'one of 2 such pieces')
     call check(tests, 'a block in space on a fixed base is held', '3D', 'STANDARD', held//', 0, 1', 'base, ALL', '')
     call check(tests, 'a block in space on a smooth base slides', '3D', 'STANDARD', held//', 0, 1', 'base, Y|left, X', &
-      'hangs on nothing')
+      'is not supported')
   end subroutine collect_unsupported_parts
 
   !> The sentence of a scene.

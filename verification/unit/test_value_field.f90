@@ -178,12 +178,12 @@ contains
     call expect('names alone', soil//card//'C, bare.csv|', 'bare.csv: no row of numbers follows')
     call expect('no coordinate', soil//card//'C, no_x.csv|', 'no_x.csv:1: the first line names the columns: x, y, c')
     call expect('friction by place of soil without', '*MATERIAL, NAME=soil|*ELASTIC|5000, 0.3|*MOHR COULOMB|12, 0, 0|'// &
-      card//'PHI, good.csv|', "material 'soil': phi by place wants a positive one on *MOHR COULOMB too")
+      card//'PHI, good.csv|', "material 'soil': phi by place requires a positive one on *MOHR COULOMB too")
     call expect('no file', soil//card//'C, none.csv|', 'cannot read the file')
     call expect('twice', soil//card//'C, good.csv|C, good.csv|', 'c stands there twice')
     call expect('a law of its own', clay//card//'C, good.csv|', "material 'clay': c of *MOHR COULOMB by place is for "// &
       '*ELASTIC')
-    call expect('the second row', soil//card//'C, good.csv|K, good.csv|', 'k by place wants a positive one on *PERMEABILITY')
+    call expect('the second row', soil//card//'C, good.csv|K, good.csv|', 'k by place requires a positive one on *PERMEABILITY')
     call expect('what any law has by place', clay//'*UNIT WEIGHT|18|'//card//'GAMMA, good.csv|', '')
     call check_values(soil//card//'C, good.csv|PHI, good.csv, NEAREST|')
     call check_ranges()

@@ -111,7 +111,7 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     call check_load(state)
-    if (state%card%has('LEVEL') .and. .not. state%card%has('UNIT WEIGHT')) call state%report_error('LEVEL wants '// &
+    if (state%card%has('LEVEL') .and. .not. state%card%has('UNIT WEIGHT')) call state%report_error('LEVEL requires '// &
       'the parameter UNIT WEIGHT, the weight of the water per volume')
   end subroutine check_pressure
 

@@ -94,9 +94,9 @@ contains
         if (phase%kind == phase_safety) then
           call state%error_from(phase%where, 'PHASE', 'FIRST TIME has no effect in a phase of TYPE=SAFETY')
         else if (.not. phase%duration_given) then
-          call state%error_from(phase%where, 'PHASE', 'FIRST TIME wants TIME')
+          call state%error_from(phase%where, 'PHASE', 'FIRST TIME requires TIME')
         else if (phase%controls%steps == 1) then
-          call state%error_from(phase%where, 'PHASE', 'FIRST TIME wants more than one of STEPS of *CONTROLS')
+          call state%error_from(phase%where, 'PHASE', 'FIRST TIME requires more than one of STEPS of *CONTROLS')
         else if (.not. phase%first_time*phase%controls%steps < phase%duration) then
           call state%error_from(phase%where, 'PHASE', 'FIRST TIME is no less than an even step, '// &
             rounded_text(phase%duration/phase%controls%steps)//': a shorter one, or less STEPS of *CONTROLS')

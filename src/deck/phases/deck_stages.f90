@@ -134,7 +134,7 @@ contains
       associate (phase => state%analysis%phases(p))
         if (state%analysis%method%basis == basis_fem) then
           if (leaves_cells(state%analysis, p)) call state%error_from(phase%activations(1)%where, 'ACTIVATE', &
-            'FILL=SHAPE, and a body that is taken out in another phase, want a mesh that is reset: *METHOD, '// &
+            'FILL=SHAPE, and a body that is taken out in another phase, require a mesh that is reset: *METHOD, '// &
             'BASIS=FEM is not for them')
         end if
         do i = 1, size(phase%tractions)
@@ -180,7 +180,7 @@ contains
         'CHANGE MATERIAL', 'the first phase begins with the materials of *BODY')
       do i = 1, size(phase%activations)
         if (phase%activations(i)%fill == fill_level .and. upwards(analysis) < 0.0_wp) call state%error_from( &
-          phase%activations(i)%where, 'ACTIVATE', 'FILL=LEVEL wants a coordinate that grows upwards, and '// &
+          phase%activations(i)%where, 'ACTIVATE', 'FILL=LEVEL requires a coordinate that grows upwards, and '// &
           'gravity acts along it here: turn the drawing, or take FILL=SHAPE')
         b = body_number(analysis, phase%activations(i)%body)
         if (b > 0) call refuse(before(b) .and. .not. going(b), phase%activations(i), 'ACTIVATE', 'is there already')
@@ -404,7 +404,7 @@ contains
         if (.not. stage%there) call state%error_from(phase%installed(k)%where, 'INSTALL', "prop '"//prop%name// &
           "' is taken out by the same phase")
         if (stage%before .and. .not. stage%driven) call state%error_from(phase%installed(k)%where, 'INSTALL', &
-          "prop '"//prop%name//"' is there already; with a force it is jacked anew")
+          "prop '"//prop%name//"' is there already; with a force it is jacked again")
         if (stage%force < -prop%limits(1) .or. stage%force > prop%limits(2)) call state%error_from( &
           phase%installed(k)%where, 'INSTALL', "the force is beyond what prop '"//prop%name//"' bears")
       end do

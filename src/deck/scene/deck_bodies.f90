@@ -244,7 +244,7 @@ contains
             > 0.0_wp) call state%error_at(state%card%rows(i), 'the segment has no length')
         end do
       case (select_outline)
-        if (.not. state%card%has('BODY')) call state%report_error('TYPE=OUTLINE wants the parameter BODY')
+        if (.not. state%card%has('BODY')) call state%report_error('TYPE=OUTLINE requires the parameter BODY')
         if (surface%boxed) call check_box(.false., surface%box, state)
       case (select_box)
         call check_box(.false., surface%box, state)
@@ -295,7 +295,7 @@ contains
     case (body_polygon)
       call finish_polygon(state%analysis%bodies(state%item)%polygon, state)
     case (body_region)
-      if (.not. state%card%has('REGION')) call state%report_error('SHAPE=REGION wants the parameter REGION')
+      if (.not. state%card%has('REGION')) call state%report_error('SHAPE=REGION requires the parameter REGION')
     case (body_polyhedron)
       call find_file(state)
     end select
@@ -308,7 +308,7 @@ contains
 
     if (state%dimension == 2) call state%report_error('SHAPE=POLYHEDRON is for 3D models')
     if (.not. state%card%has('INPUT')) then
-      call state%report_error('SHAPE=POLYHEDRON wants the parameter INPUT')
+      call state%report_error('SHAPE=POLYHEDRON requires the parameter INPUT')
     else if (len(state%card%value('INPUT')) > 0) then
       associate (body => state%analysis%bodies(state%item))
         body%file = beside_deck(state%card, 'INPUT')

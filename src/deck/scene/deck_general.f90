@@ -144,7 +144,7 @@ contains
   subroutine check_model(state)
     type(deck_state_type), intent(inout) :: state
 
-    if (state%analysis%reduce .and. state%dimension == 0) call state%report_error('TYPE=AUTO wants a *GRID: '// &
+    if (state%analysis%reduce .and. state%dimension == 0) call state%report_error('TYPE=AUTO requires a *GRID: '// &
       'nothing is known of the symmetry of other meshes')
     if (state%analysis%model > 0) state%dimension = merge(3, 2, state%analysis%model == three_dimensional)
   end subroutine check_model
@@ -213,7 +213,7 @@ contains
     call table%advise('smooth elastic work', 'BASIS=SPLINE2G, INTEGRATION=CELL, 9 points a cell or '// &
       'more: second order with a free surface; inside a filled region SPLINE3 with CELL and 16 points')
     call table%advise('limit loads, factors of safety, layers', '*GRID without ELEMENT, and no *METHOD: triangles '// &
-      'that fit the scene, then splines on the grid when these are worn')
+      'that fit the scene, then splines on the grid when elements become too distorted')
     call table%advise('plastic flow that goes far', 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.001, 9 points a '// &
       'cell: least locking, least motion at constant load; GIMP with 4 points is cheapest, but stiffer')
     call table%advise('undrained, phi = 0 or nu > 0.45', 'BASIS=SPLINE2, 9 points a cell; the '// &
@@ -425,7 +425,7 @@ contains
     word = before + history%component
     if (fields%reading .or. has_components(history%quantity, component_none)) word = 0
     call fields%choice('COMPONENT', word, bar_list(axis_words)//'|'//bar_list(tensor_words), 'X, Y, Z for vectors, '// &
-      'XX to YZ for STRESS and STRAIN; wanted of quantities that have components', open=.true.)
+      'XX to YZ for STRESS and STRAIN; required of quantities that have components', open=.true.)
     if (.not. fields%reading) return
     history%component = max(0, word - before)
     if (before == 0 .and. word > size(axis_words)) history%component = 0
@@ -437,7 +437,7 @@ contains
 
     associate (history => state%analysis%histories(state%item))
       if (history%quantity == quantity_state .and. &
-        .not. state%card%has('STATE')) call state%report_error('QUANTITY=STATE wants the parameter STATE')
+        .not. state%card%has('STATE')) call state%report_error('QUANTITY=STATE requires the parameter STATE')
       if (has_components(history%quantity, component_none)) then
         if (state%card%has('COMPONENT')) call state%report_error('COMPONENT has no meaning with QUANTITY='// &
           state%card%word('QUANTITY'))
@@ -449,12 +449,12 @@ contains
         "SCALE=0: the column '"//history%name//"' will be zero throughout")
       if (is_taken_at(history%quantity, at_rigid_body) .and. &
         .not. state%card%has('BODY')) call state%report_error('QUANTITY='//state%card%word('QUANTITY')// &
-        ' wants the parameter BODY, a rigid body')
+        ' requires the parameter BODY, a rigid body')
       if (history%quantity == quantity_prop_force .and. &
-        .not. state%card%has('PROP')) call state%report_error('QUANTITY=PROP FORCE wants the parameter PROP')
+        .not. state%card%has('PROP')) call state%report_error('QUANTITY=PROP FORCE requires the parameter PROP')
       if (any(history%quantity == [quantity_reaction, quantity_discharge]) .and. &
         (state%card%has('NSET') .eqv. state%card%has('SURFACE'))) call state%report_error('QUANTITY='// &
-        state%card%word('QUANTITY')//' wants one of the parameters NSET and SURFACE')
+        state%card%word('QUANTITY')//' requires one of the parameters NSET and SURFACE')
     end associate
   end subroutine check_history
 

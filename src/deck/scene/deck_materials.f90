@@ -178,11 +178,11 @@ contains
 
     associate (law => state%analysis%materials(state%material)%permeability_law)
       if (law%kind /= permeability_constant .and. &
-        .not. state%card%has('VOID RATIO')) call state%report_error('LAW wants the parameter VOID RATIO')
+        .not. state%card%has('VOID RATIO')) call state%report_error('LAW requires the parameter VOID RATIO')
       if (law%kind == permeability_logarithm .and. &
-        .not. state%card%has('CK')) call state%report_error('LAW=LOGARITHM wants the parameter CK: half of VOID '// &
+        .not. state%card%has('CK')) call state%report_error('LAW=LOGARITHM requires the parameter CK: half of VOID '// &
         'RATIO for many clays')
-      if (state%card%has('ALPHA') .and. .not. state%card%has('N')) call state%report_error('ALPHA wants the '// &
+      if (state%card%has('ALPHA') .and. .not. state%card%has('N')) call state%report_error('ALPHA requires the '// &
         'parameter N: 1.1 to 1.5 for clay and silt, 2 to 4 for sand')
     end associate
   end subroutine check_permeability
@@ -199,8 +199,8 @@ contains
         first=locking_none)
       call fields%number('FACTOR', material%pressure_factor, 'resistance to volume changes inside a cell over '// &
         'the shear modulus, of the secant of a step in which soil flows; when not given 1, 0.1 for phi = 0 '// &
-        'that does not crack, on cells that go with the ground 0.45 and 0.22, and 0.5 for elasticity, on linear '// &
-        'elements and, but for phi = 0, with GIMP', &
+        'that does not crack, on cells that move with the material 0.45 and 0.22, and 0.5 for elasticity, on '// &
+        'linear elements and, but for phi = 0, with GIMP', &
         range='(0, inf)', needs='TYPE=AUTO|UNIFORM PRESSURE')
     end associate
   end subroutine locking_fields
@@ -266,7 +266,7 @@ contains
       if (has_consolidation(state%analysis%phases)) then
         sentence = 'REGULARISATION=NONLOCAL is not for a deck with *CONSOLIDATION; take REGULARISATION=CELL'
       else if (any(state%analysis%phases%controls%newton == newton_modified)) then
-        sentence = 'REGULARISATION=NONLOCAL wants the tangent of stress and field; take NEWTON=FULL in all phases'
+        sentence = 'REGULARISATION=NONLOCAL requires the tangent of stress and field; take NEWTON=FULL in all phases'
       else if (undrained%given .and. undrained%kind /= undrained_c) then
         sentence = 'REGULARISATION=NONLOCAL is not for effective stresses of *UNDRAINED soil; take TYPE=C of that '// &
           'card, or REGULARISATION=CELL'
@@ -412,11 +412,11 @@ contains
 
     traits = traits_of(material)
     if (material%at_rest%jaky .and. .not. traits%friction_angle > 0.0_wp) call state%error_from( &
-      material%at_rest%where, 'K0', "TYPE=JAKY wants a friction angle, which is not known of material '"// &
+      material%at_rest%where, 'K0', "TYPE=JAKY requires a friction angle, which is not known of material '"// &
       material%name//"': give a value")
     if ((material%at_rest%overconsolidation > 1.0_wp .or. material%at_rest%pre_overburden > 0.0_wp) .and. &
       .not. (unloading_poisson(material) > 0.0_wp .or. material%at_rest%poisson >= 0.0_wp)) call state%error_from( &
-      material%at_rest%where, 'K0', "OCR and POP want Poisson's ratio, which is not known of material '"// &
+      material%at_rest%where, 'K0', "OCR and POP require Poisson's ratio, which is not known of material '"// &
       material%name//"': give NU")
   end subroutine check_source
 

@@ -74,8 +74,9 @@ contains
       call fields%answer('FIT', fits, 'triangles whose edges lie on the outlines of bodies and rigid bodies as '// &
         'they are drawn, as large as the cells between the lines (docs/methods/fitted.md)', needs='ELEMENT=TRI3|TRI6')
       if (fields%reading) mesh%kind = merge(mesh_fitted, mesh_grid, fits)
-      call fields%answer('REFIT', mesh%refits, 'such triangles go with the ground where *METHOD names nothing '// &
-        'else; when they are worn the run goes on with splines on the grid. NO: it ends there', needs='FIT=YES')
+      call fields%answer('REFIT', mesh%refits, 'such triangles move with the material where *METHOD names nothing '// &
+        'else; when elements become too distorted the run continues with splines on the grid. NO: it ends there', &
+        needs='FIT=YES')
       call fields%data('`axis, first, last, number of intervals [, last spacing / first spacing]` '// &
         'or `axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, huge(1), free=.true.)
       if (fields%writing .and. .not. fields%left_out) call write_axes(fields, mesh, deck%dimension)
@@ -171,7 +172,7 @@ contains
     integer :: i, n
 
     n = size(row%items) - 2
-    if (n < 1) call state%error_at(row, 'LINES wants at least one value')
+    if (n < 1) call state%error_at(row, 'LINES requires at least one value')
     if (n < 1) return
     if (.not. all_numbers(row, 3, state)) return
     values = [(number_at(row, i), i=3, n + 2)]
@@ -188,7 +189,7 @@ contains
 
     if (size(row%items) < 4 .or. size(row%items) > 5) then
       call state%error_at(row, integer_text(size(row%items))//' item(s) where axis, first, last, number of '// &
-        'intervals [, ratio] are wanted')
+        'intervals [, ratio] are required')
       return
     end if
     if (.not. all_numbers(row, 2, state)) return

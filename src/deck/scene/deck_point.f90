@@ -247,7 +247,7 @@ contains
       'has both')
       if (any(test%kind == [test_drained, test_undrained, test_biaxial]) .and. .not. test%cell_given &
           .and. .not. test%stress_given) call state%error_from(test_place(state), 'POINT TEST', &
-        trim(test_words(test%kind))//' wants a CELL PRESSURE or an *INITIAL STRESS')
+        trim(test_words(test%kind))//' requires a CELL PRESSURE or an *INITIAL STRESS')
       if (test%dimension == 2 .and. any(abs(test%stress(5:6)) > 0.0_wp)) call state%error_from(test_place(state), &
         'POINT TEST', 'the stress at the start has components 13 or 23: DIMENSION=3 holds them')
     end associate

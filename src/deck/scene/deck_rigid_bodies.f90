@@ -141,7 +141,7 @@ contains
     associate (contact => deck%analysis%contacts(deck%item))
       call fields%line(contact%where)
       call fields%name('BODY', contact%body, 'the rigid body', required=.true.)
-      call fields%choice('ON', contact%place, bar_list(contact_words), 'where contact is asked for. SOIL: at the '// &
+      call fields%choice('ON', contact%place, bar_list(contact_words), 'where contact is enforced. SOIL: at the '// &
         'points of SURFACE. BODY: on the outline of the body, for soil that flows around it')
       call fields%name('SURFACE', contact%surface, 'the surface of the soil; not with ON=BODY')
       call fields%number('FRICTION ANGLE', contact%friction_angle, 'degrees', range='[0, 90)')
@@ -151,7 +151,7 @@ contains
         'strength of the soil there, tan(delta) = R tan(phi), a = R c', range='(0, 1]')
       call fields%number('PENALTY', contact%penalty, 'penalty of the gap times the size of a cell over the modulus '// &
         'of the soil; 100 on soil and 10 on bodies when not given, that of the slip is 1', range='(0, inf)')
-      call fields%choice('PATCH', contact%patch, bar_list(patch_words), 'what contact is asked for on in the mean. '// &
+      call fields%choice('PATCH', contact%patch, bar_list(patch_words), 'what contact is enforced on in the mean. '// &
         'CELL: what a cell holds of the surface. POINT: every point, with waves in the pressure; to compare with')
       call fields%answer('TENSION', contact%tension, 'YES: what has touched once, or touches at the start, does '// &
         'not part')
@@ -166,7 +166,7 @@ contains
     associate (contacts => state%analysis%contacts)
       n = size(contacts)
       if (state%card%has('SURFACE') .and. contacts(n)%place &
-        == contact_on_body) call state%report_error('with ON=BODY contact is asked for on the body: there is no '// &
+        == contact_on_body) call state%report_error('with ON=BODY contact is enforced on the body: there is no '// &
         'SURFACE')
       if (contacts(n)%place == contact_on_soil .and. &
         .not. state%card%has('SURFACE')) call state%report_error('SURFACE is missing: the surface of the soil that '// &
@@ -202,7 +202,7 @@ contains
         else
           call check_name(state, contact%surface, state%analysis%surfaces, contact%where, 'CONTACT', 'surface')
           if (state%analysis%confinement > 0.0_wp) call state%error_from(contact%where, 'CONTACT', 'under a '// &
-            '*CONFINING PRESSURE contact is asked for on the body: ON=BODY in place of SURFACE')
+            '*CONFINING PRESSURE contact is enforced on the body: ON=BODY in place of SURFACE')
         end if
       end associate
     end do
@@ -348,7 +348,7 @@ contains
     type(rigid_move_type), intent(in) :: load
 
     if (.not. any(load%placed)) return
-    if (.not. all(load%placed)) call state%report_error('the place in which the force acts wants x and y')
+    if (.not. all(load%placed)) call state%report_error('the place in which the force acts requires x and y')
     if (load%component == turning) call state%report_error('a moment acts in no place: it is the force that does')
   end subroutine check_load_place
 

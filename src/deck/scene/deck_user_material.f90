@@ -63,7 +63,7 @@ contains
         'says it itself and must agree', range='[0, 10000]')
       call choice_fields(fields, user)
       call fields%data('constants of the model, in any number of lines', 0, huge(1))
-      call fields%numbers('constant', user%constants, 'constants in the order in which the model wants them')
+      call fields%numbers('constant', user%constants, 'constants in the order in which the model requires them')
     end associate
   end subroutine user_material_fields
 
@@ -151,7 +151,7 @@ contains
       if (.not. state%card%is_right()) return
       n = size(state%card%rows(1)%items)
       if (n < 2 .or. any([(size(state%card%rows(i)%items) /= n, i=1, size(state%card%rows))])) then
-        call state%report_error('each line wants a coordinate and the same number of state variables')
+        call state%report_error('each line requires a coordinate and the same number of state variables')
         user%along = 0
         return
       end if
@@ -254,6 +254,6 @@ contains
       if (len(sentence) > 0) return
     end do
     if (any(list%rule == follow_friction) .and. .not. any(list%rule == divide_tangent)) sentence = &
-      'an angle of DILATANCY wants one of friction beside it, by TAN'
+      'an angle of DILATANCY requires one of friction beside it, by TAN'
   end function fault_of_user
 end module qsmpm_deck_user_material

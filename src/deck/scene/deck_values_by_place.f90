@@ -134,7 +134,7 @@ contains
       'from line to line')
     profile%level = profile%levels(n)
     if (any(profile%moduli > 0.0_wp) .and. .not. all(profile%moduli > 0.0_wp)) call state%report_error("Young's "// &
-      "modulus is wanted in all lines or none")
+      "modulus is required in all lines or none")
     if (.not. all(profile%moduli > 0.0_wp)) deallocate (profile%moduli)
   end subroutine finish_table
 
@@ -192,7 +192,7 @@ contains
       sentence = 'all of its strengths are zero'
     else if (follows_stress(material%strength_profile) .and. (.not. material%mohr_coulomb .or. &
       material%friction_angle > 0.0_wp)) then
-      sentence = 'TYPE=SHANSEP is a strength s_u: it wants *MOHR COULOMB with phi = 0'
+      sentence = 'TYPE=SHANSEP is a strength s_u: it requires *MOHR COULOMB with phi = 0'
     end if
   end function wrong_material
 
@@ -436,7 +436,7 @@ contains
       case (field_permeability)
         there = material%permeability(1) > 0.0_wp
       end select
-      if (.not. there) sentence = trim(field_words(parameter))//' by place wants a positive one on *'// &
+      if (.not. there) sentence = trim(field_words(parameter))//' by place requires a positive one on *'// &
         trim(field_cards(parameter))//' too: what is decided once for the material goes by it'
     end associate
   end function wrong_card

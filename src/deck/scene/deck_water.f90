@@ -407,14 +407,14 @@ contains
         sentence = '*'//traits%keyword//' is a law of total stress, undrained by itself'
       else if (undrained%kind /= undrained_a .and. (.not. material%mohr_coulomb .or. material%user%given .or. &
         allocated(material%soil_law))) then
-        sentence = 'TYPE='//trim(merge('B', 'C', undrained%kind == undrained_b))//' wants a strength s_u: *MOHR '// &
+        sentence = 'TYPE='//trim(merge('B', 'C', undrained%kind == undrained_b))//' requires a strength s_u: *MOHR '// &
           'COULOMB with c = s_u and phi = 0; TYPE=A takes the effective strength of any law'
       else if (undrained%kind /= undrained_a .and. material%friction_angle > 0.0_wp) then
-        sentence = 'TYPE='//trim(merge('B', 'C', undrained%kind == undrained_b))//' wants *MOHR COULOMB with c = '// &
-          's_u and phi = 0; with friction it is TYPE=A'
+        sentence = 'TYPE='//trim(merge('B', 'C', undrained%kind == undrained_b))//' requires *MOHR COULOMB with '// &
+          'c = s_u and phi = 0; with friction it is TYPE=A'
       else if (undrained%kind == undrained_a .and. traits%dilatancy_angle > 0.0_wp .and. .not. undrained%dilatant) then
         sentence = 'the dilatancy angle psi is '//real_text(traits%dilatancy_angle)//': undrained soil that '// &
-          'dilates gains strength without end; take psi = 0, or ask for it by DILATANT=YES'
+          'dilates gains strength without end; take psi = 0, or request it by DILATANT=YES'
       else if (material%user%given .and. material%user%undrained > 0.0_wp) then
         sentence = 'the model has pore water of its own by UNDRAINED of *USER MATERIAL: it would count twice'
       else if (traits%linear_elasticity .and. material%young > 0.0_wp .and. &

@@ -132,7 +132,7 @@ contains
       else if (.not. p%volume > 1.0_wp) then
         call fail(error, error_deck, 'the specific volume v0 = 1 + e0 must be above 1')
       else if (p%poisson > -1.0_wp .eqv. p%shear > 0.0_wp) then
-        call fail(error, error_deck, 'either nu or SHEAR MODULUS is wanted, not both and not neither')
+        call fail(error, error_deck, 'either nu or SHEAR MODULUS is required, not both and not neither')
       else if (.not. p%poisson < 0.5_wp) then
         call fail(error, error_deck, 'Poisson''s ratio must lie above -1 and below 0.5')
       else if (.not. (p%ocr >= 1.0_wp .and. p%preconsolidation >= 0.0_wp)) then

@@ -165,7 +165,7 @@ contains
     else if (batch%status(1) /= status_ok) then
       call fail(error, error_not_converged, 'the material law refuses the step')
     else
-      call fail(error, error_not_converged, 'no deformation of the point gives the stresses wanted')
+      call fail(error, error_not_converged, 'no deformation of the point gives the stresses required')
     end if
   end subroutine report_failure
 

@@ -317,7 +317,7 @@ contains
       if (self%scratch%column(b) + self%scratch%turning_column(b) == 0) cycle
       if (any_of(model%part%team, touches_soil(self, b, displacement))) cycle
       failure%failed = .true.
-      failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' is loaded and touches nothing: "// &
+      failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' is loaded but not in contact: "// &
         'press it against the soil by *MOVE first, or load it in smaller steps'
     end do
   end subroutine judge
@@ -359,7 +359,7 @@ contains
     end associate
     failure%failed = .true.
     failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' moves by more than "// &
-      real_text(largest_motion)//' cells in one step; more STEPS'
+      real_text(largest_motion)//' cells in one step; use more STEPS'
   end subroutine check_motion
 
   !> Push of the bodies.
