@@ -21,9 +21,9 @@ VERIFY = TOP / "tools/qsmpm-verify"
 PAGE = TOP / "docs/gallery.md"
 HEAD = """# Gallery
 
-These scenes have known results. They run with default settings unless their decks name others. `verification/gallery.py` runs them, draws the pictures and writes
-this page. CPU seconds are those of the machine that wrote it. The decks belong to the named cases: `tools/qsmpm-verify run CASE` leaves the deck as it was run in
-`build/verify/CASE/deck`.
+These scenes have known results. They run with default settings unless their decks name others. `verification/gallery.py` runs them, draws the pictures and
+writes this page. CPU seconds are those of the machine that wrote it. The decks belong to the named cases: `tools/qsmpm-verify run CASE` leaves the deck as it
+was run in `build/verify/CASE/deck`.
 
 """
 
