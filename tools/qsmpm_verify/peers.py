@@ -72,7 +72,7 @@ def scene_page(scene: Scene, findings: list[Finding]) -> list[str]:
     deck = scene.deck.relative_to(TOP)
     lines = [f"## {scene.title}", "", *wrap(f"`{deck}`, `verification/peers/{scene.name}.toml`. {scene.note}", WIDTH), ""]
     if not findings:
-        return [*lines, "Nothing is judged; the figures stand under *Error and cost of the other programs*.", ""]
+        return [*lines, "No check; the results are under *Error and cost of the other programs*.", ""]
     lines += [*markdown_table(HEADER, [row_of(f) for f in findings]), ""]
     reasons = dict.fromkeys(f"{f.tolerance:.1e}: {f.reason}." for f in findings if f.tolerance is not None)
     notes = [f"{f.quantity}, {f.run} by {f.against}: {f.note}" for f in findings if f.note]
@@ -94,8 +94,8 @@ def page_head(command: str) -> list[str]:
     """Head of the page."""
     text = (
         f"Written by `{command} --markdown FILE`; do not edit. {'; '.join(versions())}. CPU seconds are those of whole "
-        "processes on one thread. Where a peer computes on the same mesh it gets nodes, cells, supports and loads from "
-        "QSMPM's results, so that element, rule and equilibrium are compared and nothing else."
+        "processes on one thread. Where another program uses the same mesh, it receives nodes, cells, supports and loads from "
+        "QSMPM's results, so that only element, integration rule and equilibrium are compared."
     )
     return ["# QSMPM beside other programs", "", *wrap(text, WIDTH), ""]
 

@@ -128,13 +128,13 @@ def solve(deck: Path, folder: Path, words: dict[str, Any], fresh: bool = False) 
 
 
 def said(figures: dict[str, Any]) -> str:
-    """What the programs said of a factor: bounds, or circles without an answer and warnings."""
+    """What the programs said of a factor: bounds, or circles without a solution and warnings."""
     if "lower" in figures:
         return f"between {figures['lower']:.4f} and {figures['upper']:.4f}"
     if "circles" in figures:
         warned = "".join(f"; {line}" for line in figures["said"] if "could not solve" not in line)
-        return f"{figures['unsolved']} of {figures['circles']} circles without an answer{warned}"
-    return f"stable at {figures['factor']:.4f}, lost at {figures['upper']:.4f}" if "factor" in figures else ""
+        return f"{figures['unsolved']} of {figures['circles']} circles without a solution{warned}"
+    return f"stable at {figures['factor']:.4f}, no equilibrium at {figures['upper']:.4f}" if "factor" in figures else ""
 
 
 def bounds(deck: Path, folder: Path, words: dict[str, Any], fresh: bool = False) -> tuple[dict[str, Any], Finished]:

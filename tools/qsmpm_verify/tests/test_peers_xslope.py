@@ -65,8 +65,8 @@ class Said(unittest.TestCase):
     def test_brackets_circles_and_warnings(self) -> None:
         self.assertEqual(peers_xslope.said({"factor": 1.15, "lower": 1.1, "upper": 1.2}), "between 1.1000 and 1.2000")
         told = {"factor": 1.0, "circles": 9, "unsolved": 2, "said": ["Bishop could not solve 2", "Tension"]}
-        self.assertEqual(peers_xslope.said(told), "2 of 9 circles without an answer; Tension")
-        self.assertEqual(peers_xslope.said({"factor": 1.1, "upper": 1.2}), "stable at 1.1000, lost at 1.2000")
+        self.assertEqual(peers_xslope.said(told), "2 of 9 circles without a solution; Tension")
+        self.assertEqual(peers_xslope.said({"factor": 1.1, "upper": 1.2}), "stable at 1.1000, no equilibrium at 1.2000")
         self.assertEqual(peers_xslope.said({"discharge": 1.0}), "")
 
     def test_bounds_are_told_with_their_middle(self) -> None:
