@@ -102,7 +102,11 @@ contains
     ! What is freed of a side has been proved to be held again.
     call keep_supports(scene, [(covers_axis(scene%members, s, 1), s=1, size(scene%node_sets))], 1, &
       scene%mesh%axes(1)%lines(:2), side_names)
-    call move_sides(scene)
+    ! Sets on a side that a history reads go with the side.
+    do s = 1, size(scene%members%axis(1)%holds, 2)
+      if (side_of(scene%members, s) == 0) cycle
+      scene%node_sets(s)%box(1, :) = scene%mesh%axes(1)%lines(side_of(scene%members, s))
+    end do
     call drop_unused(scene)
     scene%bodies%copies = step%factor*scene%bodies%copies
     scene%mesh%axes(1)%lines = scene%mesh%axes(1)%lines(:2)
@@ -143,15 +147,4 @@ contains
     in_first = lines(1) + (lines(2) - lines(1))*(x - lines(i))/(lines(i + 1) - lines(i))
     in_first = max(lines(1), min(lines(2), in_first))
   end function in_first
-
-  !> Sets on a side that a history reads go with the side.
-  pure subroutine move_sides(scene)
-    type(examined_type), intent(inout) :: scene
-    integer :: s
-
-    do s = 1, size(scene%members%axis(1)%holds, 2)
-      if (side_of(scene%members, s) == 0) cycle
-      scene%node_sets(s)%box(1, :) = scene%mesh%axes(1)%lines(side_of(scene%members, s))
-    end do
-  end subroutine move_sides
 end module qsmpm_column

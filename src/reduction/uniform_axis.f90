@@ -147,7 +147,15 @@ contains
         if (covers_axis(scene%members, s, others(1)) .and. covers_axis(scene%members, s, others(2))) cycle
         table%axis(others(1))%holds(:, s) = .false.
       end do
-      call require_nothing_freed(scene)
+      ! No set is freed.
+      do p = 1, size(scene%phases)
+        do i = 1, size(scene%phases(p)%fixities)
+          associate (fixity => scene%phases(p)%fixities(i))
+            if (.not. any(fixity%fixed)) call refuse(scene, card('*FIX frees', fixity%set, fixity%where)// &
+              ' in a grid of shifted nodes')
+          end associate
+        end do
+      end do
     end if
     call representatives(table, others(1), .false., along)
     call representatives(table, others(2), .false., across)
@@ -166,19 +174,4 @@ contains
       end do
     end do
   end subroutine require_held
-
-  !> No set is freed.
-  pure subroutine require_nothing_freed(scene)
-    type(examined_type), intent(inout) :: scene
-    integer :: p, i
-
-    do p = 1, size(scene%phases)
-      do i = 1, size(scene%phases(p)%fixities)
-        associate (fixity => scene%phases(p)%fixities(i))
-          if (.not. any(fixity%fixed)) &
-            call refuse(scene, card('*FIX frees', fixity%set, fixity%where)//' in a grid of shifted nodes')
-        end associate
-      end do
-    end do
-  end subroutine require_nothing_freed
 end module qsmpm_uniform_axis
