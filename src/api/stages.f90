@@ -34,7 +34,7 @@ contains
     !> The stage moves a water level; it is then as it was.
     type(error_type), allocatable, intent(out) :: error
     type(traction_type) :: before
-    real(wp) :: factor, kept
+    real(wp) :: factor, kept, start
     integer :: i
 
     if (share < 1.0_wp .and. moves_water(scene, number)) then
@@ -62,7 +62,10 @@ contains
             traction%gradient = traction%gradient/kept
             traction%vector = traction%vector/kept
           else if (traction%follows) then
-            call reach_pressure(before, share, phase%load_factor, factor, upwards(scene), traction)
+            ! The pressure that is reached in the place of that of the end of a stage; both vary with height all along.
+            start = before%pressure + upwards(scene)*before%gradient*(before%height - traction%height)
+            traction%pressure = between(start, phase%load_factor*traction%pressure, share)/factor
+            traction%gradient = between(before%gradient, phase%load_factor*traction%gradient, share)/factor
           else
             traction%vector = between(before%vector, phase%load_factor*traction%vector, share)/factor
           end if
@@ -94,22 +97,6 @@ contains
       end do
     end associate
   end function moves_water
-
-  !> The pressure that is reached in the place of that of the end of a stage; both vary with height all along.
-  pure subroutine reach_pressure(before, share, load_factor, factor, up, traction)
-    !> At the end of the stages before.
-    type(traction_type), intent(in) :: before
-    !> Share of the stage that is done, its load factor as it was and as it is.
-    real(wp), intent(in) :: share, load_factor, factor
-    !> Sense of upwards along the vertical.
-    real(wp), intent(in) :: up
-    type(traction_type), intent(inout) :: traction
-    real(wp) :: start
-
-    start = before%pressure + up*before%gradient*(before%height - traction%height)
-    traction%pressure = between(start, load_factor*traction%pressure, share)/factor
-    traction%gradient = between(before%gradient, load_factor*traction%gradient, share)/factor
-  end subroutine reach_pressure
 
   !> Gravity at the end of the stages before one.
   pure function gravity_before(scene, number) result(vector)

@@ -45,13 +45,7 @@ module qsmpm_deck_state
     !> Data lines of the elements of a mesh in the deck.
     type(line_origin_type), allocatable :: element_places(:)
   contains
-    procedure :: report_error
-    procedure :: error_at
-    procedure :: refuse
-    procedure :: refuse_row
-    procedure :: error_from
-    procedure :: check_once
-    procedure :: warn
+    procedure :: report_error, error_at, refuse, refuse_row, error_from, check_once, warn
   end type deck_state_type
 
   !> A name is among those of a list, or among words.

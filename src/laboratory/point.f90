@@ -5,7 +5,7 @@ module qsmpm_point
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_clock, only: clock_type, start_clock, cpu_seconds, wall_seconds
+  use qsmpm_stopwatch, only: clock_type, start_clock, cpu_seconds, wall_seconds
   use qsmpm_deck, only: read_deck, echo_text
   use qsmpm_deck_words, only: test_words, kinematics_words
   use qsmpm_error, only: error_type, error_deck, error_other, error_not_converged, fail, prefix

@@ -401,7 +401,19 @@ contains
     if (has_pore_pressure(model)) call start_water(model%state%points)
     call lay_rigid_bodies(model)
     call lay_body_loads(model)
-    call place_plate(model)
+    ! Coordinate of the plate's row, or of the body that the rows follow.
+    if (.not. model%analysis%moving_mesh%active) return
+    if (model%analysis%moving_mesh%by_body) then
+      associate (moving => model%analysis%moving_mesh)
+        model%state%plate = model%rigid_shapes(place_named(model%analysis%rigid_bodies, &
+          moving%body))% reference(moving%axis)
+      end associate
+      return
+    end if
+    associate (moving => model%analysis%moving_mesh, nodes => items_of(model%mesh%node_sets, &
+      model%analysis%moving_mesh%set))
+      model%state%plate = model%mesh%coordinates(moving%axis, nodes(1))
+    end associate
   end subroutine finish
 
   !> A plate of nodes that goes far is told what a rigid body would do better.
@@ -426,24 +438,6 @@ contains
         'part from it and slide along it (docs/methods/contact.md)'//new_line('a')
     end associate
   end subroutine advise_plate
-
-  !> Coordinate of the plate's row, or of the body that the rows follow.
-  subroutine place_plate(model)
-    type(model_type), intent(inout) :: model
-
-    if (.not. model%analysis%moving_mesh%active) return
-    if (model%analysis%moving_mesh%by_body) then
-      associate (moving => model%analysis%moving_mesh)
-        model%state%plate = model%rigid_shapes(place_named(model%analysis%rigid_bodies, moving%body))% &
-          reference(moving%axis)
-      end associate
-      return
-    end if
-    associate (moving => model%analysis%moving_mesh, &
-        nodes => items_of(model%mesh%node_sets, model%analysis%moving_mesh%set))
-      model%state%plate = model%mesh%coordinates(moving%axis, nodes(1))
-    end associate
-  end subroutine place_plate
 
   !> Totals for `qsmpm check`: mesh, points, sets, surfaces, and what each phase fixes and loads.
   subroutine model_summary(model, text)

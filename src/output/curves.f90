@@ -17,7 +17,7 @@ module qsmpm_curves
   implicit none
   private
 
-  public :: begin_curves, continue_curves, append_row, curves_header
+  public :: begin_curves, continue_curves, append_row
 
   character(len=*), parameter :: file_name = '/curves.csv'
 
@@ -184,18 +184,11 @@ contains
   !> Unit of work.
   pure function work_unit(analysis) result(unit)
     type(analysis_type), intent(in) :: analysis
-    character(len=:), allocatable :: unit
+    character(len=:), allocatable :: unit, text
 
     unit = ''
     if (.not. has_units(analysis)) return
-    unit = analysis%force_unit//' '//analysis%length_unit//per_thickness(analysis)
-  end function work_unit
-
-  !> What a force is divided by in the model: nothing, the thickness, a radian.
-  pure function per_thickness(analysis) result(text)
-    type(analysis_type), intent(in) :: analysis
-    character(len=:), allocatable :: text
-
+    ! What a force is divided by in the model: nothing, the thickness, a radian.
     if (analysis%model == three_dimensional) then
       text = ''
     else if (analysis%model == axisymmetric) then
@@ -203,7 +196,8 @@ contains
     else
       text = '/'//analysis%length_unit
     end if
-  end function per_thickness
+    unit = analysis%force_unit//' '//analysis%length_unit//text
+  end function work_unit
 
   !> Whether the deck names its units.
   pure logical function has_units(analysis)

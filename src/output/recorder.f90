@@ -11,7 +11,7 @@
 module qsmpm_recorder
   use qsmpm_kinds, only: long
   use qsmpm_agreement, only: agree, any_of
-  use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
+  use qsmpm_stopwatch, only: clock_type, cpu_seconds, wall_seconds
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
   use qsmpm_display, only: display_type, display_none, display_plain, start_display, show_step, show_text, &
     show_result, end_display, step_text, keep_warnings, repeated_warnings
@@ -91,14 +91,7 @@ module qsmpm_recorder
     !> Where the time went: the last but one line of the log.
     character(len=:), allocatable :: times
   contains
-    procedure :: phase_begun
-    procedure :: needs_model
-    procedure :: accepted
-    procedure :: phase_done
-    procedure :: mechanism
-    procedure :: note
-    procedure :: tell_result
-    procedure :: stop_requested
+    procedure :: phase_begun, needs_model, accepted, phase_done, mechanism, note, tell_result, stop_requested
   end type recorder_type
 
   !> Name of the profile that a run writes on request.

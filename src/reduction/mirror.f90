@@ -35,7 +35,7 @@ module qsmpm_mirror
   implicit none
   private
 
-  public :: require_mirror, reason_against_mirror, set_side, make_half
+  public :: require_mirror, reason_against_mirror, make_half
 
   !> Sides of a set: none, or half with its image on the other side, in the kept half, in the other half.
   integer, parameter, public :: side_mixed = 0, side_both = 1, side_kept = 2, side_other = 3

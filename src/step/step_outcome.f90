@@ -18,7 +18,11 @@ module qsmpm_step_outcome
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_stopwatch, only: switch_timer, part_control, part_step_error
   use qsmpm_team, only: largest, total
-  use qsmpm_water_error, only: water_error
+  use qsmpm_consolidation, only: excess_field
+  use qsmpm_kept_arrays, only: is_kept, kept_values
+  use qsmpm_nodal_fields, only: rate_of
+  use qsmpm_pore_flow, only: course_name
+  use qsmpm_unknowns, only: find_field, values_of
   implicit none
   private
 
@@ -50,6 +54,31 @@ contains
       solution%reason = 'the step is longer than its error allows'
     end if
   end subroutine judge_length
+
+  !> What the length of a step costs where pore water flows in time: how far its excess pressures are from a straight
+  !> line with those of the step before,
+  !>
+  !>   e = max |dp - r dp'| / p_max,      r the length of the step over that of the one before, dp' the change in it,
+  !>
+  !> p_max the largest pressure of the phase so far: 0 while a load is put on and no water leaves, and in the first step
+  !> of a phase. Backward differences of second order (qsmpm_flow_balance) are off by less than that.
+  function water_error(model, step, attempt, displacement) result(error)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(in) :: step
+    type(attempt_type), intent(in) :: attempt
+    !> Changes of all unknowns (components, columns).
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp) :: error
+    real(wp), allocatable :: course(:, :), change(:), before(:)
+
+    error = 0.0_wp
+    if (model%state%progress%phase_steps == 0 .or. .not. is_kept(model%state%kept, rate_of//excess_field)) return
+    course = kept_values(model%state%kept, course_name)
+    before = pack(kept_values(model%state%kept, rate_of//excess_field), .true.)
+    change = pack(values_of(step%unknowns, find_field(step%unknowns, excess_field), displacement), .true.)
+    before = before*(attempt%fraction - model%state%progress%fraction)
+    error = maxval(abs(change - before))/max(course(2, 1), tiny(1.0_wp))
+  end function water_error
 
   !> Whether there is a law of a user: how it integrates its rates is not known, so its steps are measured unasked, but
   !> for those at places that stay, which are no path.

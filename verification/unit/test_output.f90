@@ -7,7 +7,7 @@ module test_output
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: plane_strain
   use qsmpm_history_description, only: quantity_stress, quantity_displacement
-  use qsmpm_clock, only: start_clock
+  use qsmpm_stopwatch, only: start_clock
   use qsmpm_display, only: display_none
   use qsmpm_element, only: quad4
   use qsmpm_error, only: error_type, fail, error_not_converged

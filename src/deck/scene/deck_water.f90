@@ -244,6 +244,7 @@ contains
   subroutine consolidation_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
+    integer :: i, n
 
     associate (card => deck%analysis%phases(deck%phase)%consolidation)
       call fields%line(card%where)
@@ -255,27 +256,19 @@ contains
       call fields%answer('FACES', card%held, 'LAYER: pressures of nodes at open faces fall as fast as water leaves '// &
         'from within their cells. HELD: they are 0 at once, as in other programs: in short phases too much leaves', &
         words='LAYER|HELD')
-      call drainage_fields(fields, card)
+      ! Sets that are open or closed.
+      n = 0
+      if (allocated(card%sets)) n = size(card%sets)
+      call fields%data('where water leaves, and where it does not', 0, huge(1), rows=n)
+      if (.not. fields%writing) card%sets = [(drainage_type(), i=1, n)]
+      do i = 1, n
+        call fields%row(i)
+        call fields%line(card%sets(i)%where)
+        call fields%name('set', card%sets(i)%name, 'node set')
+        call fields%answer('way', card%sets(i)%closed, 'OPEN: the excess pressure is 0 there', words='OPEN|CLOSED')
+      end do
     end associate
   end subroutine consolidation_fields
-
-  !> Sets that are open or closed.
-  subroutine drainage_fields(fields, card)
-    class(card_fields_type), intent(inout) :: fields
-    type(consolidation_type), intent(inout) :: card
-    integer :: i, n
-
-    n = 0
-    if (allocated(card%sets)) n = size(card%sets)
-    call fields%data('where water leaves, and where it does not', 0, huge(1), rows=n)
-    if (.not. fields%writing) card%sets = [(drainage_type(), i=1, n)]
-    do i = 1, n
-      call fields%row(i)
-      call fields%line(card%sets(i)%where)
-      call fields%name('set', card%sets(i)%name, 'node set')
-      call fields%answer('way', card%sets(i)%closed, 'OPEN: the excess pressure is 0 there', words='OPEN|CLOSED')
-    end do
-  end subroutine drainage_fields
 
   !> Phases in which time goes on say how long they last.
   subroutine check_drainage(state)

@@ -4,26 +4,13 @@ submodule (qsmpm_exchange) exchange_alone
 
 contains
 
-  module procedure collect_reals
-    rows = mine
-    first = [1, size(mine) + 1]
-  end procedure collect_reals
-
   module procedure collect_longs
     rows = mine
     first = [1, size(mine) + 1]
   end procedure collect_longs
 
-  module procedure spread_reals
-  end procedure spread_reals
-
   module procedure spread_longs
   end procedure spread_longs
-
-  module procedure hand_over_reals
-    theirs = mine
-    first_theirs = first
-  end procedure hand_over_reals
 
   module procedure hand_over_longs
     theirs = mine

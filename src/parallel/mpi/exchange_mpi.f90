@@ -1,22 +1,10 @@
 !> Messages by MPI. A process whose team is itself alone sends none.
 submodule (qsmpm_exchange) exchange_mpi
-  use mpi_f08, only: mpi_comm, mpi_double_precision, mpi_integer, mpi_integer8, mpi_allgather, mpi_gatherv, mpi_bcast, &
-    mpi_alltoall, mpi_alltoallv
+  use mpi_f08, only: mpi_comm, mpi_integer, mpi_integer8, mpi_allgather, mpi_gatherv, mpi_bcast, mpi_alltoall, &
+    mpi_alltoallv
   implicit none
 
 contains
-
-  module procedure collect_reals
-    if (team%ranks == 1) then
-      rows = mine
-      first = [1, size(mine) + 1]
-      return
-    end if
-    call find_first(team, size(mine), first)
-    allocate (rows(merge(first(team%ranks + 1) - 1, 0, team%rank == 0)))
-    call mpi_gatherv(mine, size(mine), mpi_double_precision, rows, first(2:) - first(:team%ranks), &
-      first(:team%ranks) - 1, mpi_double_precision, 0, mpi_comm(team%handle))
-  end procedure collect_reals
 
   module procedure collect_longs
     if (team%ranks == 1) then
@@ -30,26 +18,9 @@ contains
       first(:team%ranks) - 1, mpi_integer8, 0, mpi_comm(team%handle))
   end procedure collect_longs
 
-  module procedure spread_reals
-    if (team%ranks > 1) call mpi_bcast(values, size(values), mpi_double_precision, rank, mpi_comm(team%handle))
-  end procedure spread_reals
-
   module procedure spread_longs
     if (team%ranks > 1) call mpi_bcast(values, size(values), mpi_integer8, rank, mpi_comm(team%handle))
   end procedure spread_longs
-
-  module procedure hand_over_reals
-    if (team%ranks == 1) then
-      theirs = mine
-      first_theirs = first
-      return
-    end if
-    call find_first_theirs(team, first, first_theirs)
-    allocate (theirs(first_theirs(team%ranks + 1) - 1))
-    call mpi_alltoallv(mine, first(2:) - first(:team%ranks), first(:team%ranks) - 1, mpi_double_precision, theirs, &
-      first_theirs(2:) - first_theirs(:team%ranks), first_theirs(:team%ranks) - 1, mpi_double_precision, &
-      mpi_comm(team%handle))
-  end procedure hand_over_reals
 
   module procedure hand_over_longs
     if (team%ranks == 1) then
