@@ -11,11 +11,10 @@ module qsmpm_plan
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
-  use qsmpm_method_description, only: basis_fem, stabilise_none
+  use qsmpm_method_description, only: basis_fem, stabilise_none, basis_list
   use qsmpm_phase_description, only: newton_modified
-  use qsmpm_basis_traits, only: basis_list
   use qsmpm_contacts, only: contact_counts
-  use qsmpm_deck_words, only: model_words, integration_words, stabilisation_words
+  use qsmpm_keyword_table, only: model_words, integration_words, stabilisation_words
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, begin_analysis
   use qsmpm_linear_system, only: end_system

@@ -26,8 +26,7 @@ module qsmpm_fitted_background
   use qsmpm_vertical, only: vertical_of
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: may_yield, traits_of
-  use qsmpm_material_description, only: material_type
+  use qsmpm_material_description, only: material_type, may_yield, traits_of
   implicit none
   private
 

@@ -9,12 +9,12 @@ module qsmpm_model_builder
   use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type, error_user_material, fail
   use qsmpm_analysis, only: analysis_type, three_dimensional
-  use qsmpm_material_description, only: material_type, locking_none, locking_auto, locking_uniform_pressure
+  use qsmpm_material_description, only: material_type, locking_none, locking_auto, locking_uniform_pressure, &
+    may_yield, traits_of
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
   use qsmpm_background_in_use, only: pressures_last
-  use qsmpm_method_description, only: basis_standard, basis_fem, basis_gimp
+  use qsmpm_method_description, only: basis_standard, basis_fem, basis_gimp, usual_factor
   use qsmpm_phase_description, only: initial_k0, phase_safety
-  use qsmpm_basis_traits, only: usual_factor
   use qsmpm_agreement, only: any_of
   use qsmpm_body_stages, only: part_bodies
   use qsmpm_drainage, only: set_drainage
@@ -44,7 +44,6 @@ module qsmpm_model_builder
   use qsmpm_water_check, only: check_water_levels
   use qsmpm_lowered_laws, only: check_lowering
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: may_yield, traits_of
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_seed_table, only: seed_table_type
   use qsmpm_mesh_measure, only: mesh_volume

@@ -4,9 +4,8 @@ module qsmpm_model_space
   use qsmpm_named, only: place_named
   use qsmpm_history_description, only: quantity_reaction
   use qsmpm_mesh_description, only: mesh_grid, set_type, select_plane, select_box
-  use qsmpm_method_description, only: integrate_cells, basis_standard, basis_fem
+  use qsmpm_method_description, only: integrate_cells, basis_standard, basis_fem, basis_list
   use qsmpm_source_line, only: source_line_type
-  use qsmpm_basis_traits, only: basis_list
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_layer_interfaces, only: interface_type, find_interfaces
   use qsmpm_mesh_sets, only: set_tolerance

@@ -9,7 +9,7 @@ module qsmpm_layer_interfaces
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_body_description, only: body_type, body_box, body_polygon
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: may_yield, traits_of
+  use qsmpm_material_description, only: may_yield, traits_of
   implicit none
   private
 

@@ -6,9 +6,8 @@
 !> present one takes away: K0 = K0nc OCR - (OCR - 1) nu/(1 - nu). K0nc is a value or, after Jaky, 1 - sin phi.
 module qsmpm_stress_at_rest
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_material_description, only: material_type
+  use qsmpm_material_description, only: material_type, traits_of
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: traits_of
   implicit none
   private
 

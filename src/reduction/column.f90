@@ -10,11 +10,11 @@ module qsmpm_column
   use qsmpm_analysis, only: three_dimensional
   use qsmpm_history_description, only: quantity_displacement, quantity_position, quantity_reaction
   use qsmpm_reduction, only: reduction_type, reduce_column, begin_reduction
-  use qsmpm_set_members, only: members_type, covers_axis, keep_supports
   use qsmpm_loaded_surfaces, only: drop_unused, require_level_water
   use qsmpm_rigid_symmetry, only: flatten_rigid_bodies, reduce_rigid_history
   use qsmpm_uniform_axis, only: require_uniform
-  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse, require_local_histories
+  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse, require_local_histories, members_type, &
+    covers_axis, keep_supports
   implicit none
   private
 

@@ -15,11 +15,10 @@ module qsmpm_prismatic
   use qsmpm_error, only: error_type
   use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, at_rigid_body, component_vector
   use qsmpm_reduction, only: reduction_type, reduce_prismatic, begin_reduction
-  use qsmpm_set_members, only: covers_axis
   use qsmpm_loaded_surfaces, only: drop_unused
   use qsmpm_rigid_symmetry, only: flatten_rigid_bodies, reduce_rigid_history
   use qsmpm_uniform_axis, only: require_uniform
-  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse
+  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse, covers_axis
   implicit none
   private
 

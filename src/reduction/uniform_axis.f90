@@ -10,10 +10,10 @@ module qsmpm_uniform_axis
   use qsmpm_named, only: place_named
   use qsmpm_body_description, only: body_all, body_box, body_polygon
   use qsmpm_mesh_description, only: mesh_grid, select_list
-  use qsmpm_set_members, only: members_type, covers_axis, representatives, node_state
   use qsmpm_loaded_surfaces, only: require_loads_uniform
   use qsmpm_rigid_symmetry, only: require_rigid_uniform
-  use qsmpm_examined_scene, only: examined_type, card, letters, place_text, refuse, refuse_mesh
+  use qsmpm_examined_scene, only: examined_type, card, letters, place_text, refuse, refuse_mesh, members_type, &
+    covers_axis, representatives, node_state
   implicit none
   private
 

@@ -11,12 +11,11 @@ module qsmpm_initialisation
   use qsmpm_configuration, only: configuration_type, find_configuration, reset_configuration
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_error, only: error_type
-  use qsmpm_exchange, only: spread_from
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_joint_system, only: joint_system_type, start_joint_system, begin_joint_system
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
-  use qsmpm_material_traits, only: traits_of
+  use qsmpm_material_description, only: traits_of
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_marks, only: node_owners, choose_movers
@@ -35,7 +34,7 @@ module qsmpm_initialisation
   use qsmpm_stopwatch, only: switch_timer, part_initialisation, part_analysis
   use qsmpm_term, only: term_type, term_slot_type, failure_type
   use qsmpm_surface_refinement, only: refine_surfaces
-  use qsmpm_team, only: team_type, total
+  use qsmpm_team, only: team_type, total, spread_from
   use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints
   use qsmpm_safety_factors, only: is_searching
   use qsmpm_term_sums, only: prepare_terms

@@ -4,13 +4,12 @@ module qsmpm_step_evaluation
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: lowest_rank, spread_text
   use qsmpm_equations, only: gather
-  use qsmpm_exchange, only: spread_from
   use qsmpm_initialisation, only: step_type
   use qsmpm_model, only: model_type
   use qsmpm_nodal_fields, only: add_shares
   use qsmpm_run_profile, only: count_evaluation
   use qsmpm_stopwatch, only: switch_timer, part_control, part_evaluation
-  use qsmpm_team, only: team_type, smallest
+  use qsmpm_team, only: team_type, smallest, spread_from
   use qsmpm_term, only: failure_type, role_external, role_internal, role_numerical
   use qsmpm_term_sums, only: evaluate_terms, sum_forces, linear_forces
   implicit none

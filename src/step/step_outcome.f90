@@ -7,7 +7,6 @@ module qsmpm_step_outcome
   use qsmpm_equations, only: gather
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type, error_not_converged, fail
-  use qsmpm_exchange, only: spread_from
   use qsmpm_finite, only: is_usable, unusable
   use qsmpm_initialisation, only: step_type
   use qsmpm_limit_load, only: compliance_type
@@ -17,7 +16,7 @@ module qsmpm_step_outcome
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_stopwatch, only: switch_timer, part_control, part_step_error
-  use qsmpm_team, only: largest, total
+  use qsmpm_team, only: largest, total, spread_from
   use qsmpm_consolidation, only: excess_field
   use qsmpm_kept_arrays, only: is_kept, kept_values
   use qsmpm_nodal_fields, only: rate_of

@@ -7,8 +7,7 @@ module qsmpm_deck_water
   use qsmpm_mesh_description, only: mesh_file
   use qsmpm_phase_description, only: phase_type, initial_keep, phase_safety
   use qsmpm_card_fields, only: card_fields_type, column_type
-  use qsmpm_deck_objects, only: list_water_levels
-  use qsmpm_deck_state, only: check_name, deck_state_type
+  use qsmpm_deck_state, only: check_name, deck_state_type, list_water_levels
   use qsmpm_keyword_table, only: table_type, in_phase, many, once, in_material
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: has_water
@@ -16,10 +15,9 @@ module qsmpm_deck_water
   use qsmpm_text, only: string_type, real_text
   use qsmpm_phase_loads, only: consolidation_of
   use qsmpm_body_description, only: drain_state_type
-  use qsmpm_material_description, only: material_type
+  use qsmpm_material_description, only: material_type, traits_of
   use qsmpm_drainage, only: set_drainage, is_drained_by, has_excess_pressure
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: traits_of
   use qsmpm_undrained_parameters, only: undrained_a, undrained_b, undrained_ratio
   implicit none
   private
