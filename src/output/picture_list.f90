@@ -17,8 +17,7 @@ module qsmpm_picture_list
   use qsmpm_fields, only: phase_time
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
-  use qsmpm_pictures, only: write_points_picture, write_mesh_picture
-  use qsmpm_results, only: write_results_index, write_state, mechanism_part
+  use qsmpm_results, only: write_results_index, write_state, mechanism_part, write_points_picture, write_mesh_picture
   use qsmpm_stress_error, only: stress_error_type
   use qsmpm_team, only: team_type
   use qsmpm_phase_description, only: geometry_fixed

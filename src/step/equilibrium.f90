@@ -102,7 +102,7 @@ module qsmpm_equilibrium
     !> it was not taken; set by whoever looks at it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
-    !> Share of the pore pressures that its length bends (qsmpm_step_outcome); set by whoever looks at it.
+    !> Share of the pore pressures that its length bends (qsmpm_load_step); set by whoever looks at it.
     real(wp) :: water_error = 0.0_wp
     !> Share of the step that a law would rather have been asked for; 0 when not set.
     real(wp) :: share = 0.0_wp
