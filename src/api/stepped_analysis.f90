@@ -4,7 +4,6 @@
 !> What listens is an argument of the calls that step. Changes of loads are left to `qsmpm_simulation`.
 module qsmpm_stepped_analysis
   use qsmpm_kinds, only: wp
-  use qsmpm_added_cards, only: added_lines_type, name_added_lines, read_added_cards, drop_materials, extend_model
   use qsmpm_analysis, only: analysis_type
   use qsmpm_phase_description, only: phase_type, phase_safety
   use qsmpm_observer_list, only: observer_list_type
@@ -31,7 +30,8 @@ module qsmpm_stepped_analysis
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_snapshot, only: snapshot_type, take_snapshot, restore_checkpoint, copy_phases
-  use qsmpm_stages, only: take_over_stages
+  use qsmpm_stages, only: take_over_stages, added_lines_type, name_added_lines, read_added_cards, drop_materials, &
+    extend_model
   use qsmpm_step_length, only: phase_is_complete
   use qsmpm_stopwatch, only: clock_type, switch_timer, part_output, part_control
   use qsmpm_team, only: team_type

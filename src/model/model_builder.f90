@@ -24,10 +24,9 @@ module qsmpm_model_builder
   use qsmpm_finite, only: is_usable, unusable
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
-  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text
+  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text, make_space
   use qsmpm_model_window, only: first_window
   use qsmpm_initial_stress, only: check_initial_results
-  use qsmpm_model_space, only: make_space
   use qsmpm_model_bodies, only: make_points
   use qsmpm_model_surfaces, only: make_surfaces, choose_carrying_points
   use qsmpm_histories, only: make_histories

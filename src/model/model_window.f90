@@ -25,8 +25,7 @@ module qsmpm_model_window
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_mesh_measure, only: find_bounds
   use qsmpm_model, only: model_type, state_type, carried_set_type, carried_sets
-  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
-  use qsmpm_model_space, only: make_space
+  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, make_space
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_own_marks, only: mark_own
   use qsmpm_own_part, only: own_of

@@ -30,14 +30,13 @@ module qsmpm_initial_balance
   use qsmpm_initial_stress, only: reaches_above, measure_slope, structures_at_rest
   use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, find_largest_move, largest_move
   use qsmpm_initial_strength, only: count_beyond_strength
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_law, only: tangent_elastic, tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
   use qsmpm_stress_force, only: internal_force
   use qsmpm_team, only: team_type, largest, spread_from
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term_sums, only: set_loads, discard_terms
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_phase_loads, only: free_surface_of

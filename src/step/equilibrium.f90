@@ -20,14 +20,13 @@ module qsmpm_equilibrium
   use qsmpm_phase_description, only: newton_modified, controls_type
   use qsmpm_equations, only: gather, scatter
   use qsmpm_field_balance, only: references_type, find_references, find_imbalance, leave_rounding
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, evaluate_step, linear_force
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_joint_system, only: factorise_jointly, solve_jointly
   use qsmpm_model, only: model_type
   use qsmpm_nodal_fields, only: add_shares
   use qsmpm_run_profile, only: count_factorisation, count_iteration, count_sweeps
   use qsmpm_limit_load, only: compliance_type
-  use qsmpm_step_evaluation, only: evaluate_step, linear_force
   use qsmpm_team, only: largest, total
   use qsmpm_term_share, only: solve_share_type
   use qsmpm_term_sums, only: add_all_blocks, forces_transient, sum_forces, measure_shares, find_unusable
