@@ -184,7 +184,7 @@ contains
     type(error_type), allocatable :: error
     type(clock_type) :: clock
     real(wp) :: seconds
-    integer :: equations, counts(3)
+    integer :: equations
 
     call add_heading(items, 'first step')
     allocate (first, source=model)
@@ -209,13 +209,7 @@ contains
     call add_item(items, 'equations', integer_text(step%equations%count), is_figure=.true.)
     call add_item(items, 'entries', integer_text(size(step%matrix%column)), is_figure=.true.)
     if (allocated(step%system%solver)) call plan_solver(step, items)
-    ! Patches of rigid bodies that are near the soil, their places, and the unknowns of bodies that are free.
-    counts = contact_counts(step%terms)
-    if (counts(1) /= 0) then
-      call add_item(items, 'contact patches', integer_text(counts(2)), is_figure=.true.)
-      call add_item(items, 'contact points', integer_text(counts(3)), is_figure=.true.)
-      call add_item(items, 'unknowns of bodies', integer_text(count(step%field_of > 1)), is_figure=.true.)
-    end if
+    call plan_contacts(step, items)
     call plan_cost(model, solution, seconds, items)
     call end_system(step%system)
   end subroutine plan_equations
@@ -239,6 +233,19 @@ contains
       if (.not. model%laws(m)%is_symmetric()) text = "unsymmetric: material '"//model%analysis%materials(m)%name//"'"
     end do
   end function symmetry_text
+
+  !> Patches of rigid bodies that are near the soil, their places, and the unknowns of bodies that are free.
+  subroutine plan_contacts(step, items)
+    type(step_type), intent(in) :: step
+    type(plan_items_type), intent(inout) :: items
+    integer :: counts(3)
+
+    counts = contact_counts(step%terms)
+    if (counts(1) == 0) return
+    call add_item(items, 'contact patches', integer_text(counts(2)), is_figure=.true.)
+    call add_item(items, 'contact points', integer_text(counts(3)), is_figure=.true.)
+    call add_item(items, 'unknowns of bodies', integer_text(count(step%field_of > 1)), is_figure=.true.)
+  end subroutine plan_contacts
 
   !> Solver, factors and memory.
   subroutine plan_solver(step, items)

@@ -335,7 +335,7 @@ contains
     type(card_type), intent(inout) :: card
     type(message_list_type), intent(inout) :: messages
     type(string_type), allocatable :: pieces(:)
-    integer :: i, equals
+    integer :: i
 
     call cut_line(lines(1), pieces, card%good)
     card%keyword = upper(squeezed(pieces(1)%text(2:)))
@@ -343,16 +343,25 @@ contains
     if (.not. card%good) call report_quote(lines(1), card%keyword, messages)
     allocate (card%parameters(size(pieces) - 1), card%rows(size(lines) - 1))
     do i = 1, size(card%parameters)
-      ! Take a parameter apart at its equals sign.
-      equals = scan(pieces(i + 1)%text//'=', '=')
-      card%parameters(i)%has_value = equals <= len(pieces(i + 1)%text)
-      card%parameters(i)%name = upper(squeezed(pieces(i + 1)%text(:equals - 1)))
-      card%parameters(i)%value = unquoted(pieces(i + 1)%text(equals + 1:))
+      call make_parameter(pieces(i + 1)%text, card%parameters(i))
     end do
     do i = 1, size(card%rows)
       call make_row(lines(i + 1), card%keyword, card%rows(i), messages)
     end do
   end subroutine make_card
+
+  !> Take a parameter apart at its equals sign.
+  pure subroutine make_parameter(text, parameter)
+    !> NAME or NAME=value.
+    character(len=*), intent(in) :: text
+    type(parameter_type), intent(inout) :: parameter
+    integer :: equals
+
+    equals = scan(text//'=', '=')
+    parameter%has_value = equals <= len(text)
+    parameter%name = upper(squeezed(text(:equals - 1)))
+    parameter%value = unquoted(text(equals + 1:))
+  end subroutine make_parameter
 
   !> Make a data line.
   pure subroutine make_row(line, keyword, row, messages)

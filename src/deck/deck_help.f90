@@ -103,11 +103,7 @@ contains
     integer :: k
 
     call make_table(table)
-    ! The head of the page.
-    text = page([character(len=width) :: '# Deck reference', '', &
-      'This page is written by `qsmpm help --markdown` from the table that the reader of decks', &
-      'and `qsmpm help KEYWORD` use; do not edit it.', ''])//writing()//rules()// &
-      page([character(len=width) :: '', '## Keywords'])
+    text = reference_head()
     do k = 1, table%count
       text = text//newline//'### *'//table%keywords(k)%name//newline//newline// &
         explanation(table%keywords(k), '- ', '`')
@@ -124,9 +120,7 @@ contains
 
     text = ''
     if (len(quote) == 0) text = '*'//entry%name//newline//newline
-    ! Where a card may stand and how often.
-    text = text//entry%sentence//newline//newline//trim(places(entry%section))//', '// &
-      trim(merge('any number of times.', 'once.               ', entry%times == many))//newline
+    text = text//entry%sentence//newline//newline//standing(entry)//newline
     if (size(entry%parameters) > 0) text = text//newline//'Parameters:'//newline//newline
     do i = 1, size(entry%parameters)
       text = text//bullet//item_text(entry%parameters(i), quote)//newline
@@ -147,6 +141,15 @@ contains
 
     text = bullet//replaced(lines(:len(lines) - 1), newline, newline//bullet)//newline
   end function bulleted
+
+  !> Where a card may stand and how often.
+  pure function standing(entry) result(text)
+    type(keyword_type), intent(in) :: entry
+    character(len=:), allocatable :: text
+
+    text = trim(places(entry%section))//', '//trim(merge('any number of times.', 'once.               ', &
+      entry%times == many))
+  end function standing
 
   !> One parameter or column.
   pure function item_text(item, quote) result(text)
@@ -237,13 +240,19 @@ contains
     text = text//items_json('parameters', entry%parameters)//', "data": ['
     do i = 1, size(entry%data)
       if (i > 1) text = text//', '
-      ! Data lines.
-      text = text//'{"sentence": '//json_string(entry%data(i)%sentence)//said('when', entry%data(i)%when)// &
-        ', "minimum": '//integer_text(entry%data(i)%minimum)//', "maximum": '//integer_text(entry%data(i)%maximum)// &
-        items_json('columns', entry%data(i)%columns)//'}'
+      text = text//data_json(entry%data(i))
     end do
     text = text//']'//said('example', entry%example)//'}'
   end function keyword_json
+
+  !> Data lines.
+  pure function data_json(data) result(text)
+    type(data_type), intent(in) :: data
+    character(len=:), allocatable :: text
+
+    text = '{"sentence": '//json_string(data%sentence)//said('when', data%when)//', "minimum": '// &
+      integer_text(data%minimum)//', "maximum": '//integer_text(data%maximum)//items_json('columns', data%columns)//'}'
+  end function data_json
 
   !> Parameters or columns.
   pure function items_json(name, items) result(text)
@@ -307,6 +316,17 @@ contains
 
     text = trim(merge('true ', 'false', value))
   end function logical_json
+
+  !> The head of the page.
+  pure function reference_head() result(text)
+    character(len=:), allocatable :: text
+
+    text = page([character(len=width) :: &
+      '# Deck reference', '', &
+      'This page is written by `qsmpm help --markdown` from the table that the reader of decks', &
+      'and `qsmpm help KEYWORD` use; do not edit it.', ''])//writing()//rules()// &
+      page([character(len=width) :: '', '## Keywords'])
+  end function reference_head
 
   !> Lines with newlines.
   pure function page(lines) result(text)

@@ -290,7 +290,6 @@ contains
     integer, allocatable :: labels(:)
     real(wp), allocatable :: forces(:, :)
     integer(long) :: before(census_size)
-    integer :: i
 
     if (.not. is_divided(model%part)) return
     before = census(model)
@@ -300,13 +299,7 @@ contains
       state%inactive%points = model%part%waiting
       state%inactive%surface = model%part%waiting_surface
       call link_histories(model, model%part%history_number, spread(.true., 1, state%points%count))
-      ! Points that carry tractions are known by their places in the whole model again, whose points are sorted by
-      ! number.
-      if (allocated(model%carrying_point)) then
-        do i = 1, size(model%carrying_point)
-          model%carrying_point(i) = place_in_order(int(model%state%points%number), model%carrying_point(i))
-        end do
-      end if
+      call carry_by_place(model)
       model%part = alone
       if (any(census(model) /= before)) call fail(error, error_other, lost)
     end associate
@@ -337,6 +330,17 @@ contains
     call number_all(model, whole_of(model), model%state%window)
     call clear_nodal(model%state%kept, model%space%node_count)
   end subroutine look_at_all
+
+  !> Points that carry tractions are known by their places in the whole model again, whose points are sorted by number.
+  pure subroutine carry_by_place(model)
+    type(model_type), intent(inout) :: model
+    integer :: i
+
+    if (.not. allocated(model%carrying_point)) return
+    do i = 1, size(model%carrying_point)
+      model%carrying_point(i) = place_in_order(int(model%state%points%number), model%carrying_point(i))
+    end do
+  end subroutine carry_by_place
 
   !> How the points are shared, for the log.
   function division_text(model) result(text)

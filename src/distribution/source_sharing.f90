@@ -48,15 +48,7 @@ contains
     call ask(model, activation, questions, goes, .true., answers)
     goes = spread(answers(1, :) >= huge(1.0_wp), 1, size(goes, 1))
     if (any_of(model%part%team, any(goes))) call ask(model, activation, questions, goes, .false., answers)
-    ! The integration points take the states of the answers.
-    associate (received => quadrature%received)
-      received%material = nint(answers(keys + 1, :))
-      received%volume = answers(keys + 2, :)
-      received%volume_ratio = answers(keys + 3, :)
-      received%stress = answers(numbers + 1:numbers + size(model%state%points%stress, 1), :)
-      received%state = answers(numbers + size(model%state%points%stress, 1) + 1:, :)
-      quadrature%source(asking) = [(-i, i=1, size(asking))]
-    end associate
+    call take_answers(answers, size(model%state%points%stress, 1), asking, quadrature)
   end subroutine learn_sources
 
   !> Integration points without a state.
@@ -170,4 +162,23 @@ contains
       if (abs(one(i) - other(i)) > 0.0_wp) return
     end do
   end function is_before
+
+  !> The integration points take the states of the answers.
+  pure subroutine take_answers(answers, components, asking, quadrature)
+    real(wp), intent(in) :: answers(:, :)
+    !> Of a stress.
+    integer, intent(in) :: components
+    integer, intent(in) :: asking(:)
+    type(body_quadrature_type), intent(inout) :: quadrature
+    integer :: i
+
+    associate (received => quadrature%received)
+      received%material = nint(answers(keys + 1, :))
+      received%volume = answers(keys + 2, :)
+      received%volume_ratio = answers(keys + 3, :)
+      received%stress = answers(numbers + 1:numbers + components, :)
+      received%state = answers(numbers + components + 1:, :)
+      quadrature%source(asking) = [(-i, i=1, size(asking))]
+    end associate
+  end subroutine take_answers
 end module qsmpm_source_sharing

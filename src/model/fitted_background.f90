@@ -95,21 +95,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(wp), allocatable :: boxes(:, :), corners(:, :)
     real(wp) :: spacing
-    integer :: i, drawn
 
     call outlines_of(analysis, outlines)
     associate (x => analysis%mesh%axes(1)%lines, y => analysis%mesh%axes(2)%lines)
       spacing = min(minval(x(2:) - x(:size(x) - 1)), minval(y(2:) - y(:size(y) - 1)))
-      ! Places where the boxes of sets and surfaces end on outlines.
-      drawn = size(outlines)
-      do i = 1, size(analysis%node_sets)
-        if (analysis%node_sets(i)%selection == select_box) call cut_outlines(analysis%node_sets(i)%name, &
-          analysis%node_sets(i)%box, a_place*spacing, drawn, outlines)
-      end do
-      do i = 1, size(analysis%surfaces)
-        if (analysis%surfaces(i)%boxed) call cut_outlines(analysis%surfaces(i)%name, analysis%surfaces(i)%box, &
-          a_place*spacing, drawn, outlines)
-      end do
+      call add_ends(analysis, spacing, outlines)
       allocate (corners, source=singular_corners(analysis, outlines, spacing))
       call add_set_lines(analysis, a_place*spacing, outlines)
       call add_levels(analysis, outlines)
@@ -181,6 +171,25 @@ contains
       end do
     end do
   end subroutine add_levels
+
+  !> Places where the boxes of sets and surfaces end on outlines.
+  pure subroutine add_ends(analysis, spacing, outlines)
+    type(analysis_type), intent(in) :: analysis
+    !> The smallest of the grid.
+    real(wp), intent(in) :: spacing
+    type(outline_type), allocatable, intent(inout) :: outlines(:)
+    integer :: i, drawn
+
+    drawn = size(outlines)
+    do i = 1, size(analysis%node_sets)
+      if (analysis%node_sets(i)%selection == select_box) &
+        call cut_outlines(analysis%node_sets(i)%name, analysis%node_sets(i)%box, a_place*spacing, drawn, outlines)
+    end do
+    do i = 1, size(analysis%surfaces)
+      if (analysis%surfaces(i)%boxed) &
+        call cut_outlines(analysis%surfaces(i)%name, analysis%surfaces(i)%box, a_place*spacing, drawn, outlines)
+    end do
+  end subroutine add_ends
 
   !> Sets of nodes along a line or plane that leaves the outlines drawn: a wall that reaches below the floor of a pit.
   pure subroutine add_set_lines(analysis, shortest, outlines)

@@ -110,15 +110,7 @@ contains
     if (diagnostics%count == 0 .and. is_divided(model%part)) call take_share(model, table, list, diagnostics)
     if (diagnostics%count > 0) return
     call points_from_seeds(model, list)
-    ! Numbers of points by their places among all, and which of them are own.
-    if (is_divided(model%part)) then
-      associate (part => model%part, points => model%state%points)
-        points%number = number_seeds(table, list)
-        part%points = part%owners%near(part%team%rank, 0, whole_cells(model, points%cell(:points%count)))
-        part%built_window = model%state%window
-        part%built_points = sum(int(table%points, kind(part%built_points)))
-      end associate
-    end if
+    if (is_divided(model%part)) call mark_points(model, table, list)
     model%cell_size = huge(1.0_wp)
     do c = 1, model%mesh%cell_count
       if (any(table%points(c, :) > 0)) model%cell_size = min(model%cell_size, cell_size(model%mesh, c))
@@ -201,6 +193,20 @@ contains
       end do
     end associate
   end subroutine take_share
+
+  !> Numbers of points by their places among all, and which of them are own.
+  subroutine mark_points(model, table, list)
+    type(model_type), intent(inout) :: model
+    type(seed_table_type), intent(in) :: table
+    type(seed_list_type), intent(in) :: list
+
+    associate (part => model%part, points => model%state%points)
+      points%number = number_seeds(table, list)
+      part%points = part%owners%near(part%team%rank, 0, whole_cells(model, points%cell(:points%count)))
+      part%built_window = model%state%window
+      part%built_points = sum(int(table%points, kind(part%built_points)))
+    end associate
+  end subroutine mark_points
 
   !> Seed the bodies anew without what of them is inside of rigid bodies in place, and note how much that is.
   subroutine make_room(model, table, diagnostics)

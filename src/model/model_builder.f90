@@ -373,7 +373,6 @@ contains
   !> Fields of the state that start from what was built.
   subroutine finish(model)
     type(model_type), intent(inout) :: model
-    real(wp), allocatable :: gradient(:, :)
 
     model%state%coordinates = model%mesh%coordinates
     if (allocated(model%analysis%backgrounds)) then
@@ -383,16 +382,7 @@ contains
     allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), &
       model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call allocate_watched(model%state%watched, model%mesh%dimension, 0)
-    ! Undeformed domains; their deformation gradients are kept only where the space averages.
-    if (model%space%domains .or. allocated(model%analysis%backgrounds)) then
-      allocate (gradient(4*model%mesh%dimension - 3, model%state%points%count), source=0.0_wp)
-      if (model%mesh%dimension == 2) then
-        gradient([1, 4, 5], :) = 1.0_wp
-      else
-        gradient([1, 5, 9], :) = 1.0_wp
-      end if
-      call move_alloc(gradient, model%state%points%deformation_gradient)
-    end if
+    call start_domains(model)
     ! A search for a factor of safety asks whether soil has flowed before it.
     if (model%analysis%output%strains .or. any(model%analysis%phases%kind == phase_safety)) &
       call start_strains(model%state%points)
@@ -413,6 +403,21 @@ contains
       model%state%plate = model%mesh%coordinates(moving%axis, nodes(1))
     end associate
   end subroutine finish
+
+  !> Undeformed domains; their deformation gradients are kept only where the space averages.
+  subroutine start_domains(model)
+    type(model_type), intent(inout) :: model
+    real(wp), allocatable :: gradient(:, :)
+
+    if (.not. (model%space%domains .or. allocated(model%analysis%backgrounds))) return
+    allocate (gradient(4*model%mesh%dimension - 3, model%state%points%count), source=0.0_wp)
+    if (model%mesh%dimension == 2) then
+      gradient([1, 4, 5], :) = 1.0_wp
+    else
+      gradient([1, 5, 9], :) = 1.0_wp
+    end if
+    call move_alloc(gradient, model%state%points%deformation_gradient)
+  end subroutine start_domains
 
   !> A plate of nodes that goes far is told what a rigid body would do better.
   subroutine advise_plate(model)

@@ -96,7 +96,7 @@ contains
   !> The structured grid of an analysis; it respects the edges of polygonal bodies.
   pure type(grid_type) function grid_of(analysis) result(grid)
     type(analysis_type), intent(in) :: analysis
-    integer :: i, k, n
+    integer :: i
 
     associate (source => analysis%mesh)
       grid%kind = element_from_name(source%element)
@@ -109,12 +109,7 @@ contains
     end associate
     allocate (grid%kept(4, 0))
     do i = 1, size(analysis%bodies)
-      ! Append the edges of a polygon.
-      if (analysis%bodies(i)%kind == body_polygon) then
-        n = size(analysis%bodies(i)%polygon, 2)
-        grid%kept = reshape([grid%kept, (analysis%bodies(i)%polygon(:, k), &
-          analysis%bodies(i)%polygon(:, mod(k, n) + 1), k=1, n)], [4, size(grid%kept, 2) + n])
-      end if
+      if (analysis%bodies(i)%kind == body_polygon) call add_edges(analysis%bodies(i), grid%kept)
     end do
   end function grid_of
 
@@ -162,6 +157,18 @@ contains
       text = text//' x '//integer_text(cells(a))
     end do
   end function cells_text
+
+  !> Append the edges of a polygon.
+  pure subroutine add_edges(body, segments)
+    !> Number of the body.
+    type(body_type), intent(in) :: body
+    real(wp), allocatable, intent(inout) :: segments(:, :)
+    integer :: k, n
+
+    n = size(body%polygon, 2)
+    segments = reshape([segments, (body%polygon(:, k), body%polygon(:, mod(k, n) + 1), k=1, n)], &
+      [4, size(segments, 2) + n])
+  end subroutine add_edges
 
   !> Sets of the deck, and the check that every set a phase names exists.
   subroutine make_sets(model, diagnostics)

@@ -202,7 +202,7 @@ contains
     type(window_type) :: old
     type(carried_set_type) :: sets(9)
     real(wp), allocatable :: rows(:)
-    integer :: i, p, lines(3)
+    integer :: i, p
 
     old = model%state%window
     if (model%analysis%moving_mesh%active) call rows_of(model, rows)
@@ -214,14 +214,7 @@ contains
       end do
     end do
     if (.not. model%analysis%moving_mesh%active) return
-    ! Move the rows of a mesh to where they are now.
-    lines = line_counts(model)
-    associate (axis => model%analysis%moving_mesh%axis)
-      do i = 1, model%mesh%node_count
-        model%mesh%coordinates(axis, i) = rows(row_of(model%mesh%node_label(i), lines, axis))
-      end do
-    end associate
-    call find_moving_bounds(model)
+    call set_rows(model, rows)
     model%state%coordinates = model%mesh%coordinates
     call refresh_space(model%space, model%mesh)
   end subroutine move_window
@@ -357,6 +350,22 @@ contains
       end do
     end associate
   end subroutine rows_of
+
+  !> Move the rows of a mesh to where they are now.
+  subroutine set_rows(model, rows)
+    type(model_type), intent(inout) :: model
+    !> Where they are.
+    real(wp), intent(in) :: rows(:)
+    integer :: lines(3), i
+
+    lines = line_counts(model)
+    associate (axis => model%analysis%moving_mesh%axis)
+      do i = 1, model%mesh%node_count
+        model%mesh%coordinates(axis, i) = rows(row_of(model%mesh%node_label(i), lines, axis))
+      end do
+    end associate
+    call find_moving_bounds(model)
+  end subroutine set_rows
 
   !> Lines of the whole grid along each axis; 1 along z in the plane.
   pure function line_counts(model) result(lines)

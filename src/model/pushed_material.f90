@@ -46,13 +46,7 @@ contains
     type(watched_points_type) :: before
     integer :: i, s
 
-    ! Cells of the places of a model that is divided as numbered in the whole grid: all processes know all places.
-    if (is_divided(model%part)) then
-      associate (watched => model%state%watched)
-        watched%cell = whole_cells(model, watched%cell)
-        where (watched%cell == 0) watched%cell = model%part%watched_cell
-      end associate
-    end if
+    call number_in_grid(model)
     before = model%state%watched
     call allocate_watched(model%state%watched, model%mesh%dimension, 0)
     associate (phase => model%analysis%phases(model%state%progress%phase))
@@ -77,6 +71,17 @@ contains
     model%state%watched%cell = window_cells(model, model%state%watched%cell)
     call mark_own(model)
   end subroutine watch_sets
+
+  !> Cells of the places of a model that is divided as numbered in the whole grid: all processes know all places.
+  subroutine number_in_grid(model)
+    type(model_type), intent(inout) :: model
+
+    if (.not. is_divided(model%part)) return
+    associate (watched => model%state%watched)
+      watched%cell = whole_cells(model, watched%cell)
+      where (watched%cell == 0) watched%cell = model%part%watched_cell
+    end associate
+  end subroutine number_in_grid
 
   !> Whether the grid goes along with what is pushed along an axis.
   pure logical function follows(model, axis)

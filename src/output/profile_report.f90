@@ -105,15 +105,7 @@ contains
       '  "wall_seconds": '//real_text(sum(profile%watch%wall))//','//newline// &
       '  "peak_memory_bytes": '//integer_text(peak_memory())//','//newline
     if (allocated(profile%solver)) text = text//'  "solver": "'//profile%solver//'",'//newline
-    ! The counts, a line each.
-    text = text//count_line('steps', profile%steps)//count_line('iterations', profile%iterations)// &
-      count_line('evaluations', profile%evaluations)//count_line('stress_updates', profile%stress_updates)// &
-      count_line('point_iterations', profile%point_iterations)//count_line('factorisations', profile%factorisations)// &
-      count_line('sweeps', profile%sweeps)//count_line('most_sweeps', profile%most_sweeps)// &
-      count_line('points', profile%points)//count_line('active_cells', profile%active_cells)// &
-      count_line('equations', profile%equations)//count_line('bandwidth', profile%bandwidth)// &
-      count_line('matrix_entries', profile%matrix_entries)//count_line('factor_entries', profile%factor_entries)// &
-      '  "factor_operations": '//real_text(profile%factor_operations)//','//newline//'  "parts": {'
+    text = text//count_lines(profile)//'  "parts": {'
     do part = 1, part_count
       text = text//newline//'    "'//trim(part_names(part))//'": {"cpu_seconds": '// &
         real_text(profile%watch%cpu(part))//', "wall_seconds": '//real_text(profile%watch%wall(part))// &
@@ -122,6 +114,22 @@ contains
     end do
     text = text//newline//'  }'//newline//'}'//newline
   end function profile_json
+
+  !> The counts, a line each.
+  pure function count_lines(profile) result(text)
+    type(run_profile_type), intent(in) :: profile
+    character(len=:), allocatable :: text
+
+    text = count_line('steps', profile%steps)//count_line('iterations', profile%iterations)// &
+      count_line('evaluations', profile%evaluations)//count_line('stress_updates', profile%stress_updates)// &
+      count_line('point_iterations', profile%point_iterations)// &
+      count_line('factorisations', profile%factorisations)//count_line('sweeps', profile%sweeps)// &
+      count_line('most_sweeps', profile%most_sweeps)//count_line('points', profile%points)// &
+      count_line('active_cells', profile%active_cells)//count_line('equations', profile%equations)// &
+      count_line('bandwidth', profile%bandwidth)//count_line('matrix_entries', profile%matrix_entries)// &
+      count_line('factor_entries', profile%factor_entries)// &
+      '  "factor_operations": '//real_text(profile%factor_operations)//','//newline
+  end function count_lines
 
   !> `  "name": number,`
   pure function count_line(name, number) result(line)

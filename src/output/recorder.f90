@@ -153,7 +153,6 @@ contains
     type(model_type), intent(in) :: model
     !> Set when a file cannot be made.
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: text
 
     if (leads(recorder)) call make_place(recorder%directory, own_files, recorder%options%continued, &
       model%analysis%output%hdf5, error)
@@ -164,22 +163,9 @@ contains
     if (leads(recorder)) call open_log(recorder, error)
     call agree(recorder%options%team, error)
     if (allocated(error)) return
-    ! The head of the log: program, deck, what the model builder has to say.
-    if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
-    if (allocated(model%analysis%deck)) call write_log(recorder, 'deck '//model%analysis%deck)
-    call write_log(recorder, sizes_text(model))
-    if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
-    if (recorder%options%continued) then
-      call recorder%note('continued from step '//integer_text(model%state%progress%step))
-    else if (allocated(model%notes)) then
-      if (len(model%notes) > 0) call recorder%note(model%notes)
-    end if
+    call begin_log(recorder, model)
     if (is_reduced(recorder%options%whole)) then
-      ! Tell by what the model is smaller than the scene.
-      if (.not. recorder%options%continued) then
-        call savings_text(recorder%options%whole, model, text)
-        call recorder%note(text)
-      end if
+      call log_savings(recorder, model)
       call follow_step(recorder%options%whole, model)
       call open_tables(recorder, recorder%options%whole%model, error)
     else
@@ -205,6 +191,22 @@ contains
     end if
     call append_file(recorder%log, path, len(text, kind=long), error)
   end subroutine open_log
+
+  !> The head of the log: program, deck, what the model builder has to say.
+  subroutine begin_log(recorder, model)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+
+    if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
+    if (allocated(model%analysis%deck)) call write_log(recorder, 'deck '//model%analysis%deck)
+    call write_log(recorder, sizes_text(model))
+    if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
+    if (recorder%options%continued) then
+      call recorder%note('continued from step '//integer_text(model%state%progress%step))
+    else if (allocated(model%notes)) then
+      if (len(model%notes) > 0) call recorder%note(model%notes)
+    end if
+  end subroutine begin_log
 
   !> Begin or continue the curves and the list of pictures.
   subroutine open_tables(recorder, model, error)
@@ -243,6 +245,17 @@ contains
       call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
     end if
   end subroutine open_curves
+
+  !> Tell by what the model is smaller than the scene.
+  subroutine log_savings(recorder, model)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+
+    if (recorder%options%continued) return
+    call savings_text(recorder%options%whole, model, text)
+    call recorder%note(text)
+  end subroutine log_savings
 
   !> A phase has begun: the picture that a record begins with, where there is none yet.
   subroutine phase_begun(self, model, error)

@@ -135,7 +135,6 @@ contains
     type(node_values_type) :: nodes
     character(len=:), allocatable :: reason
     logical :: in_rows
-    integer :: i
 
     if (present(team)) readers = team
     call check_shared_seal(readers, path, reason)
@@ -156,16 +155,7 @@ contains
       call get_node_values(reader, state%kept, nodes)
     end if
     call get_state(reader, '', model, in_rows, state)
-    ! Get the ends of phases that the present one or a later one starts from.
-    associate (numbers => kept_numbers(reader, model, state%progress%phase))
-      allocate (kept_phases(size(numbers)))
-      do i = 1, size(numbers)
-        kept_phases(i)%phase = numbers(i)
-        kept_phases(i)%state = model%state
-        if (.not. allocated(reader%reason)) call get_state(reader, end_of(numbers(i)), model, .false., &
-          kept_phases(i)%state)
-      end do
-    end associate
+    call get_kept_phases(reader, model, state%progress%phase, kept_phases)
     call close_reader(reader, error)
     if (allocated(error)) return
     if (in_rows) call lay_joined(model, state)
@@ -187,11 +177,7 @@ contains
     type(error_type), allocatable :: failure
     integer :: i, most
 
-    ! Material points of all bodies.
-    associate (state => model%state)
-      most = state%points%count + state%inactive%points%count + state%inactive%unloading%count
-    end associate
-    if (model%part%built_points > 0) most = int(model%part%built_points)
+    most = points_of_bodies(model)
     progress = model%state%progress
     if (.not. allocated(reader%reason)) call get_progress(reader, '/progress', progress)
     associate (numbers => kept_numbers(reader, model, progress%phase))
@@ -210,6 +196,36 @@ contains
     call agree(team, error)
     call move_alloc(kept_phases, model%kept_phases)
   end subroutine get_divided
+
+  !> Material points of all bodies.
+  pure integer function points_of_bodies(model) result(points)
+    type(model_type), intent(in) :: model
+
+    associate (state => model%state)
+      points = state%points%count + state%inactive%points%count + state%inactive%unloading%count
+    end associate
+    if (model%part%built_points > 0) points = int(model%part%built_points)
+  end function points_of_bodies
+
+  !> Get the ends of phases that the present one or a later one starts from.
+  subroutine get_kept_phases(reader, model, present, kept_phases)
+    type(reader_type), intent(inout) :: reader
+    type(model_type), intent(in) :: model
+    !> Phase of the state in the file.
+    integer, intent(in) :: present
+    type(kept_phase_type), allocatable, intent(out) :: kept_phases(:)
+    integer :: i
+
+    associate (numbers => kept_numbers(reader, model, present))
+      allocate (kept_phases(size(numbers)))
+      do i = 1, size(numbers)
+        kept_phases(i)%phase = numbers(i)
+        kept_phases(i)%state = model%state
+        if (.not. allocated(reader%reason)) call get_state(reader, end_of(numbers(i)), &
+          model, .false., kept_phases(i)%state)
+      end do
+    end associate
+  end subroutine get_kept_phases
 
   !> Phases whose ends are in a file and wanted.
   function kept_numbers(reader, model, present) result(numbers)

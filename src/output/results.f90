@@ -117,10 +117,6 @@ contains
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
-    type(field_list_type) :: list
-    integer(long), allocatable :: carried(:)
-    integer, allocatable :: own(:)
-    integer :: i
 
     associate (progress => model%state%progress)
       call create_image(image, model%part%team)
@@ -133,7 +129,21 @@ contains
       call put_attribute(image, '/step', 'stress_error_surface', estimate%surface_mean)
       call put_group(image, '/step/points')
     end associate
-    ! Put the material points, each process its own: the fields that they carry on some process.
+    call put_points(image, model, estimate)
+    call put_surroundings(image, '/step', model)
+    call save_image(image, part_path(directory, name), .false., error)
+  end subroutine write_state
+
+  !> Put the material points, each process its own: the fields that they carry on some process.
+  subroutine put_points(image, model, estimate)
+    type(image_type), intent(inout) :: image
+    type(model_type), intent(in) :: model
+    type(stress_error_type), intent(in) :: estimate
+    type(field_list_type) :: list
+    integer(long), allocatable :: carried(:)
+    integer, allocatable :: own(:)
+    integer :: i
+
     call list_results(model, estimate, list)
     associate (points => model%state%points)
       own = pack([(i, i=1, points%count)], own_of(model%part%points, points%count))
@@ -144,9 +154,7 @@ contains
         if (list%fields(i)%shown >= shown_in_results .and. carried(i) > 0) call put_field(image, list%fields(i), own)
       end do
     end associate
-    call put_surroundings(image, '/step', model)
-    call save_image(image, part_path(directory, name), .false., error)
-  end subroutine write_state
+  end subroutine put_points
 
   !> Put a field of some points.
   subroutine put_field(image, field, chosen)
@@ -180,8 +188,7 @@ contains
     !> Number of phases, of which some may have a mechanism.
     integer, intent(in), optional :: phases
     type(image_type) :: image
-    integer :: i, p
-    logical :: any_yet
+    integer :: i
 
     call create_image(image)
     call put_link(image, '/mesh', results_folder//'/mesh.h5', '/mesh')
@@ -189,19 +196,27 @@ contains
     do i = 1, size(steps)
       call put_link(image, '/steps/'//numbered(steps(i)), results_folder//'/'//numbered(steps(i))//'.h5', '/step')
     end do
-    ! Links to the mechanisms there are: a run that is continued finds those of the steps before.
-    if (present(phases)) then
-      any_yet = .false.
-      do p = 1, phases
-        if (.not. file_exists(part_path(directory, mechanism_part//numbered(p)))) cycle
-        if (.not. any_yet) call put_group(image, '/mechanisms')
-        any_yet = .true.
-        call put_link(image, '/mechanisms/'//numbered(p), results_folder//'/'//mechanism_part//numbered(p)//'.h5', &
-          '/step')
-      end do
-    end if
+    if (present(phases)) call put_mechanisms(image, directory, phases)
     call save_image(image, directory//'/results.h5', .false., error)
   end subroutine write_results_index
+
+  !> Links to the mechanisms there are: a run that is continued finds those of the steps before.
+  subroutine put_mechanisms(image, directory, phases)
+    type(image_type), intent(inout) :: image
+    character(len=*), intent(in) :: directory
+    integer, intent(in) :: phases
+    logical :: any_yet
+    integer :: p
+
+    any_yet = .false.
+    do p = 1, phases
+      if (.not. file_exists(part_path(directory, mechanism_part//numbered(p)))) cycle
+      if (.not. any_yet) call put_group(image, '/mechanisms')
+      any_yet = .true.
+      call put_link(image, '/mechanisms/'//numbered(p), results_folder//'/'//mechanism_part//numbered(p)//'.h5', &
+        '/step')
+    end do
+  end subroutine put_mechanisms
 
   !> File of one part.
   pure function part_path(directory, name) result(path)

@@ -101,7 +101,7 @@ contains
     type(model_type), intent(in) :: model
     type(contact_check_type), intent(inout) :: check
     type(rigid_pose_type) :: motion
-    real(wp) :: force(6), slope
+    real(wp) :: force(6)
     integer :: b
 
     do b = 1, size(check%of)
@@ -112,14 +112,7 @@ contains
         -dot_product(force(:3), motion%displacement)/max(norm2(motion%displacement), tiny(1.0_wp)))
     end do
     force(1) = force_of_push(model)
-    ! The force at which its slope first falls to a share of the steepest one.
-    if (model%state%progress%fraction > check%nodes%done) then
-      slope = (force(1) - check%nodes%reached)/(model%state%progress%fraction - check%nodes%done)
-      check%nodes%done = model%state%progress%fraction
-      check%nodes%reached = force(1)
-      check%nodes%steepest = max(check%nodes%steepest, slope)
-      if (.not. check%nodes%knee > 0.0_wp .and. slope < knee_slope*check%nodes%steepest) check%nodes%knee = force(1)
-    end if
+    call follow_knee(check%nodes, model%state%progress%fraction, force(1))
     call follow_force(check%nodes, model%state%progress%step, force(1))
   end subroutine check_contact
 
@@ -156,6 +149,22 @@ contains
     course%most = max(course%most, force)
     call follow_wave(course, max(force, 0.0_wp))
   end subroutine follow_force
+
+  !> The force at which its slope first falls to a share of the steepest one.
+  pure subroutine follow_knee(course, fraction, force)
+    type(course_type), intent(inout) :: course
+    !> Of the phase that is done.
+    real(wp), intent(in) :: fraction
+    real(wp), intent(in) :: force
+    real(wp) :: slope
+
+    if (.not. fraction > course%done) return
+    slope = (force - course%reached)/(fraction - course%done)
+    course%done = fraction
+    course%reached = force
+    course%steepest = max(course%steepest, slope)
+    if (.not. course%knee > 0.0_wp .and. slope < knee_slope*course%steepest) course%knee = force
+  end subroutine follow_knee
 
   !> A wave is counted where the force rises again; ground that pushes along resists nothing.
   pure subroutine follow_wave(course, force)

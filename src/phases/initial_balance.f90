@@ -88,18 +88,13 @@ contains
     type(correction_type) :: correction
     character(len=240) :: text
     character(len=:), allocatable :: names
-    real(wp) :: above
 
     if (phase%initial%kind == initial_k0) then
       names = structures_at_rest(model)
       if (len(names) > 0) call observer%note('K0 stresses: without a strength, and taken for structures in the '// &
         'ground: '//names//'. They begin with the stress and the weight of the ground beside them; their own '// &
         "weight comes over phase '"//phase%name//"'")
-      ! Warn of material above the level of the ground.
-      above = reaches_above(model, phase%initial)
-      if (above > same_level*maxval(model%mesh%bounds(:, 2) - &
-        model%mesh%bounds(:, 1))) call observer%note('warning: material lies up to '//rounded_text(above)// &
-        ' above the level of *INITIAL, TYPE=K0; its weight counts as that of the ground does')
+      call warn_of_material_above(model, phase, observer)
       call check_slope(model, phase, error)
     end if
     if (allocated(error)) return
@@ -214,6 +209,19 @@ contains
 
     is_beyond_strength = any_of(model%part%team, any(count_beyond_strength(model) > 0))
   end function is_beyond_strength
+
+  !> Warn of material above the level of the ground.
+  subroutine warn_of_material_above(model, phase, observer)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    real(wp) :: above
+
+    above = reaches_above(model, phase%initial)
+    if (above > same_level*maxval(model%mesh%bounds(:, 2) - model%mesh%bounds(:, 1))) call observer%note( &
+      'warning: material lies up to '//rounded_text(above)//' above the level of *INITIAL, TYPE=K0; its weight '// &
+      'counts as that of the ground does')
+  end subroutine warn_of_material_above
 
   !> What the stresses of a phase are called.
   pure function stresses_of(phase) result(words)

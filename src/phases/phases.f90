@@ -137,17 +137,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: next
 
-    ! Put the loads of the present phase in force: from its start, or where the run was interrupted.
-    if (.not. loop%begun) then
-      if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0 .or. &
-        is_lost(model%state%progress)) then
-        call resume_phase(model)
-        call begin_contact_check(model, loop%report%contact)
-      else
-        call enter_phase(model, loop, observer, error)
-      end if
-      loop%begun = .not. allocated(error)
-    end if
+    if (.not. loop%begun) call begin_or_resume(model, loop, observer, error)
     if (allocated(error)) return
     if (phase_is_complete(model%state%progress)) then
       if (.not. loop%end_notified) call end_phase(model, loop, observer, error)
@@ -249,6 +239,34 @@ contains
     call reset_division(model, loop)
   end subroutine put_together
 
+  !> The whole model on every process where the observer of any of them needs it.
+  subroutine join_for(observer, model, loop, error)
+    class(observer_type), intent(inout) :: observer
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(error_type), allocatable, intent(inout) :: error
+
+    if (any_of(loop%team, observer%needs_model(model))) call put_together(model, loop, error)
+  end subroutine join_for
+
+  !> Put the loads of the present phase in force: from its start, or where the run was interrupted.
+  subroutine begin_or_resume(model, loop, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+
+    ! A search for a factor of safety takes its steps at the loads of its start.
+    if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0 .or. &
+      is_lost(model%state%progress)) then
+      call resume_phase(model)
+      call begin_contact_check(model, loop%report%contact)
+    else
+      call enter_phase(model, loop, observer, error)
+    end if
+    loop%begun = .not. allocated(error)
+  end subroutine begin_or_resume
+
   !> The phase to come, 0 when the run has ended. What starts from a phase that has not carried its load is left
   !> out.
   subroutine choose_next_phase(model, observer, next, error)
@@ -334,8 +352,7 @@ contains
       end if
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
-    ! The whole model on every process where the observer of any of them needs it.
-    if (any_of(loop%team, observer%needs_model(model))) call put_together(model, loop, error)
+    call join_for(observer, model, loop, error)
     if (.not. allocated(error)) call observer%phase_begun(model, error)
     call agree(loop%team, error)
     if (.not. allocated(error)) call take_parts(model, loop, observer, error)

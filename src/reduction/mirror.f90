@@ -47,28 +47,13 @@ contains
   !> Prove it.
   pure subroutine require_mirror(scene)
     type(examined_type), intent(inout) :: scene
-    integer :: b, n
-    real(wp) :: c
+    integer :: b
 
     if (scene%mesh%kind /= mesh_grid) then
       call refuse_mesh(scene)
       return
     end if
-    ! Lines and elements are symmetric, and the plane is a line.
-    c = scene%plane
-    associate (mesh => scene%mesh, lines => scene%mesh%axes(scene%axis)%lines)
-      n = size(lines)
-      if (any(abs(lines + lines(n:1:-1) - 2.0_wp*c) > scene%nothing)) call refuse(scene, 'the lines of *GRID'// &
-        place_text(mesh%where)//' along '//letters(scene%axis)//' are not symmetric')
-      if (mod(n, 2) == 0) call refuse(scene, 'no line of *GRID'//place_text(mesh%where)// &
-        ' lies in the plane: the number of cells along '//letters(scene%axis)//' is odd')
-      if (mesh%perturbation > 0.0_wp) call refuse(scene, 'the nodes of *GRID'//place_text(mesh%where)//' are shifted')
-      if (index(mesh%element, 'TET') == 1) call refuse(scene, 'the tetrahedra of *GRID'//place_text(mesh%where)// &
-        ' lean to one side')
-      if ((index(mesh%element, 'TRI') == 1 .or. index(mesh%element, 'WEDGE') == 1) .and. scene%axis == 1 .and. &
-        mesh%diagonal /= diagonal_alternate) call refuse(scene, 'the triangles of *GRID'//place_text(mesh%where)// &
-        ' lean to one side (DIAGONAL=ALTERNATE does not)')
-    end associate
+    call require_grid(scene)
     do b = 1, size(scene%bodies)
       if (body_partner(scene, b) == 0) &
         call refuse(scene, card('*BODY', scene%bodies(b)%name, scene%bodies(b)%where)//' has no mirror image')
@@ -80,6 +65,28 @@ contains
     call require_sets(scene)
     if (.not. allocated(scene%reason)) call require_nodes(scene)
   end subroutine require_mirror
+
+  !> Lines and elements are symmetric, and the plane is a line.
+  pure subroutine require_grid(scene)
+    type(examined_type), intent(inout) :: scene
+    integer :: n
+    real(wp) :: c
+
+    c = scene%plane
+    associate (mesh => scene%mesh, lines => scene%mesh%axes(scene%axis)%lines)
+      n = size(lines)
+      if (any(abs(lines + lines(n:1:-1) - 2.0_wp*c) > scene%nothing)) call refuse(scene, 'the lines of *GRID'// &
+        place_text(mesh%where)//' along '//letters(scene%axis)//' are not symmetric')
+      if (mod(n, 2) == 0) call refuse(scene, 'no line of *GRID'//place_text(mesh%where)// &
+        ' lies in the plane: the number of cells along '//letters(scene%axis)//' is odd')
+      if (mesh%perturbation > 0.0_wp) call refuse(scene, 'the nodes of *GRID'//place_text(mesh%where)//' are shifted')
+      if (index(mesh%element, 'TET') == 1) &
+        call refuse(scene, 'the tetrahedra of *GRID'//place_text(mesh%where)//' lean to one side')
+      if ((index(mesh%element, 'TRI') == 1 .or. index(mesh%element, 'WEDGE') == 1) .and. scene%axis == 1 .and. &
+        mesh%diagonal /= diagonal_alternate) call refuse(scene, 'the triangles of *GRID'//place_text(mesh%where)// &
+        ' lean to one side (DIAGONAL=ALTERNATE does not)')
+    end associate
+  end subroutine require_grid
 
   !> Why the half is not taken unasked although the scene is symmetric; empty when nothing speaks
   !> against it.
@@ -112,23 +119,30 @@ contains
   !> Gravity lies in the plane; every loaded or supported surface has an image with the mirrored load.
   pure subroutine require_loads(scene)
     type(examined_type), intent(inout) :: scene
-    integer :: p, s
+    integer :: p
 
-    ! Every surface in use has an image, and no faces in the plane.
-    do s = 1, size(scene%surfaces)
-      associate (surface => scene%surfaces(s))
-        if (.not. surface_is_used(scene, surface%name)) cycle
-        if (surface_partner(scene, s) == 0) call refuse(scene, card('*SURFACE', surface%name, surface%where)// &
-          ' has no mirror image')
-        if (has_faces_in_plane(scene, surface)) call refuse(scene, card('*SURFACE', surface%name, surface%where)// &
-          ' may have faces in the plane of symmetry')
-      end associate
-    end do
+    call prove_surfaces(scene)
     if (allocated(scene%reason)) return
     do p = 1, size(scene%phases)
       call prove_phase(scene, scene%phases(p))
     end do
   end subroutine require_loads
+
+  !> Every surface in use has an image, and no faces in the plane.
+  pure subroutine prove_surfaces(scene)
+    type(examined_type), intent(inout) :: scene
+    integer :: s
+
+    do s = 1, size(scene%surfaces)
+      associate (surface => scene%surfaces(s))
+        if (.not. surface_is_used(scene, surface%name)) cycle
+        if (surface_partner(scene, s) == 0) &
+          call refuse(scene, card('*SURFACE', surface%name, surface%where)//' has no mirror image')
+        if (has_faces_in_plane(scene, surface)) &
+          call refuse(scene, card('*SURFACE', surface%name, surface%where)//' may have faces in the plane of symmetry')
+      end associate
+    end do
+  end subroutine prove_surfaces
 
   !> Gravity, loads and supports of a phase.
   pure subroutine prove_phase(scene, phase)
@@ -386,31 +400,16 @@ contains
     type(examined_type), intent(inout) :: scene
     !> The way back.
     type(reduction_type), intent(out) :: step
-    integer :: n, s, p, i
+    integer :: n, s
 
     call begin_reduction(scene, reduce_mirror, scene%axis, step)
     step%factor = 2.0_wp
     step%plane = scene%plane
     call half_histories(scene, step)
-    ! Sets that a reaction is read of beyond the plane go to the other side.
-    do s = 1, size(scene%node_sets)
-      associate (set => scene%node_sets(s))
-        if (set_side(scene%members, s, scene%axis) /= side_other) cycle
-        if (set%selection == select_plane) set%box(scene%axis, 1) = 2.0_wp*scene%plane - set%box(scene%axis, 1)
-        if (set%selection == select_box) set%box = mirrored_box(set%box, scene%axis, scene%plane)
-      end associate
-    end do
+    call half_sets(scene)
     call keep_supports(scene, [(set_side(scene%members, s, scene%axis) /= side_other, s=1, size(scene%node_sets))], &
       scene%axis, [step%plane], plane_names(scene%axis:scene%axis))
-    ! Loads and supports of surfaces that lie beyond the plane are left out.
-    do p = 1, size(scene%phases)
-      associate (phase => scene%phases(p))
-        phase%tractions = phase%tractions(pack([(i, i=1, size(phase%tractions))], &
-          .not. [(surface_beyond(scene, phase%tractions(i)%surface), i=1, size(phase%tractions))]))
-        phase%supports = phase%supports(pack([(i, i=1, size(phase%supports))], &
-          .not. [(surface_beyond(scene, phase%supports(i)%surface), i=1, size(phase%supports))]))
-      end associate
-    end do
+    call half_surfaces(scene)
     call half_rigid_bodies(scene)
     call half_bodies(scene, step)
     call drop_unused(scene)
@@ -464,6 +463,21 @@ contains
     is_odd = component == 5 .or. (component == 4 .and. axis == 1) .or. (component == 6 .and. axis == 3)
   end function is_odd
 
+  !> Loads and supports of surfaces that lie beyond the plane are left out.
+  pure subroutine half_surfaces(scene)
+    type(examined_type), intent(inout) :: scene
+    integer :: p, i
+
+    do p = 1, size(scene%phases)
+      associate (phase => scene%phases(p))
+        phase%tractions = phase%tractions(pack([(i, i=1, size(phase%tractions))], &
+          .not. [(surface_beyond(scene, phase%tractions(i)%surface), i=1, size(phase%tractions))]))
+        phase%supports = phase%supports(pack([(i, i=1, size(phase%supports))], .not. [(surface_beyond(scene, &
+          phase%supports(i)%surface), i=1, size(phase%supports))]))
+      end associate
+    end do
+  end subroutine half_surfaces
+
   !> Whether a surface lies beyond the plane.
   pure logical function surface_beyond(scene, name) result(beyond)
     type(examined_type), intent(in) :: scene
@@ -505,7 +519,7 @@ contains
     type(reduction_type), intent(inout) :: step
     type(body_type), allocatable :: kept(:)
     integer, allocatable :: own(:), image(:)
-    integer :: b, p
+    integer :: b
 
     allocate (kept(0), own(0), image(0))
     do b = 1, size(scene%bodies)
@@ -518,7 +532,30 @@ contains
         kept(size(kept))%kind == body_polygon)) kept(size(kept))%copies = 2.0_wp*kept(size(kept))%copies
     end do
     call move_alloc(kept, scene%bodies)
-    ! Leave out the changes of bodies that are left out.
+    call drop_absent(scene)
+    call move_alloc(own, step%body)
+    call move_alloc(image, step%image_body)
+  end subroutine half_bodies
+
+  !> Sets that a reaction is read of beyond the plane go to the other side.
+  pure subroutine half_sets(scene)
+    type(examined_type), intent(inout) :: scene
+    integer :: s
+
+    do s = 1, size(scene%node_sets)
+      associate (set => scene%node_sets(s))
+        if (set_side(scene%members, s, scene%axis) /= side_other) cycle
+        if (set%selection == select_plane) set%box(scene%axis, 1) = 2.0_wp*scene%plane - set%box(scene%axis, 1)
+        if (set%selection == select_box) set%box = mirrored_box(set%box, scene%axis, scene%plane)
+      end associate
+    end do
+  end subroutine half_sets
+
+  !> Leave out the changes of bodies that are left out.
+  pure subroutine drop_absent(scene)
+    type(examined_type), intent(inout) :: scene
+    integer :: p
+
     do p = 1, size(scene%phases)
       associate (phase => scene%phases(p))
         call drop_from(scene%bodies, phase%activations)
@@ -526,9 +563,7 @@ contains
         call drop_from(scene%bodies, phase%materials)
       end associate
     end do
-    call move_alloc(own, step%body)
-    call move_alloc(image, step%image_body)
-  end subroutine half_bodies
+  end subroutine drop_absent
 
   !> The same in one list.
   pure subroutine drop_from(bodies, changes)

@@ -55,7 +55,6 @@ contains
   subroutine require_revolved(scene, solid)
     type(examined_type), intent(inout) :: scene
     type(revolved_solid_type), intent(out) :: solid
-    integer :: i
 
     if (scene%model /= three_dimensional) then
       call refuse(scene, 'the scene is plane')
@@ -74,13 +73,7 @@ contains
     call require_axis(scene, solid)
     call require_sets(scene, solid)
     call require_loads(scene, solid)
-    ! Surfaces that touch rigid bodies are the same all around the axis.
-    if (allocated(scene%contacts)) then
-      do i = 1, size(scene%contacts)
-        if (.not. surface_is_round(scene, solid, scene%contacts(i)%surface, .false.)) call refuse(scene, &
-          card('*CONTACT of', scene%contacts(i)%body, scene%contacts(i)%where)//' is not the same all around the axis')
-      end do
-    end if
+    call require_contacts(scene, solid)
     call require_rigid_round(scene, solid%centre, solid%cut)
     call require_level_water(scene)
     call require_histories(scene, solid)
@@ -250,13 +243,21 @@ contains
       if (abs(set%box(set%axis, 1) - solid%centre(i)) <= scene%nothing) then
         round = solid%cut(i) .and. fixity%fixed(set%axis) .and. count(fixity%fixed) == 1
       else
-        ! Whether a set is a side of the grid.
-        associate (holds => scene%members%axis(set%axis)%holds(:, s))
-          round = count(holds) == 1 .and. (holds(1) .or. holds(size(holds)))
-        end associate
+        round = is_outer_side(scene%members, s, set%axis)
       end if
     end associate
   end function fixity_is_round
+
+  !> Whether a set is a side of the grid.
+  pure logical function is_outer_side(members, set, axis) result(yes)
+    type(members_type), intent(in) :: members
+    !> Number of the set, and the axis it lies across.
+    integer, intent(in) :: set, axis
+
+    associate (holds => members%axis(axis)%holds(:, set))
+      yes = count(holds) == 1 .and. (holds(1) .or. holds(size(holds)))
+    end associate
+  end function is_outer_side
 
   !> Loads go along the axis and act on outlines all around it; supports on level parts of outlines.
   pure subroutine require_loads(scene, solid)
@@ -283,6 +284,20 @@ contains
       end associate
     end do
   end subroutine require_loads
+
+  !> Surfaces that touch rigid bodies are the same all around the axis.
+  pure subroutine require_contacts(scene, solid)
+    type(examined_type), intent(inout) :: scene
+    type(revolved_solid_type), intent(in) :: solid
+    integer :: i
+
+    if (.not. allocated(scene%contacts)) return
+    do i = 1, size(scene%contacts)
+      if (.not. surface_is_round(scene, solid, scene%contacts(i)%surface, .false.)) &
+        call refuse(scene, card('*CONTACT of', scene%contacts(i)%body, scene%contacts(i)%where)// &
+        ' is not the same all around the axis')
+    end do
+  end subroutine require_contacts
 
   !> Whether a surface is an outline, or the part of it in a box wider than the figure; a level one where
   !> it is wanted.

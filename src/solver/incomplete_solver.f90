@@ -85,19 +85,12 @@ contains
     type(sparse_matrix_type), intent(in) :: matrix
     type(error_type), allocatable, intent(out) :: error
 
-    integer :: broken, i, below
+    integer :: broken
 
     self%shift = 0.0_wp
     self%factor_nonzeros = size(self%factor, kind=long)
     do
-      ! Copy the values and shift the diagonal; `pivot` keeps the unshifted diagonal meanwhile.
-      do i = 1, matrix%n
-        associate (length => self%first(i + 1) - self%first(i))
-          below = matrix%row_first(i + 1) - length
-          self%factor(self%first(i):self%first(i + 1) - 1) = real(matrix%values(below:below + length - 1), sp)
-          self%pivot(i) = matrix%values(below + self%middle(i) - self%first(i))
-        end associate
-      end do
+      call take_values(self, matrix)
       if (self%symmetric) then
         call factorise_symmetric(self, broken)
       else
@@ -109,6 +102,23 @@ contains
     end do
     call fail(error, error_singular, 'no diagonal shift makes the incomplete factorisation possible')
   end subroutine factorise_values
+
+  !> Copy the values and shift the diagonal; `pivot` keeps the unshifted diagonal meanwhile.
+  subroutine take_values(self, matrix)
+    class(incomplete_solver_type), intent(inout) :: self
+    !> Matrix of the analysed pattern.
+    type(sparse_matrix_type), intent(in) :: matrix
+
+    integer :: i, below
+
+    do i = 1, matrix%n
+      associate (length => self%first(i + 1) - self%first(i))
+        below = matrix%row_first(i + 1) - length
+        self%factor(self%first(i):self%first(i + 1) - 1) = real(matrix%values(below:below + length - 1), sp)
+        self%pivot(i) = matrix%values(below + self%middle(i) - self%first(i))
+      end associate
+    end do
+  end subroutine take_values
 
   !> Left-looking L D L^T. Each finished row waits in the list of the column it is needed in next.
   subroutine factorise_symmetric(self, broken)

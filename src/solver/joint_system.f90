@@ -78,20 +78,8 @@ contains
     real(wp), allocatable, intent(in) :: places(:, :)
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
-    class(linear_solver_type), allocatable :: solver
-    type(sparse_matrix_type) :: one
 
-    ! Start the library on all processes at once, as it wants: later the first one may call it alone.
-    if (.not. (joint%started .or. .not. with_petsc())) then
-      one%n = 1
-      one%row_first = [1, 2]
-      one%column = [1]
-      one%values = [1.0_wp]
-      call make_petsc_solver(.true., solver)
-      call solver%analyse(one, error)
-      call solver%destroy()
-      joint%started = .true.
-    end if
+    call start_petsc(joint, error)
     call agree(team, error)
     if (allocated(error)) return
     joint%choice = choice
@@ -130,6 +118,24 @@ contains
       end do
     end do
   end function common_equations
+
+  !> Start the library on all processes at once, as it wants: later the first one may call it alone.
+  subroutine start_petsc(joint, error)
+    type(joint_system_type), intent(inout) :: joint
+    type(error_type), allocatable, intent(out) :: error
+    class(linear_solver_type), allocatable :: solver
+    type(sparse_matrix_type) :: one
+
+    if (joint%started .or. .not. with_petsc()) return
+    one%n = 1
+    one%row_first = [1, 2]
+    one%column = [1]
+    one%values = [1.0_wp]
+    call make_petsc_solver(.true., solver)
+    call solver%analyse(one, error)
+    call solver%destroy()
+    joint%started = .true.
+  end subroutine start_petsc
 
   !> Begin a solve as a run that is continued here does: nothing is kept of an older matrix.
   subroutine begin_joint_system(joint)

@@ -259,19 +259,12 @@ contains
     integer, intent(inout) :: position(:)
     !> Largest distance of two neighbours in it.
     integer, intent(inout) :: distance
-    integer :: keys(size(places, 1), size(position)), order(size(position)), trial(size(position)), a
+    integer :: keys(size(places, 1), size(position)), order(size(position)), trial(size(position))
     integer :: k, i, d, found
-    real(wp) :: low, extent
 
     if (size(position) == 0) return
     d = size(places, 1)
-    ! Coordinates as integers.
-    do a = 1, size(places, 1)
-      low = minval(places(a, :))
-      extent = maxval(places(a, :)) - low
-      keys(a, :) = 0
-      if (extent > 0.0_wp) keys(a, :) = nint(steps*(places(a, :) - low)/extent)
-    end do
+    call number_places(places, keys)
     do k = 1, merge(2, 6, d == 2)
       call order_columns(keys(axes(:d, k), :), order)
       trial(order) = [(i, i=1, size(order))]
@@ -281,6 +274,23 @@ contains
       position = trial
     end do
   end subroutine narrow_by_sweeps
+
+  !> Coordinates as integers.
+  pure subroutine number_places(places, keys)
+    !> (2 or 3, n)
+    real(wp), intent(in) :: places(:, :)
+    !> The same.
+    integer, intent(out) :: keys(:, :)
+    real(wp) :: low, extent
+    integer :: a
+
+    do a = 1, size(places, 1)
+      low = minval(places(a, :))
+      extent = maxval(places(a, :)) - low
+      keys(a, :) = 0
+      if (extent > 0.0_wp) keys(a, :) = nint(steps*(places(a, :) - low)/extent)
+    end do
+  end subroutine number_places
 
   !> Part of each node, from 1; none is empty where there are as many nodes as parts.
   subroutine part_graph(first, neighbour, weight, parts, part)

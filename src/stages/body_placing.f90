@@ -65,15 +65,7 @@ contains
         call judge_overlap(model, change%body, body, notes, error)
       end if
       if (allocated(error)) return
-      ! Tracers of a body that comes for the first time: displacements count from here.
-      associate (tracers => model%state%tracers, axis => model%feet%axis)
-        do i = 1, tracers%count
-          if (model%tracer_body(i) /= body_number(model%analysis, change%body)) cycle
-          if (change%fill == fill_level) tracers%position(axis, i) = height_over(model%feet, model%tracer_foot(i), &
-            ground(model, model%tracer_foot(i)), tracers%position(axis, i))
-          tracers%initial_position(:, i) = tracers%position(:, i)
-        end do
-      end associate
+      call place_tracers(model, body_number(model%analysis, change%body), change%fill)
     end if
     body%foot = 0
     surface%foot = 0
@@ -119,7 +111,7 @@ contains
     character(len=:), allocatable, intent(inout) :: notes
     !> Nothing is left of it.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: ratio(body%count), drawn, before, upright
+    real(wp) :: ratio(body%count), drawn
     integer :: i
 
     drawn = sum(body%volume)
@@ -135,12 +127,8 @@ contains
       do i = 1, surface%count
         associate (foot => surface%foot(i))
           surface%position(axis, i) = height_over(model%feet, foot, ground(model, foot), surface%position(axis, i))
-          ! Area of a surface point when heights are stretched: a = cof(F) a_0, F = diag(1, r) or diag(1, 1, r).
-          before = norm2(surface%area_vector(:, i))
-          upright = surface%area_vector(axis, i)
-          surface%area_vector(:, i) = stretch_over(model%feet, foot, ground(model, foot))*surface%area_vector(:, i)
-          surface%area_vector(axis, i) = upright
-          if (before > 0.0_wp) surface%area(i) = surface%area(i)*norm2(surface%area_vector(:, i))/before
+          call turn_area(stretch_over(model%feet, foot, ground(model, foot)), axis, surface%area_vector(:, i), &
+            surface%area(i))
         end associate
       end do
     end associate
@@ -160,6 +148,22 @@ contains
     text = "body '"//name//"' comes: volume "//rounded_text(volume)//' down to the ground, '//rounded_text(drawn)// &
       ' as drawn'//new_line('a')
   end function comes_text
+
+  !> Area of a surface point when heights are stretched: a = cof(F) a_0, F = diag(1, r) or diag(1, 1, r).
+  pure subroutine turn_area(ratio, axis, vector, area)
+    real(wp), intent(in) :: ratio
+    integer, intent(in) :: axis
+    !> (dimension)
+    real(wp), intent(inout) :: vector(:)
+    real(wp), intent(inout) :: area
+    real(wp) :: before, upright
+
+    before = norm2(vector)
+    upright = vector(axis)
+    vector = ratio*vector
+    vector(axis) = upright
+    if (before > 0.0_wp) area = area*norm2(vector)/before
+  end subroutine turn_area
 
   !> Height of the ground at a foot; 0 for none.
   pure real(wp) function ground(model, foot)
@@ -193,6 +197,22 @@ contains
       'the ground by a volume of '//rounded_text(overlap)//' of '//rounded_text(sum(body%volume))//': *ACTIVATE, '// &
       'FILL=LEVEL puts it on the ground as it is')
   end subroutine judge_overlap
+
+  !> Tracers of a body that comes for the first time: displacements count from here.
+  pure subroutine place_tracers(model, body, fill)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: body, fill
+    integer :: i
+
+    associate (tracers => model%state%tracers, axis => model%feet%axis)
+      do i = 1, tracers%count
+        if (model%tracer_body(i) /= body) cycle
+        if (fill == fill_level) tracers%position(axis, i) = height_over(model%feet, model%tracer_foot(i), &
+          ground(model, model%tracer_foot(i)), tracers%position(axis, i))
+        tracers%initial_position(:, i) = tracers%position(:, i)
+      end do
+    end associate
+  end subroutine place_tracers
 
   !> Without stress and strain, at its place.
   subroutine start_anew(model, body)

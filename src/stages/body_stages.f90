@@ -411,7 +411,7 @@ contains
     type(model_type), intent(inout) :: model
     integer, allocatable :: line(:, :), foot(:)
     real(wp), allocatable :: places(:, :)
-    integer :: n, s, t, a, k
+    integer :: n, s, t
 
     associate (points => model%state%points, surface => model%state%surface, tracers => model%state%tracers)
       n = points%count
@@ -422,20 +422,31 @@ contains
       places(:, n + 1:n + s) = surface%position
       places(:, n + s + 1:) = tracers%position
       line(1, :) = [points%body, surface%body, model%tracer_body]
-      ! Whole numbers for the horizontal coordinates: places on one line have the same.
-      line(2:, :) = 0
-      k = 1
-      do a = 1, size(places, 1)
-        if (a == vertical_of(model%analysis)) cycle
-        k = k + 1
-        line(k, :) = nint((places(a, :) - model%mesh%bounds(a, 1))/(same_line*model%cell_size))
-      end do
+      call number_lines(model, places, line)
       call set_feet(model, places, line, foot)
       points%foot = foot(:n)
       surface%foot = foot(n + 1:n + s)
       model%tracer_foot = foot(n + s + 1:)
     end associate
   end subroutine plant_feet
+
+  !> Whole numbers for the horizontal coordinates: places on one line have the same.
+  pure subroutine number_lines(model, places, line)
+    type(model_type), intent(in) :: model
+    !> (dimension, n)
+    real(wp), intent(in) :: places(:, :)
+    !> Body of each; gets the two coordinates (3, n).
+    integer, intent(inout) :: line(:, :)
+    integer :: a, k
+
+    line(2:, :) = 0
+    k = 1
+    do a = 1, size(places, 1)
+      if (a == vertical_of(model%analysis)) cycle
+      k = k + 1
+      line(k, :) = nint((places(a, :) - model%mesh%bounds(a, 1))/(same_line*model%cell_size))
+    end do
+  end subroutine number_lines
 
   !> A foot for every line of a body that comes.
   subroutine set_feet(model, places, line, foot)

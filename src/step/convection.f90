@@ -307,11 +307,7 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     real(wp) :: plate_move
 
-    ! Mean displacement of the plate along the axis of the moving mesh.
-    associate (moving => model%analysis%moving_mesh, nodes => items_of(model%space%sets, &
-      model%analysis%moving_mesh%set))
-      plate_move = sum(displacement(moving%axis, nodes))/size(nodes)
-    end associate
+    plate_move = plate_displacement(model, displacement)
     call scale_rows(model%mesh, model%analysis%moving_mesh%axis, model%analysis%moving_mesh%base, &
       model%state%plate, model%state%plate + plate_move)
     model%state%plate = model%state%plate + plate_move
@@ -343,6 +339,18 @@ contains
     model%state%coordinates = model%mesh%coordinates
     call refresh_space(model%space, model%mesh)
   end subroutine follow_body
+
+  !> Mean displacement of the plate along the axis of the moving mesh.
+  real(wp) function plate_displacement(model, displacement) result(move)
+    type(model_type), intent(in) :: model
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+
+    associate (moving => model%analysis%moving_mesh, &
+        nodes => items_of(model%space%sets, model%analysis%moving_mesh%set))
+      move = sum(displacement(moving%axis, nodes))/size(nodes)
+    end associate
+  end function plate_displacement
 
   !> Point location: owner cells of everything that rides, of what this process answers for.
   subroutine find_again(mesh, cell_size, part, state, error)

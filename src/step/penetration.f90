@@ -83,21 +83,30 @@ contains
     type(penetration_type), intent(in) :: found
     type(penetration_check_type), intent(inout) :: check
     class(observer_type), intent(inout) :: observer
-    character(len=80) :: buffer
 
-    ! Warn where soil presses on a body from afar, and again when it is twice as far.
-    if (found%gap > check%reported_gap*model%cell_size) then
-      check%reported_gap = 2.0_wp*found%gap/model%cell_size
-      write (buffer, '(f8.2,a,2(1x,es11.4))') found%gap/model%cell_size, ' cells away at', found%place
-      call observer%note("warning: soil presses on rigid body '"//model%analysis%rigid_bodies(found%pressed)%name// &
-        "' from "//trim(adjustl(buffer))//': so much soil is missing before the body; smaller steps and cells')
-    end if
+    call warn_of_gap(model, found, check, observer)
     call warn_of_fold(model, check, observer)
     if (.not. found%depth > check%reported*model%cell_size) return
     check%reported = 2.0_wp*found%depth/model%cell_size
     call observer%note('warning: '//sentence(model, found)//'; the surface of its *CONTACT must reach there; else '// &
       'smaller steps, a larger ROUND of *RIGID BODY or smaller cells')
   end subroutine warn_of_penetration
+
+  !> Warn where soil presses on a body from afar, and again when it is twice as far.
+  subroutine warn_of_gap(model, found, check, observer)
+    type(model_type), intent(in) :: model
+    type(penetration_type), intent(in) :: found
+    type(penetration_check_type), intent(inout) :: check
+    class(observer_type), intent(inout) :: observer
+    character(len=80) :: buffer
+
+    if (.not. found%gap > check%reported_gap*model%cell_size) return
+    check%reported_gap = 2.0_wp*found%gap/model%cell_size
+    write (buffer, '(f8.2,a,2(1x,es11.4))') found%gap/model%cell_size, ' cells away at', found%place
+    call observer%note("warning: soil presses on rigid body '"//model%analysis%rigid_bodies(found%pressed)%name// &
+      "' from "// &
+      trim(adjustl(buffer))//': so much soil is missing before the body; smaller steps and cells')
+  end subroutine warn_of_gap
 
   !> Warn once where a surface in contact looks away from its body: it has folded over, and what presses there is soil
   !> that no point of the surface stands for.

@@ -441,16 +441,7 @@ contains
           state%card%word('QUANTITY'))
       else if (history%quantity > 0) then
         if (.not. state%card%has('COMPONENT')) call state%report_error('the parameter COMPONENT is missing')
-        ! The component is one of a vector or of a tensor, and in the plane of a plane model.
-        if (len(state%card%word('COMPONENT')) /= 0) then
-          if (history%component == 0) then
-            call state%report_error('COMPONENT='//state%card%word('COMPONENT')//' is none of '// &
-              state%card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', 'X, Y, Z               ', &
-              has_components(history%quantity, component_tensor))))
-          else if (history%component > component_number(history%quantity, state%dimension)) then
-            call state%report_error('COMPONENT='//state%card%word('COMPONENT')//' has no meaning in a plane model')
-          end if
-        end if
+        call check_component(history, state)
       end if
       if (.not. abs(history%scale) > 0.0_wp) call state%warn(history%where, 'HISTORY', &
         "SCALE=0: the column '"//history%name//"' will be zero throughout")
@@ -464,6 +455,20 @@ contains
         state%card%word('QUANTITY')//' wants one of the parameters NSET and SURFACE')
     end associate
   end subroutine check_history
+
+  !> The component is one of a vector or of a tensor, and in the plane of a plane model.
+  subroutine check_component(history, state)
+    type(history_type), intent(in) :: history
+    type(deck_state_type), intent(inout) :: state
+    if (len(state%card%word('COMPONENT')) == 0) return
+    if (history%component == 0) then
+      call state%report_error('COMPONENT='//state%card%word('COMPONENT')//' is none of '// &
+        state%card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', 'X, Y, Z               ', &
+        has_components(history%quantity, component_tensor))))
+    else if (history%component > component_number(history%quantity, state%dimension)) then
+      call state%report_error('COMPONENT='//state%card%word('COMPONENT')//' has no meaning in a plane model')
+    end if
+  end subroutine check_component
 
   !> Units of the histories that have none of their own, when *UNITS and *MODEL are known.
   pure subroutine give_units(analysis)

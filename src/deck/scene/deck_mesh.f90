@@ -112,8 +112,7 @@ contains
   !> Lines along the axes, and checks.
   subroutine finish_grid(state)
     type(deck_state_type), intent(inout) :: state
-    integer :: i, before, axis
-    integer(long) :: cells
+    integer :: i, before
 
     if (state%card%has('SEED') .and. .not. is_random(state%analysis%mesh)) call state%report_error('parameter SEED '// &
       'has no meaning without PERTURB > 0 or DIAGONAL=RANDOM')
@@ -122,18 +121,7 @@ contains
     do i = 1, size(state%card%rows)
       if (state%card%rows(i)%good) call read_axis_row(state%card%rows(i), state)
     end do
-    ! Every axis has an interval, and the grid is of a size that can be meant.
-    if (state%messages%error_count() == before) then
-      cells = 1
-      do axis = 1, max(2, state%dimension)
-        if (.not. allocated(state%analysis%mesh%axes(axis)%lines)) allocate (state%analysis%mesh%axes(axis)%lines(0))
-        associate (lines => state%analysis%mesh%axes(axis)%lines)
-          if (size(lines) < 2) call state%report_error('the '//trim(axis_words(axis))//' axis has no interval')
-          cells = min(cells*max(1, size(lines) - 1), int(most_cells, long) + 1)
-        end associate
-      end do
-      if (cells > most_cells) call state%report_error('the grid has more than '//integer_text(most_cells)//' cells')
-    end if
+    if (state%messages%error_count() == before) call check_axes(state)
   end subroutine finish_grid
 
   !> The element belongs to models of this dimension.
@@ -296,6 +284,23 @@ contains
     end if
     state%analysis%mesh%axes(axis)%lines = lines
   end subroutine extend_axis
+
+  !> Every axis has an interval, and the grid is of a size that can be meant.
+  subroutine check_axes(state)
+    type(deck_state_type), intent(inout) :: state
+    integer(long) :: cells
+    integer :: axis
+
+    cells = 1
+    do axis = 1, max(2, state%dimension)
+      if (.not. allocated(state%analysis%mesh%axes(axis)%lines)) allocate (state%analysis%mesh%axes(axis)%lines(0))
+      associate (lines => state%analysis%mesh%axes(axis)%lines)
+        if (size(lines) < 2) call state%report_error('the '//trim(axis_words(axis))//' axis has no interval')
+        cells = min(cells*max(1, size(lines) - 1), int(most_cells, long) + 1)
+      end associate
+    end do
+    if (cells > most_cells) call state%report_error('the grid has more than '//integer_text(most_cells)//' cells')
+  end subroutine check_axes
 
   !> *MESH.
   subroutine file_fields(fields, deck)

@@ -58,16 +58,9 @@ contains
       call fields%data('box', when='SHAPE=BOX')
       call box_fields(fields, body%box)
       call turn_fields(fields, body%rotation, 'its middle')
-      ! A cone.
-      call place_fields(fields, body, 'cone', 'the tip')
-      call fields%number('radius', body%radius, 'radius of the shaft', range='(0, inf)')
-      call fields%number('angle', body%apex_angle, 'angle of the tip in degrees', range='(0, 180)')
-      call fields%number('shaft', body%shaft, 'length of the shaft', range='(0, inf)')
+      call cone_fields(fields, body)
       call polygon_fields(fields, body%polygon)
-      ! A cylinder.
-      call place_fields(fields, body, 'cylinder', 'the middle of its base')
-      call fields%number('radius', body%radius, 'radius', range='(0, inf)')
-      call fields%number('height', body%shaft, 'from its base upwards', range='(0, inf)')
+      call cylinder_fields(fields, body)
     end associate
   end subroutine rigid_body_fields
 
@@ -81,6 +74,27 @@ contains
     call fields%data(shape, when='SHAPE='//upper(shape))
     call fields%vector('', body%place, 'coordinate of '//what, 'coordinate')
   end subroutine place_fields
+
+  !> A cone.
+  subroutine cone_fields(fields, body)
+    class(card_fields_type), intent(inout) :: fields
+    type(rigid_body_type), intent(inout) :: body
+
+    call place_fields(fields, body, 'cone', 'the tip')
+    call fields%number('radius', body%radius, 'radius of the shaft', range='(0, inf)')
+    call fields%number('angle', body%apex_angle, 'angle of the tip in degrees', range='(0, 180)')
+    call fields%number('shaft', body%shaft, 'length of the shaft', range='(0, inf)')
+  end subroutine cone_fields
+
+  !> A cylinder.
+  subroutine cylinder_fields(fields, body)
+    class(card_fields_type), intent(inout) :: fields
+    type(rigid_body_type), intent(inout) :: body
+
+    call place_fields(fields, body, 'cylinder', 'the middle of its base')
+    call fields%number('radius', body%radius, 'radius', range='(0, inf)')
+    call fields%number('height', body%shaft, 'from its base upwards', range='(0, inf)')
+  end subroutine cylinder_fields
 
   !> A rotation in space.
   subroutine turn_fields(fields, rotation, about)
@@ -177,8 +191,7 @@ contains
   !> Bodies and surfaces of contacts exist.
   subroutine check_contacts(state)
     type(deck_state_type), intent(inout) :: state
-    integer :: i, b
-    logical :: touched
+    integer :: i
 
     do i = 1, size(state%analysis%contacts)
       associate (contact => state%analysis%contacts(i))
@@ -192,14 +205,7 @@ contains
         end if
       end associate
     end do
-    ! A rigid body that no surface may touch does nothing.
-    do b = 1, size(state%analysis%rigid_bodies)
-      associate (body => state%analysis%rigid_bodies(b))
-        touched = any([(state%analysis%contacts(i)%body == body%name, i=1, size(state%analysis%contacts))])
-        if (.not. touched) call state%warn(body%where, 'RIGID BODY', "'"//body%name//"' touches nothing: it has no "// &
-          '*CONTACT')
-      end associate
-    end do
+    call warn_of_untouched(state)
     call warn_of_water(state)
   end subroutine check_contacts
 
@@ -217,6 +223,21 @@ contains
       end do
     end associate
   end subroutine check_outline
+
+  !> A rigid body that no surface may touch does nothing.
+  subroutine warn_of_untouched(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: b, i
+    logical :: touched
+
+    do b = 1, size(state%analysis%rigid_bodies)
+      associate (body => state%analysis%rigid_bodies(b))
+        touched = any([(state%analysis%contacts(i)%body == body%name, i=1, size(state%analysis%contacts))])
+        if (.not. touched) call state%warn(body%where, 'RIGID BODY', "'"//body%name//"' touches nothing: it has no "// &
+          '*CONTACT')
+      end associate
+    end do
+  end subroutine warn_of_untouched
 
   !> Contact carries effective stresses.
   subroutine warn_of_water(state)

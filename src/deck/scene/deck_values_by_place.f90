@@ -296,14 +296,7 @@ contains
     end if
     if (len(sentence) > 0) return
     do i = 1, size(lines)
-      ! What is wrong with a sample, empty for nothing.
-      sentence = ''
-      if (.not. all(is_usable(table(:, i)))) then
-        sentence = 'a number is not finite'
-      else if (.not. in_range(table(size(table(:, i)), i), trim(field_ranges(field%parameter)))) then
-        sentence = trim(field_words(field%parameter))//' = '//rounded_text(table(size(table(:, i)), i))// &
-          ' is outside '//trim(field_ranges(field%parameter))
-      end if
+      sentence = sentence_of(table(:, i), field%parameter)
       if (len(sentence) == 0) cycle
       sentence = field%file//row//integer_text(lines(i))//': '//sentence
       exit
@@ -314,6 +307,22 @@ contains
     if (pair(1) > 0) sentence = field%file//': two samples are at ('//rounded_text(field%places(1, pair(1)))//', '// &
       rounded_text(field%places(2, pair(1)))//'): which one counts is not known'
   end subroutine read_samples
+
+  !> What is wrong with a sample, empty for nothing.
+  pure function sentence_of(sample, parameter) result(sentence)
+    !> Place and value.
+    real(wp), intent(in) :: sample(:)
+    integer, intent(in) :: parameter
+    character(len=:), allocatable :: sentence
+
+    sentence = ''
+    if (.not. all(is_usable(sample))) then
+      sentence = 'a number is not finite'
+    else if (.not. in_range(sample(size(sample)), trim(field_ranges(parameter)))) then
+      sentence = trim(field_words(parameter))//' = '//rounded_text(sample(size(sample)))//' is outside '// &
+        trim(field_ranges(parameter))
+    end if
+  end function sentence_of
 
   !> Data sets of an HDF5 file, a row of numbers each.
   subroutine read_hdf5(field, dimension, table, sentence)

@@ -335,7 +335,6 @@ contains
   subroutine drain_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    integer :: i, n
 
     associate (drain => deck%analysis%phases(deck%phase)%drain_state)
       call fields%given(drain%given)
@@ -344,17 +343,25 @@ contains
         'drained in the phase, so that no other one comes about')
       call fields%answer('AFTERWARDS', drain%stays_drained, 'what the soil is in the phases after this one', &
         words='UNDRAINED|DRAINED')
-      ! Bodies of *DRAIN STATE, one a line.
-      n = 0
-      if (allocated(drain%bodies)) n = size(drain%bodies)
-      call fields%data('bodies, one a line', 0, huge(1), rows=n)
-      if (.not. fields%writing) drain%bodies = [(string_type(), i=1, n)]
-      do i = 1, n
-        call fields%row(i)
-        call fields%name('body', drain%bodies(i)%text, 'body that is drained')
-      end do
+      call drain_rows(fields, drain%bodies)
     end associate
   end subroutine drain_fields
+
+  !> Bodies of *DRAIN STATE, one a line.
+  subroutine drain_rows(fields, bodies)
+    class(card_fields_type), intent(inout) :: fields
+    type(string_type), allocatable, intent(inout) :: bodies(:)
+    integer :: i, n
+
+    n = 0
+    if (allocated(bodies)) n = size(bodies)
+    call fields%data('bodies, one a line', 0, huge(1), rows=n)
+    if (.not. fields%writing) bodies = [(string_type(), i=1, n)]
+    do i = 1, n
+      call fields%row(i)
+      call fields%name('body', bodies(i)%text, 'body that is drained')
+    end do
+  end subroutine drain_rows
 
   !> What belongs to undrained soil of complete materials and phases.
   subroutine check_undrained(state)
