@@ -62,7 +62,7 @@ ROOMS = {
     "flow of water": ["water/seepage", "water/transient_seepage", "geometry/seepage_field", "water/consolidation", "water/free_surface",
                       "water/free_water", "water/face_leak", "water/confined_modulus", "terms/pore_flow", "terms/flow_points"],
     "weak seams and nonlocal strain": ["problem/layer_interfaces", "terms/nonlocal_strain", "materials/kinematics/field_coupling"],
-    "first guess and cell pressure": ["step/step_goal", "assembly/uniform_pressure"],
+    "first guess and cell pressure": ["step/load_step", "assembly/uniform_pressure"],
     "clay and sand": ["materials/models/soft_soil_creep", "materials/models/creep_return", "materials/models/ngi_adp", "materials/models/small_strain",
                       "materials/models/swelling"],
     "values by place and by name": ["materials/models/value_field", "deck/scene/deck_values_by_place", "deck/card_check", "model/material_law"],

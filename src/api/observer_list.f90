@@ -16,14 +16,7 @@ module qsmpm_observer_list
     !> How the last accepted step went.
     type(step_record_type) :: last
   contains
-    procedure :: phase_begun
-    procedure :: needs_model
-    procedure :: accepted
-    procedure :: phase_done
-    procedure :: mechanism
-    procedure :: note
-    procedure :: tell_result
-    procedure :: stop_requested
+    procedure :: phase_begun, needs_model, accepted, phase_done, mechanism, note, tell_result, stop_requested
   end type observer_list_type
 
 contains

@@ -11,12 +11,10 @@ module qsmpm_plan
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
-  use qsmpm_method_description, only: basis_fem, stabilise_none
+  use qsmpm_method_description, only: basis_fem, stabilise_none, basis_list
   use qsmpm_phase_description, only: newton_modified
-  use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
-  use qsmpm_basis_traits, only: basis_list
   use qsmpm_contacts, only: contact_counts
-  use qsmpm_deck_words, only: model_words, integration_words, stabilisation_words
+  use qsmpm_keyword_table, only: model_words, integration_words, stabilisation_words
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, begin_analysis
   use qsmpm_linear_system, only: end_system
@@ -32,7 +30,7 @@ module qsmpm_plan
   use qsmpm_reduction, only: reduction_check_type, reduction_name
   use qsmpm_scene, only: check_text
   use qsmpm_soil_points, only: soil_type, soil_of
-  use qsmpm_stopwatch, only: start_stopwatch, part_control
+  use qsmpm_stopwatch, only: clock_type, start_clock, cpu_seconds, start_stopwatch, part_control
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced
   use qsmpm_cell_numbers, only: whole_cells
   use qsmpm_division, only: ring_of, share_cells
@@ -85,9 +83,16 @@ contains
     type(model_type), intent(in) :: model
     type(plan_items_type), intent(out) :: items
     integer :: i
+    character(len=:), allocatable :: text
 
     call add_heading(items, 'scene')
-    call add_item(items, 'kind', kind_text(scene))
+    ! What the scene is.
+    text = trim(model_words(scene%model))
+    if (scene%reduce) text = merge('3D   ', 'plane', scene%model == three_dimensional)
+    text = trim(text)
+    if (scene%reduce) text = text//', the smallest model is looked for'
+    if (.not. scene%reduce) text = text//', as the deck says'
+    call add_item(items, 'kind', text)
     call add_item(items, 'mesh', mesh_text(scene))
     call add_item(items, 'bodies', integer_text(size(scene%bodies)), is_figure=.true.)
     call add_heading(items, 'reductions')
@@ -104,18 +109,6 @@ contains
     call plan_method(model%analysis, items)
     call plan_equations(model, items)
   end subroutine make_plan
-
-  !> What the scene is.
-  pure function kind_text(scene) result(text)
-    type(analysis_type), intent(in) :: scene
-    character(len=:), allocatable :: text
-
-    text = trim(model_words(scene%model))
-    if (scene%reduce) text = merge('3D   ', 'plane', scene%model == three_dimensional)
-    text = trim(text)
-    if (scene%reduce) text = text//', the smallest model is looked for'
-    if (.not. scene%reduce) text = text//', as the deck says'
-  end function kind_text
 
   !> Cells of a grid along each axis, or where the mesh comes from.
   pure function mesh_text(analysis) result(text)
@@ -309,6 +302,8 @@ contains
     type(error_type), allocatable :: error
     integer :: own(ranks), copies(ranks), equations(ranks)
     logical :: short
+    real(wp) :: entries
+    character(len=:), allocatable :: text
 
     call add_heading(items, integer_text(ranks)//' processes')
     call refuse_sharing(model, ranks, error)
@@ -327,7 +322,15 @@ contains
     call add_item(items, 'copies of a point', rounded_text(sum(copies)/real(sum(own), wp), 3), is_figure=.true.)
     call add_item(items, 'equations of a process', integer_text(minval(equations))//' to '// &
       integer_text(maxval(equations)))
-    call add_item(items, 'memory of a process', memory_text(model, maxval(own + copies), maxval(equations)))
+    ! Memory of the process that has most, and of the points of the whole model where every process builds it.
+    associate (d => model%mesh%dimension, degree => max(1, basis_list(model%analysis%method%basis)%degree))
+      entries = real(d*(2*degree + 1)**d, wp)
+    end associate
+    text = rounded_text((bytes_of_program + maxval(own + copies)*bytes_of_point + &
+      maxval(equations)*entries*bytes_of_entry*matrices)/megabyte, 2)//' MB with PETSC'
+    if (.not. is_divided_as_built(model%analysis)) text = text//'; '// &
+      rounded_text(model%state%points%count*bytes_of_point/megabyte, 2)//' MB of points while the model is built whole'
+    call add_item(items, 'memory of a process', text)
   end subroutine plan_ranks
 
   !> Own points, copies and equations of each process.
@@ -360,23 +363,6 @@ contains
       equations(owner(a) + 1) = equations(owner(a) + 1) + of_node(a)
     end do
   end subroutine count_parts
-
-  !> Memory of the process that has most, and of the points of the whole model where every process builds it.
-  function memory_text(model, points, equations) result(text)
-    type(model_type), intent(in) :: model
-    !> Own ones and copies, and equations.
-    integer, intent(in) :: points, equations
-    character(len=:), allocatable :: text
-    real(wp) :: entries
-
-    associate (d => model%mesh%dimension, degree => max(1, basis_list(model%analysis%method%basis)%degree))
-      entries = real(d*(2*degree + 1)**d, wp)
-    end associate
-    text = rounded_text((bytes_of_program + points*bytes_of_point + &
-      equations*entries*bytes_of_entry*matrices)/megabyte, 2)//' MB with PETSC'
-    if (.not. is_divided_as_built(model%analysis)) text = text//'; '// &
-      rounded_text(model%state%points%count*bytes_of_point/megabyte, 2)//' MB of points while the model is built whole'
-  end function memory_text
 
   !> Begin a group of entries.
   pure subroutine add_heading(items, name)

@@ -7,7 +7,6 @@ module qsmpm_plan_probe
   use qsmpm_analysis, only: analysis_type
   use qsmpm_mesh_description, only: axis_type, set_type, mesh_grid, select_plane, select_box
   use qsmpm_phase_description, only: phase_safety
-  use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
   use qsmpm_error, only: error_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
@@ -15,7 +14,7 @@ module qsmpm_plan_probe
   use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, leave_lost_phase, end_step_loop, &
     is_finished
   use qsmpm_run_profile, only: run_profile_type
-  use qsmpm_stopwatch, only: start_stopwatch, part_control
+  use qsmpm_stopwatch, only: clock_type, start_clock, cpu_seconds, start_stopwatch, part_control
   implicit none
   private
 

@@ -4,14 +4,13 @@
 module qsmpm_problem
   use qsmpm_named, only: add_names, named_type, place_named
   use qsmpm_analysis, only: analysis_type, three_dimensional
-  use qsmpm_clock, only: clock_type, start_clock
   use qsmpm_deck, only: read_deck, parse_deck, echo_text
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_soil_model, only: soil_model_type
   use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
-  use qsmpm_stopwatch, only: stopwatch_type, start_stopwatch, part_input
+  use qsmpm_stopwatch, only: clock_type, start_clock, stopwatch_type, start_stopwatch, part_input
   use qsmpm_text, only: string_type, integer_text, did_you_mean
   implicit none
   private
@@ -56,11 +55,8 @@ contains
     character(len=*), intent(in) :: path
     !> What is wrong with the deck; the single faults are in `messages`.
     type(error_type), allocatable, intent(out) :: error
-    type(message_list_type) :: messages
 
-    call begin(self)
-    call read_deck(path, self%scene, messages, error)
-    call finish(self, messages, error)
+    call take_deck(self, path, error)
   end subroutine read_problem
 
   !> Read a deck that is at hand as text.
@@ -73,12 +69,30 @@ contains
     character(len=*), intent(in) :: name
     !> What is wrong with the deck; the single faults are in `messages`.
     type(error_type), allocatable, intent(out) :: error
+
+    call take_deck(self, name, error, text)
+  end subroutine parse_problem
+
+  !> Start the clocks, read, and keep what the reader has to say.
+  subroutine take_deck(self, name, error, text)
+    class(problem_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    type(error_type), allocatable, intent(out) :: error
+    !> Of the deck; that of the file of the name where it is not given.
+    character(len=*), intent(in), optional :: text
     type(message_list_type) :: messages
 
-    call begin(self)
-    call parse_deck(name, text, self%scene, messages, error)
-    call finish(self, messages, error)
-  end subroutine parse_problem
+    call start_clock(self%clock)
+    call start_stopwatch(self%watch, part_input)
+    if (.not. allocated(self%materials)) allocate (self%materials(0))
+    if (present(text)) then
+      call parse_deck(name, text, self%scene, messages, error)
+    else
+      call read_deck(name, self%scene, messages, error)
+    end if
+    self%messages = message_text(messages)
+    self%given = .not. allocated(error)
+  end subroutine take_deck
 
   !> Take an analysis that the program has filled in. It is written as a deck and read again, so that it is checked
   !> and completed like one, and faults name the lines of that deck.
@@ -96,28 +110,6 @@ contains
     if (allocated(scene%job)) name = scene%job
     call self%parse(text, name, error)
   end subroutine take_scene
-
-  !> Start the clocks.
-  subroutine begin(self)
-    class(problem_type), intent(inout) :: self
-
-    self%given = .false.
-    call start_clock(self%clock)
-    call start_stopwatch(self%watch, part_input)
-    if (.not. allocated(self%materials)) allocate (self%materials(0))
-  end subroutine begin
-
-  !> Keep what the reader has to say.
-  subroutine finish(self, messages, error)
-    class(problem_type), intent(inout) :: self
-    !> Errors and warnings.
-    type(message_list_type), intent(in) :: messages
-    !> What is wrong with the deck.
-    type(error_type), allocatable, intent(in) :: error
-
-    self%messages = message_text(messages)
-    self%given = .not. allocated(error)
-  end subroutine finish
 
   !> Give a material a law for points of one dimension.
   subroutine set_law(self, material, law, error)

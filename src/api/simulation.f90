@@ -26,20 +26,8 @@ module qsmpm_simulation
   !> An analysis whose loads the program may change.
   type, extends(stepped_analysis_type) :: simulation_type
   contains
-    procedure :: coming_stage
-    procedure :: add_stage
-    procedure :: end_stage
-    procedure :: set_load_factor
-    procedure :: set_steps
-    procedure :: set_time
-    procedure :: set_start_time
-    procedure :: set_gravity
-    procedure :: set_traction
-    procedure :: set_pressure
-    procedure :: set_water_level
-    procedure :: set_displacement
-    procedure :: set_fixity
-    procedure :: set_point_force
+    procedure :: coming_stage, add_stage, end_stage, set_load_factor, set_steps, set_time, set_start_time, &
+      set_gravity, set_traction, set_pressure, set_water_level, set_displacement, set_fixity, set_point_force
   end type simulation_type
 
 contains

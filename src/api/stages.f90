@@ -1,25 +1,57 @@
 !> The load program of an embedding program: a stage (a phase of a deck) ends before its time, the model is given the
 !> stages of the scene.
+!>
+!> Deck cards that a program adds to a scene behind its deck: materials and phases. They are read with the scene as one
+!> deck, so that they mean and are checked for what they would be there; lines of their faults are counted in what was
+!> added.
+!>
+!> A model under way takes over a scene with more materials and phases than it was built for. The whole scene is built
+!> again beside it, so that everything is checked as in a deck; what that model has of laws and phases is taken, and
+!> what stands on the state (bodies that come and go, pore pressure, ends of phases) is made ready where the state is.
 module qsmpm_stages
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
   use qsmpm_load_description, only: traction_type
   use qsmpm_phase_description, only: initial_keep
   use qsmpm_drainage, only: set_drainage
-  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_error, only: error_type, error_other, fail, error_deck
   use qsmpm_load_path, only: between
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, state_type
   use qsmpm_phase_loads, only: load_in_force
-  use qsmpm_phase_tree, only: lineage
+  use qsmpm_phase_tree, only: lineage, parent_of
   use qsmpm_vertical, only: upwards
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_snapshot, only: copy_phases
   use qsmpm_undrained_law, only: undrained_law_type
+  use qsmpm_material_description, only: material_type
+  use qsmpm_deck, only: parse_deck, echo_text, message_list_type, message_text
+  use qsmpm_text, only: integer_text, newline, upper
+  use qsmpm_active_bodies, only: has_stages
+  use qsmpm_body_stages, only: part_bodies
+  use qsmpm_kept_phases, only: find_kept_phase, keep_phase
+  use qsmpm_law, only: law_slot_type
+  use qsmpm_inactive_points, only: lift_feet_type
+  use qsmpm_lowered_laws, only: fit_laws
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_points, only: carries_water, start_water
+  use qsmpm_pore_water, only: has_pore_pressure
+  use qsmpm_strength_factor, only: strength_factor_type
   implicit none
   private
 
-  public :: cut_stage, take_over_stages, take_phases, same_steps
+  public :: cut_stage, take_over_stages, take_phases, same_steps, read_added_cards, name_added_lines, extend_model, &
+    drop_materials
+
+  !> What stands for the file in messages.
+  character(len=*), parameter :: added_name = 'added cards'
+
+  !> Where the added lines lie in the whole deck: materials behind the model, phases at the end.
+  type, public :: added_lines_type
+    character(len=:), allocatable :: deck
+    !> Lines before the materials, of the materials, and between them and the phases.
+    integer :: before = 0, materials = 0, between = 0
+  end type added_lines_type
 
 contains
 
@@ -34,7 +66,7 @@ contains
     !> The stage moves a water level; it is then as it was.
     type(error_type), allocatable, intent(out) :: error
     type(traction_type) :: before
-    real(wp) :: factor, kept
+    real(wp) :: factor, kept, start
     integer :: i
 
     if (share < 1.0_wp .and. moves_water(scene, number)) then
@@ -62,7 +94,10 @@ contains
             traction%gradient = traction%gradient/kept
             traction%vector = traction%vector/kept
           else if (traction%follows) then
-            call reach_pressure(before, share, phase%load_factor, factor, upwards(scene), traction)
+            ! The pressure that is reached in the place of that of the end of a stage; both vary with height all along.
+            start = before%pressure + upwards(scene)*before%gradient*(before%height - traction%height)
+            traction%pressure = between(start, phase%load_factor*traction%pressure, share)/factor
+            traction%gradient = between(before%gradient, phase%load_factor*traction%gradient, share)/factor
           else
             traction%vector = between(before%vector, phase%load_factor*traction%vector, share)/factor
           end if
@@ -94,22 +129,6 @@ contains
       end do
     end associate
   end function moves_water
-
-  !> The pressure that is reached in the place of that of the end of a stage; both vary with height all along.
-  pure subroutine reach_pressure(before, share, load_factor, factor, up, traction)
-    !> At the end of the stages before.
-    type(traction_type), intent(in) :: before
-    !> Share of the stage that is done, its load factor as it was and as it is.
-    real(wp), intent(in) :: share, load_factor, factor
-    !> Sense of upwards along the vertical.
-    real(wp), intent(in) :: up
-    type(traction_type), intent(inout) :: traction
-    real(wp) :: start
-
-    start = before%pressure + up*before%gradient*(before%height - traction%height)
-    traction%pressure = between(start, load_factor*traction%pressure, share)/factor
-    traction%gradient = between(before%gradient, load_factor*traction%gradient, share)/factor
-  end subroutine reach_pressure
 
   !> Gravity at the end of the stages before one.
   pure function gravity_before(scene, number) result(vector)
@@ -207,4 +226,298 @@ contains
     same_steps = size(a%steps) == size(b%steps)
     if (same_steps) same_steps = all(a%steps%kind == b%steps%kind .and. a%steps%axis == b%steps%axis)
   end function same_steps
+
+  !> The scene with the materials and phases of some cards.
+  subroutine read_added_cards(scene, cards, extended, lines, warnings, error)
+    type(analysis_type), intent(in) :: scene
+    !> Lines of a deck: *MATERIAL and *PHASE with what belongs to them.
+    character(len=*), intent(in) :: cards
+    !> The scene and they.
+    type(analysis_type), intent(out) :: extended
+    type(added_lines_type), intent(out) :: lines
+    !> Sentences of the reader, one a line.
+    character(len=:), allocatable, intent(out) :: warnings
+    !> The cards are not good; its message has all faults.
+    type(error_type), allocatable, intent(out) :: error
+    type(analysis_type) :: whole
+    type(message_list_type) :: messages
+    character(len=:), allocatable :: echo, text
+
+    call echo_text(scene, echo)
+    call put_together(echo, cards, text, lines)
+    lines%deck = scene%deck
+    call parse_deck(scene%deck, text, whole, messages, error)
+    warnings = name_added_lines(message_text(messages), lines)
+    if (allocated(error)) then
+      deallocate (error)
+      ! What was changed by calls may be no deck any more: then its own lines are reported.
+      if (len(warnings) == 0) warnings = message_text(messages)
+      call fail(error, error_deck, 'the cards are not good:'//newline//warnings)
+      return
+    end if
+    call check_kinds(scene, echo, whole, error)
+    if (.not. allocated(error)) call take_new(scene, whole, extended)
+  end subroutine read_added_cards
+
+  !> The deck with materials before its first phase and phases behind its last one.
+  subroutine put_together(echo, cards, text, lines)
+    character(len=*), intent(in) :: echo, cards
+    character(len=:), allocatable, intent(out) :: text
+    type(added_lines_type), intent(inout) :: lines
+    integer :: old, new
+
+    old = first_phase(echo)
+    new = first_phase(cards)
+    text = echo(:old - 1)//ended(cards(:new - 1))
+    lines%before = line_count(echo(:old - 1))
+    lines%materials = line_count(ended(cards(:new - 1)))
+    lines%between = line_count(echo(old:))
+    text = text//echo(old:)//ended(cards(new:))
+  end subroutine put_together
+
+  !> Where the first line with *PHASE begins; behind the end where there is none.
+  pure integer function first_phase(text) result(place)
+    character(len=*), intent(in) :: text
+    integer :: length
+
+    place = 1
+    do while (place <= len(text))
+      if (index(upper(adjustl(text(place:min(len(text), place + 80)))), '*PHASE') == 1) return
+      length = index(text(place:), newline)
+      if (length == 0) exit
+      place = place + length
+    end do
+    place = len(text) + 1
+  end function first_phase
+
+  !> A text whose last line is ended.
+  pure function ended(text)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: ended
+
+    ended = text
+    if (len(text) == 0) return
+    if (text(len(text):) /= newline) ended = text//newline
+  end function ended
+
+  !> Number of lines.
+  pure integer function line_count(text)
+    character(len=*), intent(in) :: text
+    integer :: i
+
+    line_count = count([(text(i:i) == newline, i=1, len(text))])
+  end function line_count
+
+  !> Sentences of the form `deck:line: ...` with the lines counted in the added cards; those of other lines are left
+  !> out, as they have been reported before.
+  pure function name_added_lines(sentences, lines) result(text)
+    !> One a line.
+    character(len=*), intent(in) :: sentences
+    type(added_lines_type), intent(in) :: lines
+    character(len=:), allocatable :: text
+    integer :: first, last, behind, number, status
+
+    text = ''
+    first = 1
+    do while (first <= len(sentences))
+      last = first + index(sentences(first:)//newline, newline) - 2
+      associate (sentence => sentences(first:last), start => len(lines%deck) + 2)
+        first = last + 2
+        if (index(sentence, lines%deck//':') /= 1) then
+          text = text//sentence//newline
+          cycle
+        end if
+        behind = start + index(sentence(start:), ':') - 1
+        read (sentence(start:behind - 1), *, iostat=status) number
+        number = number - lines%before
+        if (number > lines%materials) number = max(0, number - lines%between)
+        if (status == 0 .and. number > 0) text = text//added_name//':'//integer_text(number)//sentence(behind:)//newline
+      end associate
+    end do
+  end function name_added_lines
+
+  !> Nothing else than materials and phases is new.
+  subroutine check_kinds(scene, echo, whole, error)
+    type(analysis_type), intent(in) :: scene
+    !> The scene as a deck.
+    character(len=*), intent(in) :: echo
+    !> What was read.
+    type(analysis_type), intent(in) :: whole
+    type(error_type), allocatable, intent(out) :: error
+    type(analysis_type) :: rest
+    character(len=:), allocatable :: again
+
+    rest = whole
+    call shorten(size(scene%materials), rest)
+    call copy_phases(whole%phases(:size(scene%phases)), rest%phases)
+    call echo_text(rest, again)
+    if (again /= echo) call fail(error, error_other, 'only *MATERIAL and *PHASE, with the cards that belong to '// &
+      'them, can be added to a scene')
+  end subroutine check_kinds
+
+  !> Take the new materials and phases; of the others only what the pore water does in the new phases.
+  subroutine take_new(scene, whole, extended)
+    type(analysis_type), intent(in) :: scene, whole
+    type(analysis_type), intent(inout) :: extended
+    type(material_type), allocatable :: materials(:)
+    integer :: i
+
+    extended = scene
+    if (allocated(whole%cards)) extended%cards = whole%cards
+    allocate (materials(size(whole%materials)))
+    do i = 1, size(materials)
+      materials(i) = whole%materials(i)
+      if (i > size(scene%materials)) cycle
+      materials(i) = scene%materials(i)
+      materials(i)%undrained = whole%materials(i)%undrained
+    end do
+    call move_alloc(materials, extended%materials)
+    do i = size(scene%phases) + 1, size(whole%phases)
+      extended%phases = [extended%phases, whole%phases(i)]
+    end do
+  end subroutine take_new
+
+  !> Take over a scene that begins with that of the model.
+  subroutine extend_model(scene, expansion, own, ended, model, error)
+    type(analysis_type), intent(in) :: scene
+    !> The way from the model to the scene.
+    type(expansion_type), intent(in) :: expansion
+    !> Laws of the program, where it has given any (materials the model was built with).
+    type(law_slot_type), intent(in) :: own(:)
+    !> The present phase has ended.
+    logical, intent(in) :: ended
+    !> Unchanged with an error.
+    type(model_type), intent(inout) :: model
+    !> Set when the scene or the model is not good for it.
+    type(error_type), allocatable, intent(out) :: error
+    class(analysis_type), allocatable :: reduced
+    type(expansion_type) :: now
+    type(reduction_check_type), allocatable :: checks(:)
+    class(model_type), allocatable :: fresh
+    type(law_slot_type), allocatable :: laws(:)
+    integer :: m
+
+    allocate (reduced, fresh)
+    call reduce_scene(scene, reduced, now, checks)
+    if (.not. same_steps(expansion, now)) then
+      call fail(error, error_other, 'with these cards the scene is not what it was reduced to; name the type '// &
+        'of the model instead of *MODEL, TYPE=AUTO')
+      return
+    end if
+    allocate (laws(size(reduced%materials)))
+    do m = 1, size(own)
+      if (allocated(own(m)%law)) allocate (laws(m)%law, source=own(m)%law)
+    end do
+    call build_model(reduced, fresh, error, laws)
+    if (.not. allocated(error)) call check_fit(fresh, model, error)
+    if (allocated(error)) return
+    call take_model(fresh, ended, model)
+  end subroutine extend_model
+
+  !> Set when the state of the model cannot carry what is new.
+  subroutine check_fit(fresh, model, error)
+    !> Of the whole scene, at its start.
+    type(model_type), intent(in) :: fresh
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+    integer :: p, parent
+
+    if (size(fresh%state%points%state, 1) > size(model%state%points%state, 1)) then
+      call fail(error, error_other, 'a new material has more state variables than the material points carry: '// &
+        'give a material of that law in the deck')
+    else if (size(fresh%outlines) /= size(model%outlines)) then
+      call fail(error, error_other, 'an outline that is carried with its body for a load cannot become a support: '// &
+        'give the *SUPPORT in a phase of the deck')
+    else if (has_stages(fresh%analysis) .and. .not. has_stages(model%analysis) .and. allocated(model%kept_phases)) then
+      call fail(error, error_other, 'bodies come or go for the first time, and the ends of earlier phases are kept '// &
+        'without that: give one phase in which they do in the deck, or their parents later')
+    end if
+    if (allocated(error)) return
+    associate (phases => fresh%analysis%phases)
+      do p = size(model%analysis%phases) + 1, size(phases)
+        parent = parent_of(phases, p)
+        if (parent >= model%state%progress%phase .or. find_kept_phase(model, parent) > 0) cycle
+        call fail(error, error_other, "the end of phase '"//phases(parent)%name//"', that phase '"//phases(p)%name// &
+          "' is to start from, is not kept: add the phase before another one begins")
+        return
+      end do
+    end associate
+  end subroutine check_fit
+
+  !> Take materials, laws and phases, and make the state ready for them.
+  subroutine take_model(fresh, ended, model)
+    type(model_type), intent(inout) :: fresh
+    logical, intent(in) :: ended
+    type(model_type), intent(inout) :: model
+    logical :: parted
+    integer :: i
+
+    parted = has_stages(model%analysis)
+    call move_alloc(fresh%analysis%materials, model%analysis%materials)
+    call move_alloc(fresh%laws, model%laws)
+    call move_alloc(fresh%cavity_middle, model%cavity_middle)
+    call take_phases(fresh%analysis, model)
+    model%strength = strength_factor_type()
+    call fit_laws(model)
+    ! Bodies come or go for the first time; those of a state that was put back may have been parted before.
+    if (.not. parted .and. has_stages(model%analysis)) then
+      if (allocated(model%tracer_body)) deallocate (model%tracer_body, model%tracer_foot)
+      model%feet = lift_feet_type()
+      call part_bodies(model)
+    end if
+    if (has_pore_pressure(model)) then
+      call wet(model%state)
+      if (allocated(model%kept_phases)) then
+        do i = 1, size(model%kept_phases)
+          call wet(model%kept_phases(i)%state)
+        end do
+      end if
+    end if
+    if (ended) call keep_phase(model)
+  end subroutine take_model
+
+  !> Let the points carry pore pressures.
+  subroutine wet(state)
+    type(state_type), intent(inout) :: state
+
+    if (carries_water(state%points)) return
+    call start_water(state%points)
+    call start_water(state%inactive%points)
+    call start_water(state%inactive%unloading)
+  end subroutine wet
+
+  !> Forget the materials behind a number, which a state that was put back does not know.
+  subroutine drop_materials(number, scene, model)
+    integer, intent(in) :: number
+    type(analysis_type), intent(inout) :: scene
+    type(model_type), intent(inout) :: model
+    type(law_slot_type), allocatable :: laws(:)
+    integer :: m
+
+    if (size(scene%materials) <= number) return
+    call shorten(number, scene)
+    call shorten(number, model%analysis)
+    allocate (laws(number))
+    do m = 1, number
+      call move_alloc(model%laws(m)%law, laws(m)%law)
+      laws(m)%pressure_factor = model%laws(m)%pressure_factor
+      laws(m)%flows = model%laws(m)%flows
+      laws(m)%confinement = model%laws(m)%confinement
+    end do
+    call move_alloc(laws, model%laws)
+  end subroutine drop_materials
+
+  !> Keep the first materials.
+  subroutine shorten(number, analysis)
+    integer, intent(in) :: number
+    type(analysis_type), intent(inout) :: analysis
+    type(material_type), allocatable :: materials(:)
+    integer :: m
+
+    allocate (materials(number))
+    do m = 1, number
+      materials(m) = analysis%materials(m)
+    end do
+    call move_alloc(materials, analysis%materials)
+  end subroutine shorten
 end module qsmpm_stages

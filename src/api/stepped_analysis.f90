@@ -4,12 +4,10 @@
 !> What listens is an argument of the calls that step. Changes of loads are left to `qsmpm_simulation`.
 module qsmpm_stepped_analysis
   use qsmpm_kinds, only: wp
-  use qsmpm_added_cards, only: added_lines_type, name_added_lines, read_added_cards, drop_materials, extend_model
   use qsmpm_analysis, only: analysis_type
   use qsmpm_phase_description, only: phase_type, phase_safety
   use qsmpm_observer_list, only: observer_list_type
   use qsmpm_blas_threads, only: reserve_buffers
-  use qsmpm_clock, only: clock_type
   use qsmpm_deck, only: echo_text
   use qsmpm_display, only: display_none
   use qsmpm_error, only: error_type, error_other, fail
@@ -32,9 +30,10 @@ module qsmpm_stepped_analysis
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_snapshot, only: snapshot_type, take_snapshot, restore_checkpoint, copy_phases
-  use qsmpm_stages, only: take_over_stages
+  use qsmpm_stages, only: take_over_stages, added_lines_type, name_added_lines, read_added_cards, drop_materials, &
+    extend_model
   use qsmpm_step_length, only: phase_is_complete
-  use qsmpm_stopwatch, only: switch_timer, part_output, part_control
+  use qsmpm_stopwatch, only: clock_type, switch_timer, part_output, part_control
   use qsmpm_team, only: team_type
   use qsmpm_term, only: term_type
   use qsmpm_term_sums, only: share_names
@@ -87,16 +86,8 @@ module qsmpm_stepped_analysis
     procedure, private :: run_alone, run_observed
     !> Step to the end of the last stage.
     generic :: run => run_alone, run_observed
-    procedure :: finished
-    procedure :: add_term => add_own_term
-    procedure :: record
-    procedure :: finish_record
-    procedure :: save => save_state
-    procedure :: load => load_state
-    procedure :: checkpoint
-    procedure :: restore_checkpoint => restore_kept
-    procedure :: take_over
-    procedure :: add_cards
+    procedure :: finished, add_term => add_own_term, record, finish_record, save => save_state, load => load_state, &
+      checkpoint, restore_checkpoint => restore_kept, take_over, add_cards
   end type stepped_analysis_type
 
 contains

@@ -3,7 +3,7 @@
 !> The mesh is whole on every process then (qsmpm_cell_sharing).
 module qsmpm_joint_patches
   use qsmpm_kinds, only: long
-  use qsmpm_exchange, only: hand_over
+  use qsmpm_team, only: hand_over
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_cells
   use qsmpm_pressure_groups, only: pressure_patches

@@ -5,13 +5,15 @@
 !> readings of the system's clocks, a third of a microsecond together, are made at a turn: turn
 !> around whole phases of a step, not inside loops over points or cells. The processor seconds are
 !> those of the process, all threads together.
+!>
+!> A clock is started once and asked often; two clocks know nothing of each other.
 module qsmpm_stopwatch
+  use, intrinsic :: iso_fortran_env, only: real64
   use qsmpm_kinds, only: wp, long
-  use qsmpm_clock, only: clock_type, start_clock, cpu_seconds, wall_seconds
   implicit none
   private
 
-  public :: stopwatch_type, start_stopwatch, switch_timer
+  public :: clock_type, start_clock, wall_seconds, cpu_seconds, stopwatch_type, start_stopwatch, switch_timer
 
   !> Parts of a run.
   integer, parameter, public :: part_input = 1, part_initialisation = 2, part_analysis = 3, part_evaluation = 4, &
@@ -23,6 +25,12 @@ module qsmpm_stopwatch
   character(len=name_length), parameter, public :: part_names(part_count) = [character(len=name_length) :: &
     'input', 'initialisation', 'analysis', 'evaluation', 'assembly', 'factorisation', 'solves', 'step error', &
     'convection', 'output', 'control']
+
+  !> Both readings at the start.
+  type :: clock_type
+    real(wp) :: wall_start = 0.0_wp
+    real(wp) :: cpu_start = 0.0_wp
+  end type clock_type
 
   !> The accounts.
   type :: stopwatch_type
@@ -68,4 +76,42 @@ contains
     if (part /= watch%part) watch%calls(part) = watch%calls(part) + 1
     watch%part = part
   end subroutine switch_timer
+
+  !> Start counting.
+  subroutine start_clock(clock)
+    type(clock_type), intent(out) :: clock
+
+    clock%wall_start = wall_reading()
+    clock%cpu_start = cpu_reading()
+  end subroutine start_clock
+
+  !> Seconds gone since the start.
+  real(wp) function wall_seconds(clock)
+    type(clock_type), intent(in) :: clock
+
+    wall_seconds = wall_reading() - clock%wall_start
+  end function wall_seconds
+
+  !> Processor seconds spent by all threads since the start.
+  real(wp) function cpu_seconds(clock)
+    type(clock_type), intent(in) :: clock
+
+    cpu_seconds = cpu_reading() - clock%cpu_start
+  end function cpu_seconds
+
+  !> Wall clock [s]; 64-bit counts, so that it does not wrap round.
+  real(wp) function wall_reading()
+    integer(long) :: count, rate
+
+    call system_clock(count, rate)
+    wall_reading = real(count, wp)/real(rate, wp)
+  end function wall_reading
+
+  !> Processor time of the process [s].
+  real(wp) function cpu_reading()
+    real(real64) :: seconds
+
+    call cpu_time(seconds)
+    cpu_reading = real(seconds, wp)
+  end function cpu_reading
 end module qsmpm_stopwatch

@@ -15,14 +15,13 @@ module qsmpm_contact_results
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_points, only: body_points_type, present_body_points, body_patch_cells => patch_cells
-  use qsmpm_exchange, only: spread_from
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
   use qsmpm_points, only: place_of
   use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_rigid_shape, only: distance_type
-  use qsmpm_team, only: team_type, largest, smallest, total
+  use qsmpm_team, only: team_type, largest, smallest, total, spread_from
   implicit none
   private
 

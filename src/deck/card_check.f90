@@ -41,6 +41,7 @@ contains
     type(deck_state_type), intent(inout) :: state
     type(string_type), allocatable :: known(:)
     integer :: i
+    character(len=:), allocatable :: sentence
 
     allocate (known(0))
     do i = 1, size(entry%parameters)
@@ -51,7 +52,14 @@ contains
         if (len(name) == 0) then
           call state%refuse('empty parameter between commas')
         else if (parameter_number(entry, name) == 0) then
-          call state%refuse(unknown_parameter(entry%name, name, known))
+          ! What is said of a parameter that the entry does not have.
+          sentence = renamed(entry%name, name)
+          if (len(sentence) > 0) then
+            sentence = 'parameter '//name//' is now '//sentence//by_converter
+          else
+            sentence = "unknown parameter '"//name//"'"//did_you_mean(name, known)
+          end if
+          call state%refuse(sentence)
         else if (state%card%find(name) < i) then
           call state%refuse('parameter '//name//' is given twice')
         end if
@@ -63,20 +71,6 @@ contains
         ' is missing')
     end do
   end subroutine check_names
-
-  !> What is said of a parameter that the entry does not have.
-  pure function unknown_parameter(keyword, name, known) result(sentence)
-    character(len=*), intent(in) :: keyword, name
-    type(string_type), intent(in) :: known(:)
-    character(len=:), allocatable :: sentence
-
-    sentence = renamed(keyword, name)
-    if (len(sentence) > 0) then
-      sentence = 'parameter '//name//' is now '//sentence//by_converter
-    else
-      sentence = "unknown parameter '"//name//"'"//did_you_mean(name, known)
-    end if
-  end function unknown_parameter
 
   !> Number of a parameter in the entry, 0 when it has none of the name.
   pure integer function parameter_number(entry, name) result(number)

@@ -53,28 +53,8 @@ module qsmpm_card_fields
     procedure(visit_all_interface), deferred :: visit_all
     procedure(begin_interface), deferred :: begin_data
     procedure(row_interface), deferred :: row
-    procedure :: given
-    procedure :: there
-    procedure :: line
-    procedure :: whole
-    procedure :: number
-    procedure :: vector
-    procedure :: choice
-    procedure :: word
-    procedure :: answer
-    procedure :: flag
-    procedure :: name => visit_name
-    procedure :: file
-    procedure :: data
-    procedure :: table
-    procedure :: list
-    procedure :: numbers
-    procedure :: labels
-    procedure :: words
-    procedure :: raw
-    procedure :: law_number
-    procedure :: law_choice
-    procedure :: law_data
+    procedure :: given, there, line, whole, number, vector, choice, word, answer, flag, name => visit_name, file, &
+      data, table, list, numbers, labels, words, raw, law_number, law_choice, law_data
   end type card_fields_type
 
   abstract interface

@@ -68,12 +68,8 @@ module qsmpm_card_visitors
     type(echo_type) :: rows
     character(len=:), allocatable :: current
   contains
-    procedure :: visit => write_field
-    procedure :: visit_all => write_all
-    procedure :: begin_data => write_data
-    procedure :: row => write_row
-    procedure :: raw => write_raw
-    procedure :: finish
+    procedure :: visit => write_field, visit_all => write_all, begin_data => write_data, row => write_row, &
+      raw => write_raw, finish
   end type writer_type
 
   !> Characters after which the keyword line of a written card goes on in another one.

@@ -80,11 +80,7 @@ module qsmpm_cards
     !> Nothing wrong was found in it.
     logical :: good = .true.
   contains
-    procedure :: find
-    procedure :: has
-    procedure :: value
-    procedure :: word
-    procedure :: is_right
+    procedure :: find, has, value, word, is_right
   end type card_type
 
 contains
@@ -208,7 +204,7 @@ contains
     character(len=*), intent(in) :: text
     type(message_list_type), intent(inout) :: messages
     type(string_type), allocatable :: pieces(:)
-    character(len=:), allocatable :: path, content, value
+    character(len=:), allocatable :: path, content, value, rest
     type(error_type), allocatable :: error
     integer :: i
 
@@ -237,22 +233,15 @@ contains
     end if
     call read_text(path, content, error)
     if (.not. allocated(error)) then
-      call cut_file(lines, path, ' (included from '//place%file//':'//integer_text(place%line)// &
-        onward(place%chain)//')', content, messages)
+      ! An include chain as the rest of a longer one.
+      rest = ''
+      if (len(place%chain) > 0) rest = ','//place%chain(index(place%chain, '(') + len('(included'):len(place%chain) - 1)
+      call cut_file(lines, path, ' (included from '//place%file//':'//integer_text(place%line)//rest//')', content, &
+        messages)
     else
       call messages%add(severity_error, place, 'INCLUDE', "cannot read '"//path//"'")
     end if
   end subroutine include_file
-
-  !> An include chain as the rest of a longer one.
-  pure function onward(chain) result(rest)
-    !> ' (included from a.inp:3)' or empty.
-    character(len=*), intent(in) :: chain
-    character(len=:), allocatable :: rest
-
-    rest = ''
-    if (len(chain) > 0) rest = ','//chain(index(chain, '(') + len('(included'):len(chain) - 1)
-  end function onward
 
   !> The files of an include cycle with the lines that lead on.
   pure function ring(lines, from) result(text)

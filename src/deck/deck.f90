@@ -8,19 +8,18 @@ module qsmpm_deck
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_mesh_description, only: mesh_none, mesh_inline
-  use qsmpm_basis_traits, only: usual_factor
+  use qsmpm_method_description, only: usual_factor
   use qsmpm_carried_cards, only: note_card
   use qsmpm_recommended_method, only: decide_mesh, decide_method
   use qsmpm_text, only: did_you_mean, string_type, integer_text
   use qsmpm_file, only: read_text, base_name
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_cards, only: line_list_type, cut_lines, card_type, make_cards, word_at
-  use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_deck_objects, only: list_mesh, empty_deck, open_item, go_to_item, count_items, check_new_name, &
-    list_phases, list_points
-  use qsmpm_deck_words, only: position_of, model_words
+  use qsmpm_deck_state, only: deck_state_type, list_mesh, empty_deck, open_item, go_to_item, count_items, &
+    check_new_name, list_phases, list_points
   use qsmpm_card_visitors, only: card_reader_type, reader, writer_type, writer, echo_type
-  use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, once
+  use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, once, position_of, &
+    model_words
   use qsmpm_keywords, only: make_table
   use qsmpm_card_check, only: check_card
   use qsmpm_help_topics, only: is_topic, topic_text, renamed, by_converter

@@ -3,11 +3,10 @@
 module qsmpm_deck_magnitudes
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_material_description, only: material_type
+  use qsmpm_material_description, only: material_type, may_yield, traits_of
   use qsmpm_source_line, only: source_line_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: may_yield, traits_of
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_strength_profile, only: follows_stress, reference_strength
   use qsmpm_value_field, only: field_young, has_values

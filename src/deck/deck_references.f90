@@ -5,14 +5,13 @@ module qsmpm_deck_references
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: add_names, place_named
   use qsmpm_body_description, only: body_region, body_all, body_box, body_polygon
-  use qsmpm_material_description, only: material_type
+  use qsmpm_material_description, only: material_type, traits_of
   use qsmpm_mesh_description, only: mesh_none, mesh_file, mesh_fitted, select_outline, set_type, mesh_grid, &
     select_plane
   use qsmpm_method_description, only: kinematics_jaumann, rate_paper
   use qsmpm_phase_description, only: initial_k0, initial_keep, initial_isotropic, initial_given, phase_safety
   use qsmpm_source_line, only: source_line_type
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: traits_of
   use qsmpm_phase_loads, only: acts, consolidation_of, is_loaded
   use qsmpm_phase_tree, only: has_parent, parent_of
   use qsmpm_polygon, only: polygon_area, polygon_contains
@@ -25,7 +24,7 @@ module qsmpm_deck_references
   use qsmpm_deck_magnitudes, only: check_magnitudes, check_strengths
   use qsmpm_deck_rigid_bodies, only: check_moves, check_contacts
   use qsmpm_deck_values_by_place, only: check_profiles, check_value_fields
-  use qsmpm_deck_words, only: axis_words
+  use qsmpm_keyword_table, only: axis_words
   use qsmpm_deck_water, only: check_drainage, check_water, check_undrained
   use qsmpm_deck_phases, only: check_first_times
   use qsmpm_deck_user_material, only: check_strength_constants

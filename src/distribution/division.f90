@@ -12,15 +12,13 @@ module qsmpm_division
   use qsmpm_agreement, only: agree
   use qsmpm_analysis, only: analysis_type
   use qsmpm_mesh_description, only: mesh_grid
-  use qsmpm_method_description, only: integrate_cells
+  use qsmpm_method_description, only: integrate_cells, basis_list
   use qsmpm_structures, only: contact_on_body
-  use qsmpm_basis_traits, only: basis_list
   use qsmpm_cell_numbers, only: whole_of, number_all, add_places
   use qsmpm_cell_boxes, only: box_owners_type
   use qsmpm_cell_owners, only: cell_owners_type
   use qsmpm_cell_sharing, only: has_boxes, share_model
   use qsmpm_error, only: error_type, fail, error_deck, error_other
-  use qsmpm_exchange, only: hand_over
   use qsmpm_model_window, only: least_margin, usual_margin, fit_window, lay_window
   use qsmpm_grid, only: grid_type
   use qsmpm_grid_window, only: window_type, operator(==), cell_place, cells_over, holds, hull, widen
@@ -37,7 +35,7 @@ module qsmpm_division
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_surface_refinement, only: refine_surfaces
   use qsmpm_space, only: node_label, node_position
-  use qsmpm_team, only: team_type, largest, total
+  use qsmpm_team, only: team_type, largest, total, hand_over
   use qsmpm_text, only: integer_text, real_text
   implicit none
   private

@@ -7,7 +7,7 @@ module qsmpm_source_sharing
   use qsmpm_agreement, only: any_of
   use qsmpm_body_quadrature, only: body_quadrature_type, position_of, nearest_in, nearest_of_body
   use qsmpm_cell_numbers, only: whole_cells, window_cells
-  use qsmpm_exchange, only: hand_over
+  use qsmpm_team, only: hand_over
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: activation_type
   use qsmpm_ring_exchange, only: near_cells

@@ -21,7 +21,6 @@ module qsmpm_stress_error
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
   use qsmpm_load_description, only: carrier_surface, support_none
   use qsmpm_element, only: element_order, corner_count, linear_kind, max_nodes, shape_functions
-  use qsmpm_exchange, only: spread_from
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_of
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
@@ -32,7 +31,7 @@ module qsmpm_stress_error
   use qsmpm_phase_loads, only: has_consolidation
   use qsmpm_points, only: carried_type, place_of
   use qsmpm_space, only: functions_at, shape_values_type
-  use qsmpm_team, only: team_type, largest, total
+  use qsmpm_team, only: team_type, largest, total, spread_from
   use qsmpm_traction_jump, only: across, add_traction_jump
   implicit none
   private

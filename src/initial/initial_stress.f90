@@ -15,7 +15,7 @@
 module qsmpm_initial_stress
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active
-  use qsmpm_material_traits, only: may_yield
+  use qsmpm_material_description, only: may_yield
   use qsmpm_named, only: place_named
   use qsmpm_phase_description, only: initial_stress_type, initial_k0, initial_isotropic, initial_given
   use qsmpm_model, only: model_type

@@ -5,9 +5,9 @@ module qsmpm_point
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_clock, only: clock_type, start_clock, cpu_seconds, wall_seconds
+  use qsmpm_stopwatch, only: clock_type, start_clock, cpu_seconds, wall_seconds
   use qsmpm_deck, only: read_deck, echo_text
-  use qsmpm_deck_words, only: test_words, kinematics_words
+  use qsmpm_keyword_table, only: test_words, kinematics_words
   use qsmpm_error, only: error_type, error_deck, error_other, error_not_converged, fail, prefix
   use qsmpm_file, only: write_text, file_exists
   use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder

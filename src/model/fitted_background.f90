@@ -26,8 +26,7 @@ module qsmpm_fitted_background
   use qsmpm_vertical, only: vertical_of
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: may_yield, traits_of
-  use qsmpm_material_description, only: material_type
+  use qsmpm_material_description, only: material_type, may_yield, traits_of
   implicit none
   private
 
@@ -346,14 +345,24 @@ contains
     real(wp), intent(in) :: spacing
     real(wp), allocatable :: places(:, :)
     logical :: active(size(analysis%bodies)), found
-    real(wp) :: width
+    real(wp) :: width, load
     integer :: o, i, p
 
     allocate (places(3, 0))
     width = ways_of_cell*way_of_nodes(analysis)
     if (.not. any(may_yield(analysis%materials)) .or. width >= spacing) return
     if (width > 0.0_wp .and. .not. all(stands(analysis%materials, spacing))) return
-    width = max(width, maxval(own_settlement(analysis%materials, depth_of(outlines), largest_load(analysis))))
+    ! The largest load on a face.
+    load = 0.0_wp
+    do p = 1, size(analysis%phases)
+      associate (phase => analysis%phases(p))
+        do i = 1, size(phase%tractions)
+          load = max(load, abs(phase%load_factor)*max(norm2(phase%tractions(i)%vector), &
+            abs(phase%tractions(i)%pressure)))
+        end do
+      end associate
+    end do
+    width = max(width, maxval(own_settlement(analysis%materials, depth_of(outlines), load)))
     do o = 1, size(outlines)
       do i = 1, size(outlines(o)%corner, 2)
         associate (corner => outlines(o)%corner(:, i))
@@ -447,22 +456,6 @@ contains
     end do
     depth = max(0.0_wp, minval(high - low))
   end function depth_of
-
-  !> The largest load on a face.
-  pure real(wp) function largest_load(analysis) result(load)
-    type(analysis_type), intent(in) :: analysis
-    integer :: p, i
-
-    load = 0.0_wp
-    do p = 1, size(analysis%phases)
-      associate (phase => analysis%phases(p))
-        do i = 1, size(phase%tractions)
-          load = max(load, abs(phase%load_factor)*max(norm2(phase%tractions(i)%vector), &
-            abs(phase%tractions(i)%pressure)))
-        end do
-      end associate
-    end do
-  end function largest_load
 
   !> How far phases push nodes in all.
   pure real(wp) function way_of_nodes(analysis) result(way)

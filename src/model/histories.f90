@@ -5,7 +5,7 @@ module qsmpm_histories
   use qsmpm_named, only: place_named
   use qsmpm_phase_tree, only: time_in_phase, parent_of
   use qsmpm_own_part, only: is_divided, own_of
-  use qsmpm_team, only: largest, total, smallest
+  use qsmpm_team, only: largest, total, smallest, spread_from
   use qsmpm_analysis, only: plane_strain
   use qsmpm_history_description, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
     quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
@@ -28,7 +28,6 @@ module qsmpm_histories
   use qsmpm_active_bodies, only: bodies_active
   use qsmpm_body_stages, only: body_to_follow
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic, where_text
-  use qsmpm_exchange, only: spread_from
   use qsmpm_own_marks, only: nearest_numbers, place_of_number
   use qsmpm_phase_loads, only: has_consolidation, prop_stage, prop_stage_type
   use qsmpm_points, only: allocate_carried

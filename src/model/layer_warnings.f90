@@ -9,15 +9,14 @@ module qsmpm_layer_warnings
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_body_description, only: body_box, body_polygon
   use qsmpm_mesh_description, only: mesh_grid, mesh_fitted
-  use qsmpm_method_description, only: basis_fem
+  use qsmpm_method_description, only: basis_fem, grid_degree
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_layer_interfaces, only: fewest_cells, find_interfaces, interface_type, is_weak, measure_body, corners
-  use qsmpm_material_traits, only: may_yield
+  use qsmpm_material_description, only: may_yield
   use qsmpm_model, only: model_type
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_team, only: total
   use qsmpm_text, only: integer_text
-  use qsmpm_basis_traits, only: grid_degree
   use qsmpm_polygon, only: polygon_area
   implicit none
   private

@@ -23,10 +23,9 @@ module qsmpm_material_law
   use qsmpm_model, only: model_type
   use qsmpm_softening, only: band_ratio, nonlocal_length
   use qsmpm_softening_model, only: softening_model_type, set_softening, largest_band_ratio
-  use qsmpm_team, only: largest_of_all => largest, team_type, smallest, largest, total
+  use qsmpm_team, only: largest_of_all => largest, team_type, smallest, largest, total, spread_from
   use qsmpm_rounded_text, only: rounded_text, rounded_place
   use qsmpm_agreement, only: lowest_rank
-  use qsmpm_exchange, only: spread_from
   use qsmpm_own_part, only: own_of
   use qsmpm_points, only: place_of
   use qsmpm_text, only: integer_text

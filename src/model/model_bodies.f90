@@ -12,8 +12,8 @@ module qsmpm_model_bodies
   use qsmpm_error, only: error_type
   use qsmpm_active_bodies, only: bodies_active, has_stages
   use qsmpm_analysis, only: axisymmetric, three_dimensional
-  use qsmpm_method_description, only: basis_fem, basis_standard, basis_spline2, basis_spline3, integrate_points
-  use qsmpm_basis_traits, only: grid_degree
+  use qsmpm_method_description, only: basis_fem, basis_standard, basis_spline2, basis_spline3, integrate_points, &
+    grid_degree
   use qsmpm_cell_boxes, only: box_owners_type, share_grid
   use qsmpm_cell_numbers, only: whole_cells
   use qsmpm_element, only: shape_functions

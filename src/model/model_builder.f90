@@ -9,12 +9,12 @@ module qsmpm_model_builder
   use qsmpm_named, only: place_named
   use qsmpm_error, only: error_type, error_user_material, fail
   use qsmpm_analysis, only: analysis_type, three_dimensional
-  use qsmpm_material_description, only: material_type, locking_none, locking_auto, locking_uniform_pressure
+  use qsmpm_material_description, only: material_type, locking_none, locking_auto, locking_uniform_pressure, &
+    may_yield, traits_of
   use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
   use qsmpm_background_in_use, only: pressures_last
-  use qsmpm_method_description, only: basis_standard, basis_fem, basis_gimp
+  use qsmpm_method_description, only: basis_standard, basis_fem, basis_gimp, usual_factor
   use qsmpm_phase_description, only: initial_k0, phase_safety
-  use qsmpm_basis_traits, only: usual_factor
   use qsmpm_agreement, only: any_of
   use qsmpm_body_stages, only: part_bodies
   use qsmpm_drainage, only: set_drainage
@@ -24,10 +24,9 @@ module qsmpm_model_builder
   use qsmpm_finite, only: is_usable, unusable
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
-  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text
+  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text, make_space
   use qsmpm_model_window, only: first_window
   use qsmpm_initial_stress, only: check_initial_results
-  use qsmpm_model_space, only: make_space
   use qsmpm_model_bodies, only: make_points
   use qsmpm_model_surfaces, only: make_surfaces, choose_carrying_points
   use qsmpm_histories, only: make_histories
@@ -44,7 +43,6 @@ module qsmpm_model_builder
   use qsmpm_water_check, only: check_water_levels
   use qsmpm_lowered_laws, only: check_lowering
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: may_yield, traits_of
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_seed_table, only: seed_table_type
   use qsmpm_mesh_measure, only: mesh_volume
@@ -391,7 +389,19 @@ contains
     if (has_pore_pressure(model)) call start_water(model%state%points)
     call lay_rigid_bodies(model)
     call lay_body_loads(model)
-    call place_plate(model)
+    ! Coordinate of the plate's row, or of the body that the rows follow.
+    if (.not. model%analysis%moving_mesh%active) return
+    if (model%analysis%moving_mesh%by_body) then
+      associate (moving => model%analysis%moving_mesh)
+        model%state%plate = model%rigid_shapes(place_named(model%analysis%rigid_bodies, &
+          moving%body))% reference(moving%axis)
+      end associate
+      return
+    end if
+    associate (moving => model%analysis%moving_mesh, nodes => items_of(model%mesh%node_sets, &
+      model%analysis%moving_mesh%set))
+      model%state%plate = model%mesh%coordinates(moving%axis, nodes(1))
+    end associate
   end subroutine finish
 
   !> Undeformed domains; their deformation gradients are kept only where the space averages.
@@ -431,24 +441,6 @@ contains
         'separate from it and slide along it (docs/methods/contact.md)'//new_line('a')
     end associate
   end subroutine advise_plate
-
-  !> Coordinate of the plate's row, or of the body that the rows follow.
-  subroutine place_plate(model)
-    type(model_type), intent(inout) :: model
-
-    if (.not. model%analysis%moving_mesh%active) return
-    if (model%analysis%moving_mesh%by_body) then
-      associate (moving => model%analysis%moving_mesh)
-        model%state%plate = model%rigid_shapes(place_named(model%analysis%rigid_bodies, moving%body))% &
-          reference(moving%axis)
-      end associate
-      return
-    end if
-    associate (moving => model%analysis%moving_mesh, &
-        nodes => items_of(model%mesh%node_sets, model%analysis%moving_mesh%set))
-      model%state%plate = model%mesh%coordinates(moving%axis, nodes(1))
-    end associate
-  end subroutine place_plate
 
   !> Totals for `qsmpm check`: mesh, points, sets, surfaces, and what each phase fixes and loads.
   subroutine model_summary(model, text)

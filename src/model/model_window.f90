@@ -13,7 +13,7 @@
 module qsmpm_model_window
   use qsmpm_kinds, only: wp
   use qsmpm_mesh_description, only: mesh_grid, select_box, select_plane
-  use qsmpm_method_description, only: basis_fem
+  use qsmpm_method_description, only: basis_fem, basis_list
   use qsmpm_background_in_use, only: number_of, take_background
   use qsmpm_body_stages, only: link_points
   use qsmpm_cell_numbers, only: number_all
@@ -25,8 +25,7 @@ module qsmpm_model_window
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_mesh_measure, only: find_bounds
   use qsmpm_model, only: model_type, state_type, carried_set_type, carried_sets
-  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
-  use qsmpm_model_space, only: make_space
+  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, make_space
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_own_marks, only: mark_own
   use qsmpm_own_part, only: own_of
@@ -37,7 +36,6 @@ module qsmpm_model_window
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: analysis_type
   use qsmpm_body_description, only: body_type, body_box, body_polygon, body_region, body_polyhedron
-  use qsmpm_basis_traits, only: basis_list
   use qsmpm_stl_reader, only: read_stl
   implicit none
   private

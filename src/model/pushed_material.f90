@@ -17,7 +17,7 @@ module qsmpm_pushed_material
   use qsmpm_cell_numbers, only: whole_cells, window_cells
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_error, only: error_type, error_not_converged, fail
-  use qsmpm_exchange, only: hand_over
+  use qsmpm_team, only: hand_over
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_model, only: model_type

@@ -4,7 +4,7 @@
 !> Warnings of a run, a line each, to be said again at its end.
 module qsmpm_display
   use qsmpm_kinds, only: wp
-  use qsmpm_clock, only: clock_type, start_clock, wall_seconds
+  use qsmpm_stopwatch, only: clock_type, start_clock, wall_seconds
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: duration_text, integer_text, newline
   use qsmpm_rounded_text, only: rounded_text
@@ -63,7 +63,8 @@ contains
     type(model_type), intent(in) :: model
     type(step_record_type), intent(in) :: record
     real(wp) :: seconds, share
-    character(len=:), allocatable :: line
+    character(len=:), allocatable :: line, part, text
+    integer :: width
 
     if (display%kind == display_none .or. display%kind == display_quiet) return
     seconds = wall_seconds(display%clock)
@@ -71,25 +72,24 @@ contains
     if (.not. is_due(display, seconds, share)) return
     display%last_time = seconds
     display%last_share = share
-    line = step_text(model, record)//', '//remaining_text(display, seconds, share)
+    ! Time left, from the share done since the start.
+    if (share - display%start_share <= 0.0_wp) then
+      text = 'remaining time unknown'
+    else
+      text = duration_text(seconds*(1.0_wp - share)/(share - display%start_share))//' remaining'
+    end if
+    line = step_text(model, record)//', '//text
     if (display%kind == display_terminal) then
-      call write_descriptor(standard_output, clear_line//fitting(line))
+      ! As much of a line as the terminal is wide: a longer one could not be refreshed.
+      part = line
+      width = terminal_width(standard_output) - 1
+      if (width > 0 .and. width < len(line)) part = line(:width)
+      call write_descriptor(standard_output, clear_line//part)
       display%line_stands = .true.
     else
       call write_descriptor(standard_output, line//newline)
     end if
   end subroutine show_step
-
-  !> As much of a line as the terminal is wide: a longer one could not be refreshed.
-  function fitting(line) result(part)
-    character(len=*), intent(in) :: line
-    character(len=:), allocatable :: part
-    integer :: width
-
-    part = line
-    width = terminal_width(standard_output) - 1
-    if (width > 0 .and. width < len(line)) part = line(:width)
-  end function fitting
 
   !> Show sentences on lines of their own; to those who want it quiet the warnings among them, as errors.
   subroutine show_text(display, text)
@@ -153,20 +153,6 @@ contains
     if (allocated(model%analysis%phases)) phases = max(1, size(model%analysis%phases))
     share_done = (real(model%state%progress%phase - 1, wp) + model%state%progress%fraction) /real(phases, wp)
   end function share_done
-
-  !> Time left, from the share done since the start.
-  pure function remaining_text(display, seconds, share) result(text)
-    type(display_type), intent(in) :: display
-    !> Time gone [s]; share of the run done.
-    real(wp), intent(in) :: seconds, share
-    character(len=:), allocatable :: text
-
-    if (share - display%start_share <= 0.0_wp) then
-      text = 'remaining time unknown'
-    else
-      text = duration_text(seconds*(1.0_wp - share)/(share - display%start_share))//' remaining'
-    end if
-  end function remaining_text
 
   !> A step in a line.
   pure function step_text(model, record) result(text)

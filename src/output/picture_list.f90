@@ -17,8 +17,7 @@ module qsmpm_picture_list
   use qsmpm_fields, only: phase_time
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided
-  use qsmpm_pictures, only: write_points_picture, write_mesh_picture
-  use qsmpm_results, only: write_results_index, write_state, mechanism_part
+  use qsmpm_results, only: write_results_index, write_state, mechanism_part, write_points_picture, write_mesh_picture
   use qsmpm_stress_error, only: stress_error_type
   use qsmpm_team, only: team_type
   use qsmpm_phase_description, only: geometry_fixed
@@ -26,8 +25,7 @@ module qsmpm_picture_list
   implicit none
   private
 
-  public :: picture_list_type, add_picture, write_collection, read_collection, write_fields, write_way_of_failure, &
-    write_safety, write_mechanism
+  public :: picture_list_type, read_collection, write_fields, write_way_of_failure, write_safety
 
   !> Pictures in the order of their steps.
   type :: picture_list_type
@@ -178,8 +176,18 @@ contains
     type(stress_error_type), intent(in) :: estimate
     !> The same on all processes: a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: number
 
-    if (team%rank == 0 .or. is_divided(model%part)) call write_mechanism(directory, model, estimate, error)
+    ! Write the pictures and results of a mechanism.
+    if (team%rank == 0 .or. is_divided(model%part)) then
+      number = numbered(model%state%progress%phase)
+      if (model%analysis%output%vtk) then
+        call write_points_picture(directory, mechanism_points//number, model, estimate, error)
+        if (.not. allocated(error)) call write_mesh_picture(directory, mechanism_mesh//number, model, error)
+      end if
+      if (model%analysis%output%hdf5 .and. .not. allocated(error)) call write_state(directory, mechanism_part//number, &
+        model, estimate, error)
+    end if
     if (team%rank == 0 .and. .not. allocated(error) .and. model%analysis%output%hdf5 .and. allocated(pictures%steps)) &
       call write_results_index(directory, pictures%steps, error, size(model%analysis%phases))
     call agree(team, error)
@@ -225,23 +233,4 @@ contains
       end if
     end associate
   end function factor_json
-
-  !> Write the pictures and results of a mechanism.
-  subroutine write_mechanism(directory, model, estimate, error)
-    character(len=*), intent(in) :: directory
-    type(model_type), intent(in) :: model
-    !> Estimated error of its stresses.
-    type(stress_error_type), intent(in) :: estimate
-    !> Set when a file is not whole under its name.
-    type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: number
-
-    number = numbered(model%state%progress%phase)
-    if (model%analysis%output%vtk) then
-      call write_points_picture(directory, mechanism_points//number, model, estimate, error)
-      if (.not. allocated(error)) call write_mesh_picture(directory, mechanism_mesh//number, model, error)
-    end if
-    if (model%analysis%output%hdf5 .and. .not. allocated(error)) &
-      call write_state(directory, mechanism_part//number, model, estimate, error)
-  end subroutine write_mechanism
 end module qsmpm_picture_list

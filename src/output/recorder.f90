@@ -11,8 +11,7 @@
 module qsmpm_recorder
   use qsmpm_kinds, only: long
   use qsmpm_agreement, only: agree, any_of
-  use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
-  use qsmpm_curves, only: begin_curves, continue_curves, append_row
+  use qsmpm_stopwatch, only: clock_type, cpu_seconds, wall_seconds
   use qsmpm_display, only: display_type, display_none, display_plain, start_display, show_step, show_text, &
     show_result, end_display, step_text, keep_warnings, repeated_warnings
   use qsmpm_error, only: error_type, error_other
@@ -35,7 +34,8 @@ module qsmpm_recorder
   use qsmpm_profile_report, only: timing_type, timing_file, read_timing, write_timing
   use qsmpm_safety_factors, only: has_factor
   use qsmpm_standard_terms, only: standard_shares
-  use qsmpm_summary, only: limit_json, summary_file, summary_table, write_summary
+  use qsmpm_summary, only: limit_json, summary_file, summary_table, write_summary, begin_curves, continue_curves, &
+    append_row
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text, &
@@ -91,14 +91,7 @@ module qsmpm_recorder
     !> Where the time went: the last but one line of the log.
     character(len=:), allocatable :: times
   contains
-    procedure :: phase_begun
-    procedure :: needs_model
-    procedure :: accepted
-    procedure :: phase_done
-    procedure :: mechanism
-    procedure :: note
-    procedure :: tell_result
-    procedure :: stop_requested
+    procedure :: phase_begun, needs_model, accepted, phase_done, mechanism, note, tell_result, stop_requested
   end type recorder_type
 
   !> Name of the profile that a run writes on request.

@@ -14,8 +14,8 @@ module qsmpm_restart
   use qsmpm_cell_numbers, only: whole_of
   use qsmpm_error, only: error_type
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_attribute, save_image
-  use qsmpm_hdf5_reader, only: reader_type, open_reader, get_attribute, find_group, note_reason, close_reader
-  use qsmpm_hdf5_rows, only: count_rows
+  use qsmpm_hdf5_reader, only: reader_type, open_reader, get_attribute, find_group, note_reason, close_reader, &
+    count_rows
   use qsmpm_model, only: model_type, state_type, kept_phase_type, progress_type
   use qsmpm_number_text, only: integer_text
   use qsmpm_own_part, only: is_divided

@@ -12,8 +12,7 @@ module qsmpm_restart_division
   use qsmpm_division, only: enter_team, join_model, refuse_short, rows_of, settle_near
   use qsmpm_error, only: error_type
   use qsmpm_grid_window, only: window_type, operator(==)
-  use qsmpm_hdf5_reader, only: reader_type, get_attribute, note_reason
-  use qsmpm_hdf5_rows, only: block_rows, count_rows, get_rows
+  use qsmpm_hdf5_reader, only: reader_type, get_attribute, note_reason, block_rows, count_rows, get_rows
   use qsmpm_kept_arrays, only: clear_nodal
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_model, only: model_type, state_type

@@ -9,7 +9,8 @@ module qsmpm_restart_rows
   use qsmpm_cell_numbers, only: whole_cells, whole_of
   use qsmpm_division, only: look_at_all
   use qsmpm_hdf5_image, only: image_type, put_group, put_array, put_attribute
-  use qsmpm_hdf5_reader, only: reader_type, get_array, note_reason, get_attribute
+  use qsmpm_hdf5_reader, only: reader_type, get_array, note_reason, get_attribute, first_extent, &
+    count_rows, get_rows
   use qsmpm_kept_arrays, only: kept_arrays_type, clear_nodal
   use qsmpm_model, only: model_type, state_type, progress_type, phase_end_type
   use qsmpm_point_delivery, only: sort_by_number
@@ -18,7 +19,6 @@ module qsmpm_restart_rows
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_space, only: node_label
   use qsmpm_team, only: team_type, total
-  use qsmpm_hdf5_rows, only: count_components, count_rows, get_rows
   use qsmpm_grid_window, only: window_type
   use qsmpm_state_check, only: window_reason
   use qsmpm_field_list, only: field_list_type
@@ -27,7 +27,7 @@ module qsmpm_restart_rows
   private
 
   public :: node_values_type, put_state, put_own, share_reason, get_node_values, lay_joined, put_node_values, &
-    put_carried, size_set, get_carried, get_some, put_kept, get_kept, get_mesh, kept_count, put_progress, get_progress
+    size_set, get_carried, get_some, get_kept, get_mesh, get_progress
 
   !> Values at nodes by their labels: reactions and released forces (dimension, labels), what terms keep.
   type :: node_values_type
@@ -344,7 +344,7 @@ contains
     if (present(some)) count = some
     select type (carried)
     type is (points_type)
-      states = count_components(reader, group//'/state')
+      states = first_extent(reader, group//'/state', 2)
       if (count == carried%count .and. states == size(carried%state, 1)) return
       call allocate_like(like, count, carried)
     type is (surface_points_type)

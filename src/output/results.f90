@@ -9,11 +9,18 @@
 !>
 !> Of a model that is divided each process gives the rows of its own points, contacts, cells and nodes
 !> (qsmpm_hdf5_image). Points carry their `number` then beside what they carry alone.
+!>
+!> Pictures of a state for ParaView: the material points as boxes of their volume (`box_corners`), each a cell with
+!> the fields of its point; the background mesh with what is in its cells.
+!>
+!> Of a model that is divided each process writes its own points and cells as a piece of the same file (qsmpm_vtu).
+!> Points carry their `number` then.
 module qsmpm_results
+  use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
   use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_in_results
-  use qsmpm_fields, only: padded, list_results
+  use qsmpm_fields, only: padded, list_results, cell_fill, cell_point_count
   use qsmpm_file, only: file_exists
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, put_link, save_image
   use qsmpm_element, only: vtk_type
@@ -26,15 +33,30 @@ module qsmpm_results
   use qsmpm_surroundings, only: put_surroundings
   use qsmpm_stress_error, only: stress_error_type
   use qsmpm_team, only: total
+  use qsmpm_vtu, only: vtu_type, start_vtu, add_array, write_vtu, section_cell_data, section_points, section_cells
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_points, only: place_of
   implicit none
   private
 
-  public :: write_mesh_results, write_state, write_results_index
+  public :: write_mesh_results, write_state, write_results_index, write_points_picture, write_mesh_picture, &
+    box_corners
 
   !> Folder of the parts beside results.h5.
   character(len=*), parameter, public :: results_folder = 'results'
   !> Before the number of the phase in the names of files of mechanisms.
   character(len=*), parameter, public :: mechanism_part = 'mechanism_'
+
+  !> VTK's numbers of a quadrilateral and a brick.
+  integer(int8), parameter :: vtk_quad = 9_int8, vtk_brick = 12_int8
+
+  !> Corners in VTK's order, the first four in the plane.
+  real(wp), parameter :: corner(3, 8) = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, &
+    -1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, &
+    -1.0_wp, 1.0_wp, 1.0_wp], [3, 8])
+
+  !> Least side of a box over the largest, and of all [length]: points of the rule of a cut cell have sides of nothing.
+  real(wp), parameter :: flattest = 1.0e-3_wp, smallest = 1.0e-100_wp
 
 contains
 
@@ -204,4 +226,150 @@ contains
 
     path = directory//'/'//results_folder//'/'//name//'.h5'
   end function part_path
+
+  !> Write the material points.
+  subroutine write_points_picture(directory, name, model, estimate, error)
+    character(len=*), intent(in) :: directory
+    !> Name of the file without its ending.
+    character(len=*), intent(in) :: name
+    type(model_type), intent(in) :: model
+    !> Estimated error of its stresses.
+    type(stress_error_type), intent(in) :: estimate
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    type(vtu_type) :: vtu
+    type(field_list_type) :: list
+    real(wp), allocatable :: corners(:, :)
+    integer, allocatable :: own(:)
+    integer :: i, k, n
+
+    associate (points => model%state%points)
+      own = pack([(i, i=1, points%count)], own_of(model%part%points, points%count))
+      n = 2**model%mesh%dimension
+      call start_vtu(vtu, size(own)*n, size(own))
+      ! The largest array comes first, while nothing else is held.
+      call box_corners(model, corners)
+      if (is_divided(model%part)) corners = corners(:, [((n*(own(i) - 1) + k, k=1, n), i=1, size(own))])
+      call add_array(vtu, section_points, 'corners', corners)
+      deallocate (corners)
+      if (is_divided(model%part)) call add_array(vtu, section_cell_data, 'number', points%number(own))
+      call list_results(model, estimate, list)
+      do i = 1, list%count
+        if (list%fields(i)%shown >= shown_in_results .and. list%fields(i)%point_count() == points%count) &
+          call add_field(vtu, list%fields(i), own)
+      end do
+    end associate
+    ! One cell a point, with corners of its own.
+    call add_array(vtu, section_cells, 'connectivity', [(i, i=0, size(own)*n - 1)])
+    call add_array(vtu, section_cells, 'offsets', [(i*n, i=1, size(own))])
+    call add_array(vtu, section_cells, 'types', [(merge(vtk_quad, vtk_brick, n == 4), i=1, size(own))])
+    call write_vtu(vtu, directory//'/'//name//'.vtu', model%part%team, error)
+  end subroutine write_points_picture
+
+  !> A field of some points.
+  subroutine add_field(vtu, field, chosen)
+    type(vtu_type), intent(inout) :: vtu
+    type(field_type), intent(in) :: field
+    integer, intent(in) :: chosen(:)
+    real(wp), allocatable :: reals(:, :)
+
+    if (associated(field%labels)) then
+      call add_array(vtu, section_cell_data, trim(field%name), field%labels(chosen))
+    else
+      call field%get_values(row_components(field%kind), reals)
+      call add_array(vtu, section_cell_data, trim(field%name), reals(:, chosen))
+    end if
+  end subroutine add_field
+
+  !> Write the background mesh at its present coordinates. Pieces have the nodes at their borders each.
+  subroutine write_mesh_picture(directory, name, model, error)
+    character(len=*), intent(in) :: directory
+    !> Name of the file without its ending.
+    character(len=*), intent(in) :: name
+    type(model_type), intent(in) :: model
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    type(vtu_type) :: vtu
+    type(mesh_type) :: own
+    real(wp), allocatable :: fill(:, :), places(:, :)
+    integer, allocatable :: points(:), cells(:), nodes(:)
+    integer :: c
+
+    call cell_point_count(model, points)
+    call cell_fill(model, fill)
+    call padded(model%state%coordinates, 3, places)
+    if (is_divided(model%part)) then
+      cells = pack([(c, c=1, model%mesh%cell_count)], model%part%cells)
+      call take_cells(model%mesh, cells, own, nodes)
+      points = points(cells)
+      fill = fill(:, cells)
+      places = places(:, nodes)
+    end if
+    call start_vtu(vtu, size(places, 2), size(points))
+    call add_array(vtu, section_cell_data, 'active', merge(1, 0, points > 0))
+    call add_array(vtu, section_cell_data, 'point_count', points)
+    call add_array(vtu, section_cell_data, 'fill', fill)
+    call add_array(vtu, section_points, 'position', places)
+    if (is_divided(model%part)) then
+      call add_mesh_cells(vtu, own)
+    else
+      call add_mesh_cells(vtu, model%mesh)
+    end if
+    call write_vtu(vtu, directory//'/'//name//'.vtu', model%part%team, error)
+  end subroutine write_mesh_picture
+
+  !> The cells of a mesh; its node order is VTK's.
+  subroutine add_mesh_cells(vtu, mesh)
+    !> The picture.
+    type(vtu_type), intent(inout) :: vtu
+    type(mesh_type), intent(in) :: mesh
+    integer :: c
+
+    call add_array(vtu, section_cells, 'connectivity', mesh%cell_nodes - 1)
+    call add_array(vtu, section_cells, 'offsets', mesh%cell_first(2:) - 1)
+    call add_array(vtu, section_cells, 'types', [(int(vtk_type(mesh%cell_kind(c)), int8), c=1, mesh%cell_count)])
+  end subroutine add_mesh_cells
+
+  !> Places of the corners of boxes as large as the volumes of their points, those of a point behind each other: four a
+  !> point in the plane, eight in space. Sides are those with which the point was laid out, times the stretch
+  !> (b_ii)^1/2 where points carry their strain, then all of them by one factor to the present volume. A point without
+  !> sides (image of a smaller model, rule of a cut cell) has a cube.
+  pure subroutine box_corners(model, places)
+    type(model_type), intent(in) :: model
+    !> (3, corners)
+    real(wp), allocatable, intent(out) :: places(:, :)
+    real(wp) :: half(3)
+    integer :: p, k, n
+
+    n = 2**model%mesh%dimension
+    associate (points => model%state%points)
+      allocate (places(3, n*points%count))
+      do p = 1, points%count
+        half = half_sides(model, p)
+        do k = 1, n
+          places(:, n*(p - 1) + k) = place_of(points, p) + half*corner(:, k)
+        end do
+      end do
+    end associate
+  end subroutine box_corners
+
+  !> Half the sides of the box of a point, the third 0 in the plane.
+  pure function half_sides(model, p) result(half)
+    type(model_type), intent(in) :: model
+    !> Number of the point.
+    integer, intent(in) :: p
+    real(wp) :: half(3), volume
+    integer :: d
+
+    d = model%mesh%dimension
+    half = 0.0_wp
+    associate (points => model%state%points)
+      volume = max(0.0_wp, points%volume(p))
+      if (model%analysis%model == axisymmetric) volume = volume/points%position(1, p)
+      half(:d) = points%half_size(:d, p)
+      if (size(points%left_cauchy_green, 2) == points%count) half(:d) = half(:d)*sqrt(points%left_cauchy_green(:d, p))
+      if (.not. minval(half(:d)) > max(flattest*maxval(half(:d)), smallest)) half(:d) = 0.5_wp
+      half(:d) = half(:d)*(volume/product(2.0_wp*half(:d)))**(1.0_wp/d)
+    end associate
+  end function half_sides
 end module qsmpm_results

@@ -64,7 +64,7 @@ contains
     type(water_line_type), allocatable, intent(inout) :: lines(:)
     type(water_line_type) :: line
     real(wp), allocatable :: x(:)
-    real(wp) :: ends(2)
+    real(wp) :: ends(2), height
     integer :: i
 
     associate (share => model%state%progress%fraction)
@@ -80,7 +80,15 @@ contains
       allocate (line%corners(3, size(x)), source=0.0_wp)
       do i = 1, size(x)
         line%corners(final%across, i) = x(i)
-        line%corners(final%axis, i) = height_between(start, final, share, line%corners(:, i))
+        ! Height of the level at a place.
+        if (start%present .and. final%present) then
+          height = (1.0_wp - share)*surface_at(start, line%corners(:, i)) + share*surface_at(final, line%corners(:, i))
+        else if (final%present) then
+          height = surface_at(final, line%corners(:, i))
+        else
+          height = surface_at(start, line%corners(:, i))
+        end if
+        line%corners(final%axis, i) = height
       end do
     end associate
     lines = [lines, line]
@@ -93,20 +101,6 @@ contains
     yes = allocated(table%field)
     if (yes) yes = size(table%field%position, 1) == 3
   end function is_flow_in_space
-
-  !> Height of the level at a place.
-  pure real(wp) function height_between(start, final, share, place) result(height)
-    type(water_table_type), intent(in) :: start, final
-    real(wp), intent(in) :: share, place(3)
-
-    if (start%present .and. final%present) then
-      height = (1.0_wp - share)*surface_at(start, place) + share*surface_at(final, place)
-    else if (final%present) then
-      height = surface_at(final, place)
-    else
-      height = surface_at(start, place)
-    end if
-  end function height_between
 
   !> Where a level is to be drawn at: the corners of a line, or all across water that flows.
   pure function stations(table) result(x)

@@ -17,8 +17,7 @@ module qsmpm_whole_scene
   use qsmpm_points, only: allocate_points, points_type, carry_as
   use qsmpm_diagnostics, only: diagnostics_type
   use qsmpm_model, only: model_type
-  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
-  use qsmpm_model_space, only: make_space
+  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, make_space
   use qsmpm_model_window, only: fit_window
   use qsmpm_observer, only: step_record_type
   use qsmpm_nodal_fields, only: count_equations

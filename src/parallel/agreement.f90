@@ -3,8 +3,7 @@
 module qsmpm_agreement
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail
-  use qsmpm_exchange, only: spread_from
-  use qsmpm_team, only: team_type, smallest, total
+  use qsmpm_team, only: team_type, smallest, total, spread_from
   implicit none
   private
 

@@ -5,9 +5,8 @@
 !> Which things there are, and whose they are, is left to others.
 module qsmpm_owner_copies
   use qsmpm_kinds, only: wp, long
-  use qsmpm_exchange, only: hand_over
   use qsmpm_sorting, only: order_columns, place_in_order
-  use qsmpm_team, only: team_type
+  use qsmpm_team, only: team_type, hand_over
   implicit none
   private
 

@@ -4,12 +4,11 @@
 !> once, and only the others are packed.
 module qsmpm_point_delivery
   use qsmpm_kinds, only: wp, long
-  use qsmpm_exchange, only: hand_over
   use qsmpm_field_list, only: field_list_type, field_type
   use qsmpm_point_selection, only: allocate_like, keep_chosen
   use qsmpm_points, only: carried_type
   use qsmpm_sorting, only: order_columns
-  use qsmpm_team, only: team_type, total
+  use qsmpm_team, only: team_type, total, hand_over
   implicit none
   private
 

@@ -6,9 +6,8 @@
 !> gives, which finds all of them.
 module qsmpm_seed_table
   use qsmpm_kinds, only: wp, long
-  use qsmpm_exchange, only: hand_over
   use qsmpm_seed_list, only: seed_list_type
-  use qsmpm_team, only: team_type
+  use qsmpm_team, only: team_type, hand_over
   use qsmpm_sorting, only: order_columns, rises
   implicit none
   private

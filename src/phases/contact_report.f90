@@ -6,7 +6,7 @@ module qsmpm_contact_report
   use qsmpm_kinds, only: wp
   use qsmpm_contact_results, only: deepest_in
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: may_yield, traits_of
+  use qsmpm_material_description, only: may_yield, traits_of
   use qsmpm_method_description, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type

@@ -26,19 +26,17 @@ module qsmpm_initial_balance
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
   use qsmpm_equations, only: gather
   use qsmpm_error, only: error_type, error_not_converged, fail
-  use qsmpm_exchange, only: spread_from
   use qsmpm_phase_description, only: phase_type, initial_k0
   use qsmpm_initial_stress, only: reaches_above, measure_slope, structures_at_rest
   use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves, find_largest_move, largest_move
   use qsmpm_initial_strength, only: count_beyond_strength
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_law, only: tangent_elastic, tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
   use qsmpm_stress_force, only: internal_force
-  use qsmpm_team, only: team_type, largest
-  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_team, only: team_type, largest, spread_from
   use qsmpm_term_sums, only: set_loads, discard_terms
   use qsmpm_rounded_text, only: rounded_text
   use qsmpm_phase_loads, only: free_surface_of

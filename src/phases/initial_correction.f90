@@ -24,14 +24,13 @@ module qsmpm_initial_correction
   use qsmpm_equations, only: gather, scatter
   use qsmpm_error, only: error_type
   use qsmpm_initial_stress, only: start_states
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_law, only: law_slot_type, law_type, tangent_elastic, tangent_none
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
   use qsmpm_joint_system, only: factorise_jointly, solve_jointly
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_model, only: model_type
   use qsmpm_soil_points, only: soil_type, soil_of, find_point_results
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_team, only: largest
   use qsmpm_term_sums, only: add_all_blocks, set_loads, discard_terms
   implicit none

@@ -21,7 +21,7 @@ module qsmpm_phase_report
   use qsmpm_unsupported_parts, only: describe_unsupported_parts
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_node_graph, only: connectivity_type
-  use qsmpm_material_traits, only: traits_of
+  use qsmpm_material_description, only: traits_of
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type, check_moving_mesh
   use qsmpm_observer, only: observer_type
   use qsmpm_own_part, only: is_divided, own_of

@@ -7,7 +7,6 @@ module qsmpm_unsupported_parts
   use qsmpm_kinds, only: wp, long
   use qsmpm_agreement, only: any_of
   use qsmpm_mesh_description, only: mesh_grid
-  use qsmpm_exchange, only: hand_over
   use qsmpm_integration, only: integration_type
   use qsmpm_space, only: node_label, node_position
   use qsmpm_model, only: model_type
@@ -18,7 +17,7 @@ module qsmpm_unsupported_parts
   use qsmpm_initialisation, only: step_type
   use qsmpm_grid_window, only: operator(==)
   use qsmpm_soil_points, only: soil_type, soil_of
-  use qsmpm_team, only: smallest, total
+  use qsmpm_team, only: smallest, total, hand_over
   use qsmpm_text, only: integer_text
   implicit none
   private

@@ -1,7 +1,7 @@
 !> Where bodies of different stiffness meet, as a deck draws them.
 !>
 !> Across an interface the strain jumps. Functions that are smooth there cannot follow: splines need it to lie on lines
-!> of the grid, where qsmpm_model_space makes them only continuous (docs/methods/bodies.md, "Layers"). And which bodies
+!> of the grid, where qsmpm_model_mesh makes them only continuous (docs/methods/bodies.md, "Layers"). And which bodies
 !> are weaker than what they touch, and how thick they are.
 module qsmpm_layer_interfaces
   use qsmpm_kinds, only: wp
@@ -9,7 +9,7 @@ module qsmpm_layer_interfaces
   use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_body_description, only: body_type, body_box, body_polygon
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: may_yield, traits_of
+  use qsmpm_material_description, only: may_yield, traits_of
   implicit none
   private
 

@@ -1,21 +1,25 @@
 !> Materials as a deck describes them: laws and their parameters, strength profiles, the cure of locking, stresses at
 !> rest.
+!>
+!> What other rooms ask of a material of the deck before there is a law: of a soil law its description says it
+!> (qsmpm_law_parameters), of elasticity and Mohr-Coulomb strength it is worked out here. Of a law of the user's or of
+!> the embedding program nothing is known.
 module qsmpm_material_description
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: named_type
-  use qsmpm_law_parameters, only: law_parameters_type
+  use qsmpm_law_parameters, only: law_parameters_type, law_description_type
   use qsmpm_permeability_law, only: permeability_law_type
   use qsmpm_softening_parameters, only: softening_parameters_type
   use qsmpm_source_line, only: source_line_type
   use qsmpm_strength_constants, only: strength_constant_type
   use qsmpm_strength_profile, only: strength_profile_type
-  use qsmpm_undrained_parameters, only: undrained_type
+  use qsmpm_undrained_parameters, only: undrained_type, undrained_ratio
   use qsmpm_user_material, only: user_material_type
   use qsmpm_value_field, only: field_permeability, field_weight, value_at
   implicit none
   private
 
-  public :: at_rest_type, material_type, weight_at, permeability_at
+  public :: at_rest_type, material_type, weight_at, permeability_at, traits_of, may_yield
 
   !> Cure of volumetric locking of a material; auto is resolved by the model builder.
   integer, parameter, public :: locking_none = 0, locking_auto = 1, locking_uniform_pressure = 2
@@ -99,4 +103,32 @@ contains
       if (permeability(1) > 0.0_wp) permeability = permeability*(along_x/permeability(1))
     end associate
   end function permeability_at
+
+  !> What is said of the material's kind.
+  pure type(law_description_type) function traits_of(material) result(traits)
+    type(material_type), intent(in) :: material
+
+    if (allocated(material%soil_law)) then
+      traits = material%soil_law%describe()
+    else
+      traits%linear_elasticity = .true.
+      traits%poisson = material%poisson
+      traits%has_strength = material%mohr_coulomb
+      traits%may_soften = material%softening%given
+      traits%associated_flow = .not. (material%mohr_coulomb .and. material%dilatancy_angle < material%friction_angle)
+      traits%failure_ties_volume = material%mohr_coulomb
+      traits%failure_keeps_volume = material%mohr_coulomb .and. .not. material%friction_angle > 0.0_wp
+      traits%dilatancy_angle = material%dilatancy_angle
+      if (material%mohr_coulomb) traits%friction_angle = material%friction_angle
+      if (material%mohr_coulomb) traits%cohesion = material%cohesion
+    end if
+    if (material%undrained%given) traits%poisson = undrained_ratio(material%undrained, traits%poisson)
+  end function traits_of
+
+  !> Whether the law may be another than elastic.
+  elemental logical function may_yield(material)
+    type(material_type), intent(in) :: material
+
+    may_yield = material%mohr_coulomb .or. allocated(material%soil_law) .or. material%own_law .or. material%user%given
+  end function may_yield
 end module qsmpm_material_description

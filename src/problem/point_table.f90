@@ -11,7 +11,7 @@ module qsmpm_point_table
   implicit none
   private
 
-  public :: parse_targets, unit_factor, is_stress
+  public :: parse_targets, unit_factor
 
   !> Units of stress that are converted, in Pa.
   character(len=8), parameter :: stress_units(10) = [character(len=8) :: 'Pa', 'kPa', 'MPa', 'GPa', 'N/m^2', &

@@ -25,7 +25,7 @@ module qsmpm_recommended_method
     stabilise_none
   use qsmpm_element, only: allowed_counts, tri6
   use qsmpm_layer_interfaces, only: moduli, thin_seam
-  use qsmpm_material_traits, only: may_yield
+  use qsmpm_material_description, only: may_yield
   implicit none
   private
 

@@ -6,13 +6,12 @@
 !> present one takes away: K0 = K0nc OCR - (OCR - 1) nu/(1 - nu). K0nc is a value or, after Jaky, 1 - sin phi.
 module qsmpm_stress_at_rest
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_material_description, only: material_type
+  use qsmpm_material_description, only: material_type, traits_of
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: traits_of
   implicit none
   private
 
-  public :: has_ratio, first_loading_ratio, horizontal_at_rest, passive_ratio, unloading_poisson
+  public :: has_ratio, horizontal_at_rest, passive_ratio, unloading_poisson
 
 contains
 
@@ -23,20 +22,6 @@ contains
     has_ratio = material%at_rest%jaky .or. material%at_rest%k0 > 0.0_wp
   end function has_ratio
 
-  !> K0 of first loading.
-  pure real(wp) function first_loading_ratio(material, default) result(ratio)
-    type(material_type), intent(in) :: material
-    !> That of materials which have none of their own.
-    real(wp), intent(in) :: default
-    type(law_description_type) :: traits
-
-    ratio = default
-    if (material%at_rest%k0 > 0.0_wp) ratio = material%at_rest%k0
-    if (.not. material%at_rest%jaky) return
-    traits = traits_of(material)
-    ratio = 1.0_wp - sin(traits%friction_angle*pi/180.0_wp)
-  end function first_loading_ratio
-
   !> Horizontal stress of a vertical one.
   pure real(wp) function horizontal_at_rest(material, default, vertical) result(horizontal)
     type(material_type), intent(in) :: material
@@ -44,11 +29,19 @@ contains
     real(wp), intent(in) :: default
     !> Compression positive, as the result.
     real(wp), intent(in) :: vertical
-    real(wp) :: past, poisson
+    real(wp) :: past, poisson, ratio
+    type(law_description_type) :: traits
 
     associate (rest => material%at_rest)
       past = rest%overconsolidation*vertical + rest%pre_overburden
-      horizontal = first_loading_ratio(material, default)*past
+      ! K0 of first loading.
+      ratio = default
+      if (material%at_rest%k0 > 0.0_wp) ratio = material%at_rest%k0
+      if (material%at_rest%jaky) then
+        traits = traits_of(material)
+        ratio = 1.0_wp - sin(traits%friction_angle*pi/180.0_wp)
+      end if
+      horizontal = ratio*past
       if (.not. (rest%overconsolidation > 1.0_wp .or. rest%pre_overburden > 0.0_wp)) return
       poisson = unloading_poisson(material)
       horizontal = horizontal - (past - vertical)*poisson/(1.0_wp - poisson)

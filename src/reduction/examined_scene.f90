@@ -1,17 +1,46 @@
 !> A scene that is examined for a reduction: with what the proofs ask of it again and again, and the first reason that
 !> one of them has found against it.
+!>
+!> Which lines of the grid belong to which node sets, and what the phases do to a node by that. A set chosen by a plane
+!> or a box is a product of intervals, so three tables say for every node of the grid whether it is in the set. Nodes
+!> with the same entries are treated alike; representatives of them are enough to prove something of all nodes. Middle
+!> nodes of quadratic elements are lines half way.
 module qsmpm_examined_scene
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type
+  use qsmpm_analysis, only: analysis_type, three_dimensional
   use qsmpm_history_quantities, only: is_taken_at, at_body, at_support
-  use qsmpm_mesh_description, only: mesh_fitted, mesh_grid
-  use qsmpm_set_members, only: members_type, find_members, scene_tolerance
+  use qsmpm_mesh_description, only: mesh_fitted, mesh_grid, set_type, axis_type, select_plane, select_box
   use qsmpm_source_line, only: source_line_type
   use qsmpm_text, only: integer_text
+  use qsmpm_named, only: place_named
+  use qsmpm_history_description, only: quantity_reaction
+  use qsmpm_load_description, only: fixity_type
+  use qsmpm_element_kinds, only: element_from_name, element_order
+  use qsmpm_phase_tree, only: lineage
   implicit none
   private
 
-  public :: examined_type, examine, refuse, refuse_mesh, require_local_histories, place_text, card
+  public :: examined_type, examine, refuse, refuse_mesh, require_local_histories, place_text, card, members_type, &
+    find_members, contains_node, covers_axis, representatives, node_state, scene_tolerance, keep_supports, &
+    drop_unused_sets
+
+  !> Lengths closer than this share of the size of the grid are the same, as for the sets of the mesh.
+  real(wp), parameter :: closeness = 1.0e-8_wp
+
+  !> Entries along one axis.
+  type :: member_table_type
+    !> (places along the axis, sets)
+    logical, allocatable :: holds(:, :)
+  end type member_table_type
+
+  !> Entries of all sets.
+  type :: members_type
+    integer :: dimension = 0
+    !> Places along each axis: lines, and lines half way for quadratic elements; 1 beyond the dimension.
+    type(axis_type) :: places(3)
+    integer :: count(3) = 1
+    type(member_table_type) :: axis(3)
+  end type members_type
 
   !> Names of the axes.
   character(len=1), parameter, public :: letters(3) = ['x', 'y', 'z']
@@ -28,6 +57,241 @@ module qsmpm_examined_scene
   end type examined_type
 
 contains
+
+  !> Distance below which places count as the same.
+  pure real(wp) function scene_tolerance(analysis) result(tolerance)
+    !> The scene; its mesh is a grid.
+    class(analysis_type), intent(in) :: analysis
+    integer :: a
+
+    tolerance = 0.0_wp
+    do a = 1, merge(3, 2, analysis%model == three_dimensional)
+      associate (lines => analysis%mesh%axes(a)%lines)
+        tolerance = max(tolerance, closeness*(lines(size(lines)) - lines(1)))
+      end associate
+    end do
+  end function scene_tolerance
+
+  !> Make the tables of a scene.
+  pure subroutine find_members(analysis, members)
+    !> The scene; its mesh is a grid.
+    class(analysis_type), intent(in) :: analysis
+    type(members_type), intent(out) :: members
+    integer :: a, s, n, i
+
+    members%dimension = merge(3, 2, analysis%model == three_dimensional)
+    do a = 1, 3
+      if (a <= members%dimension) then
+        call places_along(analysis%mesh%axes(a)%lines, analysis%mesh%element, members%places(a)%lines)
+        members%count(a) = size(members%places(a)%lines)
+      else
+        members%places(a)%lines = [0.0_wp]
+      end if
+      n = members%count(a)
+      allocate (members%axis(a)%holds(n, size(analysis%node_sets)), source=.true.)
+      if (a > members%dimension) cycle
+      do s = 1, size(analysis%node_sets)
+        do i = 1, n
+          members%axis(a)%holds(i, s) = in_set(analysis%node_sets(s), a, members%places(a)%lines(i), &
+            scene_tolerance(analysis))
+        end do
+      end do
+    end do
+  end subroutine find_members
+
+  !> The lines, and for quadratic elements those half way.
+  pure subroutine places_along(lines, element, places)
+    !> Grid lines.
+    real(wp), intent(in) :: lines(:)
+    !> Element name.
+    character(len=*), intent(in) :: element
+    real(wp), allocatable, intent(out) :: places(:)
+    integer :: i, n, order
+
+    n = size(lines)
+    order = element_from_name(element)
+    if (order > 0) order = element_order(order)
+    if (order > 1) then
+      allocate (places(2*n - 1))
+      places(1::2) = lines
+      do i = 1, n - 1
+        places(2*i) = 0.5_wp*(lines(i) + lines(i + 1))
+      end do
+    else
+      allocate (places(n), source=lines)
+    end if
+  end subroutine places_along
+
+  !> Whether a coordinate is within the limits of a set along an axis. A list of labels has none.
+  pure logical function in_set(set, axis, x, tolerance)
+    type(set_type), intent(in) :: set
+    integer, intent(in) :: axis
+    !> The coordinate, and the distance that is none.
+    real(wp), intent(in) :: x, tolerance
+
+    select case (set%selection)
+    case (select_plane)
+      in_set = axis /= set%axis .or. abs(x - set%box(set%axis, 1)) <= tolerance
+    case (select_box)
+      in_set = x >= set%box(axis, 1) - tolerance .and. x <= set%box(axis, 2) + tolerance
+    case default
+      in_set = .false.
+    end select
+  end function in_set
+
+  !> Whether a set holds a node.
+  pure logical function contains_node(members, set, node)
+    type(members_type), intent(in) :: members
+    !> Number of the set; place of the node along each axis (3).
+    integer, intent(in) :: set, node(3)
+
+    contains_node = members%axis(1)%holds(node(1), set) .and. members%axis(2)%holds(node(2), set) &
+      .and. members%axis(3)%holds(node(3), set)
+  end function contains_node
+
+  !> Whether a set does not depend on an axis.
+  pure logical function covers_axis(members, set, axis)
+    type(members_type), intent(in) :: members
+    !> Number of the set, and the axis.
+    integer, intent(in) :: set, axis
+
+    covers_axis = all(members%axis(axis)%holds(:, set))
+  end function covers_axis
+
+  !> Places along an axis, one of each kind; the first and the last are kinds of their own. With
+  !> `mirrored` the entries of the place on the other side make the kind too.
+  pure subroutine representatives(members, axis, mirrored, list)
+    type(members_type), intent(in) :: members
+    integer, intent(in) :: axis
+    !> Look at both sides.
+    logical, intent(in) :: mirrored
+    !> Places found.
+    integer, allocatable, intent(out) :: list(:)
+    integer :: i, k, n, found, some(members%count(axis))
+    logical :: known
+
+    n = members%count(axis)
+    found = 0
+    associate (holds => members%axis(axis)%holds)
+      do i = 1, n
+        known = .false.
+        do k = 1, found
+          if (i == 1 .or. i == n) exit
+          known = all(holds(i, :) .eqv. holds(some(k), :)) .and. some(k) > 1
+          if (mirrored) known = known .and. all(holds(n + 1 - i, :) .eqv. holds(n + 1 - some(k), :))
+          if (known) exit
+        end do
+        if (known) cycle
+        found = found + 1
+        some(found) = i
+      end do
+    end associate
+    allocate (list(found), source=some(:found))
+  end subroutine representatives
+
+  !> What holds a node in a phase: components, and the displacement prescribed over the phase.
+  pure subroutine node_state(analysis, members, node, phase, fixed, value)
+    class(analysis_type), intent(in) :: analysis
+    type(members_type), intent(in) :: members
+    !> Place of the node along each axis (3); number of the phase.
+    integer, intent(in) :: node(3), phase
+    !> Held components (3).
+    logical, intent(out) :: fixed(3)
+    !> Prescribed displacement (3).
+    real(wp), intent(out) :: value(3)
+    integer, allocatable :: line(:)
+    integer :: p, i
+
+    fixed = .false.
+    allocate (line, source=lineage(analysis%phases, phase))
+    do p = 1, size(line)
+      value = 0.0_wp
+      associate (now => analysis%phases(line(p)))
+        do i = 1, size(now%fixities)
+          if (.not. contains_node(members, place_named(analysis%node_sets, now%fixities(i)%set), node)) cycle
+          fixed = now%fixities(i)%fixed .or. (any(now%fixities(i)%fixed) .and. fixed)
+        end do
+        do i = 1, size(now%prescriptions)
+          associate (prescription => now%prescriptions(i))
+            if (.not. contains_node(members, place_named(analysis%node_sets, prescription%set), node)) cycle
+            fixed(prescription%component) = .true.
+            value(prescription%component) = now%load_factor*prescription%value
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine node_state
+
+  !> Whether anything refers to a node set.
+  pure logical function set_is_used(analysis, name) result(used)
+    class(analysis_type), intent(in) :: analysis
+    !> Name of the set.
+    character(len=*), intent(in) :: name
+    integer :: p, i
+
+    used = .false.
+    if (analysis%moving_mesh%active .and. .not. analysis%moving_mesh%by_body) used = analysis%moving_mesh%set == name
+    do i = 1, size(analysis%histories)
+      if (analysis%histories(i)%quantity /= quantity_reaction) cycle
+      used = used .or. analysis%histories(i)%set == name
+    end do
+    do p = 1, size(analysis%phases)
+      used = used .or. any([(analysis%phases(p)%fixities(i)%set == name, i=1, size(analysis%phases(p)%fixities))])
+      used = used .or. any([(analysis%phases(p)%prescriptions(i)%set == name, i=1, &
+        size(analysis%phases(p)%prescriptions))])
+    end do
+  end function set_is_used
+
+  !> Of the supports of all phases those of some sets stay, and planes are held along their normal in all of them.
+  pure subroutine keep_supports(analysis, stays, axis, places, names)
+    !> The scene; it gets sets of the planes.
+    class(analysis_type), intent(inout) :: analysis
+    !> What holds or moves these stays (node sets).
+    logical, intent(in) :: stays(:)
+    !> Normal of the planes, their coordinates and names, which no deck can write without quotes.
+    integer, intent(in) :: axis
+    real(wp), intent(in) :: places(:)
+    character(len=*), intent(in) :: names(:)
+    type(fixity_type), allocatable :: fixities(:)
+    type(fixity_type) :: roller
+    type(set_type) :: plane
+    integer :: p, i, k
+
+    roller%fixed(axis) = .true.
+    do p = 1, size(analysis%phases)
+      allocate (fixities(0))
+      associate (phase => analysis%phases(p), sets => analysis%node_sets)
+        do i = 1, size(phase%fixities)
+          if (stays(place_named(sets, phase%fixities(i)%set))) fixities = [fixities, phase%fixities(i)]
+        end do
+        do k = 1, size(names)
+          roller%set = trim(names(k))
+          fixities = [fixities, roller]
+        end do
+        phase%prescriptions = phase%prescriptions(pack([(i, i=1, size(phase%prescriptions))], &
+          [(stays(place_named(sets, phase%prescriptions(i)%set)), i=1, size(phase%prescriptions))]))
+        call move_alloc(fixities, phase%fixities)
+      end associate
+    end do
+    plane%selection = select_plane
+    plane%axis = axis
+    do k = 1, size(names)
+      plane%name = trim(names(k))
+      plane%box(axis, 1) = places(k)
+      analysis%node_sets = [analysis%node_sets, plane]
+    end do
+  end subroutine keep_supports
+
+  !> Leave out the node sets nothing refers to, and all element sets.
+  pure subroutine drop_unused_sets(analysis)
+    class(analysis_type), intent(inout) :: analysis
+    integer :: s
+
+    analysis%node_sets = analysis%node_sets(pack([(s, s=1, size(analysis%node_sets))], &
+      [(set_is_used(analysis, analysis%node_sets(s)%name), s=1, size(analysis%node_sets))]))
+    deallocate (analysis%element_sets)
+    allocate (analysis%element_sets(0))
+  end subroutine drop_unused_sets
 
   !> Begin to examine a scene.
   pure subroutine examine(scene, axis)

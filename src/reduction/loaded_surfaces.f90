@@ -10,8 +10,7 @@ module qsmpm_loaded_surfaces
   use qsmpm_load_description, only: carrier_points, water_level_type
   use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_outline
   use qsmpm_structures, only: contact_on_soil
-  use qsmpm_set_members, only: drop_unused_sets
-  use qsmpm_examined_scene, only: examined_type, card, letters, refuse, place_text
+  use qsmpm_examined_scene, only: examined_type, card, letters, refuse, place_text, drop_unused_sets
   use qsmpm_mirror_images, only: body_partner
   use qsmpm_water_table, only: water_table_type, level_at
   implicit none

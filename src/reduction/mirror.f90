@@ -22,20 +22,20 @@ module qsmpm_mirror
   use qsmpm_phase_description, only: phase_type
   use qsmpm_element, only: element_from_name, element_order
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: traits_of
+  use qsmpm_material_description, only: traits_of
   use qsmpm_phase_tree, only: lineage
-  use qsmpm_set_members, only: members_type, contains_node, representatives, node_state, keep_supports
   use qsmpm_loaded_surfaces, only: surface_is_used, drop_unused, require_mirrored_water
   use qsmpm_mirror_images, only: body_partner, surface_partner, mirrored_box
   use qsmpm_rigid_symmetry, only: require_rigid_mirrored, contact_is_associated, half_rigid_bodies, mirror_rigid_history
   use qsmpm_body_description, only: body_change_type, body_type, body_box, body_polygon
-  use qsmpm_examined_scene, only: examined_type, card, letters, place_text, refuse, refuse_mesh, require_local_histories
+  use qsmpm_examined_scene, only: examined_type, card, letters, place_text, refuse, refuse_mesh, &
+    require_local_histories, members_type, contains_node, representatives, node_state, keep_supports
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
   implicit none
   private
 
-  public :: require_mirror, reason_against_mirror, set_side, make_half
+  public :: require_mirror, reason_against_mirror, make_half
 
   !> Sides of a set: none, or half with its image on the other side, in the kept half, in the other half.
   integer, parameter, public :: side_mixed = 0, side_both = 1, side_kept = 2, side_other = 3

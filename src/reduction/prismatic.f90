@@ -1,8 +1,23 @@
 !> A 3D scene that does not depend on z, held along z at both ends, as a model of plane strain.
 !>
-!> Proof: `qsmpm_uniform_axis`, and elements in layers (bricks, wedges). The plane element is the face
+!> Proof: `require_uniform`, and elements in layers (bricks, wedges). The plane element is the face
 !> of the brick or wedge, its points are those of one layer; forces and work of the scene are the
 !> thickness times those of the model.
+!>
+!> A plane scene of level layers between rollers, under loads that do not depend on x, as a single
+!> column of cells.
+!>
+!> Proof: `require_uniform` along x, and rectangles that are not shifted: then the columns of the
+!> grid are all alike and each carries its own width of the load. Triangles lean to one side, so their
+!> columns are not alike at the ends and the scene is left as it is.
+!>
+!> Proof that a scene does not depend on an axis and cannot move along it: bodies, supports, loads and
+!> mesh are the same all along, and both end planes are held along it.
+!>
+!> Then u = u(other axes), u_axis = 0 is a solution of the equations as they are discretised, for every
+!> element whose functions and points repeat along the axis: the forces at a node are those of the
+!> smaller model times the length the node stands for. What depends on the axis is looked for card by
+!> card; that the end planes are held is shown node by node for every phase.
 module qsmpm_prismatic
   use qsmpm_kinds, only: wp
   use qsmpm_named, only: place_named
@@ -14,18 +29,176 @@ module qsmpm_prismatic
   use qsmpm_element, only: element_from_name, seed_rule, full_rule
   use qsmpm_error, only: error_type
   use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, at_rigid_body, component_vector
-  use qsmpm_reduction, only: reduction_type, reduce_prismatic, begin_reduction
-  use qsmpm_set_members, only: covers_axis
-  use qsmpm_loaded_surfaces, only: drop_unused
-  use qsmpm_rigid_symmetry, only: flatten_rigid_bodies, reduce_rigid_history
-  use qsmpm_uniform_axis, only: require_uniform
-  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse
+  use qsmpm_reduction, only: reduction_type, reduce_prismatic, begin_reduction, reduce_column
+  use qsmpm_loaded_surfaces, only: drop_unused, require_level_water, require_loads_uniform
+  use qsmpm_rigid_symmetry, only: flatten_rigid_bodies, reduce_rigid_history, require_rigid_uniform
+  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse, covers_axis, require_local_histories, &
+    members_type, keep_supports, letters, refuse_mesh, representatives, node_state
+  use qsmpm_body_description, only: body_all, body_box, body_polygon
+  use qsmpm_mesh_description, only: mesh_grid, select_list
   implicit none
   private
 
-  public :: require_prismatic, make_plane
+  public :: require_prismatic, make_plane, require_column, make_column, require_uniform
+
+  !> Names of the sets of the two sides; no deck can write them without quotes.
+  character(len=*), parameter :: side_names(2) = ['=first side', '=last side ']
 
 contains
+
+  !> Prove it.
+  pure subroutine require_uniform(scene)
+    type(examined_type), intent(inout) :: scene
+
+    if (scene%mesh%kind /= mesh_grid) then
+      call refuse_mesh(scene)
+      return
+    end if
+    call require_bodies(scene)
+    call require_sets(scene)
+    call require_loads_uniform(scene)
+    call require_rigid_uniform(scene)
+    call require_plate(scene)
+    if (.not. allocated(scene%reason)) call require_held(scene)
+  end subroutine require_uniform
+
+  !> Bodies go through the whole grid along the axis.
+  pure subroutine require_bodies(scene)
+    type(examined_type), intent(inout) :: scene
+    real(wp) :: first, last
+    logical :: whole
+    integer :: b
+
+    associate (lines => scene%mesh%axes(scene%axis)%lines)
+      first = lines(1) + scene%nothing
+      last = lines(size(lines)) - scene%nothing
+    end associate
+    do b = 1, size(scene%bodies)
+      associate (body => scene%bodies(b))
+        select case (body%kind)
+        case (body_all)
+          whole = .true.
+        case (body_box)
+          whole = body%box(scene%axis, 1) <= first .and. body%box(scene%axis, 2) >= last
+        case (body_polygon)
+          whole = scene%axis == 3
+          if (scene%axis == 1) whole = is_layer(body%polygon, first, last, scene%nothing)
+        case default
+          whole = .false.
+        end select
+        if (.not. whole) call refuse(scene, card('*BODY', body%name, body%where)//' depends on '//letters(scene%axis))
+      end associate
+    end do
+  end subroutine require_bodies
+
+  !> Whether a polygon is a layer over the whole width: what of its edges is inside lies level.
+  pure logical function is_layer(polygon, first, last, tolerance)
+    !> Vertices (2,n).
+    real(wp), intent(in) :: polygon(:, :)
+    !> The sides, and the length that is none.
+    real(wp), intent(in) :: first, last, tolerance
+    integer :: i, k
+    logical :: left(2), right(2)
+
+    is_layer = .true.
+    do i = 1, size(polygon, 2)
+      k = mod(i, size(polygon, 2)) + 1
+      left = polygon(1, [i, k]) <= first
+      right = polygon(1, [i, k]) >= last
+      is_layer = is_layer .and. all(left .or. right) .and. (all(left) .or. all(right) .or. &
+        abs(polygon(2, i) - polygon(2, k)) <= tolerance)
+    end do
+  end function is_layer
+
+  !> Sets that depend on the axis may only be held along it; nothing is moved along it.
+  pure subroutine require_sets(scene)
+    type(examined_type), intent(inout) :: scene
+    logical :: only(3)
+    integer :: p, i, s
+
+    only = .false.
+    only(scene%axis) = .true.
+    do p = 1, size(scene%phases)
+      do i = 1, size(scene%phases(p)%fixities)
+        associate (fixity => scene%phases(p)%fixities(i))
+          s = place_named(scene%node_sets, fixity%set)
+          if (scene%node_sets(s)%selection == select_list) &
+            call refuse(scene, card('*NSET', fixity%set, scene%node_sets(s)%where)//' is a list of labels')
+          if (.not. covers_axis(scene%members, s, scene%axis) .and. any(fixity%fixed .neqv. only)) &
+            call refuse(scene, card('*FIX of', fixity%set, fixity%where)//' depends on '//letters(scene%axis))
+        end associate
+      end do
+      do i = 1, size(scene%phases(p)%prescriptions)
+        associate (prescription => scene%phases(p)%prescriptions(i))
+          s = place_named(scene%node_sets, prescription%set)
+          if (.not. covers_axis(scene%members, s, scene%axis)) call refuse(scene, card('*PRESCRIBE of', &
+            prescription%set, prescription%where)//' depends on '//letters(scene%axis))
+          if (prescription%component == scene%axis .and. abs(prescription%value) > 0.0_wp) &
+            call refuse(scene, card('*PRESCRIBE of', prescription%set, prescription%where)//' moves along '// &
+            letters(scene%axis))
+        end associate
+      end do
+    end do
+  end subroutine require_sets
+
+  !> A plate of a moving mesh goes along another axis and does not depend on this one.
+  pure subroutine require_plate(scene)
+    type(examined_type), intent(inout) :: scene
+    logical :: along
+
+    associate (moving => scene%moving_mesh)
+      if (.not. moving%active) return
+      along = moving%axis == scene%axis
+      if (.not. (along .or. moving%by_body)) &
+        along = .not. covers_axis(scene%members, place_named(scene%node_sets, moving%set), scene%axis)
+      if (along) call refuse(scene, '*MOVING MESH'//place_text(moving%where)//' depends on '//letters(scene%axis))
+    end associate
+  end subroutine require_plate
+
+  !> Both end planes are held along the axis in every phase. In a grid with shifted nodes only sets of
+  !> whole planes count, and nothing may be freed.
+  pure subroutine require_held(scene)
+    type(examined_type), intent(inout) :: scene
+    type(members_type) :: table
+    integer, allocatable :: along(:), across(:)
+    integer :: others(2), node(3), p, i, k, side, s
+    logical :: fixed(3)
+    real(wp) :: value(3)
+
+    others = pack([1, 2, 3], [1, 2, 3] /= scene%axis)
+    table = scene%members
+    if (scene%mesh%perturbation > 0.0_wp) then
+      do s = 1, size(scene%node_sets)
+        if (covers_axis(scene%members, s, others(1)) .and. covers_axis(scene%members, s, others(2))) cycle
+        table%axis(others(1))%holds(:, s) = .false.
+      end do
+      ! No set is freed.
+      do p = 1, size(scene%phases)
+        do i = 1, size(scene%phases(p)%fixities)
+          associate (fixity => scene%phases(p)%fixities(i))
+            if (.not. any(fixity%fixed)) call refuse(scene, card('*FIX frees', fixity%set, fixity%where)// &
+              ' in a grid of shifted nodes')
+          end associate
+        end do
+      end do
+    end if
+    call representatives(table, others(1), .false., along)
+    call representatives(table, others(2), .false., across)
+    do p = 1, size(scene%phases)
+      do i = 1, size(along)
+        do k = 1, size(across)
+          node(others) = [along(i), across(k)]
+          do side = 1, 2
+            node(scene%axis) = merge(1, table%count(scene%axis), side == 1)
+            call node_state(scene, table, node, p, fixed, value)
+            if (.not. fixed(scene%axis)) call refuse(scene, 'the '//trim(merge('first', 'last ', side == 1))// &
+              ' plane across '//letters(scene%axis)//' is not held along '//letters(scene%axis)//card(' in phase', &
+              scene%phases(p)%name, scene%phases(p)%where))
+          end do
+        end do
+      end do
+    end do
+  end subroutine require_held
 
   !> Prove that a scene is prismatic along z.
   pure subroutine require_prismatic(scene)
@@ -256,4 +429,127 @@ contains
       end associate
     end do
   end subroutine plane_supports
+
+  !> Prove that a scene is a row of equal columns.
+  pure subroutine require_column(scene)
+    type(examined_type), intent(inout) :: scene
+
+    if (scene%model == three_dimensional) then
+      call refuse(scene, 'the scene depends on z')
+      return
+    end if
+    call require_uniform(scene)
+    if (.not. allocated(scene%reason)) call require_level_water(scene)
+    if (allocated(scene%reason)) return
+    if (size(scene%mesh%axes(1)%lines) <= 2) then
+      call refuse(scene, 'the grid is one cell wide already')
+    else if (index(scene%mesh%element, 'QUAD') /= 1) then
+      call refuse(scene, 'the triangles of *GRID'//place_text(scene%mesh%where)// &
+        ' make columns that are not alike (QUAD4 and QUAD8 do)')
+    else if (scene%mesh%perturbation > 0.0_wp) then
+      call refuse(scene, 'the nodes of *GRID'//place_text(scene%mesh%where)//' are shifted')
+    else
+      call require_column_histories(scene)
+    end if
+  end subroutine require_column
+
+  !> Histories are inside the grid; reactions are those of a level set, or push a side along x.
+  pure subroutine require_column_histories(scene)
+    type(examined_type), intent(inout) :: scene
+    integer :: i, s
+    logical :: whole
+
+    call require_local_histories(scene)
+    if (allocated(scene%reason)) return
+    do i = 1, size(scene%histories)
+      associate (history => scene%histories(i), lines => scene%mesh%axes(1)%lines)
+        if (history%quantity == quantity_reaction) then
+          s = place_named(scene%node_sets, history%set)
+          whole = covers_axis(scene%members, s, 1)
+          if (.not. whole .and. (history%component /= 1 .or. side_of(scene%members, s) == 0)) &
+            call refuse(scene, card('*HISTORY', history%name, history%where)//" reads a reaction of '"//history%set// &
+            "', which depends on x")
+        else if (history%at(1) < lines(1) - scene%nothing .or. history%at(1) > lines(size(lines)) + scene%nothing) then
+          call refuse(scene, card('*HISTORY', history%name, history%where)//' is outside the grid')
+        end if
+      end associate
+    end do
+  end subroutine require_column_histories
+
+  !> Side a set lies on: 1 the first line, 2 the last line, 0 neither.
+  pure integer function side_of(members, set) result(side)
+    type(members_type), intent(in) :: members
+    !> Number of the set.
+    integer, intent(in) :: set
+
+    side = 0
+    associate (holds => members%axis(1)%holds(:, set))
+      if (count(holds) /= 1) return
+      if (holds(1)) side = 1
+      if (holds(size(holds))) side = 2
+    end associate
+  end function side_of
+
+  !> One column of a scene of equal columns, and the way back.
+  pure subroutine make_column(scene, step)
+    !> The scene, proved to be a row of equal columns; the column.
+    type(examined_type), intent(inout) :: scene
+    !> The way back.
+    type(reduction_type), intent(out) :: step
+    integer :: s
+
+    call begin_reduction(scene, reduce_column, 1, step)
+    associate (lines => scene%mesh%axes(1)%lines)
+      step%factor = (lines(size(lines)) - lines(1))/(lines(2) - lines(1))
+    end associate
+    call column_histories(scene, step)
+    call flatten_rigid_bodies(scene, [1], step%factor)
+    ! What is freed of a side has been proved to be held again.
+    call keep_supports(scene, [(covers_axis(scene%members, s, 1), s=1, size(scene%node_sets))], 1, &
+      scene%mesh%axes(1)%lines(:2), side_names)
+    ! Sets on a side that a history reads go with the side.
+    do s = 1, size(scene%members%axis(1)%holds, 2)
+      if (side_of(scene%members, s) == 0) cycle
+      scene%node_sets(s)%box(1, :) = scene%mesh%axes(1)%lines(side_of(scene%members, s))
+    end do
+    call drop_unused(scene)
+    scene%bodies%copies = step%factor*scene%bodies%copies
+    scene%mesh%axes(1)%lines = scene%mesh%axes(1)%lines(:2)
+  end subroutine make_column
+
+  !> Histories of the column: nothing moves along x.
+  pure subroutine column_histories(scene, step)
+    type(examined_type), intent(inout) :: scene
+    !> Gets the way back.
+    type(reduction_type), intent(inout) :: step
+    integer :: i
+
+    do i = 1, size(scene%histories)
+      associate (history => scene%histories(i))
+        select case (history%quantity)
+        case (quantity_displacement)
+          if (history%component == 1) step%history_factor(i) = 0.0_wp
+        case (quantity_position)
+          if (history%component == 1) step%history_factor(i) = 0.0_wp
+          if (history%component == 1) step%history_offset(i) = history%at(1)
+        case (quantity_reaction)
+          if (covers_axis(scene%members, place_named(scene%node_sets, history%set), 1)) &
+            step%history_factor(i) = merge(0.0_wp, step%factor, history%component == 1)
+        end select
+        call reduce_rigid_history(history, [1], step%factor, step%history_factor(i))
+        if (history%quantity /= quantity_reaction) history%at(1) = in_first(scene%mesh%axes(1)%lines, history%at(1))
+      end associate
+    end do
+  end subroutine column_histories
+
+  !> The place in the first cell that is like a place in any cell.
+  pure real(wp) function in_first(lines, x)
+    !> Lines along x; the place.
+    real(wp), intent(in) :: lines(:), x
+    integer :: i
+
+    i = max(1, min(size(lines) - 1, count(lines <= x)))
+    in_first = lines(1) + (lines(2) - lines(1))*(x - lines(i))/(lines(i + 1) - lines(i))
+    in_first = max(lines(1), min(lines(2), in_first))
+  end function in_first
 end module qsmpm_prismatic

@@ -19,11 +19,11 @@ module qsmpm_revolved
   use qsmpm_error, only: error_type
   use qsmpm_stl_reader, only: read_stl
   use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
-  use qsmpm_set_members, only: members_type, covers_axis, representatives, node_state, keep_supports
   use qsmpm_revolved_profile, only: find_axis, find_profile
   use qsmpm_rigid_symmetry, only: require_rigid_round, flatten_rigid_bodies, reduce_rigid_history
   use qsmpm_loaded_surfaces, only: drop_unused, require_level_water
-  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse, refuse_mesh, require_local_histories
+  use qsmpm_examined_scene, only: examined_type, card, place_text, refuse, refuse_mesh, require_local_histories, &
+    members_type, covers_axis, representatives, node_state, keep_supports
   implicit none
   private
 

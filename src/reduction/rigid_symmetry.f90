@@ -326,11 +326,20 @@ contains
     real(wp), intent(in) :: centre(2)
     logical, intent(in) :: cut(2)
     integer :: b, i, p
+    logical :: yes
 
     if (.not. allocated(scene%rigid_bodies)) return
     do b = 1, size(scene%rigid_bodies)
-      if (.not. is_round(scene%rigid_bodies(b), centre, scene%nothing)) &
-        call refuse(scene, named(scene%rigid_bodies(b))//' is no figure of revolution about the axis')
+      ! Whether a body is turned about a vertical axis.
+      select case (scene%rigid_bodies(b)%shape)
+      case (rigid_plane)
+        yes = .not. any(abs(scene%rigid_bodies(b)%direction([1, 3])) > 0.0_wp)
+      case (rigid_circle, rigid_cone, rigid_cylinder)
+        yes = all(abs(scene%rigid_bodies(b)%place([1, 3]) - centre) <= scene%nothing)
+      case default
+        yes = .false.
+      end select
+      if (.not. yes) call refuse(scene, named(scene%rigid_bodies(b))//' is no figure of revolution about the axis')
     end do
     do p = 1, size(scene%phases)
       do i = 1, size(scene%phases(p)%moves)
@@ -348,22 +357,6 @@ contains
       end associate
     end do
   end subroutine require_rigid_round
-
-  !> Whether a body is turned about a vertical axis.
-  pure logical function is_round(body, centre, tolerance) result(yes)
-    type(rigid_body_type), intent(in) :: body
-    !> x and z of the axis, and the length that is none.
-    real(wp), intent(in) :: centre(2), tolerance
-
-    select case (body%shape)
-    case (rigid_plane)
-      yes = .not. any(abs(body%direction([1, 3])) > 0.0_wp)
-    case (rigid_circle, rigid_cone, rigid_cylinder)
-      yes = all(abs(body%place([1, 3]) - centre) <= tolerance)
-    case default
-      yes = .false.
-    end select
-  end function is_round
 
   !> Bodies in the plane, or by radius and height: what they have along z is left out, and along x in axisymmetry; loads
   !> on them are shares of those of the scene.

@@ -10,9 +10,8 @@ module qsmpm_scene
     reduce_column, reduce_mirror, move_stops
   use qsmpm_examined_scene, only: examined_type, examine, refuse, card, place_text
   use qsmpm_carried_cards, only: not_carried
-  use qsmpm_prismatic, only: require_prismatic, make_plane
+  use qsmpm_prismatic, only: require_prismatic, make_plane, require_column, make_column
   use qsmpm_revolved, only: revolved_solid_type, require_revolved, make_revolved
-  use qsmpm_column, only: require_column, make_column
   use qsmpm_mirror, only: require_mirror, reason_against_mirror, make_half
   use qsmpm_softening_parameters, only: regularise_none
   implicit none

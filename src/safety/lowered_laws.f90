@@ -5,14 +5,13 @@ module qsmpm_lowered_laws
   use qsmpm_active_bodies, only: materials_active
   use qsmpm_analysis, only: three_dimensional
   use qsmpm_background_in_use, only: take_treatment
-  use qsmpm_material_description, only: material_type
+  use qsmpm_material_description, only: material_type, traits_of, may_yield
   use qsmpm_phase_description, only: phase_safety
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_law, only: law_type
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_law, only: make_material_law
-  use qsmpm_material_traits, only: traits_of, may_yield
   use qsmpm_model, only: model_type
   use qsmpm_safety_bracket, only: largest_factor
   use qsmpm_strength_constants, only: lower_constants

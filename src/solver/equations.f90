@@ -8,7 +8,7 @@
 module qsmpm_equations
   use qsmpm_kinds, only: wp
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_node_graph, only: connectivity_type, node_graph, node_distance
+  use qsmpm_node_graph, only: connectivity_type, list_places, node_graph, node_distance
   use qsmpm_node_ordering, only: order_metis, order_bandwidth, narrow_by_sweeps
   use qsmpm_sorting, only: sort, place_in_order
   use qsmpm_solver_choice, only: choose_solver, most_for_band
@@ -260,35 +260,6 @@ contains
       end do
     end do
   end subroutine place_blocks
-
-  !> Where each node stands: patches and the positions in them, in compressed rows.
-  pure subroutine list_places(connectivity, node_count, first, patch, position)
-    !> Node lists that couple.
-    type(connectivity_type), intent(in) :: connectivity
-    integer, intent(in) :: node_count
-    !> First places of the rows (node_count+1), patches and positions (listed nodes).
-    integer, allocatable, intent(out) :: first(:), patch(:), position(:)
-    integer :: next(node_count), q, k, node
-
-    allocate (first(node_count + 1), source=0)
-    allocate (patch(size(connectivity%nodes)), position(size(connectivity%nodes)))
-    do k = 1, size(connectivity%nodes)
-      first(connectivity%nodes(k) + 1) = first(connectivity%nodes(k) + 1) + 1
-    end do
-    first(1) = 1
-    do node = 1, node_count
-      first(node + 1) = first(node + 1) + first(node)
-    end do
-    next = first(:node_count)
-    do q = 1, connectivity%count
-      do k = connectivity%first(q), connectivity%first(q + 1) - 1
-        node = connectivity%nodes(k)
-        patch(next(node)) = q
-        position(next(node)) = k - connectivity%first(q) + 1
-        next(node) = next(node) + 1
-      end do
-    end do
-  end subroutine list_places
 
   !> First equation of a node, 0 when all its components are constrained.
   pure integer function first_equation(numbers) result(equation)

@@ -14,7 +14,6 @@ module qsmpm_joint_system
   use qsmpm_method_description, only: solver_choice_type, solver_petsc
   use qsmpm_equations, only: equations_type, number_equations, one_triangle
   use qsmpm_error, only: error_type, fail, error_other
-  use qsmpm_exchange, only: collect, spread_from
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system, factorise_system, solve_system, &
     sweeps_of_multigrid, give_multigrid_up
@@ -24,7 +23,7 @@ module qsmpm_joint_system
     end_shared_rows
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_team, only: team_type
+  use qsmpm_team, only: team_type, collect, spread_from
   implicit none
   private
 

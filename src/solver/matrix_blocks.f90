@@ -14,7 +14,7 @@ module qsmpm_matrix_blocks
   implicit none
   private
 
-  public :: add_block, add_products, add_scalar_block, add_diagonal, add_rows
+  public :: add_block, add_products, add_scalar_block, add_diagonal
 
   !> Nodes from which blocks in space are added row by row.
   integer, parameter :: fewest_of_rows = 16

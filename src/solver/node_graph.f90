@@ -7,7 +7,7 @@ module qsmpm_node_graph
   implicit none
   private
 
-  public :: connectivity_type, append_patches, node_graph, node_distance
+  public :: connectivity_type, append_patches, list_places, node_graph, node_distance
 
   !> Lists of nodes in compressed rows.
   type :: connectivity_type
@@ -39,7 +39,7 @@ contains
     integer, allocatable, intent(out) :: graph_node(:)
     !> First places of the rows.
     integer, allocatable, intent(out) :: first(:), neighbour(:)
-    integer, allocatable :: graph_number(:), patch_first(:), patch_of(:), work(:)
+    integer, allocatable :: graph_number(:), patch_first(:), patch_of(:), position(:), work(:)
     logical, allocatable :: seen(:)
     integer :: i, n, p, q, found, capacity
 
@@ -51,7 +51,7 @@ contains
     allocate (graph_number(node_count), seen(n), first(n + 1))
     graph_number = 0
     graph_number(graph_node) = [(i, i=1, n)]
-    call patches_of_nodes(connectivity, graph_number, n, patch_first, patch_of)
+    call list_places(connectivity, node_count, patch_first, patch_of, position)
     seen = .false.
     capacity = 32*n + 64
     allocate (neighbour(capacity))
@@ -59,7 +59,7 @@ contains
     do i = 1, n
       found = first(i) - 1
       seen(i) = .true.
-      do p = patch_first(i), patch_first(i + 1) - 1
+      do p = patch_first(graph_node(i)), patch_first(graph_node(i) + 1) - 1
         q = patch_of(p)
         if (found + connectivity%first(q + 1) - connectivity%first(q) > capacity) then
           capacity = 2*capacity + 256
@@ -96,34 +96,34 @@ contains
     end do
   end subroutine add_unseen
 
-  !> The patches each graph node belongs to, in compressed rows.
-  pure subroutine patches_of_nodes(connectivity, graph_number, n, first, stencil)
+  !> Where each node stands: patches and the positions in them, in compressed rows.
+  pure subroutine list_places(connectivity, node_count, first, patch, position)
     !> Node lists that couple.
     type(connectivity_type), intent(in) :: connectivity
-    integer, intent(in) :: graph_number(:), n
-    !> First places of the rows.
-    integer, allocatable, intent(out) :: first(:), stencil(:)
-    integer :: place(n), i, k, q
+    integer, intent(in) :: node_count
+    !> First places of the rows (node_count+1), patches and positions (listed nodes).
+    integer, allocatable, intent(out) :: first(:), patch(:), position(:)
+    integer :: next(node_count), q, k, node
 
-    allocate (first(n + 1), stencil(size(connectivity%nodes)))
-    first = 0
+    allocate (first(node_count + 1), source=0)
+    allocate (patch(size(connectivity%nodes)), position(size(connectivity%nodes)))
     do k = 1, size(connectivity%nodes)
-      i = graph_number(connectivity%nodes(k))
-      first(i + 1) = first(i + 1) + 1
+      first(connectivity%nodes(k) + 1) = first(connectivity%nodes(k) + 1) + 1
     end do
     first(1) = 1
-    do i = 1, n
-      first(i + 1) = first(i + 1) + first(i)
+    do node = 1, node_count
+      first(node + 1) = first(node + 1) + first(node)
     end do
-    place = first(:n)
+    next = first(:node_count)
     do q = 1, connectivity%count
       do k = connectivity%first(q), connectivity%first(q + 1) - 1
-        i = graph_number(connectivity%nodes(k))
-        stencil(place(i)) = q
-        place(i) = place(i) + 1
+        node = connectivity%nodes(k)
+        patch(next(node)) = q
+        position(next(node)) = k - connectivity%first(q) + 1
+        next(node) = next(node) + 1
       end do
     end do
-  end subroutine patches_of_nodes
+  end subroutine list_places
 
   !> Largest distance of two neighbours in an order of the nodes.
   pure integer function node_distance(first, neighbour, position) result(distance)

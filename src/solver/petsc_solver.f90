@@ -35,11 +35,7 @@ module qsmpm_petsc_solver
     !> Right-hand side and solution with all rows of this rank.
     real(c_double), allocatable :: b(:), y(:)
   contains
-    procedure :: analyse_pattern
-    procedure :: factorise_values
-    procedure :: solve_factorised
-    procedure :: forget
-    procedure :: release
+    procedure :: analyse_pattern, factorise_values, solve_factorised, forget, release
   end type petsc_solver_type
 
   interface

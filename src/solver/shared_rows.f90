@@ -8,13 +8,12 @@ module qsmpm_shared_rows
   use qsmpm_agreement, only: agree, any_of
   use qsmpm_equations, only: equations_type
   use qsmpm_error, only: error_type, fail, error_other, error_singular
-  use qsmpm_exchange, only: hand_over
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_node_blocks, only: find_node_blocks
   use qsmpm_petsc_solver, only: make_petsc_solver
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_team, only: team_type, total
+  use qsmpm_team, only: team_type, total, hand_over
   implicit none
   private
 

@@ -277,11 +277,20 @@ contains
     real(wp), allocatable :: moved(:, :)
     logical :: coming(model%mesh%cell_count), ground(model%mesh%node_count), held(model%mesh%node_count), &
       of_body(model%mesh%node_count)
-    integer :: c
+    integer :: c, p
+    logical, allocatable :: named(:)
 
     allocate (places, source=model%state%coordinates)
     fit = .true.
-    call mark_cells(model, coming)
+    ! Cells of the bodies that come and are not there.
+    allocate (named(size(model%analysis%bodies)))
+    coming = .false.
+    named = bodies_named(model%analysis, model%analysis%phases(model%state%progress%phase)%activations)
+    associate (waiting => model%state%inactive%points)
+      do p = 1, waiting%count
+        if (named(waiting%body(p))) coming(waiting%cell(p)) = .true.
+      end do
+    end associate
     if (.not. any(coming)) return
     moved = places - model%drawn_coordinates
     call find_ground(model, ground)
@@ -296,23 +305,6 @@ contains
       if (.not. fit) return
     end do
   end subroutine find_places
-
-  !> Cells of the bodies that come and are not there.
-  subroutine mark_cells(model, coming)
-    type(model_type), intent(in) :: model
-    !> (cells)
-    logical, intent(out) :: coming(:)
-    logical :: named(size(model%analysis%bodies))
-    integer :: p
-
-    coming = .false.
-    named = bodies_named(model%analysis, model%analysis%phases(model%state%progress%phase)%activations)
-    associate (waiting => model%state%inactive%points)
-      do p = 1, waiting%count
-        if (named(waiting%body(p))) coming(waiting%cell(p)) = .true.
-      end do
-    end associate
-  end subroutine mark_cells
 
   !> Nodes of the ground that is there.
   subroutine find_ground(model, ground)

@@ -9,7 +9,7 @@ module qsmpm_kept_phases
   implicit none
   private
 
-  public :: keep_phase, put_kept_phase, find_kept_phase, next_phase, go_to_phase
+  public :: keep_phase, find_kept_phase, next_phase, go_to_phase
 
 contains
 
@@ -18,36 +18,30 @@ contains
   subroutine keep_phase(model)
     type(model_type), intent(inout) :: model
     logical :: keeps
+    type(kept_phase_type), allocatable :: more(:)
+    integer :: i, place
 
     associate (phases => model%analysis%phases, number => model%state%progress%phase)
       keeps = is_wanted(phases, number, number + 1)
       if (number < size(phases)) keeps = keeps .or. phases(number + 1)%kind == phase_safety
-      if (keeps) call put_kept_phase(model, number, model%state)
+      ! Keep the end of a phase, in place of a former one of the same phase, with the present part.
+      if (keeps) then
+        if (.not. allocated(model%kept_phases)) allocate (model%kept_phases(0))
+        place = find_kept_phase(model, number)
+        if (place == 0) then
+          place = size(model%kept_phases) + 1
+          allocate (more(place))
+          do i = 1, place - 1
+            more(i) = model%kept_phases(i)
+          end do
+          call move_alloc(more, model%kept_phases)
+        end if
+        model%kept_phases(place)%phase = number
+        model%kept_phases(place)%state = model%state
+        model%kept_phases(place)%part = model%part
+      end if
     end associate
   end subroutine keep_phase
-
-  !> Keep the end of a phase, in place of a former one of the same phase, with the present part.
-  subroutine put_kept_phase(model, number, state)
-    type(model_type), intent(inout) :: model
-    integer, intent(in) :: number
-    type(state_type), intent(in) :: state
-    type(kept_phase_type), allocatable :: more(:)
-    integer :: i, place
-
-    if (.not. allocated(model%kept_phases)) allocate (model%kept_phases(0))
-    place = find_kept_phase(model, number)
-    if (place == 0) then
-      place = size(model%kept_phases) + 1
-      allocate (more(place))
-      do i = 1, place - 1
-        more(i) = model%kept_phases(i)
-      end do
-      call move_alloc(more, model%kept_phases)
-    end if
-    model%kept_phases(place)%phase = number
-    model%kept_phases(place)%state = state
-    model%kept_phases(place)%part = model%part
-  end subroutine put_kept_phase
 
   !> Place of the end of a phase in the list, 0 where it is not kept.
   pure integer function find_kept_phase(model, number) result(place)

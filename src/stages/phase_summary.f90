@@ -118,10 +118,17 @@ contains
     !> Gets the lines.
     character(len=:), allocatable, intent(inout) :: text
     integer :: b, i
+    character(len=:), allocatable :: word
 
     do b = 1, size(model%rigid_shapes)
       associate (body => model%analysis%rigid_bodies(b))
-        text = text//'rigid body '//body%name//': '//shape_word(body%shape)//', reference point'// &
+        ! What a shape is called.
+        word = 'polygon'
+        if (body%shape == rigid_plane) word = 'plane'
+        if (body%shape == rigid_circle) word = 'circle'
+        if (body%shape == rigid_box) word = 'box'
+        if (body%shape == rigid_cone) word = 'cone'
+        text = text//'rigid body '//body%name//': '//word//', reference point'// &
           vector_text(model, model%rigid_shapes(b)%reference)//', touched by'
         if (.not. any(model%contact_pairs%body == b)) text = text//' no surface'
         do i = 1, size(model%contact_pairs)
@@ -136,18 +143,6 @@ contains
       end associate
     end do
   end subroutine summarise_rigid_bodies
-
-  !> What a shape is called.
-  pure function shape_word(shape) result(word)
-    integer, intent(in) :: shape
-    character(len=:), allocatable :: word
-
-    word = 'polygon'
-    if (shape == rigid_plane) word = 'plane'
-    if (shape == rigid_circle) word = 'circle'
-    if (shape == rigid_box) word = 'box'
-    if (shape == rigid_cone) word = 'cone'
-  end function shape_word
 
   !> Components, with a blank before each.
   pure function vector_text(model, vector) result(text)

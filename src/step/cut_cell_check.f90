@@ -16,9 +16,8 @@ module qsmpm_cut_cell_check
   use qsmpm_agreement, only: any_of, joint_norm, lowest_rank
   use qsmpm_method_description, only: integrate_cells
   use qsmpm_configuration, only: configuration_type
-  use qsmpm_exchange, only: spread_from
   use qsmpm_own_part, only: is_divided, own_of
-  use qsmpm_team, only: largest, smallest
+  use qsmpm_team, only: largest, smallest, spread_from
   use qsmpm_rounded_text, only: rounded_text, rounded_place
   use qsmpm_model, only: model_type
   use qsmpm_point_location, only: activation_type

@@ -20,14 +20,13 @@ module qsmpm_equilibrium
   use qsmpm_phase_description, only: newton_modified, controls_type
   use qsmpm_equations, only: gather, scatter
   use qsmpm_field_balance, only: references_type, find_references, find_imbalance, leave_rounding
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, evaluate_step, linear_force
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_joint_system, only: factorise_jointly, solve_jointly
   use qsmpm_model, only: model_type
   use qsmpm_nodal_fields, only: add_shares
   use qsmpm_run_profile, only: count_factorisation, count_iteration, count_sweeps
   use qsmpm_limit_load, only: compliance_type
-  use qsmpm_step_evaluation, only: evaluate_step, linear_force
   use qsmpm_team, only: largest, total
   use qsmpm_term_share, only: solve_share_type
   use qsmpm_term_sums, only: add_all_blocks, forces_transient, sum_forces, measure_shares, find_unusable
@@ -102,7 +101,7 @@ module qsmpm_equilibrium
     !> it was not taken; set by whoever looks at it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
-    !> Share of the pore pressures that its length bends (qsmpm_water_error); set by whoever looks at it.
+    !> Share of the pore pressures that its length bends (qsmpm_load_step); set by whoever looks at it.
     real(wp) :: water_error = 0.0_wp
     !> Share of the step that a law would rather have been asked for; 0 when not set.
     real(wp) :: share = 0.0_wp

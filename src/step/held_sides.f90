@@ -17,7 +17,6 @@ module qsmpm_held_sides
   use qsmpm_kinds, only: wp
   use qsmpm_agreement, only: any_of, lowest_rank
   use qsmpm_analysis, only: axisymmetric
-  use qsmpm_exchange, only: spread_from
   use qsmpm_limit_load, only: is_found
   use qsmpm_mesh_search, only: locate
   use qsmpm_model, only: model_type
@@ -26,7 +25,7 @@ module qsmpm_held_sides
   use qsmpm_points, only: carried_type, points_type, carries_strains
   use qsmpm_rounded_text, only: rounded_place, rounded_text
   use qsmpm_space, only: shape_values_type, functions_at, node_position
-  use qsmpm_team, only: largest
+  use qsmpm_team, only: largest, spread_from
   implicit none
   private
 

@@ -2,21 +2,23 @@
 !> the equations can be solved. Active cells and basis functions (qsmpm_configuration), the terms and their
 !> node lists, the unknowns and their equations. Everything here is scratch; pattern and analysis of the matrix are
 !> kept while the active cells and the constraints stay the same.
+!>
+!> Evaluation of a step at a trial displacement: forces by their role, the matrix, the linear force of prescribed
+!> displacements. Each is a sum over the terms (qsmpm_term_sums).
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
   use qsmpm_active_bodies, only: materials_active
-  use qsmpm_agreement, only: agree, any_of, joint_norm
+  use qsmpm_agreement, only: agree, any_of, joint_norm, lowest_rank, spread_text
   use qsmpm_method_description, only: basis_fem, solver_petsc, solver_choice_type
   use qsmpm_phase_description, only: newton_modified
   use qsmpm_configuration, only: configuration_type, find_configuration, reset_configuration
-  use qsmpm_equations, only: equations_type, number_equations
+  use qsmpm_equations, only: equations_type, number_equations, gather
   use qsmpm_error, only: error_type
-  use qsmpm_exchange, only: spread_from
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_joint_system, only: joint_system_type, start_joint_system, begin_joint_system
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
-  use qsmpm_material_traits, only: traits_of
+  use qsmpm_material_description, only: traits_of
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_own_marks, only: node_owners, choose_movers
@@ -26,26 +28,26 @@ module qsmpm_initialisation
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outline_surfaces, only: lay_surfaces
   use qsmpm_contact_results, only: penetration_type
-  use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_run_profile, only: run_profile_type, count_evaluation
   use qsmpm_soil_points, only: soil_of, integration_of
   use qsmpm_space, only: node_label, node_position
   use qsmpm_solver_choice, only: solve_together
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_standard_terms, only: standard_terms, append_term
-  use qsmpm_stopwatch, only: switch_timer, part_initialisation, part_analysis
-  use qsmpm_term, only: term_type, term_slot_type, failure_type
+  use qsmpm_stopwatch, only: switch_timer, part_initialisation, part_analysis, part_control, part_evaluation
+  use qsmpm_term, only: term_type, term_slot_type, failure_type, role_external, role_internal, role_numerical
   use qsmpm_surface_refinement, only: refine_surfaces
-  use qsmpm_team, only: team_type, total
-  use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints
+  use qsmpm_team, only: team_type, total, spread_from, smallest
+  use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints, add_shares
   use qsmpm_safety_factors, only: is_searching
-  use qsmpm_term_sums, only: prepare_terms
+  use qsmpm_term_sums, only: prepare_terms, evaluate_terms, sum_forces, linear_forces
   use qsmpm_unloading, only: measure_unloading
   use qsmpm_unknowns, only: unknowns_type, fields_of_equations, most_components, all_nodes
   implicit none
   private
 
   public :: norm_of_forces, norm_of_volumes, step_type, nodal_forces_type, begin_analysis, add_term, initialise_step, &
-    ready_terms, solver_choice
+    ready_terms, solver_choice, evaluate_step, linear_force
 
   !> Poisson's ratio of drained or undrained soil above which factors are faster than multigrid (docs/distributed.md).
   real(wp), parameter :: most_poisson = 0.48_wp
@@ -332,4 +334,79 @@ contains
     is_symmetric = all([(terms(t)%term%symmetric, t=1, size(terms))]) .and. .not. is_searching(model)
     if (model%analysis%phases(model%state%progress%phase)%controls%newton == newton_modified) is_symmetric = .true.
   end function is_symmetric
+
+  !> Forces and, when a tangent is asked for, the blocks that are formed with them; with `prescribed` also
+  !> the force these displacements call up. Where it fails the forces stay what they were.
+  subroutine evaluate_step(model, step, displacement, tangent, prescribed)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    !> Displacement of the step (components, nodes).
+    real(wp), intent(in) :: displacement(:, :)
+    !> tangent_none, tangent_consistent or tangent_elastic.
+    integer, intent(in) :: tangent
+    !> Displacements whose linear force is wanted (components, nodes).
+    real(wp), intent(in), optional :: prescribed(:, :)
+    integer :: t
+
+    call switch_timer(step%profile%watch, part_evaluation)
+    call evaluate_terms(step%terms, model, step%configuration_type, displacement, tangent, step%equations, &
+      step%matrix, step%failure, prescribed)
+    call switch_timer(step%profile%watch, part_control)
+    call count_evaluation(step%profile, sum([(step%terms(t)%term%point_count, t=1, size(step%terms))]))
+    call agree_on_failure(step%team, step%failure)
+    if (step%failure%failed) return
+    do t = 1, size(step%terms)
+      associate (term => step%terms(t)%term)
+        call term%judge(model, displacement(:term%rows, :term%columns), step%failure)
+      end associate
+    end do
+    if (step%failure%failed) return
+    call sum_forces(step%terms, role_external, displacement, step%forces%external)
+    call sum_forces(step%terms, role_internal, displacement, step%forces%internal)
+    call sum_forces(step%terms, role_numerical, displacement, step%forces%numerical)
+    call add_shares(step%team, step%unknowns, step%forces%external)
+    call add_shares(step%team, step%unknowns, step%forces%internal)
+    call add_shares(step%team, step%unknowns, step%forces%numerical)
+  end subroutine evaluate_step
+
+  !> What one process of a team cannot evaluate none can: the failure of the lowest rank that has one is that of all,
+  !> and the step to be tried next is the shortest that any asks for.
+  subroutine agree_on_failure(team, failure)
+    type(team_type), intent(in) :: team
+    type(failure_type), intent(inout) :: failure
+    character(len=:), allocatable :: reason
+    integer(long) :: figures(2)
+    real(wp) :: share
+    integer :: rank
+
+    if (team%ranks == 1) return
+    rank = lowest_rank(team, failure%failed)
+    if (rank == team%ranks) return
+    share = huge(share)
+    if (failure%failed .and. failure%share > 0.0_wp) share = failure%share
+    share = smallest(team, share)
+    figures = [merge(1, 0, failure%unrecoverable), failure%cause]
+    reason = ''
+    if (allocated(failure%reason)) reason = failure%reason
+    call spread_from(team, rank, figures)
+    call spread_text(team, rank, reason)
+    failure = failure_type(failed=.true., unrecoverable=figures(1) == 1, cause=int(figures(2)))
+    if (share < huge(share)) failure%share = share
+    if (len(reason) > 0) failure%reason = reason
+  end subroutine agree_on_failure
+
+  !> Force that prescribed displacements call up at the free components; the first evaluation of the step was given
+  !> them.
+  subroutine linear_force(step, prescribed, force)
+    type(step_type), intent(in) :: step
+    !> (components, nodes)
+    real(wp), intent(in) :: prescribed(:, :)
+    !> (equations)
+    real(wp), intent(out) :: force(:)
+    real(wp) :: nodal(size(prescribed, 1), size(prescribed, 2))
+
+    call linear_forces(step%terms, prescribed, nodal)
+    call add_shares(step%team, step%unknowns, nodal)
+    call gather(step%equations, nodal, force)
+  end subroutine linear_force
 end module qsmpm_initialisation

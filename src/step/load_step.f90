@@ -5,28 +5,57 @@
 !>   3.3  Convective phase       update the points, reset the mesh, find the points again
 !>
 !> Either the whole step is taken, or the state of the model is what it was before.
+!>
+!> What a step is to reach: the loads in force at its start and its end, the displacements that are prescribed (paper,
+!> eqs. 18 and 19), what eq. 27 refers to at the least.
+!>
+!> Where the iterations of a step begin: its share of the phase, or what the factor of a search for the safety grows by
+!> in it, times the rate of the unknowns in the static step before, which near a limit load is nearly all of the answer;
+!> of a damped sub-step, the changes of the one before (docs/methods/steps.md).
+!>
+!> Both are kept as fields are, node by node, so that a restart file has them and new nodes begin with zero. The first
+!> step of a phase begins with nothing, and so does one behind damped sub-steps or an attempt that has failed, but one
+!> at another factor; what is prescribed is in force from the start. With laws from elsewhere the second one does too: a
+!> law that changes the stress where nothing is strained is found where nothing is strained yet.
+!>
+!> What a solve has come to: whether the step may be as long as it is, what its load does, reactions and work, where the
+!> residual and the share of the stabilisation are largest.
 module qsmpm_load_step
-  use qsmpm_kinds, only: wp
-  use qsmpm_agreement, only: agree, any_of
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: agree, any_of, joint_norm, lowest_rank
   use qsmpm_phase_description, only: controls_type
   use qsmpm_convection, only: convect, longest_move, update_in_place
   use qsmpm_division, only: migrate_points
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
-  use qsmpm_error, only: error_type
+  use qsmpm_error, only: error_type, error_other, fail, error_not_converged
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_joint_system, only: leave_joint_system
-  use qsmpm_model, only: model_type
-  use qsmpm_nodal_fields, only: keep_changes
+  use qsmpm_model, only: model_type, progress_type
+  use qsmpm_nodal_fields, only: keep_changes, add_shares, find_prescribed, rate_of, substep_of
   use qsmpm_pushed_material, only: note_push
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places, check_state
   use qsmpm_safety_factors, only: is_searching
-  use qsmpm_step_control, only: retries_line_search
-  use qsmpm_step_goal, only: set_goal, extrapolate, keep_rates, length_of
-  use qsmpm_step_outcome, only: judge_length, compliance_in, take_reactions_and_work, name_worst_node, place_share
+  use qsmpm_step_control, only: retries_line_search, has_length_error, is_too_long
   use qsmpm_step_solver, only: step_solver_type, attempt_type
-  use qsmpm_stopwatch, only: switch_timer, part_control, part_convection
-  use qsmpm_team, only: largest
-  use qsmpm_term_sums, only: keep_nodal_of_terms, commit_terms, discard_terms
+  use qsmpm_stopwatch, only: switch_timer, part_control, part_convection, part_step_error
+  use qsmpm_team, only: largest, total, spread_from
+  use qsmpm_term_sums, only: keep_nodal_of_terms, commit_terms, discard_terms, begin_terms, set_loads, sum_forces
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_finite, only: is_usable, all_usable, unusable
+  use qsmpm_law, only: step_info_type
+  use qsmpm_own_part, only: own_of
+  use qsmpm_phase_tree, only: phase_start_time
+  use qsmpm_space, only: node_label, node_position
+  use qsmpm_term, only: increment_type, term_slot_type, role_external
+  use qsmpm_text, only: integer_text
+  use qsmpm_unknowns, only: unknowns_type, most_components, all_nodes, own_node, put_values, values_of, find_field
+  use qsmpm_kept_arrays, only: kept_arrays_type, is_kept, keep_values, kept_values
+  use qsmpm_owner_copies, only: copy_values
+  use qsmpm_equations, only: gather
+  use qsmpm_limit_load, only: compliance_type
+  use qsmpm_step_error, only: step_error_type, measure_step_error
+  use qsmpm_consolidation, only: excess_field
+  use qsmpm_pore_flow, only: course_name
   implicit none
   private
 
@@ -37,6 +66,9 @@ module qsmpm_load_step
   contains
     procedure :: solve => load_step
   end type load_step_type
+
+  !> Share of the force of an all-round pressure on the face of a cell that is a load at the least.
+  real(wp), parameter :: little = 1.0e-4_wp
 
 contains
 
@@ -186,4 +218,327 @@ contains
     deallocate (error)
   end subroutine refuse
 
+  !> Loads in force, prescribed displacements to be reached, the loads of the start, and the time for the laws.
+  subroutine set_goal(model, configuration, attempt, unknowns, terms, force_before, goal, error)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    type(attempt_type), intent(in) :: attempt
+    type(unknowns_type), intent(in) :: unknowns
+    type(term_slot_type), intent(inout) :: terms(:)
+    !> External force at the start (dimension, node_count).
+    real(wp), allocatable, intent(out) :: force_before(:, :)
+    type(target_type), intent(inout) :: goal
+    !> A load or a prescribed displacement is not a number.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), dimension(most_components(unknowns), all_nodes(unknowns)) :: load, start_of_step
+
+    associate (progress => model%state%progress)
+      call begin_terms(terms, increment_type(step_info_type(phase=progress%phase, step=progress%step + 1, &
+        step_of_phase=progress%phase_steps + 1, start=progress%fraction, &
+        duration=attempt%fraction - progress%fraction, &
+        phase_start=phase_start_time(model%analysis%phases, progress%phase), &
+        phase_time=model%analysis%phases(progress%phase)%duration, in_place=attempt%in_place), attempt%damping, &
+        attempt%stabilisation))
+      allocate (force_before, mold=load)
+      call put_in_force(model, configuration, progress%fraction, unknowns, terms, force_before)
+      start_of_step = force_before
+      if (attempt%start < progress%fraction) &
+        call put_in_force(model, configuration, attempt%start, unknowns, terms, start_of_step)
+      call put_in_force(model, configuration, attempt%fraction, unknowns, terms, load)
+      goal%increment = load - start_of_step
+      goal%phase_share = attempt%fraction - min(attempt%start, progress%fraction)
+    end associate
+    call find_prescribed(model, terms, unknowns, attempt%fraction, goal%prescribed)
+    goal%tolerance = attempt%tolerance
+    ! Soil that bears an all-round pressure and nothing else has no force but for rounding.
+    goal%least_load = joint_norm(model%part%team, norm2(pack(model%state%released, &
+      spread(own_of(model%part%nodes, model%space%node_count), 1, model%mesh%dimension)))) &
+      + joint_norm(model%part%team, norm2(pack(model%state%surface%released, spread(own_of(model%part%surface, &
+      model%state%surface%count), 1, model%mesh%dimension)))) &
+      + little*model%analysis%confinement*model%cell_size**(model%mesh%dimension - 1)
+    goal%least_moved = model%state%progress%force_at_start
+    call check_nodes(model, unknowns, 'load', load, error)
+    if (.not. allocated(error)) call check_nodes(model, unknowns, 'prescribed displacement', &
+      goal%prescribed, error)
+    call agree(model%part%team, error)
+  end subroutine set_goal
+
+  !> Put the loads of a fraction of the phase in force; what they are on the body as it stands.
+  subroutine put_in_force(model, configuration, fraction, unknowns, terms, load)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    real(wp), intent(in) :: fraction
+    type(unknowns_type), intent(in) :: unknowns
+    type(term_slot_type), intent(inout) :: terms(:)
+    !> (dimension, node_count)
+    real(wp), intent(out) :: load(:, :)
+    real(wp) :: still(size(load, 1), size(load, 2))
+
+    still = 0.0_wp
+    call set_loads(terms, model, configuration, fraction)
+    call sum_forces(terms, role_external, still, load)
+    call add_shares(model%part%team, unknowns, load)
+  end subroutine put_in_force
+
+  !> Loads and prescribed displacements are numbers: no smaller step makes them so.
+  subroutine check_nodes(model, unknowns, name, values, error)
+    type(model_type), intent(in) :: model
+    type(unknowns_type), intent(in) :: unknowns
+    character(len=*), intent(in) :: name
+    !> Values at the nodes (dimension, node_count).
+    real(wp), intent(in) :: values(:, :)
+    !> error_other: names the node.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: node
+
+    if (all_usable(size(values), values)) return
+    node = own_node(unknowns, findloc(all(is_usable(values), dim=1), .false., dim=1))
+    call fail(error, error_other, 'phase '//integer_text(model%state%progress%phase)//', step '// &
+      integer_text(model%state%progress%step + 1)//': the '//name//' at node '// &
+      integer_text(node_label(model%space, model%mesh, node))//' has a value'//unusable)
+  end subroutine check_nodes
+
+  !> First guess of a step, where there is a step like it before.
+  subroutine extrapolate(model, step, attempt, goal)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(in) :: step
+    type(attempt_type), intent(in) :: attempt
+    type(target_type), intent(inout) :: goal
+    real(wp), allocatable :: values(:, :)
+    character(len=:), allocatable :: name
+    real(wp) :: share
+    logical :: damped, searching
+    integer :: f
+
+    searching = is_searching(model)
+    damped = attempt%damping > 0.0_wp
+    share = length_of(model, attempt)
+    if (damped) share = 1.0_wp
+    if (.not. share > 0.0_wp) return
+    if ((damped .or. .not. searching) .and. (step%from_rest .or. (damped .neqv. step%damped))) return
+    if (.not. (damped .or. searching .or. model%state%progress%fraction > 0.0_wp)) return
+    associate (materials => model%analysis%materials)
+      if (.not. damped .and. model%state%progress%phase_steps < merge(2, 1, any(materials%user%given .or. &
+        materials%own_law))) return
+    end associate
+    allocate (goal%guess, mold=goal%prescribed)
+    goal%guess = 0.0_wp
+    associate (fields => step%unknowns%fields, kept => model%state%kept)
+      do f = 1, size(fields)
+        name = rate_of//fields(f)%name
+        if (damped) name = substep_of//fields(f)%name
+        if (.not. is_kept(kept, name)) cycle
+        values = kept_values(kept, name)
+        if (f == 1) call copy_values(step%team, step%node_copies, values)
+        call put_values(step%unknowns, f, share*values, goal%guess)
+      end do
+    end associate
+    if (any_of(step%team, any(abs(goal%guess) > 0.0_wp))) then
+      where (step%equations%number == 0) goal%guess = goal%prescribed
+    else
+      deallocate (goal%guess)
+    end if
+  end subroutine extrapolate
+
+  !> How far a static step goes: share of the phase, or what the factor grows by where a search has found one that is
+  !> stable. A re-equilibration of a search goes as far as what was solved before it, one of other steps nowhere.
+  pure real(wp) function length_of(model, attempt)
+    type(model_type), intent(in) :: model
+    type(attempt_type), intent(in) :: attempt
+
+    associate (progress => model%state%progress)
+      length_of = attempt%fraction - progress%fraction
+      if (is_searching(model) .and. progress%bracket%stable > 0.0_wp) &
+        length_of = progress%strength_factor - progress%bracket%stable
+    end associate
+  end function length_of
+
+  !> Keep the rates of a static step of some length, or the changes of one that leaves none.
+  subroutine keep_rates(unknowns, leaves_none, share, changes, kept)
+    type(unknowns_type), intent(in) :: unknowns
+    !> A damped sub-step, or the first step of a search for a factor of safety.
+    logical, intent(in) :: leaves_none
+    !> 0 at constant load, where a static step leaves the rates.
+    real(wp), intent(in) :: share
+    !> (most components, all nodes)
+    real(wp), intent(in) :: changes(:, :)
+    type(kept_arrays_type), intent(inout) :: kept
+    integer :: f
+
+    if (.not. (share > 0.0_wp .or. leaves_none)) return
+    do f = 1, size(unknowns%fields)
+      associate (name => unknowns%fields(f)%name, values => values_of(unknowns, f, changes))
+        if (.not. is_kept(kept, rate_of//name)) cycle
+        if (leaves_none) then
+          call keep_values(kept, rate_of//name, 0.0_wp*values)
+          call keep_values(kept, substep_of//name, values)
+        else
+          call keep_values(kept, rate_of//name, values/share)
+        end if
+      end associate
+    end do
+  end subroutine keep_rates
+
+  !> Whether the step may be as long as it is: no node moves too far, and the error of its length is allowed.
+  subroutine judge_length(model, step, controls, attempt, solution, error)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    type(controls_type), intent(in) :: controls
+    type(attempt_type), intent(in) :: attempt
+    type(solution_type), intent(inout) :: solution
+    !> The equations could not be solved.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (controls%by_water) solution%water_error = water_error(model, step, attempt, solution%displacement)
+    if (solution%largest_move > attempt%largest_move) then
+      solution%converged = .false.
+      solution%reason = 'the step moves a node too far'
+    else if (has_length_error(controls, attempt) .or. (has_user_law(model) .and. &
+      .not. (attempt%damping > 0.0_wp .or. attempt%in_place))) then
+      call measure_length_error(model, step, .not. has_length_error(controls, attempt), solution, error)
+      if (allocated(error) .or. .not. has_length_error(controls, attempt)) return
+      solution%too_long = is_too_long(controls, attempt%fraction - model%state%progress%fraction, solution%step_error)
+      if (.not. solution%too_long) return
+      solution%converged = .false.
+      solution%reason = 'the step is longer than its error allows'
+    end if
+  end subroutine judge_length
+
+  !> What the length of a step costs where pore water flows in time: how far its excess pressures are from a straight
+  !> line with those of the step before,
+  !>
+  !>   e = max |dp - r dp'| / p_max,      r the length of the step over that of the one before, dp' the change in it,
+  !>
+  !> p_max the largest pressure of the phase so far: 0 while a load is put on and no water leaves, and in the first step
+  !> of a phase. Backward differences of second order (qsmpm_flow_balance) are off by less than that.
+  function water_error(model, step, attempt, displacement) result(error)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(in) :: step
+    type(attempt_type), intent(in) :: attempt
+    !> Changes of all unknowns (components, columns).
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp) :: error
+    real(wp), allocatable :: course(:, :), change(:), before(:)
+
+    error = 0.0_wp
+    if (model%state%progress%phase_steps == 0 .or. .not. is_kept(model%state%kept, rate_of//excess_field)) return
+    course = kept_values(model%state%kept, course_name)
+    before = pack(kept_values(model%state%kept, rate_of//excess_field), .true.)
+    change = pack(values_of(step%unknowns, find_field(step%unknowns, excess_field), displacement), .true.)
+    before = before*(attempt%fraction - model%state%progress%fraction)
+    error = maxval(abs(change - before))/max(course(2, 1), tiny(1.0_wp))
+  end function water_error
+
+  !> Whether there is a law of a user: how it integrates its rates is not known, so its steps are measured unasked, but
+  !> for those at places that stay, which are no path.
+  pure logical function has_user_law(model)
+    type(model_type), intent(in) :: model
+    integer :: m
+
+    has_user_law = any([(model%laws(m)%law%of_user, m=1, size(model%laws))])
+  end function has_user_law
+
+  !> How far the step is off for its length.
+  subroutine measure_length_error(model, step, path_only, solution, error)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    !> Leaves the error of the position out; an error that cannot be measured is all of the stress.
+    logical, intent(in) :: path_only
+    type(solution_type), intent(inout) :: solution
+    !> The equations could not be solved.
+    type(error_type), allocatable, intent(out) :: error
+    type(step_error_type) :: errors
+
+    call switch_timer(step%profile%watch, part_step_error)
+    call measure_step_error(model, step, solution%displacement, path_only, errors, error)
+    call switch_timer(step%profile%watch, part_control)
+    if (.not. allocated(error)) solution%step_error = max(errors%path, errors%position)
+    if (path_only) solution%step_error = min(1.0_wp, solution%step_error)
+  end subroutine measure_length_error
+
+  !> What a load increment does by a displacement, at the free components: loads at nodes and on rigid bodies.
+  type(compliance_type) function compliance_in(step, increment, displacement)
+    type(step_type), intent(in) :: step
+    !> (components, nodes)
+    real(wp), intent(in) :: increment(:, :), displacement(:, :)
+    real(wp) :: load(step%equations%count), move(step%equations%count)
+
+    load = 0.0_wp
+    move = 0.0_wp
+    call gather(step%equations, increment, load)
+    call gather(step%equations, displacement, move)
+    where (step%field_of == 0) load = 0.0_wp
+    compliance_in = compliance_type(total(step%team, dot_product(load, move)), &
+      total(step%team, dot_product(load, load)))
+  end function compliance_in
+
+  !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
+  subroutine take_reactions_and_work(step, constrained, force_before, solution, reactions, progress, error)
+    type(step_type), intent(in) :: step
+    !> Constrained components (dimension, node_count).
+    logical, intent(in) :: constrained(:, :)
+    !> (components, nodes)
+    real(wp), intent(in) :: force_before(:, :)
+    type(solution_type), intent(in) :: solution
+    !> Before, and after (dimension, node_count).
+    real(wp), intent(inout) :: reactions(:, :)
+    type(progress_type), intent(inout) :: progress
+    !> A reaction or the work is not a number.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: new_reactions(size(reactions, 1), size(reactions, 2))
+    logical :: own(size(reactions, 1), size(reactions, 2))
+
+    associate (d => size(reactions, 1), n => size(reactions, 2))
+      associate (move => solution%displacement(:d, :n), before => force_before(:d, :n), &
+          external => solution%external_force(:d, :n), internal => solution%internal_force(:d, :n))
+        new_reactions = 0.0_wp
+        own = spread(step%own(:n), 1, d)
+        where (constrained .and. spread(step%equations%active(:n), 1, d)) new_reactions = internal - external
+        progress%external_work = progress%external_work &
+          + total(step%team, sum(0.5_wp*(before + external)*move, mask=own)) &
+          + total(step%team, sum(0.5_wp*(reactions + new_reactions)*move, mask=own))
+        progress%internal_work = progress%internal_work &
+          + total(step%team, sum(0.5_wp*(before + reactions + internal)*move, mask=own))
+      end associate
+    end associate
+    if (.not. (is_usable(progress%external_work) .and. is_usable(progress%internal_work))) &
+      call fail(error, error_not_converged, 'the work of the step has a value'//unusable)
+    reactions = new_reactions
+  end subroutine take_reactions_and_work
+
+  !> Label and place of the node with the largest residual of all processes: its number does not outlive a change of
+  !> the window.
+  subroutine name_worst_node(model, solution)
+    type(model_type), intent(in) :: model
+    !> What was reached.
+    type(solution_type), intent(inout) :: solution
+    real(wp) :: worst
+    integer(long) :: label(1)
+    integer :: node, rank
+
+    node = max(1, solution%worst_node)
+    solution%worst_label = node_label(model%space, model%mesh, node)
+    solution%worst_place(:model%mesh%dimension) = node_position(model%space, model%mesh, node)
+    worst = largest(model%part%team, solution%worst_size)
+    rank = lowest_rank(model%part%team, solution%worst_size >= worst)
+    if (rank == model%part%team%ranks) return
+    label = solution%worst_label
+    call spread_from(model%part%team, rank, label)
+    call spread_from(model%part%team, rank, solution%worst_place)
+    solution%worst_label = int(label(1))
+  end subroutine name_worst_node
+
+  !> Where the stabilisation carries the largest share of the forces.
+  subroutine place_share(model, solution)
+    type(model_type), intent(in) :: model
+    type(solution_type), intent(inout) :: solution
+    integer :: node, rank
+
+    node = 0
+    if (allocated(solution%shares)) node = maxval([0, solution%shares%node])
+    rank = lowest_rank(model%part%team, node > 0)
+    if (rank == model%part%team%ranks) return
+    if (node > 0) solution%share_place(:model%mesh%dimension) = node_position(model%space, model%mesh, node)
+    call spread_from(model%part%team, rank, solution%share_place)
+  end subroutine place_share
 end module qsmpm_load_step

@@ -70,7 +70,7 @@ contains
     if (nodes_of == 0) nodes_of = model%space%node_count
   end function nodes_of
 
-  !> Nodal values of the fields, zero where the terms have laid none, and what qsmpm_step_goal keeps of each.
+  !> Nodal values of the fields, zero where the terms have laid none, and what qsmpm_load_step keeps of each.
   subroutine lay_fields(terms, model)
     type(term_slot_type), intent(in) :: terms(:)
     type(model_type), intent(inout) :: model

@@ -10,7 +10,7 @@ module qsmpm_penetration
   use qsmpm_agreement, only: lowest_rank
   use qsmpm_contact_results, only: penetration_type, deepest_point
   use qsmpm_error, only: error_type, fail, error_not_converged
-  use qsmpm_exchange, only: spread_from
+  use qsmpm_team, only: spread_from
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_points, only: place_of

@@ -18,12 +18,11 @@ module qsmpm_step_error
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: own_cells
   use qsmpm_integration, only: integration_type
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, evaluate_step
   use qsmpm_assembly, only: evaluation_type, evaluate, prepare_evaluation
   use qsmpm_equations, only: gather
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
   use qsmpm_term_sums, only: add_all_blocks
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_team, only: team_type, largest, total
   implicit none
   private

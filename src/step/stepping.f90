@@ -9,7 +9,6 @@ module qsmpm_stepping
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_agreement, only: any_of
   use qsmpm_error, only: error_type, fail
-  use qsmpm_exchange, only: spread_from
   use qsmpm_initialisation, only: step_type, norm_of_forces, norm_of_volumes
   use qsmpm_limit_load, only: add_compliance
   use qsmpm_linear_system, only: begin_step, failures
@@ -24,7 +23,7 @@ module qsmpm_stepping
     may_be_damped, must_equilibrate, reequilibration_attempt, reequilibration_controls, reject, reject_compliant, &
     reject_endless, reject_first, reject_flowing, reject_overloaded, reject_solve, static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
-  use qsmpm_team, only: team_type
+  use qsmpm_team, only: team_type, spread_from
   use qsmpm_term_share, only: add_solves, share_named, stabilisation_share
   use qsmpm_histories, only: take_histories
   implicit none

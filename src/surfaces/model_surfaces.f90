@@ -5,7 +5,7 @@ module qsmpm_model_surfaces
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_load_description, only: support_normal
   use qsmpm_mesh_description, only: surface_type, select_box, select_segment, select_mesh, select_outline
-  use qsmpm_basis_traits, only: grid_degree
+  use qsmpm_method_description, only: grid_degree
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type

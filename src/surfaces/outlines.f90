@@ -12,11 +12,10 @@
 module qsmpm_outlines
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
-  use qsmpm_material_traits, only: may_yield
+  use qsmpm_material_description, only: may_yield
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_mesh_description, only: mesh_grid, select_outline
-  use qsmpm_method_description, only: basis_fem, integrate_cells
-  use qsmpm_basis_traits, only: grid_degree
+  use qsmpm_method_description, only: basis_fem, integrate_cells, grid_degree
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: places_for
   use qsmpm_model_surfaces, only: outline_box

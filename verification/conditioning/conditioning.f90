@@ -32,8 +32,7 @@ program conditioning
   use qsmpm_phase_start, only: start_phase
   use qsmpm_point_location, only: relocate
   use qsmpm_linear_system, only: end_system
-  use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_term, only: increment_type
   use qsmpm_term_sums, only: add_all_blocks, begin_terms
   use qsmpm_law, only: tangent_elastic

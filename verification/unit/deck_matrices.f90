@@ -12,11 +12,10 @@ module deck_matrices
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_linear_system, only: factorise_system, solve_system, start_system, end_system
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_equations, only: gather, scatter
   use qsmpm_soil_points, only: soil_type, soil_of
   use qsmpm_term_sums, only: add_all_blocks
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_law, only: tangent_elastic, tangent_consistent
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   implicit none

@@ -2,12 +2,11 @@
 module term_samples
   use qsmpm_contacts, only: contacts_type
   use qsmpm_equations, only: gather
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, evaluate_step
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: tangent_none, tangent_consistent
   use qsmpm_model, only: model_type
   use qsmpm_sparse_matrix, only: multiply
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: term_type, increment_type, role_external
   use qsmpm_term_share, only: solve_share_type, step_share_type, add_solves, share_named
   use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads, sum_forces

@@ -14,8 +14,7 @@ module test_axisymmetry
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_deformation, only: point_displacement, step_gradient
   use qsmpm_linear_system, only: end_system
   use deck_samples, only: joined

@@ -2,8 +2,8 @@
 module test_basis_traits
   use qsmpm_kinds, only: wp
   use qsmpm_method_description, only: method_type, basis_auto, basis_standard, basis_fem, basis_gimp, basis_spline2, &
-    basis_spline3, basis_spline2g, stabilise_none, stabilise_background, stabilise_ghost
-  use qsmpm_basis_traits, only: basis_list, grid_degree, usual_factor
+    basis_spline3, basis_spline2g, stabilise_none, stabilise_background, stabilise_ghost, basis_list, grid_degree, &
+    usual_factor
   use testing, only: tests_type
   implicit none
   private

@@ -15,7 +15,7 @@ module test_body_contact
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
-  use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
+  use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis, evaluate_step
   use qsmpm_kept_arrays, only: kept_values, keep_values
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: tangent_none, step_info_type
@@ -30,7 +30,6 @@ module test_body_contact
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
     cone_polygon
   use qsmpm_space, only: node_position
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
   use qsmpm_term_sums, only: begin_terms, commit_terms, set_loads

@@ -9,7 +9,7 @@ module test_body_loads
   use qsmpm_equations, only: gather
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
-  use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
+  use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis, evaluate_step
   use qsmpm_kept_arrays, only: keep_values
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: step_info_type, tangent_none, tangent_consistent
@@ -22,7 +22,6 @@ module test_body_loads
   use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_space, only: node_position
   use qsmpm_sparse_matrix, only: multiply
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type, term_type
   use qsmpm_term_sums, only: add_all_blocks, begin_terms, commit_terms, set_loads, sum_field_sizes

@@ -9,7 +9,7 @@ module test_consolidation
   use qsmpm_confined_modulus, only: confined_modulus
   use qsmpm_flow_balance, only: flow_balance_type
   use qsmpm_face_leak, only: face_layers_type, find_layers, terms_of_layer
-  use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
+  use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step, evaluate_step
   use qsmpm_kept_arrays, only: keep_values, kept_values
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: step_info_type, tangent_none
@@ -19,7 +19,6 @@ module test_consolidation
   use qsmpm_permeability_law, only: permeability_law_type, permeability_ratio, permeability_slope, &
     permeability_kozeny, permeability_logarithm
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: force_sizes_type, increment_type, term_type
   use qsmpm_term_sums, only: begin_terms, set_loads
   use qsmpm_unknowns, only: find_field, joint_node

@@ -17,7 +17,7 @@ module test_contacts
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
   use qsmpm_interface_strength, only: interface_strength, check_interfaces
-  use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
+  use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis, evaluate_step
   use qsmpm_kept_arrays, only: keep_values
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: tangent_none, step_info_type
@@ -33,7 +33,6 @@ module test_contacts
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, face_type, ball, half_space, rounded_polygon, box_polygon, &
     cone_polygon, turned_polygon, rounded_block, kind_turned, completed_by_image, largest_round
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_strength_profile, only: profile_linear, profile_shansep
   use qsmpm_value_field, only: field_friction, set_samples

@@ -9,7 +9,7 @@ module test_convection
   use qsmpm_element, only: node_count
   use qsmpm_error, only: error_type, error_left_mesh, error_tangled
   use qsmpm_held_sides, only: side_check_type, warn_of_crossing, warn_of_reached_sides
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_law, only: tangent_none
   use qsmpm_linear_system, only: end_system
   use qsmpm_mesh, only: mesh_type
@@ -18,7 +18,6 @@ module test_convection
   use qsmpm_phase_start, only: start_phase
   use qsmpm_points, only: carried_type
   use qsmpm_space, only: node_position
-  use qsmpm_step_evaluation, only: evaluate_step
   use deck_samples, only: joined
   use scripted_solver, only: test_observer_type
   use testing, only: tests_type

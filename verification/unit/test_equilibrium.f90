@@ -10,13 +10,12 @@ module test_equilibrium
   use qsmpm_equations, only: gather
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_field_balance, only: references_type, find_imbalance, leave_rounding
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_law, only: tangent_none
   use qsmpm_linear_system, only: end_system
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_stopwatch, only: start_stopwatch, part_assembly, part_control, part_evaluation, part_factorisation, &
     part_solves
   use qsmpm_term, only: term_type

@@ -15,12 +15,11 @@ module test_fields
   use qsmpm_model, only: model_type, state_type
   use deck_samples, only: joined
   use qsmpm_model_builder, only: build_model
-  use qsmpm_pictures, only: write_points_picture
   use qsmpm_points, only: copy_points, start_strains, start_water
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_number_text, only: numbered
-  use qsmpm_results, only: write_state, results_folder
+  use qsmpm_results, only: write_state, results_folder, write_points_picture
   use qsmpm_stress_error, only: stress_error_type
   use scene_samples, only: reduced, twin_deck
   use scratch_folder, only: make_folder, remove_folder

@@ -9,7 +9,7 @@ module test_free_surface
   use qsmpm_flow_points, only: flow_point_type, see_point, see_pores
   use qsmpm_free_surface, only: filling_pressure, find_bounds, bounds_note, kept_water, &
     rows_in_force, water_bounds_type
-  use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step
+  use qsmpm_initialisation, only: step_type, begin_analysis, initialise_step, evaluate_step
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: step_info_type, tangent_none
@@ -20,7 +20,6 @@ module test_free_surface
   use qsmpm_pore_water, only: discharge_in
   use qsmpm_retention, only: curve_type
   use qsmpm_soil_points, only: soil_type, soil_of
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: increment_type, term_type
   use qsmpm_term_sums, only: begin_terms, set_loads
   use qsmpm_unknowns, only: find_field, joint_node

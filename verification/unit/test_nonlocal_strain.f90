@@ -4,7 +4,7 @@ module test_nonlocal_strain
   use qsmpm, only: wp, error_type, problem_type, simulation_type, snapshot_type, kept_values, keep_values
   use qsmpm_equations, only: gather, scatter
   use qsmpm_error, only: error_deck
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_law, only: law_type, batch_type, field_coupling_type, step_info_type, status_ok, tangent_none, &
     tangent_consistent
   use qsmpm_law_factory, only: kinematics_jaumann, kinematics_logarithmic, new_law, rate_midpoint
@@ -15,7 +15,6 @@ module test_nonlocal_strain
   use qsmpm_softening_parameters, only: softening_parameters_type, softening_exponential, softening_linear, &
     regularise_nonlocal
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: increment_type
   use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads
   use qsmpm_text, only: same_bits

@@ -7,7 +7,7 @@ module test_output
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: plane_strain
   use qsmpm_history_description, only: quantity_stress, quantity_displacement
-  use qsmpm_clock, only: start_clock
+  use qsmpm_stopwatch, only: start_clock
   use qsmpm_display, only: display_none
   use qsmpm_element, only: quad4
   use qsmpm_error, only: error_type, fail, error_not_converged
@@ -17,8 +17,7 @@ module test_output
   use qsmpm_number_text, only: real_text, duration_text, numbered
   use qsmpm_rounded_text, only: rounded_text, rounded_place
   use qsmpm_observer, only: step_record_type
-  use qsmpm_pictures, only: box_corners
-  use qsmpm_pictures, only: write_points_picture
+  use qsmpm_results, only: box_corners, write_points_picture
   use qsmpm_inactive_points, only: allocate_inactive
   use qsmpm_points, only: allocate_points, allocate_carried, allocate_surface_points, allocate_watched
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close

@@ -9,10 +9,9 @@ module test_pressures
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_equations, only: gather
   use qsmpm_term_sums, only: add_all_blocks
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_sparse_matrix, only: multiply
   use qsmpm_space, only: node_position
   use qsmpm_pressures, only: pressures_type

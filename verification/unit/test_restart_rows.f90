@@ -10,7 +10,7 @@ module test_restart_rows
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_hdf5_image, only: image_type, create_image, put_array, put_attribute, save_image
   use qsmpm_hdf5_reader, only: reader_type, open_reader, close_reader, get_array
-  use qsmpm_hdf5_rows, only: get_rows
+  use qsmpm_hdf5_reader, only: get_rows
   use qsmpm_kept_arrays, only: lay_array
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type, state_type

@@ -3,7 +3,6 @@
 module test_run_profile
   use testing, only: tests_type
   use qsmpm_kinds, only: wp
-  use qsmpm_clock, only: clock_type, cpu_seconds, start_clock, wall_seconds
   use qsmpm_error, only: error_type
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_band_solver, only: make_band_solver
@@ -11,7 +10,8 @@ module test_run_profile
   use qsmpm_profile_report, only: profile_json, profile_table, shares_line
   use qsmpm_run_profile, only: run_profile_type, count_evaluation, count_factorisation, count_iteration
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_stopwatch, only: stopwatch_type, start_stopwatch, switch_timer, part_control, part_evaluation, part_input, &
+  use qsmpm_stopwatch, only: clock_type, cpu_seconds, start_clock, wall_seconds, stopwatch_type, start_stopwatch, &
+    switch_timer, part_control, part_evaluation, part_input, &
     part_output, part_solves
   implicit none
   private

@@ -9,7 +9,7 @@ module test_stages
   use qsmpm_element_shape, only: shape_functions
   use qsmpm_inactive_points, only: lift_feet_type, stretch_over, height_over
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_kinds, only: long
   use qsmpm_law, only: tangent_none
   use qsmpm_linear_system, only: end_system
@@ -18,7 +18,6 @@ module test_stages
   use qsmpm_model, only: state_type
   use qsmpm_points, only: carried_type
   use qsmpm_space, only: node_position
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term_sums, only: set_loads, discard_terms
   use qsmpm_text, only: integer_text
   use testing, only: tests_type

@@ -8,11 +8,10 @@ module test_supports
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_convection, only: convect
   use qsmpm_law, only: tangent_none
   use qsmpm_space, only: node_position
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_supports, only: supports_type, support_block
   use deck_samples, only: joined
   use term_samples, only: term_named, force_named

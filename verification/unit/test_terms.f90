@@ -9,7 +9,7 @@ module test_terms
   use qsmpm_equations, only: gather, scatter
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_file, only: read_text
-  use qsmpm_initialisation, only: step_type, initialise_step, add_term
+  use qsmpm_initialisation, only: step_type, initialise_step, add_term, evaluate_step
   use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
@@ -19,7 +19,6 @@ module test_terms
   use qsmpm_phase_start, only: start_phase
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_space, only: node_label
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type, role_internal
   use qsmpm_term_sums, only: begin_terms, set_loads, linear_forces, sum_forces

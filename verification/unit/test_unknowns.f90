@@ -6,12 +6,11 @@ module test_unknowns
     kept_values, keep_values
   use qsmpm_equations, only: gather, scatter
   use qsmpm_field_balance, only: references_type, find_imbalance
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, evaluate_step
   use qsmpm_law, only: step_info_type, tangent_consistent
   use qsmpm_phase_start, only: start_phase
   use qsmpm_space, only: shape_values_type, functions_at, node_position
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: increment_type
   use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads
   use qsmpm_text, only: same_bits

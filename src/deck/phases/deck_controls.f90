@@ -7,10 +7,9 @@ module qsmpm_deck_controls
   use qsmpm_cards, only: number_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, check_name
-  use qsmpm_keyword_table, only: table_type, in_phase, once
+  use qsmpm_keyword_table, only: table_type, in_phase, once, bar_list, geometry_words, side_words
   use qsmpm_phase_loads, only: is_body_loaded, is_loaded
   use qsmpm_phase_tree, only: lineage, parent_of
-  use qsmpm_deck_words, only: bar_list, geometry_words, side_words
   use qsmpm_strength_factor, only: flow_words
   use qsmpm_named, only: add_names
   use qsmpm_history_description, only: quantity_discharge

@@ -5,11 +5,10 @@ module qsmpm_deck_loads
   use qsmpm_kinds, only: wp
   use qsmpm_load_description, only: traction_type, support_all, support_none
   use qsmpm_card_fields, only: card_fields_type, column_type
-  use qsmpm_deck_objects, only: list_tractions, list_supports
-  use qsmpm_deck_state, only: deck_state_type, beside_deck
+  use qsmpm_deck_state, only: deck_state_type, beside_deck, list_tractions, list_supports
   use qsmpm_deck_water, only: add_water_keyword
-  use qsmpm_deck_words, only: bar_list, carrier_words, support_words, initial_words
-  use qsmpm_keyword_table, only: table_type, in_phase, once, many
+  use qsmpm_keyword_table, only: table_type, in_phase, once, many, bar_list, carrier_words, support_words, &
+    initial_words
   use qsmpm_phase_description, only: initial_stress_type, initial_keep, initial_isotropic, initial_given
   use qsmpm_error, only: error_type
   use qsmpm_stress_results, only: read_stress_file, is_results, read_stress_results

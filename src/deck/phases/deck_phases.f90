@@ -9,13 +9,11 @@ module qsmpm_deck_phases
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_controls, only: add_control_keywords, add_stop_keyword
   use qsmpm_deck_loads, only: add_initial_keywords, add_load_keywords
-  use qsmpm_deck_objects, only: list_phases
   use qsmpm_deck_rigid_bodies, only: add_move_keywords
   use qsmpm_deck_stages, only: add_prop_stage_keywords, add_stage_keywords
   use qsmpm_deck_water, only: add_consolidation_keyword, add_drain_keyword
-  use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_deck_words, only: bar_list, axis_words, phase_words
-  use qsmpm_keyword_table, only: table_type, in_phase, anywhere, once, many
+  use qsmpm_deck_state, only: deck_state_type, list_phases
+  use qsmpm_keyword_table, only: table_type, in_phase, anywhere, once, many, bar_list, axis_words, phase_words
   implicit none
   private
 

@@ -4,9 +4,8 @@
 module qsmpm_deck_stages
   use qsmpm_body_description, only: body_change_type, fill_level
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_state, only: deck_state_type, check_name
-  use qsmpm_deck_words, only: bar_list, fill_words
-  use qsmpm_keyword_table, only: table_type, in_phase, once, in_model, many
+  use qsmpm_deck_state, only: deck_state_type, check_name, list_props
+  use qsmpm_keyword_table, only: table_type, in_phase, once, in_model, many, bar_list, fill_words
   use qsmpm_kinds, only: wp
   use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages, leaves_cells
   use qsmpm_load_description, only: carrier_points
@@ -17,7 +16,6 @@ module qsmpm_deck_stages
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_vertical, only: upwards
   use qsmpm_structures, only: prop_change_type, prop_type
-  use qsmpm_deck_objects, only: list_props
   use qsmpm_phase_loads, only: prop_stage_type, prop_stage
   implicit none
   private

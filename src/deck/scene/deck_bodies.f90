@@ -5,10 +5,9 @@ module qsmpm_deck_bodies
     select_outline, mesh_fitted, mesh_grid, mesh_inline
   use qsmpm_cards, only: whole_at
   use qsmpm_card_fields, only: card_fields_type, column_type
-  use qsmpm_deck_objects, only: list_node_sets, list_element_sets, list_surfaces, list_bodies, list_points
-  use qsmpm_deck_state, only: deck_state_type, check_name, beside_deck
-  use qsmpm_deck_words, only: bar_list, axis_words, surface_words, shape_words
-  use qsmpm_keyword_table, only: table_type, in_model, many
+  use qsmpm_deck_state, only: deck_state_type, check_name, beside_deck, list_node_sets, list_element_sets, &
+    list_surfaces, list_bodies, list_points
+  use qsmpm_keyword_table, only: table_type, in_model, many, bar_list, axis_words, surface_words, shape_words
   use qsmpm_named, only: place_named
   use qsmpm_body_description, only: body_box, body_polygon, body_region, body_polyhedron
   use qsmpm_element, only: element_from_name, allowed_counts

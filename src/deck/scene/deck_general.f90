@@ -4,20 +4,18 @@ module qsmpm_deck_general
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: three_dimensional, plane_strain, mirror_auto, analysis_type
   use qsmpm_method_description, only: method_type, background_factor, ghost_factor, grid_ghost_factor, &
-    cubic_ghost_factor, basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, stabilise_background, &
-    stabilise_ghost, precision_auto, precision_single, keep_auto, solver_auto, solver_petsc
+    cubic_ghost_factor, basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, &
+    stabilise_background, stabilise_ghost, precision_auto, precision_single, keep_auto, solver_auto, solver_petsc, &
+    basis_list
   use qsmpm_text, only: real_text
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_basis_traits, only: basis_list
+  use qsmpm_deck_state, only: deck_state_type, list_histories
   use qsmpm_solver_list, only: solver_row_type, solver_row, solver_words
   use qsmpm_petsc_solver, only: with_petsc
-  use qsmpm_deck_words, only: bar_list, model_words, mirror_words, integration_words, kinematics_words, rate_words, &
-    stabilisation_words, axis_words, tensor_words
-  use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many
+  use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many, bar_list, model_words, mirror_words, &
+    integration_words, kinematics_words, rate_words, stabilisation_words, axis_words, tensor_words
   use qsmpm_history_description, only: history_type, quantity_reaction, quantity_state, quantity_prop_force, &
     quantity_discharge
-  use qsmpm_deck_objects, only: list_histories
   use qsmpm_history_quantities, only: history_quantities, has_components, component_number, component_none, &
     component_tensor, unit_of_history, is_taken_at, at_rigid_body
   implicit none

@@ -3,15 +3,13 @@
 !> itself: nothing here knows any of them.
 module qsmpm_deck_materials
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_material_description, only: locking_none, material_type
+  use qsmpm_material_description, only: locking_none, material_type, traits_of
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_values_by_place, only: add_profile_keyword
-  use qsmpm_deck_objects, only: list_materials
-  use qsmpm_deck_state, only: deck_state_type, source_line
+  use qsmpm_deck_state, only: deck_state_type, source_line, list_materials
   use qsmpm_deck_user_material, only: add_user_material_keywords
   use qsmpm_deck_water, only: add_undrained_keyword
-  use qsmpm_deck_words, only: bar_list
-  use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many
+  use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many, bar_list
   use qsmpm_permeability_law, only: permeability_constant, permeability_logarithm, permeability_words
   use qsmpm_phase_description, only: newton_modified, initial_k0
   use qsmpm_phase_loads, only: has_consolidation
@@ -23,7 +21,6 @@ module qsmpm_deck_materials
   use qsmpm_principal_model, only: principal_model_type
   use qsmpm_soil_model, only: soil_model_type
   use qsmpm_standard_laws, only: standard_laws
-  use qsmpm_material_traits, only: traits_of
   use qsmpm_stress_at_rest, only: has_ratio, horizontal_at_rest, passive_ratio, unloading_poisson
   use qsmpm_rounded_text, only: rounded_text
   implicit none

@@ -8,10 +8,9 @@ module qsmpm_deck_mesh
   use qsmpm_cards, only: row_type, number_at, word_at, whole_at
   use qsmpm_card_fields, only: card_fields_type, column_type
   use qsmpm_card_items, only: in_range
-  use qsmpm_deck_objects, only: list_mesh
-  use qsmpm_deck_state, only: deck_state_type, source_line, beside_deck
-  use qsmpm_deck_words, only: bar_list, position_of, diagonal_words, element_words, axis_words, format_words
-  use qsmpm_keyword_table, only: table_type, in_model, once, many
+  use qsmpm_deck_state, only: deck_state_type, source_line, beside_deck, list_mesh
+  use qsmpm_keyword_table, only: table_type, in_model, once, many, bar_list, position_of, diagonal_words, &
+    element_words, axis_words, format_words
   use qsmpm_card_visitors, only: numbers
   use qsmpm_file, only: directory_of, joined, extension_of
   use qsmpm_messages, only: severity_error

@@ -4,10 +4,8 @@
 module qsmpm_deck_point
   use qsmpm_kinds, only: wp
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_objects, only: list_stages
-  use qsmpm_deck_state, only: deck_state_type, beside_deck, check_name
-  use qsmpm_deck_words, only: bar_list, test_words, strain_words
-  use qsmpm_keyword_table, only: table_type, in_model, once, many
+  use qsmpm_deck_state, only: deck_state_type, beside_deck, check_name, list_stages
+  use qsmpm_keyword_table, only: table_type, in_model, once, many, bar_list, test_words, strain_words
   use qsmpm_point_test, only: point_stage_type, driven_words, test_undrained, test_oedometer, test_drained, &
     test_biaxial, test_shear, test_isotropic, test_path, strain_engineering, driven_axial_strain, driven_axial_stress, &
     driven_deviator, driven_cell_pressure, driven_shear_strain, driven_shear_stress, driven_normal_stress, &

@@ -6,10 +6,9 @@ module qsmpm_deck_rigid_bodies
     contact_on_soil, contact_on_body, patch_point, rigid_move_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_bodies, only: polygon_fields, finish_polygon, box_fields, check_box
-  use qsmpm_deck_objects, only: list_rigid_bodies, list_contacts, list_moves
-  use qsmpm_deck_state, only: deck_state_type, check_name
-  use qsmpm_deck_words, only: bar_list, rigid_words, contact_words, patch_words, load_words
-  use qsmpm_keyword_table, only: table_type, in_model, many, in_phase
+  use qsmpm_deck_state, only: deck_state_type, check_name, list_rigid_bodies, list_contacts, list_moves
+  use qsmpm_keyword_table, only: table_type, in_model, many, in_phase, bar_list, rigid_words, contact_words, &
+    patch_words, load_words
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: upper
   use qsmpm_phase_description, only: phase_type

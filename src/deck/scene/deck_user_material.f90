@@ -4,9 +4,9 @@ module qsmpm_deck_user_material
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, beside_deck
-  use qsmpm_deck_words, only: bar_list, axis_words, interface_words, model_tangent_words
   use qsmpm_card_visitors, only: numbers
-  use qsmpm_keyword_table, only: table_type, in_material, once
+  use qsmpm_keyword_table, only: table_type, in_material, once, bar_list, axis_words, interface_words, &
+    model_tangent_words
   use qsmpm_file, only: absolute_path
   use qsmpm_text, only: integer_text, real_text
   use qsmpm_user_material, only: user_material_type, interface_udsm, interface_umat, model_tangent_auto

@@ -4,8 +4,7 @@ module qsmpm_deck_values_by_place
   use qsmpm_material_description, only: material_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_deck_words, only: bar_list, axis_words
-  use qsmpm_keyword_table, only: table_type, in_material, once
+  use qsmpm_keyword_table, only: table_type, in_material, once, bar_list, axis_words
   use qsmpm_kinds, only: wp
   use qsmpm_phase_description, only: initial_keep
   use qsmpm_strength_profile, only: strength_profile_type, profile_table, varies_stiffness, reference_strength, &

@@ -7,8 +7,7 @@ module qsmpm_deck_water
   use qsmpm_mesh_description, only: mesh_file
   use qsmpm_phase_description, only: phase_type, initial_keep, phase_safety
   use qsmpm_card_fields, only: card_fields_type, column_type
-  use qsmpm_deck_objects, only: list_water_levels
-  use qsmpm_deck_state, only: check_name, deck_state_type
+  use qsmpm_deck_state, only: check_name, deck_state_type, list_water_levels
   use qsmpm_keyword_table, only: table_type, in_phase, many, once, in_material
   use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: has_water
@@ -16,10 +15,9 @@ module qsmpm_deck_water
   use qsmpm_text, only: string_type, real_text
   use qsmpm_phase_loads, only: consolidation_of
   use qsmpm_body_description, only: drain_state_type
-  use qsmpm_material_description, only: material_type
+  use qsmpm_material_description, only: material_type, traits_of
   use qsmpm_drainage, only: set_drainage, is_drained_by, has_excess_pressure
   use qsmpm_law_parameters, only: law_description_type
-  use qsmpm_material_traits, only: traits_of
   use qsmpm_undrained_parameters, only: undrained_a, undrained_b, undrained_ratio
   implicit none
   private
@@ -244,6 +242,7 @@ contains
   subroutine consolidation_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
+    integer :: i, n
 
     associate (card => deck%analysis%phases(deck%phase)%consolidation)
       call fields%line(card%where)
@@ -255,27 +254,19 @@ contains
       call fields%answer('FACES', card%held, 'LAYER: pressures of nodes at open faces fall as fast as water leaves '// &
         'from within their cells. HELD: they are 0 at once, as in other programs: in short phases too much leaves', &
         words='LAYER|HELD')
-      call drainage_fields(fields, card)
+      ! Sets that are open or closed.
+      n = 0
+      if (allocated(card%sets)) n = size(card%sets)
+      call fields%data('where water leaves, and where it does not', 0, huge(1), rows=n)
+      if (.not. fields%writing) card%sets = [(drainage_type(), i=1, n)]
+      do i = 1, n
+        call fields%row(i)
+        call fields%line(card%sets(i)%where)
+        call fields%name('set', card%sets(i)%name, 'node set')
+        call fields%answer('way', card%sets(i)%closed, 'OPEN: the excess pressure is 0 there', words='OPEN|CLOSED')
+      end do
     end associate
   end subroutine consolidation_fields
-
-  !> Sets that are open or closed.
-  subroutine drainage_fields(fields, card)
-    class(card_fields_type), intent(inout) :: fields
-    type(consolidation_type), intent(inout) :: card
-    integer :: i, n
-
-    n = 0
-    if (allocated(card%sets)) n = size(card%sets)
-    call fields%data('where water leaves, and where it does not', 0, huge(1), rows=n)
-    if (.not. fields%writing) card%sets = [(drainage_type(), i=1, n)]
-    do i = 1, n
-      call fields%row(i)
-      call fields%line(card%sets(i)%where)
-      call fields%name('set', card%sets(i)%name, 'node set')
-      call fields%answer('way', card%sets(i)%closed, 'OPEN: the excess pressure is 0 there', words='OPEN|CLOSED')
-    end do
-  end subroutine drainage_fields
 
   !> Phases in which time goes on say how long they last.
   subroutine check_drainage(state)

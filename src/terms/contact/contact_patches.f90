@@ -10,7 +10,7 @@ module qsmpm_contact_patches
   use qsmpm_body_points, only: body_points_type, are_near
   use qsmpm_mesh_measure, only: cell_size
   use qsmpm_model, only: model_type
-  use qsmpm_basis_traits, only: basis_list
+  use qsmpm_method_description, only: basis_list
   use qsmpm_own_part, only: is_divided
   implicit none
   private
