@@ -168,7 +168,7 @@ contains
       call order_named_items(lines, state)
       do i = 1, size(state%card%rows)
         if (i > lines%maximum) then
-          call state%refuse_row(i, 'more data lines than the '//integer_text(lines%maximum)//' that belong here')
+          call state%refuse_row(i, 'more data lines than the '//integer_text(lines%maximum)//' expected here')
         else if (.not. (lines%free .or. state%card%rows(i)%by_name)) then
           call check_row(lines, i, state)
         end if
@@ -348,7 +348,8 @@ contains
       column = k
       if (equals > 0) column = column_of(columns, text(:equals - 1))
       if (named .and. equals == 0) then
-        problem = "'"//text//"' has no name, as those beside it: "//columns(min(k, size(columns)))%name//'='//text//'?'
+        problem = "'"//text//"' has no name, unlike the others of the line: "// &
+          columns(min(k, size(columns)))%name//'='//text//'?'
       else if (column > size(columns)) then
         problem = "'"//text//"' is more than the columns: "//names_of(columns)
       else if (column == 0) then
@@ -423,7 +424,7 @@ contains
     integer :: c
 
     if (card%find(upper(name)) > 0) then
-      sentence = name//' is a parameter and stands in the line of the keyword: *'//card%keyword//', '//upper(name)//'='
+      sentence = name//' is a parameter and belongs in the keyword line: *'//card%keyword//', '//upper(name)//'='
       return
     end if
     allocate (known(0))

@@ -174,9 +174,9 @@ contains
     if (.not. weight > 0.0_wp) return
     if (density > 0.0_wp .and. weight >= heavy(1) .and. weight <= heavy(2)) then
       call state%warn(material%where, 'MATERIAL', "material '"//material%name//"' has a unit weight of "// &
-        rounded_text(material%unit_weight)//', and *GRAVITY multiplies it by '//rounded_text(density)//': beside '// &
-        'weights of 10 to 25 kN/m3 it is a direction, of length 1; an acceleration belongs to densities, '// &
-        '1 to 2.5 t/m3')
+        rounded_text(material%unit_weight)//', and *GRAVITY multiplies it by '//rounded_text(density)//': with '// &
+        'unit weights of 10 to 25 kN/m3 it is a direction of length 1; an acceleration requires densities of 1 to '// &
+        '2.5 t/m3')
       return
     end if
     if (.not. unit > 0.0_wp) return
@@ -196,7 +196,7 @@ contains
     if (material%saturated_weight < water_weight .or. material%saturated_weight >= material%unit_weight) return
     call state%warn(material%where, 'MATERIAL', "material '"//material%name//"' weighs "// &
       rounded_text(material%saturated_weight)//' below the water level and '//rounded_text(material%unit_weight)// &
-      ' above: gamma_sat is the weight with the water in the pores; buoyancy is not to be taken off')
+      ' above: gamma_sat is the saturated unit weight; do not subtract buoyancy')
   end subroutine check_saturated
 
   !> Soil below water is heavier than it.
@@ -210,8 +210,8 @@ contains
     if (material%saturated_weight >= 0.0_wp) weight = material%saturated_weight
     if (weight >= water_weight .or. .not. (weight > 0.0_wp .and. may_yield(material))) return
     call state%warn(material%where, 'MATERIAL', "material '"//material%name//"' weighs "//rounded_text(weight)// &
-      ' below the water level and water '//rounded_text(water_weight)//': it floats; gamma_sat is the weight with '// &
-      'its water, 1.6 to 2.3 times that of water; buoyancy is not to be taken off')
+      ' below the water level and water '//rounded_text(water_weight)//': it floats; gamma_sat is the saturated '// &
+      'unit weight, 1.6 to 2.3 times that of water; do not subtract buoyancy')
   end subroutine check_buoyancy
 
   !> What gravity multiplies a density by.

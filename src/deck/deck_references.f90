@@ -96,8 +96,8 @@ contains
     if (.not. state%model_given) call missing('MODEL', 'the kind of model')
     if (state%analysis%mesh%kind == mesh_none) call missing('GRID', 'a mesh (*GRID, *MESH or *NODE and *ELEMENT)')
     if (allocated(state%analysis%mesh%refined) .and. all(state%analysis%mesh%kind /= [mesh_none, mesh_fitted])) &
-      call state%error_from(state%analysis%mesh%where, 'REFINE', 'it is for triangles that fit the scene, and '// &
-      'these cells are not: *GRID without ELEMENT and what asks for squares, or ELEMENT=TRI6, FIT=YES')
+      call state%error_from(state%analysis%mesh%where, 'REFINE', 'it requires body-fitted triangles: *GRID without '// &
+      'ELEMENT (and without rigid bodies and other features that need a grid), or ELEMENT=TRI6, FIT=YES')
     if (size(state%analysis%materials) == 0) call missing('MATERIAL', 'a material')
     if (size(state%analysis%bodies) == 0) call missing('BODY', 'a body')
     if (size(state%analysis%phases) == 0) call missing('PHASE', 'a phase')
@@ -193,15 +193,15 @@ contains
       "' has more than one law: *"//traits%keyword//' stands for *ELASTIC and *MOHR COULOMB')
     if (state%analysis%method%kinematics == kinematics_jaumann .and. state%analysis%method%rate == rate_paper .and. &
       .not. traits%linear_elasticity) call state%error_from(material%where, 'MATERIAL', "material '"//material%name// &
-      "' hardens: *METHOD, RATE=PAPER is not for it; take MIDPOINT or KINEMATICS=LOGARITHMIC")
+      "' hardens, which *METHOD, RATE=PAPER does not support; use MIDPOINT or KINEMATICS=LOGARITHMIC")
     if (traits%vertical > 0 .and. traits%vertical /= vertical_of(state%analysis) .and. has_gravity(state)) &
       call state%error_from(material%where, 'MATERIAL', "material '"//material%name//"': gravity does not act "// &
-      'along the axis that *'//traits%keyword//' takes for the vertical: ALONG='// &
+      'along the axis that *'//traits%keyword//' takes as the vertical: ALONG='// &
       trim(axis_words(vertical_of(state%analysis))))
     if (traits%flows_in_time) call warn_of_time(state, material, traits%keyword)
     if (size(state%analysis%phases) == 0 .or. .not. traits%smallest_pressure > 0.0_wp) return
     if (state%analysis%phases(1)%initial%kind == initial_keep) call state%warn(material%where, 'MATERIAL', &
-      "clay '"//material%name//"' starts without stress, at its smallest pressure: *INITIAL, TYPE=K0 gives it one")
+      "clay '"//material%name//"' starts without stress, at its smallest pressure: use *INITIAL, TYPE=K0")
   end subroutine check_law
 
   !> Warn of phases without a time where a material flows in it; one that begins with stresses that are given takes
@@ -222,7 +222,7 @@ contains
           cycle
         end if
         call state%warn(phase%where, 'PHASE', "material '"//material%name//"' has *"//keyword// &
-          ', and the phase no TIME: it lasts one unit')
+          ', but the phase has no TIME: one unit of time is assumed')
       end associate
     end do
   end subroutine warn_of_time
@@ -299,8 +299,8 @@ contains
       b = place_named(bodies, surface%body)
       if (b == 0 .or. len(surface%body) == 0) return
       if (any(bodies(b)%kind == [body_all, body_region])) call state%error_from( &
-        surface%where, 'SURFACE', "body '"//surface%body//"' has no outline; TYPE=OUTLINE is "// &
-        'for the shapes BOX, POLYGON and POLYHEDRON')
+        surface%where, 'SURFACE', "body '"//surface%body//"' has no outline; TYPE=OUTLINE requires SHAPE=BOX, "// &
+        'POLYGON or POLYHEDRON')
     end associate
   end subroutine check_outline
 
@@ -317,7 +317,7 @@ contains
             if (phase%prescriptions(i)%component < 1) cycle
             if (phase%fixities(k)%fixed(phase%prescriptions(i)%component)) call state%error_from( &
               phase%prescriptions(i)%where, 'PRESCRIBE', "this component of set '"// &
-              phase%prescriptions(i)%set//"' is held by *FIX in the same phase")
+              phase%prescriptions(i)%set//"' is fixed by *FIX in the same phase")
           end do
         end do
       end associate
@@ -347,7 +347,7 @@ contains
       call add_names(phases(:number - 1), before)
       if (place_named(phases(number:), phase%parent) > 0) then
         call state%error_from(phase%where, 'PHASE', "PARENT='"//phase%parent//"' of phase '"//phase%name// &
-          "' does not come before it: a phase starts from the end of one that has been run")
+          "' is not an earlier phase: a phase starts from the end of one that has been run")
       else if (size(before) == 0) then
         call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' is the first one: it has no PARENT")
       else
@@ -396,13 +396,13 @@ contains
         held = held .or. size(phase%fixities) + size(phase%prescriptions) + size(phase%supports) > 0
         if (p == 1 .and. state%analysis%confinement > 0.0_wp .and. &
           all(phase%initial%kind /= [initial_isotropic, initial_given])) call state%error_from(phase%where, 'PHASE', &
-          'the soil must bear the *CONFINING PRESSURE from the start: the first phase begins with *INITIAL, '// &
-          'TYPE=ISOTROPIC and this pressure, or TYPE=GIVEN')
+          'the soil must be in equilibrium with the *CONFINING PRESSURE from the start: the first phase requires '// &
+          '*INITIAL, TYPE=ISOTROPIC with this pressure, or TYPE=GIVEN')
         if (phase%initial%kind == initial_k0 .and. .not. phase%gravity%given) call state%warn( &
-          phase%where, 'PHASE', 'K0 stresses come from the weight, but the phase has no *GRAVITY')
+          phase%where, 'PHASE', 'K0 stresses follow from the weight, but the phase has no *GRAVITY')
         if (state%messages%error_count() > 0) cycle
         if (rises(phase%gravity%vector)) call state%warn(phase%where, 'GRAVITY', &
-          'gravity points upwards: it is the vector of the force, '//trim(merge('0, 0, -1', '0, -1   ', &
+          'gravity points upwards: it is the direction of the force, '//trim(merge('0, 0, -1', '0, -1   ', &
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
         ! What is taken off is no load, but a change.
         if (.not. (is_loaded(state%analysis%phases, p) .or. p > 1 .and. changes_something(state%analysis, p))) then
@@ -414,7 +414,7 @@ contains
     end do
     if (.not. held .and. size(state%analysis%phases) > 0 .and. size(state%analysis%contacts) == 0) &
       call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX, '// &
-      '*PRESCRIBE or *SUPPORT: nothing holds the model')
+      '*PRESCRIBE or *SUPPORT: the model is not supported')
   end subroutine check_starts
 
   !> Whether gravity acts along y or z and upwards.
@@ -457,12 +457,12 @@ contains
                   gap = gap_of(state, b, set%axis, side, merge(-1.0_wp, 1.0_wp, side < lines(2)), cell)
                   if (gap <= closed*cell .or. said(s)) cycle
                   said(s) = .true.
-                  call state%warn(fixity%where, 'FIX', "node set '"//set%name//"' holds the side "// &
+                  call state%warn(fixity%where, 'FIX', "node set '"//set%name//"' fixes the side "// &
                     trim(axis_words(set%axis))//' = '//rounded_text(side)//" of the grid, and body '"// &
                     analysis%bodies(b)%name//"' ends up to "//rounded_text(gap, 3)//' from it: '//trim(merge( &
-                    'it is free there                               ', &
-                    'what it rests on is cells that it fills in part', analysis%mesh%kind == mesh_fitted))// &
-                    '; let the body or the grid end at the other')
+                    'it is unsupported there                        ', &
+                    'it rests on cells that it fills only partly    ', analysis%mesh%kind == mesh_fitted))// &
+                    '; let both end at the same coordinate')
                 end do
               end associate
             end associate

@@ -10,7 +10,7 @@ module qsmpm_model_mesh
   use qsmpm_error, only: error_type
   use qsmpm_fitted_background, only: fit_background
   use qsmpm_analysis, only: analysis_type, three_dimensional
-  use qsmpm_body_description, only: body_polygon
+  use qsmpm_body_description, only: body_polygon, body_type
   use qsmpm_mesh_description, only: mesh_grid, mesh_file, mesh_fitted, mesh_inline, select_list, select_box, &
     select_plane, set_type, holds_corner
   use qsmpm_method_description, only: basis_fem, integrate_cells, basis_standard, basis_list

@@ -212,13 +212,13 @@ contains
     call read_sample('*SAMPLE, NSET=top'//nl//' E=7'//nl//' strenght=5', sample, messages)
     call tests%check('an unknown name; found: '//messages, messages == "a.inp:3: *SAMPLE: unknown name 'strenght' "// &
       '(did you mean strength?); there are E, strength'//nl)
-    call wrong('a parameter', ' E=7'//nl//' count=5', 'a.inp:3: *SAMPLE: count is a parameter and stands in the line of '// &
-      'the keyword: *SAMPLE, COUNT=')
+    call wrong('a parameter', ' E=7'//nl//' count=5', 'a.inp:3: *SAMPLE: count is a parameter and belongs in the '// &
+      'keyword line: *SAMPLE, COUNT=')
     call wrong('given twice', ' 7, strength=5'//nl//' e=8', 'a.inp:3: *SAMPLE: E is given twice')
     call wrong('missing', ' strength=5', 'a.inp:2: *SAMPLE: E is missing')
     call wrong('empty', ' E=7, strength=', 'a.inp:2: *SAMPLE: strength is empty')
     call wrong('out of range', ' strength=5'//nl//' E=-7', 'a.inp:3: *SAMPLE: E = -7 is outside (0, inf)')
-    call wrong('without a name', ' E=7, 5', "a.inp:2: *SAMPLE: '5' has no name, as those beside it: strength=5?")
+    call wrong('without a name', ' E=7, 5', "a.inp:2: *SAMPLE: '5' has no name, unlike the others of the line: strength=5?")
     call wrong('on a line of its own', ' E=7'//nl//' 5', "a.inp:3: *SAMPLE: '5' has no name")
     call wrong('too many', ' 7, 5, 3, E=1', "a.inp:2: *SAMPLE: '3' is more than the columns: E, strength")
 

@@ -529,9 +529,9 @@ contains
     type(tests_type), intent(inout) :: tests
 
     call refused(tests, grid//clay//bodies//rock//'*PHASE, NAME=load|*FIX| base, ALL|*GRAVITY| 0, -1|'//flow// &
-      '*END PHASE|', "phase 'load' does not say how long it lasts")
+      '*END PHASE|', "phase 'load' has *CONSOLIDATION and requires TIME=")
     call refused(tests, grid//clay//rock//bodies//load//flow//'*END PHASE|*PHASE, NAME=next|*CONTROLS, STEPS=2|'// &
-      '*END PHASE|', "phase 'next' does not say how long it lasts")
+      '*END PHASE|', "phase 'next' has *CONSOLIDATION and requires TIME=")
     call refused(tests, grid//clay//rock//bodies//load//'*CONSOLIDATION, UNIT WEIGHT=10| basis, OPEN|*END PHASE|', &
       'basis')
     call refused(tests, grid//'*MATERIAL, NAME=clay|*ELASTIC| 100, 0.2|'//rock//bodies//load//flow//'*END PHASE|', &

@@ -226,13 +226,13 @@ contains
     call warned('*PHASE, NAME=two, TIME=3|*END PHASE|', '', '', 'PHASE', "phase 'two' changes nothing: it has no load of its own")
     call silent(block//'*PHASE, NAME=two|*GRAVITY| 0, 0|*END PHASE|')
     call silent(block//'*PHASE, NAME=two|*CONSTANT LOAD TEST, REPEATS=2| 1|*END PHASE|')
-    call warned('', ' 0, -1|', ' 0, 1|', 'GRAVITY', 'gravity points upwards: it is the vector of the force, 0, -1 for weight')
+    call warned('', ' 0, -1|', ' 0, 1|', 'GRAVITY', 'gravity points upwards: it is the direction of the force, 0, -1 for weight')
     call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))
     call silent(block//'*PHASE, NAME=two|*FIX| base, X|*CONTROLS, LIMIT COMPLIANCE=10|*END PHASE|')
     call silent(block//'*PHASE, NAME=two|*GRAVITY| 0, -2|*CONTROLS, LIMIT COMPLIANCE=10|*END PHASE|')
-    call warned('', 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.1, 1|', 'FIX', "node set 'base' holds the side Y = 0 of the grid, "// &
-      "and body 'block' ends up to 0.1 from it: what it rests on is cells that it fills in part")
-    call warned('', 'SHAPE=ALL|', 'SHAPE=POLYGON| 0, 0| 1, 0.3| 1, 1| 0, 1|', 'FIX', "node set 'base' holds the side "// &
+    call warned('', 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.1, 1|', 'FIX', "node set 'base' fixes the side Y = 0 of the grid, "// &
+      "and body 'block' ends up to 0.1 from it: it rests on cells that it fills only partly")
+    call warned('', 'SHAPE=ALL|', 'SHAPE=POLYGON| 0, 0| 1, 0.3| 1, 1| 0, 1|', 'FIX', "node set 'base' fixes the side "// &
       "Y = 0 of the grid, and body 'block' ends up to 0.3 from it")
     call silent(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=POLYGON| 0, 0| 0, 1| 1, 1.1| 1, 0|'))
     call silent(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=POLYGON| 0, 0| 1, 0| 1, 0.1| 0, 0.1|*BODY, NAME=up, '// &
@@ -243,7 +243,7 @@ contains
     call silent(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.5, 1|'))
     call silent(changed(changed(joined(block), 'SHAPE=ALL|', 'SHAPE=BOX| 0, 1, 0.1, 1|'), 'base, ALL', 'base, X'))
     call warned('', '45, 0, 1|', '45, 0, 1.01|', 'MOHR COULOMB', &
-      'the tensile strength lies beyond the tip of the yield surface, c cot phi: it has no effect')
+      'the tensile strength exceeds the apex of the yield surface, c cot phi: it has no effect')
     call warned('', 'SCALE=-1', 'SCALE=0', 'HISTORY', "SCALE=0: the column 'u' will be zero throughout")
 
   contains
@@ -354,9 +354,9 @@ contains
       'd/test.inp:18: *GRAVTIY: unknown keyword (did you mean GRAVITY?)')
     call expect(tests, 'a limit load of displacements is told, also where what is held is held again', &
       with_line('*END PHASE|*PHASE, NAME=two|*FIX| base, ALL|*CONTROLS, LIMIT COMPLIANCE=9', &
-      '*END'), "d/test.inp:22: *CONTROLS: LIMIT COMPLIANCE never ends phase 'two': no gravity, traction, "// &
-      'pressure or load on a body is given in it and nothing held is freed, and a prescribed displacement has no compliance; '// &
-      'leave it out, and watch *HISTORY, QUANTITY=REACTION')
+      '*END'), "d/test.inp:22: *CONTROLS: LIMIT COMPLIANCE never ends phase 'two': it has no gravity, "// &
+      'traction, pressure or load on a body and releases no constraint, and a prescribed displacement has no compliance; '// &
+      'remove it, and evaluate *HISTORY, QUANTITY=REACTION')
     call expect(tests, 'a value out of its range is told', with_line('*CONTROLS, STEPS=0', &
       '*END'), 'd/test.inp:18: *CONTROLS: STEPS = 0 is outside [1, 1000000]')
     call expect(tests, 'a second card is told', with_line('*GRAVITY| 0, -2', '*END'), &

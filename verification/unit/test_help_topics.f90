@@ -36,7 +36,7 @@ contains
       'volume-loss', 'anisotropy', 'small strain']
     character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', '*RIGID BODY', '*CONTACT', &
       '*DEACTIVATE', '*SAFETY', '*PROP', 'SEEPAGE', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
-      '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', 'Excess', '*HISTORY', '*MOHR COULOMB', &
+      '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', 'excess', '*HISTORY', '*MOHR COULOMB', &
       'LIMIT COMPLIANCE', '*PHASE', 'RUNOUT', '*UNIT WEIGHT', '*CONTRACTION', '*ELASTIC', '*UNDRAINED', &
       '*CONTACT', '*MOHR COULOMB', '*HISTORY', '*PRESCRIBE', '*INITIAL', 'equilibrium', &
       '*SOFT SOIL CREEP', '*MOHR COULOMB', 'KINEMATICS', '*GRID', '*ELASTIC', '*ELASTIC', 'LIMIT COMPLIANCE', '*SOFTENING', &

@@ -448,7 +448,7 @@ contains
       '*WATER LEVEL, UNIT WEIGHT=10| '//level//'|*END PHASE|*PHASE, NAME=dig|*DEACTIVATE| pit|'//water// &
       '*END PHASE|'), model)
     text = ''
-    if (index(model%notes, 'taken out') > 0) text = model%notes
+    if (index(model%notes, 'is excavated') > 0) text = model%notes
   end function pit_notes
 
   !> A stage that moves a level does not end before its time; pressures that vary with height do.

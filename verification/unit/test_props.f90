@@ -271,10 +271,10 @@ contains
 
     call refuses(bar//'*PHASE, NAME=a|'//fix//'*INSTALL|strat|*END PHASE|', "no prop 'strat' (did you mean strut?)")
     call refuses(bar//'*PHASE, NAME=a|'//fix//'*REMOVE|strut|*END PHASE|', "prop 'strut' is not there")
-    call refuses(bar//'*PHASE, NAME=a|'//fix//'*INSTALL|strut, -5|*END PHASE|', 'beyond what')
+    call refuses(bar//'*PHASE, NAME=a|'//fix//'*INSTALL|strut, -5|*END PHASE|', 'exceeds the limit')
     call refuses(bar//'*PHASE, NAME=a|'//fix//'*INSTALL|strut|strut|*END PHASE|', 'given twice')
     call refuses(bar//'*PHASE, NAME=a|'//fix//'*INSTALL|tie|*END PHASE|*PHASE, NAME=b|*INSTALL|tie|*END PHASE|', &
-      'is there already')
+      'is already active')
     call refuses(bar//'*PROP, NAME=none, STIFFNESS=1|1, 1, 1, 1|', 'the same place')
     call refuses(bar//'*PROP, NAME=air, STIFFNESS=1|1, 1, 4.8, 1|*PHASE, NAME=a|'//fix//'*GRAVITY|0, -1|*END PHASE|', &
       "the place of 'air' lies in no element")

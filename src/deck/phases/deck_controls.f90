@@ -27,15 +27,16 @@ contains
   subroutine add_control_keywords(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('CONTROLS', in_phase, once, 'Load steps and the rules by which a step is '// &
-      'accepted. There is no rule that accepts a step out of equilibrium.', control_fields, &
+    call table%add('CONTROLS', in_phase, once, 'Load steps and the criteria by which a step is accepted. No '// &
+      'criterion accepts a step out of equilibrium.', control_fields, &
       '*CONTROLS, STEPS=50, TOLERANCE=1e-3, NEWTON=MODIFIED, MAX ITERATIONS=60', check_controls)
     call table%add('CONSTANT LOAD TEST', in_phase, once, 'At certain load factors equilibrium is '// &
-      'solved again at constant load, to see how far the first history moves on; then the state is restored.', &
+      'solved again at constant load, to measure the further change of the first history; then the state is '// &
+      'restored.', &
       constant_load_fields, '*CONSTANT LOAD TEST, REPEATS=10| 0.5, 1.0', check_constant_load)
     call table%add('SAFETY', in_phase, once, 'Factor of safety of a phase of TYPE=SAFETY: cohesion, tan(phi) and '// &
-      'tension cut-off are divided by a factor F that grows from 1 until no equilibrium is found. The answer is a '// &
-      'bracket: the last stable F and the first one lost.', safety_fields, &
+      'tension cut-off are divided by a factor F that increases from 1 until no equilibrium is found. The result '// &
+      'is a bracket: the largest stable F and the smallest F without equilibrium.', safety_fields, &
       '*SAFETY, TOLERANCE=0.005, FLOW=DAVIS B, RUNOUT=1.5')
   end subroutine add_control_keywords
 
@@ -56,25 +57,27 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(controls_type), intent(inout) :: c
 
-    call fields%whole('STEPS', c%steps, 'load steps the phase is first cut into; where pore water flows in '// &
-      'time (*CONSOLIDATION) they begin with a hundredth of that and grow as the pressures allow', range='[1, 1000000]')
-    call fields%choice('NEWTON', c%newton, 'MODIFIED|FULL', 'MODIFIED keeps the stiffness of the start of the '// &
-      'step, FULL takes the consistent tangent')
-    call fields%number('TOLERANCE', c%tolerance, 'allowed out-of-balance force over what the phase moves, and at '// &
-      'each node over the forces around it', range='[1e-12, 0.1]')
-    call fields%whole('MAX ITERATIONS', c%max_iterations, 'iterations before a step is cut', range='[1, 100000]')
-    call fields%answer('EXTRAPOLATION', c%extrapolation, 'a step begins where the one before leads')
-    call fields%answer('LINE SEARCH', c%line_search, 'shorten an iteration that does not help')
+    call fields%whole('STEPS', c%steps, 'load steps into which the phase is divided initially; with *CONSOLIDATION '// &
+      'the first step is a hundredth of such a step, and steps grow as the pressures allow', range='[1, 1000000]')
+    call fields%choice('NEWTON', c%newton, 'MODIFIED|FULL', 'MODIFIED: stiffness of the start of the step; FULL: '// &
+      'consistent tangent')
+    call fields%number('TOLERANCE', c%tolerance, 'allowed out-of-balance force, relative to the force increment of '// &
+      'the phase, and at each node relative to the forces around it', range='[1e-12, 0.1]')
+    call fields%whole('MAX ITERATIONS', c%max_iterations, 'iterations before a step is cut back', range='[1, 100000]')
+    call fields%answer('EXTRAPOLATION', c%extrapolation, 'the initial guess of a step extrapolates the step before')
+    call fields%answer('LINE SEARCH', c%line_search, 'shorten a correction that does not reduce the residual')
     call fields%number('SMALLEST STEP', c%smallest_step, 'smallest step, as a share of the first one, before the '// &
       'phase stops', range='(0, 1]')
-    call fields%whole('DESIRED MIN ITERATIONS', c%few_iterations, 'with so many or fewer the next step grows back', &
+    call fields%whole('DESIRED MIN ITERATIONS', c%few_iterations, 'with at most so many iterations the next step '// &
+      'is longer', &
       range='[1, inf)')
-    call fields%whole('DESIRED MAX ITERATIONS', c%many_iterations, 'with more the next step shrinks', range='[1, inf)')
-    call fields%number('STEP ERROR', c%step_error, 'steps as long as this error allows: the share of stresses, or '// &
-      'of displacements, by which a step differs from one walked in two halves; a phase then needs no more '// &
-      'steps than that, STEPS says how long the first one is, and 0 leaves the steps as they are cut', range='[0, 1)')
-    call fields%number('LARGEST STEP', c%largest_step, 'largest step, as a share of the phase, to which STEP ERROR '// &
-      'lets steps grow; the first one is that of STEPS', range='(0, 1]')
+    call fields%whole('DESIRED MAX ITERATIONS', c%many_iterations, 'with more iterations the next step is '// &
+      'shorter', range='[1, inf)')
+    call fields%number('STEP ERROR', c%step_error, 'automatic step length by error: the allowed relative '// &
+      'difference of stresses, or displacements, between one step and two half steps; STEPS then defines the first '// &
+      'step only; 0: steps of STEPS', range='[0, 1)')
+    call fields%number('LARGEST STEP', c%largest_step, 'largest step that STEP ERROR may choose, as a share of the '// &
+      'phase; the first step is that of STEPS', range='(0, 1]')
     call fields%number('MAX DISPLACEMENT', c%largest_move, 'largest nodal displacement of a step in cell sizes', &
       range='(0, inf)')
   end subroutine step_fields
@@ -85,21 +88,21 @@ contains
     type(controls_type), intent(inout) :: c
 
     call fields%number('STABILISATION SHARE', c%stabilisation_share, 'share of the load that stabilisation may '// &
-      'carry; a step is brought to equilibrium again at constant load until it is below', range='(0, 1]')
+      'carry; a step is re-equilibrated at constant load until it is below', range='(0, 1]')
     call fields%whole('MAX REEQUILIBRATIONS', c%max_reequilibrations, &
       're-equilibrations of a step at constant load, at most', range='[0, inf)')
     call fields%number('STABILISATION FADE', c%stabilisation_fade, &
       'factor on the stabilisation from one re-equilibration '// &
-      'to the next; 1 keeps it, 0.1 saves most of them near a limit load', range='(0, 1]')
+      'to the next; 1 keeps it, 0.1 avoids most re-equilibrations near a limit load', range='(0, 1]')
     call fields%number('LIMIT COMPLIANCE', c%limit_compliance, 'the phase ends at its limit load, where a step is '// &
-      'so many times as compliant as the first one: such a step is refused, the load bisected down to SMALLEST '// &
-      'STEP, and the limit load reported; 10 is a good value, 20 for loads on clay, 0 asks for no such end', &
+      'so many times as compliant as the first one: such a step is rejected, the load is bisected down to SMALLEST '// &
+      'STEP, and the limit load is reported; 10 is a good value, 20 for loads on clay, 0 switches it off', &
       range='[0, inf)')
     call fields%answer('DAMPING', c%damping, 'sub-steps with pseudo-transient (proximal) damping when the static '// &
-      'step is lost; a static solve at TOLERANCE ends them')
+      'step does not converge; they end with a static solution at TOLERANCE')
     call fields%number('DAMPING SHARE', c%damping_share, &
-      'share of the load below which the damping of the sub-steps is left out', range='(0, 1]', needs='DAMPING=YES')
-    call fields%whole('MAX SUBSTEPS', c%max_substeps, 'sub-steps before a step is given up', range='[1, inf)', &
+      'share of the load below which the damping of sub-steps is removed', range='(0, 1]', needs='DAMPING=YES')
+    call fields%whole('MAX SUBSTEPS', c%max_substeps, 'sub-steps before a step is abandoned', range='[1, inf)', &
       needs='DAMPING=YES')
   end subroutine equilibrium_fields
 
@@ -110,7 +113,7 @@ contains
     associate (c => state%analysis%phases(state%phase)%controls)
       if (state%card%good .and. c%limit_compliance > 0.0_wp .and. c%limit_compliance &
         <= 1.0_wp) call state%report_error('LIMIT COMPLIANCE = '//real_text(c%limit_compliance)//' is met by the '// &
-        'first step: it is 0 or above 1')
+        'first step: it must be 0 or above 1')
       if (state%card%good .and. c%few_iterations > c%many_iterations) call state%report_error('DESIRED MIN '// &
         'ITERATIONS = '//integer_text(c%few_iterations)//' is above DESIRED MAX ITERATIONS = '// &
         integer_text(c%many_iterations))
@@ -128,9 +131,8 @@ contains
           size(phases(p)%tractions) + size(phases(p)%activations) + size(phases(p)%deactivations) > 0 .or. &
           releases(phases, p) .or. is_body_loaded(phases(p))) cycle
         call state%error_from(phases(p)%controls%where, 'CONTROLS', "LIMIT COMPLIANCE never ends phase '"// &
-          phases(p)%name//"': no gravity, traction, pressure or load on a body is given in it and "// &
-          'nothing held is freed, and a '// &
-          'prescribed displacement has no compliance; leave it out, and watch *HISTORY, QUANTITY=REACTION')
+          phases(p)%name//"': it has no gravity, traction, pressure or load on a body and releases no constraint, "// &
+          'and a prescribed displacement has no compliance; remove it, and evaluate *HISTORY, QUANTITY=REACTION')
       end do
     end associate
   end subroutine check_limit_compliance
@@ -204,13 +206,14 @@ contains
       call fields%line(safety%where)
       call fields%given(safety%given)
       call fields%number('TOLERANCE', safety%tolerance, 'width of the bracket', range='[1e-4, 0.1]')
-      call fields%choice('FLOW', safety%flow, bar_list(flow_words), 'MATERIAL: psi stays until phi of F comes down '// &
-        'to it; DAVIS A, DAVIS B: associated flow with the strength that psi leaves, by the given angles or by '// &
-        'those of F')
+      call fields%choice('FLOW', safety%flow, bar_list(flow_words), 'MATERIAL: psi is kept until the reduced phi '// &
+        'equals it; DAVIS A, DAVIS B: associated flow with the reduced strength after Davis, from the given angles '// &
+        'or from those reduced by F')
       call fields%choice('GEOMETRY', safety%geometry, bar_list(geometry_words), 'FIXED: the search updates '// &
-        'stresses, not places; MOVING: places follow')
-      call fields%number('RUNOUT', safety%runout, 'factor, above that of safety, to which the strength falls '// &
-        'afterwards while the body moves to a new rest, in STEPS of *CONTROLS', range='(1, inf)', none='NO')
+        'stresses only; MOVING: also the geometry')
+      call fields%number('RUNOUT', safety%runout, 'factor above the factor of safety by which the strength is '// &
+        'reduced afterwards, while the body moves to a new equilibrium, in STEPS of *CONTROLS', range='(1, '// &
+        'inf)', none='NO')
     end associate
   end subroutine safety_fields
 
@@ -234,16 +237,16 @@ contains
     associate (phases => state%analysis%phases, phase => state%analysis%phases(number))
       if (phase%kind /= phase_safety) then
         if (phase%safety%given) call state%error_from(phase%safety%where, 'SAFETY', "phase '"//phase%name// &
-          "' is none of TYPE=SAFETY")
+          "' is not of TYPE=SAFETY")
         return
       end if
       card = own_card(phase)
       if (len(card) > 0) then
-        call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' lowers the strength as it is after "// &
-          'its parent: *'//card//' belongs into a phase before it')
+        call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' reduces the strength in the state at "// &
+          'the end of its parent: *'//card//' belongs in an earlier phase')
       else if (.not. is_loaded(phases, number)) then
-        call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' lowers the strength, but no load is "// &
-          'in force: put *GRAVITY or another load into a phase before it')
+        call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' reduces the strength, but no load "// &
+          'acts: apply *GRAVITY or another load in an earlier phase')
       end if
     end associate
   end subroutine check_kind
@@ -283,7 +286,7 @@ contains
       end do
       if (before == 0) return
       call state%error_from(phases(number)%where, 'PHASE', "phase '"//phases(number)%name//"' would start with the "// &
-        "lowered strength of the safety phase '"//phases(parent)%name//"': give it PARENT="//phases(before)%name)
+        "reduced strength of the safety phase '"//phases(parent)%name//"': give it PARENT="//phases(before)%name)
     end associate
   end subroutine check_parent_kind
 
@@ -291,9 +294,9 @@ contains
   subroutine add_stop_keyword(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('STOP', in_phase, once, 'The phase ends where a *HISTORY reaches a value, the first of those '// &
-      'given. Its loads are then those reached; the next phase goes on from there. A search for a factor of safety '// &
-      'ends at the stable factor at which the value is reached.', stop_fields, &
+    call table%add('STOP', in_phase, once, 'The phase ends when a *HISTORY reaches a value, the first of those '// &
+      'given. The next phase continues from the loads reached. A search for a factor of safety ends at the stable '// &
+      'factor at which the value is reached.', stop_fields, &
       '*STOP| crest, BELOW, -0.5| force, ABOVE, 200')
   end subroutine add_stop_keyword
 
@@ -305,8 +308,8 @@ contains
 
     associate (phase => deck%analysis%phases(deck%phase))
       n = size(phase%stops)
-      call fields%number('TOLERANCE', phase%stop_tolerance, 'by how much a value may be passed, relative to it: a '// &
-        'step that goes further is taken again, shorter', range='(0, 1)')
+      call fields%number('TOLERANCE', phase%stop_tolerance, 'by how much a value may be exceeded, relative to it: '// &
+        'a step beyond it is repeated with a shorter length', range='(0, 1)')
       call fields%list('history and value', n)
       if (.not. fields%writing) phase%stops = [(stop_type(), i=1, n)]
       do i = 1, n
@@ -314,7 +317,7 @@ contains
         call fields%line(phase%stops(i)%where)
         call fields%name('history', phase%stops(i)%history, 'name of a *HISTORY; F for the factor of a safety phase')
         call fields%choice('side', phase%stops(i)%side, bar_list(side_words), 'reached from below, or from above')
-        call fields%number('value', phase%stops(i)%value, 'as it stands in curves.csv, SCALE in it')
+        call fields%number('value', phase%stops(i)%value, 'as in curves.csv, including SCALE')
       end do
     end associate
   end subroutine stop_fields
@@ -336,7 +339,7 @@ contains
         call check_name(state, history%surface, scene%surfaces, history%where, 'HISTORY', 'surface')
         if (history%quantity == quantity_discharge) cycle
         if (.not. is_supported(state, history%surface)) call state%error_from(history%where, 'HISTORY', &
-          "no *SUPPORT or *CONTRACTION holds the surface '"//history%surface//"': it has no reaction")
+          "no *SUPPORT or *CONTRACTION supports the surface '"//history%surface//"': it has no reaction")
       end associate
     end do
   end subroutine check_histories

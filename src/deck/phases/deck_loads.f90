@@ -25,22 +25,22 @@ contains
   subroutine add_load_keywords(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('GRAVITY', in_phase, once, 'Gravity per unit of load factor; multiplies the '// &
-      'unit weight of the materials.', gravity_fields, '*GRAVITY| 0, -1')
+    call table%add('GRAVITY', in_phase, once, 'Gravity per unit of load factor; it multiplies the unit weight of '// &
+      'the materials.', gravity_fields, '*GRAVITY| 0, -1')
     call table%add('TRACTION', in_phase, many, 'Dead load on a surface, force per undeformed '// &
       'area per unit of load factor.', traction_fields, '*TRACTION, SURFACE=top| 0, -10', check_load, &
       list=list_tractions, opens='traction')
-    call table%add('PRESSURE', in_phase, many, 'Pressure on a surface per unit of load factor; it '// &
-      'follows area and normal of the surface and may grow with depth.', pressure_fields, &
+    call table%add('PRESSURE', in_phase, many, 'Pressure on a surface per unit of load factor; it follows the '// &
+      'current area and normal of the surface and may increase with depth.', pressure_fields, &
       '*PRESSURE, SURFACE=wall| 50|*PRESSURE, SURFACE=face, LEVEL=3, UNIT WEIGHT=9.81', check_pressure, &
       list=list_tractions, opens='pressure')
     call add_water_keyword(table)
-    call table%add('SUPPORT', in_phase, many, 'Surface held at zero displacement wherever it '// &
-      'cuts the grid; stays until changed.', support_fields, '*SUPPORT, SURFACE=rock, TYPE=NORMAL', check_support, &
+    call table%add('SUPPORT', in_phase, many, 'Surface fixed at zero displacement wherever it cuts the grid; it '// &
+      'remains until changed.', support_fields, '*SUPPORT, SURFACE=rock, TYPE=NORMAL', check_support, &
       list=list_supports, opens='support')
-    call table%add('CONTRACTION', in_phase, many, 'Outline of a cavity, as of a tunnel, that shrinks over the '// &
-      'phase as a lining does, alike all around (a circle along its normals), and is held there until *SUPPORT or '// &
-      'another contraction changes it: ground lost to a tunnel. In plane strain.', contraction_fields, &
+    call table%add('CONTRACTION', in_phase, many, 'Uniform contraction of the outline of a cavity over the phase, '// &
+      'as for the volume loss of a tunnel (a circle contracts along its normals); the outline is then kept until '// &
+      '*SUPPORT or another contraction changes it. Plane strain only.', contraction_fields, &
       '*CONTRACTION, SURFACE=tunnel| 1.5', check_support, list=list_supports, opens='contraction')
   end subroutine add_load_keywords
 
@@ -65,7 +65,7 @@ contains
       call fields%there(.not. traction%follows)
       call surface_field(fields, traction)
       call fields%choice('CARRIER', traction%carrier, bar_list(carrier_words), 'tracked surface points, or the '// &
-        'outermost material points, only to compare with the paper')
+        'outermost material points (only for comparison with the paper)')
       call fields%data('vector')
       call fields%vector('t', traction%vector, 'component')
     end associate
@@ -80,13 +80,13 @@ contains
       call fields%given(traction%follows)
       call surface_field(fields, traction)
       call water_fields(fields, traction)
-      call fields%data('nothing: the level says it', 0, 0, when='LEVEL')
+      call fields%data('nothing: the level defines it', 0, 0, when='LEVEL')
       call fields%data('pressure')
       call fields%number('p', traction%pressure, 'force per current area, positive against the body')
-      call fields%number('gradient', traction%gradient, 'what it grows by per length downwards, 0 when not given', &
+      call fields%number('gradient', traction%gradient, 'increase per length downwards, 0 when not given', &
         required=.false.)
-      call fields%number('y', traction%height, 'height at which it is p, 0 when not given: the coordinate along '// &
-        'which gravity acts, y without gravity', required=.false.)
+      call fields%number('y', traction%height, 'height at which it equals p, 0 when not given: the coordinate '// &
+        'along which gravity acts, y without gravity', required=.false.)
       if (fields%reading .and. traction%of_water) traction%pressure = 0.0_wp
     end associate
   end subroutine pressure_fields
@@ -97,8 +97,8 @@ contains
     type(traction_type), intent(inout) :: traction
     real(wp) :: weight
 
-    call fields%number('LEVEL', traction%height, 'height of the water that stands against the surface, in place of '// &
-      'the data line: the pressure is UNIT WEIGHT times the depth below it', given=traction%of_water)
+    call fields%number('LEVEL', traction%height, 'level of free water at the surface, in place of the data line: '// &
+      'the pressure is UNIT WEIGHT times the depth below it', given=traction%of_water)
     weight = 0.0_wp
     if (traction%of_water) weight = traction%gradient
     call fields%number('UNIT WEIGHT', weight, 'weight of the water per volume', range='(0, inf)', needs='LEVEL')
@@ -145,8 +145,8 @@ contains
       call fields%there(.not. support%contracts)
       call fields%line(support%where)
       call fields%name('SURFACE', support%surface, 'the surface; a plane one for TYPE=NORMAL', required=.true.)
-      call fields%choice('TYPE', support%kind, bar_list(support_words), 'NORMAL: it slides on its plane, ALL: it '// &
-        'sticks, FREE: it is freed again', first=support_none)
+      call fields%choice('TYPE', support%kind, bar_list(support_words), 'NORMAL: fixed along its normal (smooth), '// &
+        'ALL: fixed in all directions (rough), FREE: released', first=support_none)
     end associate
   end subroutine support_fields
 
@@ -161,11 +161,11 @@ contains
       call fields%line(support%where)
       call fields%name('SURFACE', support%surface, 'the outline of the cavity: closed, or half or a quarter of a '// &
         'circle that ends at planes of symmetry', required=.true.)
-      call fields%answer('HELD', support%held, 'NO: the outline as a whole weighs nothing and finds its height, as '// &
-        'a lining does; YES: its middle stays, and the trough is flatter')
+      call fields%answer('HELD', support%held, 'NO: the outline as a whole is free to move vertically, as a '// &
+        'weightless lining; YES: its centre is fixed, and the settlement trough is flatter')
       call fields%data('volume loss')
-      call fields%number('percent', support%volume_loss, 'part of the area of the cavity that is lost at the end '// &
-        'of the phase, per unit of load factor; negative: the cavity widens', range='(-100, 50]')
+      call fields%number('percent', support%volume_loss, 'volume loss: reduction of the area of the cavity at the '// &
+        'end of the phase, per unit of load factor; negative: the cavity expands', range='(-100, 50]')
     end associate
   end subroutine contraction_fields
 
@@ -187,13 +187,14 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('INITIAL', in_phase, once, 'Effective stresses at the start of the first phase, whose loads act '// &
-      'from its start: they balance the stresses, or the phase is refused.', initial_fields, &
+      'from its start: they must be in equilibrium with the stresses, otherwise the phase ends with an '// &
+      'error.', initial_fields, &
       '*INITIAL, TYPE=K0| 10, 0.5|*INITIAL, TYPE=ISOTROPIC| 0, 100', check_initial)
-    call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements and the strains that results show count '// &
+    call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements and strains in the results are counted '// &
       'from the start of this phase.', reset_fields, '*RESET DISPLACEMENTS')
-    call table%add('UPDATE STRENGTH', in_phase, once, 'Strengths of *STRENGTH PROFILE, TYPE=SHANSEP are those of '// &
-      'the vertical effective stresses that the phase begins with: what consolidation before it has gained. '// &
-      'Without it they stay.', update_fields, '*UPDATE STRENGTH')
+    call table%add('UPDATE STRENGTH', in_phase, once, 'Strengths of *STRENGTH PROFILE, TYPE=SHANSEP are updated to '// &
+      'the vertical effective stresses at the start of the phase: the gain by earlier consolidation. Without it '// &
+      'they do not change.', update_fields, '*UPDATE STRENGTH')
   end subroutine add_initial_keywords
 
   !> *INITIAL.
@@ -204,25 +205,25 @@ contains
     associate (initial => deck%analysis%phases(deck%phase)%initial)
       call fields%line(initial%where)
       call fields%choice('TYPE', initial%kind, bar_list(initial_words), 'KEEP those there are. K0: vertical '// &
-        'stress from the weight of the bodies and the water above, horizontal stress in proportion; level ground '// &
-        'alone is in equilibrium, with structures in it (a wall without *MOHR COULOMB) that begin as the ground '// &
-        'beside them: anything else is refused and starts from a phase with *GRAVITY. ISOTROPIC: a '// &
+        'stress from the weight of the bodies and the water above, horizontal stress in proportion; only '// &
+        'horizontal ground is then in equilibrium, with structures in it (a wall without *MOHR COULOMB) that start '// &
+        'with the stress of the adjacent ground; other ground must start from a phase with *GRAVITY. ISOTROPIC: a '// &
         'pressure by height. GIVEN: all components by height or from a file', first=initial_keep)
       call fields%file('INPUT', initial%file, 'file of stresses, relative to the deck, in place of data lines; a '// &
-        'point takes those of the nearest place. CSV: first line `x,y,s11,s22,s33,s12`, then a row for each place. '// &
-        '`results.h5` of another run: its material points, no farther than a cell away', needs='TYPE=GIVEN')
+        'point takes the stress of the nearest place. CSV: first line `x,y,s11,s22,s33,s12`, then a row per place. '// &
+        '`results.h5` of another run: its material points, within a distance of a cell', needs='TYPE=GIVEN')
       call fields%whole('STEP', initial%step, 'number of the step of a results.h5', range='[0, inf)', needs='INPUT', &
         none='LAST')
-      call fields%answer('STATE', initial%takes_state, 'YES also takes the state variables that have names, where '// &
-        'the point of a results.h5 is of a material of the same number', needs='INPUT')
+      call fields%answer('STATE', initial%takes_state, 'YES also reads the named state variables, where the point '// &
+        'of results.h5 has a material of the same number', needs='INPUT')
       call fields%data('surface', when='TYPE=K0')
-      call fields%number('level', initial%surface_level, 'vertical coordinate of the surface; a gap below it '// &
-        'weighs like what is under it')
+      call fields%number('level', initial%surface_level, 'vertical coordinate of the surface; a gap below it has '// &
+        'the weight of the ground below the gap')
       call fields%number('k0', initial%k0, 'horizontal over vertical stress, of materials without *K0', &
         range='(0, inf)')
       call fields%table('pressures by height, upwards; even between and beyond', [column_type('y', height), &
         column_type('p', 'pressure, compression positive')], initial%pressures, when='TYPE=ISOTROPIC')
-      call fields%data('nothing: the file has them', 0, 0, when='INPUT')
+      call fields%data('nothing: the file contains them', 0, 0, when='INPUT')
       call fields%table('stresses by height, upwards; even between and beyond', [column_type('y', height), &
         column_type('s11', 'stress, tension positive'), column_type('s22', 'stress'), column_type('s33', 'stress'), &
         column_type('s12', 'shear stress'), column_type('s13', 'shear stress', .true.), &
@@ -236,7 +237,7 @@ contains
 
     associate (initial => state%analysis%phases(state%phase)%initial)
       if (state%phase > 1 .and. initial%kind /= initial_keep) call state%report_error('TYPE='// &
-        trim(initial_words(initial%kind))//' is for the first phase: later ones start from the stresses there are')
+        trim(initial_words(initial%kind))//' is for the first phase: later phases start from the present stresses')
       if (initial%kind == initial_isotropic) call check_heights(initial%pressures, state)
       if (initial%kind == initial_given .and. .not. state%card%has('INPUT')) call check_heights(initial%stresses, state)
       if (initial%kind == initial_given .and. state%card%has('INPUT')) call read_file(initial, state)
@@ -281,9 +282,9 @@ contains
 
     associate (phase => deck%analysis%phases(deck%phase))
       call fields%given(phase%reset_displacements)
-      call fields%answer('STRAINS', phase%reset_strains, 'YES also sets to zero the plastic shear strain by which '// &
-        'materials with *SOFTENING have lost strength: they start with their first one. Stresses and all other '// &
-        'state variables stay')
+      call fields%answer('STRAINS', phase%reset_strains, 'YES also resets the plastic shear strain of materials '// &
+        'with *SOFTENING, which start again with their initial strength. Stresses and all other state variables '// &
+        'are kept')
     end associate
   end subroutine reset_fields
 

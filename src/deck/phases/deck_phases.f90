@@ -27,17 +27,18 @@ contains
   subroutine add_phase_keywords(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('PHASE', anywhere, many, 'Begins a phase. It starts from the end of the one '// &
-      'before, or of PARENT; loads and fixities stay until changed. All loads of the phase run linearly to '// &
-      'their value times the load factor.', phase_fields, &
+    call table%add('PHASE', anywhere, many, 'Begins a phase. It starts from the end of the phase before, or of '// &
+      'PARENT; loads and fixities remain until changed. All loads of the phase increase linearly to their value '// &
+      'times the load factor.', phase_fields, &
       '*PHASE, NAME=raise, LOAD FACTOR=100|*FIX| base, ALL|*GRAVITY| 0, -1|*END PHASE', begin_phase, list=list_phases, &
       opens='phase')
     call add_initial_keywords(table)
     call add_drain_keyword(table)
-    call table%add('FIX', in_phase, once, 'Node sets whose displacement is held at zero, or freed again.', fix_fields, &
+    call table%add('FIX', in_phase, once, 'Node sets whose displacement is fixed at zero, or released.', fix_fields, &
       '*FIX| base, ALL| sides, X', check_fixities)
-    call table%add('PRESCRIBE', in_phase, once, 'Displacement of node sets in the phase, per unit of load '// &
-      'factor; of nodes that *FIX holds too.', prescribe_fields, '*PRESCRIBE| plate, Y, -0.1', check_prescriptions)
+    call table%add('PRESCRIBE', in_phase, once, 'Prescribed displacement of node sets in the phase, per unit of '// &
+      'load factor; also of nodes that *FIX fixes.', prescribe_fields, '*PRESCRIBE| plate, Y, '// &
+      '-0.1', check_prescriptions)
     call add_stage_keywords(table)
     call add_prop_stage_keywords(table)
     call add_load_keywords(table)
@@ -56,18 +57,18 @@ contains
     associate (phase => deck%analysis%phases(deck%phase))
       call fields%line(phase%where)
       call fields%name('NAME', phase%name, 'name of the phase', required=.true.)
-      call fields%name('PARENT', phase%parent, 'an earlier phase that it starts from the end of, with the '// &
-        'loads and fixities in force there; the one before when not given')
+      call fields%name('PARENT', phase%parent, 'earlier phase from whose end it starts, with the loads and '// &
+        'fixities active there; the phase before when not given')
       call fields%choice('TYPE', phase%kind, bar_list(phase_words), 'LOADING: loads change; SAFETY: the strength '// &
-        'is lowered at the loads of the parent until it is lost (*SAFETY)')
+        'is reduced at constant loads of the parent until no equilibrium is found (*SAFETY)')
       call fields%number('LOAD FACTOR', phase%load_factor, 'load factor at the end of the phase', range='(0, inf)')
-      call fields%number('TIME', phase%duration, 'how long the phase lasts, for models that depend on time', &
+      call fields%number('TIME', phase%duration, 'duration of the phase, for models that depend on time', &
         range='(0, inf)', given=phase%duration_given)
-      call fields%number('FIRST TIME', phase%first_time, 'how long its first step lasts: those behind it grow '// &
-        'evenly, so that STEPS of them fill the phase; all are even when not given', range='(0, inf)')
+      call fields%number('FIRST TIME', phase%first_time, 'duration of its first step: the following steps grow '// &
+        'geometrically, so that STEPS of them fill the phase; uniform steps when not given', range='(0, inf)')
       if (fields%reading) phase%controls%first_share = phase%first_time/phase%duration
-      call fields%number('START TIME', phase%start_time, 'time at its start; the end of the phase before, 0 for '// &
-        'the first one, when not given', given=phase%start_given)
+      call fields%number('START TIME', phase%start_time, 'time at its start; when not given the end of the phase '// &
+        'before, 0 for the first one', given=phase%start_given)
     end associate
   end subroutine phase_fields
 
@@ -96,8 +97,8 @@ contains
         else if (phase%controls%steps == 1) then
           call state%error_from(phase%where, 'PHASE', 'FIRST TIME requires more than one of STEPS of *CONTROLS')
         else if (.not. phase%first_time*phase%controls%steps < phase%duration) then
-          call state%error_from(phase%where, 'PHASE', 'FIRST TIME is no less than an even step, '// &
-            rounded_text(phase%duration/phase%controls%steps)//': a shorter one, or less STEPS of *CONTROLS')
+          call state%error_from(phase%where, 'PHASE', 'FIRST TIME is not less than a uniform step, '// &
+            rounded_text(phase%duration/phase%controls%steps)//': use a shorter one, or fewer STEPS of *CONTROLS')
         end if
       end associate
     end do
@@ -135,7 +136,7 @@ contains
         call fields%line(phase%fixities(i)%where)
         call fields%name('set', phase%fixities(i)%set, 'node set')
         components = words_of(phase%fixities(i))
-        call fields%words('component', components, fix_words, 'components held; FREE frees all')
+        call fields%words('component', components, fix_words, 'fixed components; FREE releases all')
         if (fields%reading) call hold(phase%fixities(i), components, deck%dimension)
       end do
     end associate

@@ -28,14 +28,14 @@ contains
   subroutine add_stage_keywords(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('ACTIVATE', in_phase, once, 'Bodies that this phase puts in place, without stress; their weight '// &
-      'comes over the phase. One that an earlier phase has taken out comes back where it is.', activate_fields, &
+    call table%add('ACTIVATE', in_phase, once, 'Bodies activated in this phase, without stress; their weight is '// &
+      'applied over the phase. A body deactivated earlier is activated where it is.', activate_fields, &
       '*ACTIVATE| lift 2', check_changes)
-    call table%add('DEACTIVATE', in_phase, once, 'Bodies that this phase takes out; their stress and weight are '// &
-      'lowered to zero over the phase, so that it begins in equilibrium.', deactivate_fields, '*DEACTIVATE| pit', &
+    call table%add('DEACTIVATE', in_phase, once, 'Bodies deactivated in this phase; their stress and weight are '// &
+      'reduced to zero over the phase, so that it starts in equilibrium.', deactivate_fields, '*DEACTIVATE| pit', &
       check_changes)
-    call table%add('CHANGE MATERIAL', in_phase, once, 'Bodies that are of another material from this phase on: the '// &
-      'stress stays, the law starts from it, the weight goes to the new one over the phase.', material_fields, &
+    call table%add('CHANGE MATERIAL', in_phase, once, 'Bodies that have another material from this phase on: the '// &
+      'stress is kept as the initial stress of the new law, the weight changes over the phase.', material_fields, &
       '*CHANGE MATERIAL| column, grouted', check_changes)
   end subroutine add_stage_keywords
 
@@ -48,8 +48,8 @@ contains
     fill = fill_level
     associate (list => deck%analysis%phases(deck%phase)%activations)
       if (fields%writing .and. size(list) > 0) fill = list(1)%fill
-      call fields%choice('FILL', fill, bar_list(fill_words), 'LEVEL: the body reaches from the top as drawn down '// &
-        'to the ground as it has settled; SHAPE: it is as drawn, and an overlap with the ground is an error')
+      call fields%choice('FILL', fill, bar_list(fill_words), 'LEVEL: the body extends from its defined top down to '// &
+        'the deformed ground surface; SHAPE: it has its defined shape, and an overlap with the ground is an error')
     end associate
     call body_rows(fields, deck%analysis%phases(deck%phase)%activations, .false.)
     deck%analysis%phases(deck%phase)%activations%fill = fill
@@ -106,7 +106,7 @@ contains
     if (.not. has_stages(state%analysis)) return
     call check_method(state)
     if (size(before) > 0 .and. .not. any(state%analysis%bodies%active)) call state%error_from( &
-      state%analysis%bodies(1)%where, 'BODY', 'no body is there at the start: all have ACTIVE=NO')
+      state%analysis%bodies(1)%where, 'BODY', 'no body is active at the start: all have ACTIVE=NO')
     do p = 1, size(state%analysis%phases)
       before = bodies_active(state%analysis, parent_of(state%analysis%phases, p))
       now = bodies_active(state%analysis, p)
@@ -116,7 +116,7 @@ contains
         call check_names(state, phase%materials, 'CHANGE MATERIAL')
         call check_phase(state, p, before, now)
         if (.not. any(now) .and. any(before)) call state%error_from(phase%deactivations(1)%where, 'DEACTIVATE', &
-          "phase '"//phase%name//"' takes out all bodies that are there")
+          "phase '"//phase%name//"' deactivates all active bodies")
         call check_surfaces(state, phase, now)
       end associate
     end do
@@ -132,12 +132,12 @@ contains
       associate (phase => state%analysis%phases(p))
         if (state%analysis%method%basis == basis_fem) then
           if (leaves_cells(state%analysis, p)) call state%error_from(phase%activations(1)%where, 'ACTIVATE', &
-            'FILL=SHAPE, and a body that is taken out in another phase, require a mesh that is reset: *METHOD, '// &
-            'BASIS=FEM is not for them')
+            'FILL=SHAPE, and a body that is deactivated in another phase, require a background grid: *METHOD, '// &
+            'BASIS=FEM does not support them')
         end if
         do i = 1, size(phase%tractions)
           if (phase%tractions(i)%carrier == carrier_points) call state%error_from(phase%tractions(i)%where, &
-            'TRACTION', 'CARRIER=POINTS is not for analyses in which bodies come or go')
+            'TRACTION', 'CARRIER=POINTS does not support analyses in which bodies are activated or deactivated')
         end do
       end associate
     end do
@@ -171,18 +171,18 @@ contains
       coming = bodies_named(analysis, phase%activations)
       going = bodies_named(analysis, phase%deactivations)
       if (p == 1 .and. size(phase%activations) > 0) call state%error_from(phase%activations(1)%where, 'ACTIVATE', &
-        'the first phase begins with the bodies that are there: leave out ACTIVE=NO of *BODY')
+        'the first phase starts with the active bodies: remove ACTIVE=NO of *BODY')
       if (p == 1 .and. size(phase%deactivations) > 0) call state%error_from(phase%deactivations(1)%where, &
-        'DEACTIVATE', 'nothing can be taken out before the first phase has put it under stress')
+        'DEACTIVATE', 'nothing can be deactivated before the first phase has loaded it')
       if (p == 1 .and. size(phase%materials) > 0) call state%error_from(phase%materials(1)%where, &
-        'CHANGE MATERIAL', 'the first phase begins with the materials of *BODY')
+        'CHANGE MATERIAL', 'the first phase starts with the materials of *BODY')
       do i = 1, size(phase%activations)
         if (phase%activations(i)%fill == fill_level .and. upwards(analysis) < 0.0_wp) call state%error_from( &
-          phase%activations(i)%where, 'ACTIVATE', 'FILL=LEVEL requires a coordinate that grows upwards, and '// &
-          'gravity acts along it here: turn the drawing, or take FILL=SHAPE')
+          phase%activations(i)%where, 'ACTIVATE', 'FILL=LEVEL requires a coordinate that increases upwards, and '// &
+          'gravity acts along it here: rotate the model, or use FILL=SHAPE')
         b = body_number(analysis, phase%activations(i)%body)
         if (b > 0) call refuse(before(b) .and. .not. going(b), phase%activations(i), 'ACTIVATE', 'is there already')
-        if (b > 0) call refuse(going(b), phase%activations(i), 'ACTIVATE', 'is taken out by the same phase')
+        if (b > 0) call refuse(going(b), phase%activations(i), 'ACTIVATE', 'is deactivated in the same phase')
       end do
       do i = 1, size(phase%deactivations)
         b = body_number(analysis, phase%deactivations(i)%body)
@@ -192,7 +192,7 @@ contains
         b = body_number(analysis, phase%materials(i)%body)
         if (b == 0) cycle
         call refuse(coming(b) .or. going(b), phase%materials(i), 'CHANGE MATERIAL', &
-          'is put in place or taken out by the same phase')
+          'is activated or deactivated in the same phase')
         call refuse(.not. (now(b) .or. coming(b) .or. going(b)), phase%materials(i), 'CHANGE MATERIAL', 'is not there')
       end do
     end associate
@@ -240,7 +240,7 @@ contains
           b = body_number(state%analysis, surface%body)
           if (b == 0) cycle
           if (.not. now(b)) call state%error_from(where, keyword, "surface '"//name//"' is one of body '"// &
-            surface%body//"', which is not there in phase '"//phase%name//"'")
+            surface%body//"', which is not active in phase '"//phase%name//"'")
         end associate
       end do
     end subroutine check_surface
@@ -258,7 +258,7 @@ contains
     end do
     do b = 1, size(used)
       if (.not. used(b)) call state%warn(state%analysis%bodies(b)%where, 'BODY', "body '"// &
-        state%analysis%bodies(b)%name//"' has ACTIVE=NO, and no phase puts it in place")
+        state%analysis%bodies(b)%name//"' has ACTIVE=NO, and no phase activates it")
     end do
   end subroutine check_unused
 
@@ -266,10 +266,10 @@ contains
   subroutine add_prop_keyword(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('PROP', in_model, many, 'A spring between two places of the ground or of what stands in it, '// &
-      'that go with it: a strut, or with FIXED=YES one that leans on a place that does not move. *INSTALL puts '// &
-      'it in place; its force is QUANTITY=PROP FORCE of *HISTORY. Forces and stiffness are those of a slice of '// &
-      'unit thickness in plane strain, of a radian in axisymmetry.', prop_fields, &
+    call table%add('PROP', in_model, many, 'A spring between two places of the ground or of a structure, which '// &
+      'move with it: a strut, or with FIXED=YES an anchor to a fixed place. *INSTALL activates it; its force is '// &
+      'QUANTITY=PROP FORCE of *HISTORY. Forces and stiffness are per unit thickness in plane strain, per radian in '// &
+      'axisymmetry.', prop_fields, &
       '*PROP, NAME=strut, STIFFNESS=2e4, TENSION LIMIT=0| 2, 5.5, 8, 5.5', check_prop, list=list_props, opens='prop')
   end subroutine add_prop_keyword
 
@@ -277,10 +277,11 @@ contains
   subroutine add_prop_stage_keywords(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('INSTALL', in_phase, once, 'Props that this phase puts in place, without force and at the '// &
-      'length that they have then. One with a force is jacked: the phase brings it there, and its stiffness counts '// &
+    call table%add('INSTALL', in_phase, once, 'Props activated in this phase, without force at their current '// &
+      'length. A prop with a force is prestressed: the force is applied over the phase, and its stiffness acts '// &
       'from the next phase on.', install_fields, '*INSTALL| strut, -100', check_prop_changes)
-    call table%add('REMOVE', in_phase, once, 'Props that this phase takes out; their force falls to zero over it.', &
+    call table%add('REMOVE', in_phase, once, 'Props deactivated in this phase; their force is reduced to zero over '// &
+      'the phase.', &
       remove_fields, '*REMOVE| strut', check_prop_changes)
   end subroutine add_prop_stage_keywords
 
@@ -293,9 +294,10 @@ contains
       call fields%line(prop%where)
       call fields%name('NAME', prop%name, 'name of the prop', required=.true.)
       call fields%number('STIFFNESS', prop%stiffness, 'force over change of length', range='(0, inf)', required=.true.)
-      call fields%number('COMPRESSION LIMIT', prop%limits(1), 'largest force of compression, at which it yields; '// &
-        'none when not given', range='[0, inf)')
-      call fields%number('TENSION LIMIT', prop%limits(2), 'the same of tension', range='[0, inf)')
+      call fields%number('COMPRESSION LIMIT', prop%limits(1), 'compressive force at which it yields; unlimited '// &
+        'when not given', range='[0, inf)')
+      call fields%number('TENSION LIMIT', prop%limits(2), 'tensile force at which it yields; unlimited when not '// &
+        'given', range='[0, inf)')
       call fields%answer('FIXED', prop%fixed, 'YES: the second end does not move')
       call fields%data('ends')
       call fields%vector('', prop%places(:, 1), 'first end', 'coordinate', '1')
@@ -345,7 +347,7 @@ contains
       call fields%line(list(i)%where)
       call fields%name('prop', list(i)%prop, 'the prop')
       if (with_force) call fields%number('force', list(i)%force, 'force at the end of the phase, tension positive, '// &
-        'per unit of load factor; without it the prop follows its length from the start of the phase', &
+        'per unit of load factor; without it the prop acts as a spring from the start of the phase', &
         required=.false., given=list(i)%jacked)
     end do
   end subroutine change_rows
@@ -400,11 +402,11 @@ contains
       do k = 1, size(phase%installed)
         if (phase%installed(k)%prop /= prop%name) cycle
         if (.not. stage%there) call state%error_from(phase%installed(k)%where, 'INSTALL', "prop '"//prop%name// &
-          "' is taken out by the same phase")
+          "' is deactivated in the same phase")
         if (stage%before .and. .not. stage%driven) call state%error_from(phase%installed(k)%where, 'INSTALL', &
-          "prop '"//prop%name//"' is there already; with a force it is jacked again")
+          "prop '"//prop%name//"' is already active; give a force to prestress it again")
         if (stage%force < -prop%limits(1) .or. stage%force > prop%limits(2)) call state%error_from( &
-          phase%installed(k)%where, 'INSTALL', "the force is beyond what prop '"//prop%name//"' bears")
+          phase%installed(k)%where, 'INSTALL', "the force exceeds the limit of prop '"//prop%name//"'")
       end do
       do k = 1, size(phase%removed)
         if (phase%removed(k)%prop == prop%name .and. .not. stage%before) call state%error_from( &

@@ -33,19 +33,20 @@ contains
   subroutine add_set_keywords(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('NSET', in_model, many, 'A set of nodes: by labels, or those on a plane, or '// &
-      'those in a box.', node_set_fields, '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=corner, BOX| 0, 0.1, 0, 0.1', &
+    call table%add('NSET', in_model, many, 'A set of nodes: by labels, on a plane, or in a '// &
+      'box.', node_set_fields, '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=corner, BOX| 0, 0.1, 0, 0.1', &
       finish_node_set, list=list_node_sets, opens='set')
-    call table%add('ELSET', in_model, many, 'A set of elements: by labels, or those whose centre is in a box.', &
+    call table%add('ELSET', in_model, many, 'A set of elements: by labels, or with their centre in a box.', &
       element_set_fields, '*ELSET, ELSET=soil, GENERATE| 1, 99, 2', finish_element_set, list=list_element_sets, &
       opens='set')
-    call table%add('SURFACE', in_model, many, 'A piece of the surface of the bodies, for tractions.', surface_fields, &
+    call table%add('SURFACE', in_model, many, 'A part of the boundary of bodies, for loads, supports and '// &
+      'contact.', surface_fields, &
       '*SURFACE, NAME=top, TYPE=SEGMENT| 2, 1, 0, 1|*SURFACE, NAME=face, TYPE=OUTLINE, BODY=slope, BOX| 3, 4, 0, 1', &
       check_surface, list=list_surfaces, opens='surface')
-    call table%add('BODY', in_model, many, 'A body of one material. It may end inside elements.', body_fields, &
+    call table%add('BODY', in_model, many, 'A body of one material. Its boundary may cut elements.', body_fields, &
       '*BODY, NAME=slope, MATERIAL=clay, SHAPE=POLYGON| 0, 0| 4, 0| 3, 1| 0, 1| '// &
       '*BODY, NAME=dam, MATERIAL=clay, SHAPE=POLYHEDRON, INPUT=dam.stl', finish_body, list=list_bodies, opens='body')
-    call table%add('POINTS', in_model, many, 'How densely bodies are filled with material points.', point_fields, &
+    call table%add('POINTS', in_model, many, 'Number of material points in bodies.', point_fields, &
       '*POINTS, PER ELEMENT=18', check_points, list=list_points, opens='request')
   end subroutine add_set_keywords
 
@@ -58,13 +59,13 @@ contains
     associate (set => deck%analysis%node_sets(deck%item))
       call fields%line(set%where)
       call fields%name('NSET', set%name, 'name of the set', required=.true.)
-      call fields%choice('PLANE', set%axis, bar_list(axis_words), 'nodes on the plane at right angles to this axis', &
+      call fields%choice('PLANE', set%axis, bar_list(axis_words), 'nodes on the plane normal to this axis', &
         open=.true., excludes='BOX|GENERATE')
       coordinate = 0.0_wp
       if (set%axis > 0) coordinate = set%box(set%axis, 1)
       call list_parameters(fields, set)
       call fields%data('plane', when='PLANE')
-      call fields%number('coordinate', coordinate, 'where the plane cuts the axis')
+      call fields%number('coordinate', coordinate, 'coordinate of the plane on the axis')
       call list_columns(fields, set)
       if (.not. fields%reading .or. set%axis == 0) return
       set%selection = select_plane
@@ -214,11 +215,11 @@ contains
       call fields%name('NAME', surface%name, 'name of the surface', required=.true.)
       type = findloc(selections, surface%selection, dim=1)
       call fields%choice('TYPE', type, bar_list(surface_words), 'BOX: element faces in a box. SEGMENT: straight '// &
-        'lines in a plane model, the body to their left. MESH: the surface of this name in the '// &
-        'mesh file. OUTLINE: the bounds of a body (BOX, POLYGON, POLYHEDRON), also inside elements')
+        'lines in a plane model, with the body on their left. MESH: the surface of this name in the mesh file. '// &
+        'OUTLINE: the boundary of a body (BOX, POLYGON, POLYHEDRON), also inside elements')
       surface%selection = selections(type)
       call fields%name('BODY', surface%body, 'the body', needs='TYPE=OUTLINE')
-      call fields%flag('BOX', surface%boxed, 'what of the outline is in a box', needs='TYPE=OUTLINE')
+      call fields%flag('BOX', surface%boxed, 'the part of the outline in a box', needs='TYPE=OUTLINE')
       call fields%data('box', when='TYPE=BOX')
       call box_fields(fields, surface%box)
       call fields%table('segments', [column_type('x1', 'start'), column_type('y1', 'start'), column_type('x2', 'end'), &
@@ -267,7 +268,7 @@ contains
       call fields%name('REGION', body%region, 'element set', needs='SHAPE=REGION')
       call fields%file('INPUT', body%file, 'STL file, ASCII or binary, relative to the deck', &
         needs='SHAPE=POLYHEDRON')
-      call fields%answer('ACTIVE', body%active, 'NO: it is not there until a phase puts it in place by *ACTIVATE')
+      call fields%answer('ACTIVE', body%active, 'NO: it is inactive until a phase activates it by *ACTIVATE')
       call fields%data('box', when='SHAPE=BOX')
       call box_fields(fields, body%box)
       call polygon_fields(fields, body%polygon)
@@ -341,9 +342,9 @@ contains
 
     associate (request => deck%points(deck%item))
       call fields%line(request%where)
-      call fields%name('BODY', request%body, 'the body; without it all bodies that have no *POINTS of their own')
-      call fields%whole('PER ELEMENT', request%per_element, 'points of a full element; each element '// &
-        'allows certain numbers, which the message of a wrong one lists', required=.true., range='[1, inf)', &
+      call fields%name('BODY', request%body, 'the body; when not given all bodies without their own *POINTS')
+      call fields%whole('PER ELEMENT', request%per_element, 'points in a full element; an error lists the numbers '// &
+        'that the element type allows', required=.true., range='[1, inf)', &
         none='DEFAULT')
     end associate
   end subroutine point_fields

@@ -33,28 +33,28 @@ contains
   subroutine add_general_keywords(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('HEADING', in_model, once, 'Text that goes to the top of the results.', heading_fields, &
+    call table%add('HEADING', in_model, once, 'Title, written to the results.', heading_fields, &
       '*HEADING| Slope, 45 degrees, c = 1 kPa, phi = 25', read_heading)
-    call table%add('UNITS', in_model, once, 'Names of the consistent units of the deck. They label results, and '// &
-      'weights that they make unusual are warned of; nothing is converted.', unit_fields, '*UNITS, LENGTH=m, FORCE=kN')
-    call table%add('INCLUDE', anywhere, many, 'The lines of another file in place of this one. '// &
-      'They may be cards, or data lines of the card before.', include_fields, '*INCLUDE, INPUT=materials.inp', &
+    call table%add('UNITS', in_model, once, 'Names of the consistent units of the deck. They label results and '// &
+      'serve to check unit weights; nothing is converted.', unit_fields, '*UNITS, LENGTH=m, FORCE=kN')
+    call table%add('INCLUDE', anywhere, many, 'Inserts the lines of another file: keywords, or data lines of the '// &
+      'keyword before.', include_fields, '*INCLUDE, INPUT=materials.inp', &
       refuse_include)
     call table%add('MODEL', in_model, once, 'The kind of model.', model_fields, '*MODEL, TYPE=PLANE STRAIN', &
       check_model)
     call table%add('METHOD', in_model, once, 'How the continuum is discretised.', method_fields, &
       '*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL', finish_method)
     call advise_method(table)
-    call table%add('SOLVER', in_model, once, 'The solver of linear equations.', solver_fields, '*SOLVER, TYPE=MUMPS', &
+    call table%add('SOLVER', in_model, once, 'The linear equation solver.', solver_fields, '*SOLVER, TYPE=MUMPS', &
       check_solver)
-    call table%add('MOVING MESH', in_model, once, 'Grid rows follow a plate: rows between base '// &
-      'and plate are scaled, rows beyond the plate are shifted. Or they follow a rigid body. The points stay where '// &
-      'they are. No row may come to be narrower than the points it passes stand apart: the run warns where one does.', &
+    call table%add('MOVING MESH', in_model, once, 'Grid rows follow a plate of nodes, where rows between base and '// &
+      'plate are scaled and rows beyond the plate are shifted, or they follow a rigid body. Material points do not '// &
+      'move with the grid. A warning is given where a row becomes narrower than the spacing of the points it passes.', &
       moving_fields, '*MOVING MESH, NSET=plate, AXIS=Y, BASE=0|*MOVING MESH, BODY=bar, AXIS=X, NEAR=0.04', check_moving)
-    call table%add('CONFINING PRESSURE', in_model, once, 'A pressure that acts on every free boundary of the soil '// &
-      'all the time and follows it, as that of a triaxial cell. Loads, reactions and forces on rigid bodies count '// &
-      'from it, stresses and contact pressures are whole. *INITIAL, TYPE=ISOTROPIC with the same pressure is in '// &
-      'equilibrium with it.', confinement_fields, '*CONFINING PRESSURE| 100')
+    call table%add('CONFINING PRESSURE', in_model, once, 'A constant pressure on every free boundary of the soil, '// &
+      'as in a triaxial cell, that follows the deformation. Loads, reactions and forces on rigid bodies are '// &
+      'relative to it; stresses and contact pressures include it. *INITIAL, TYPE=ISOTROPIC with the same pressure '// &
+      'is in equilibrium with it.', confinement_fields, '*CONFINING PRESSURE| 100')
   end subroutine add_general_keywords
 
   !> *CONFINING PRESSURE.
@@ -125,11 +125,11 @@ contains
     associate (analysis => deck%analysis)
       kind = merge(model_auto, analysis%model, analysis%reduce)
       call fields%choice('TYPE', kind, bar_list(model_words), 'plane strain and axisymmetric models have x '// &
-        '(radius) and y only. AUTO: the scene is 3D when its *GRID has lines along z and plane else, '// &
-        'and the smallest model that is proved to answer it is run (qsmpm plan tells which)', required=.true.)
-      call fields%choice('MIRROR', analysis%mirror, bar_list(mirror_words), 'whether AUTO may take half of a '// &
-        'symmetric scene: AUTO does where the equations are the same and failure is symmetric, YES whenever the '// &
-        'scene is symmetric, NO never', first=mirror_auto, needs='TYPE=AUTO')
+        '(radius) and y only. AUTO: 3D if the *GRID has lines along z, otherwise plane strain; the smallest '// &
+        'equivalent model by symmetry is run (qsmpm plan reports it)', required=.true.)
+      call fields%choice('MIRROR', analysis%mirror, bar_list(mirror_words), 'whether TYPE=AUTO may use half of a '// &
+        'symmetric scene: AUTO if the equations are the same and failure is symmetric, YES for every symmetric '// &
+        'scene, NO never', first=mirror_auto, needs='TYPE=AUTO')
       if (.not. fields%reading) return
       analysis%reduce = kind == model_auto
       ! The dimension of AUTO has been found by the grid.
@@ -143,7 +143,7 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     if (state%analysis%reduce .and. state%dimension == 0) call state%report_error('TYPE=AUTO requires a *GRID: '// &
-      'nothing is known of the symmetry of other meshes')
+      'the symmetry of other meshes is not known')
     if (state%analysis%model > 0) state%dimension = merge(3, 2, state%analysis%model == three_dimensional)
   end subroutine check_model
 
@@ -166,14 +166,14 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(method_type), intent(inout) :: method
 
-    call fields%choice('BASIS', method%basis, 'AUTO|'//bar_list(basis_list%word), 'STANDARD: points move '// &
-      'through the elements of a fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over '// &
-      'the domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic '// &
-      'ones averaged over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8. '// &
-      'AUTO: the one recommended below for the grid and the materials; the log says which and why', first=basis_auto)
-    call fields%choice('INTEGRATION', method%integration, bar_list(integration_words), 'POINTS: at material '// &
-      'points, with STANDARD only to reproduce the paper. CELL: full cells by Gauss points; when not given that of '// &
-      'BASIS=AUTO, else POINTS', needs=not_fem)
+    call fields%choice('BASIS', method%basis, 'AUTO|'//bar_list(basis_list%word), 'STANDARD: points move through '// &
+      'the elements of a fixed mesh. FEM: the mesh moves with the material. GIMP: linear functions averaged over '// &
+      'the domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic splines averaged '// &
+      'over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8. AUTO: the one recommended below for the '// &
+      'grid and the materials; the log reports which and why', first=basis_auto)
+    call fields%choice('INTEGRATION', method%integration, bar_list(integration_words), 'POINTS: at material points '// &
+      '(with STANDARD only to reproduce the paper). CELL: Gauss points in full cells; when not given as chosen by '// &
+      'BASIS=AUTO, otherwise POINTS', needs=not_fem)
   end subroutine space_fields
 
   !> Kinematics of the laws.
@@ -182,12 +182,12 @@ contains
     type(method_type), intent(inout) :: method
     character(len=*), parameter :: jaumann = 'KINEMATICS=JAUMANN'
 
-    call fields%choice('KINEMATICS', method%kinematics, bar_list(kinematics_words), 'stress-strain frame of the '// &
+    call fields%choice('KINEMATICS', method%kinematics, bar_list(kinematics_words), 'kinematic formulation of the '// &
       'material laws')
-    call fields%choice('RATE', method%rate, bar_list(rate_words), 'how the Jaumann rate is integrated: as in the '// &
-      'paper, only to reproduce it, or on the mid configuration', needs=jaumann)
+    call fields%choice('RATE', method%rate, bar_list(rate_words), 'integration of the Jaumann rate: as in the '// &
+      'paper (only to reproduce it), or in the mid configuration', needs=jaumann)
     call fields%choice('STRESS RATE', method%stress_rate, 'KIRCHHOFF|CAUCHY', 'stress whose Jaumann rate is '// &
-      'elastic: J sigma as in the paper, or sigma as in most UMATs', needs=jaumann)
+      'elastic: Kirchhoff stress J sigma as in the paper, or Cauchy stress sigma as in most UMATs', needs=jaumann)
   end subroutine frame_fields
 
   !> Stabilisation.
@@ -197,7 +197,7 @@ contains
 
     call fields%choice('STABILISATION', method%stabilisation, bar_list(stabilisation_words), 'of partly filled '// &
       'cells at the boundary; when not given, BACKGROUND for STANDARD and GHOST for GIMP and splines; NONE only to '// &
-      'show what becomes of cells with a sliver of material', first=stabilise_none, needs=not_fem)
+      'show the effect of cells with very little material', first=stabilise_none, needs=not_fem)
     call fields%number('FACTOR', method%stabilisation_factor, 'strength of the stabilisation; '// &
       'when not given '//real_text(background_factor)//' for BACKGROUND, '// &
       real_text(grid_ghost_factor)//' for GHOST, '//real_text(cubic_ghost_factor)// &
@@ -210,19 +210,19 @@ contains
 
     call table%advise('smooth elastic work', 'BASIS=SPLINE2G, INTEGRATION=CELL, 9 points a cell or '// &
       'more: second order with a free surface; inside a filled region SPLINE3 with CELL and 16 points')
-    call table%advise('limit loads, factors of safety, layers', '*GRID without ELEMENT, and no *METHOD: triangles '// &
-      'that fit the scene, then splines on the grid when elements become too distorted')
-    call table%advise('plastic flow that goes far', 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.001, 9 points a '// &
-      'cell: least locking, least motion at constant load; GIMP with 4 points is cheapest, but stiffer')
-    call table%advise('undrained, phi = 0 or nu > 0.45', 'BASIS=SPLINE2, 9 points a cell; the '// &
-      'pressure of a cell is then uniform by itself (*VOLUMETRIC LOCKING)')
+    call table%advise('limit loads, factors of safety, layers', '*GRID without ELEMENT, and no *METHOD: a '// &
+      'body-fitted triangular mesh, then splines on the grid when elements become too distorted')
+    call table%advise('large plastic flow', 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.001, 9 points a '// &
+      'cell: least locking, least motion at constant load; GIMP with 4 points is cheaper, but stiffer')
+    call table%advise('undrained, phi = 0 or nu > 0.45', 'BASIS=SPLINE2, 9 points a cell; the pressure in a cell '// &
+      'is then uniform by default (*VOLUMETRIC LOCKING)')
     call table%advise('penetration by a moving grid', 'BASIS=SPLINE2 or GIMP at points, FACTOR=5E-4, '// &
-      'with *MOVING MESH and lines whose distances change little from one to the next: where rows come to pass '// &
-      'points that stand farther apart than they do, the resistance falls')
+      'with *MOVING MESH and lines whose distances change little from one to the next: where rows become narrower '// &
+      'than the spacing of points, the resistance is too low')
     call table%advise('unstructured meshes', 'BASIS=STANDARD, INTEGRATION=CELL on TRI6 with 12 '// &
       'points or WEDGE15 with 18, STABILISATION=GHOST for accuracy, BACKGROUND for rough work')
-    call table%advise('bodies that do not fit the grid', 'a grid and BASIS=SPLINE2G with CELL; hold '// &
-      'the sides by *SUPPORT')
+    call table%advise('bodies that do not conform to the grid', 'a grid and BASIS=SPLINE2G with CELL; support the '// &
+      'sides by *SUPPORT')
     call table%advise('the method of 2008 as printed', 'KINEMATICS=JAUMANN, RATE=PAPER, '// &
       'STABILISATION=NONE and *CONTROLS, NEWTON=MODIFIED, TOLERANCE=1e-2')
   end subroutine advise_method
@@ -264,10 +264,10 @@ contains
     associate (solver => deck%analysis%solver)
       call fields%choice('TYPE', solver%kind, solver_words(), 'AUTO chooses by size and symmetry', first=solver_auto)
       call fields%choice('PRECISION', solver%precision, 'AUTO|DOUBLE|SINGLE', 'of the factors of CHOLMOD and '// &
-        'MUMPS: SINGLE takes half the memory and is refined to what the step asks; a matrix it cannot refine is '// &
-        'factorised in double precision from then on', first=precision_auto)
-      call fields%choice('KEEP FACTOR', solver%keep_factor, 'AUTO|NO|YES', 'YES: a factor preconditions the '// &
-        'matrices of the increment that follow it until a new one is cheaper', first=keep_auto)
+        'MUMPS: SINGLE needs half the memory, with iterative refinement to the accuracy of the step; a matrix for '// &
+        'which refinement fails is factorised in double precision from then on', first=precision_auto)
+      call fields%choice('KEEP FACTOR', solver%keep_factor, 'AUTO|NO|YES', 'YES: a factorisation preconditions the '// &
+        'following matrices of the increment until a new one is cheaper', first=keep_auto)
     end associate
   end subroutine solver_fields
 
@@ -280,8 +280,8 @@ contains
       row = solver_row(solver%kind)
       if (solver%precision == precision_single .and. .not. row%single) call state%report_error('PRECISION=SINGLE '// &
         'is for the factors of AUTO, CHOLMOD and MUMPS')
-      if (solver%kind == solver_petsc .and. .not. with_petsc()) call state%report_error('this program has no '// &
-        'PETSc: the program qsmpm-mpi has it (docs/distributed.md); KRYLOV needs as little memory')
+      if (solver%kind == solver_petsc .and. .not. with_petsc()) call state%report_error('this program is built '// &
+        'without PETSc, which qsmpm-mpi includes (docs/distributed.md); KRYLOV needs as little memory')
     end associate
   end subroutine check_solver
 
@@ -294,12 +294,12 @@ contains
       call fields%given(moving%active)
       call fields%line(moving%where)
       call fields%name('NSET', moving%set, 'node set of the plate')
-      call fields%name('BODY', moving%body, 'rigid body in place of a plate: rows near it go with it, all others '// &
-        'are scaled, the ends of the grid stay')
+      call fields%name('BODY', moving%body, 'rigid body in place of a plate: rows near it move with it, all others '// &
+        'are scaled, the ends of the grid are fixed')
       call fields%number('NEAR', moving%near, 'distance from the reference point of the body (centre, tip) within '// &
         'which rows keep their distances: its half width and some cells', range='(0, inf)', needs='BODY')
       call fields%choice('AXIS', moving%axis, bar_list(axis_words), 'direction in which the rows move')
-      call fields%number('BASE', moving%base, 'coordinate of the row that stays')
+      call fields%number('BASE', moving%base, 'coordinate of the fixed row')
     end associate
   end subroutine moving_fields
 
@@ -311,11 +311,11 @@ contains
       > 0) call state%report_error('AXIS=Z has no meaning in a plane model')
     state%analysis%moving_mesh%by_body = state%card%has('BODY')
     if (state%card%has('BODY') .eqv. state%card%has('NSET')) call state%report_error('one of the parameters NSET, '// &
-      'a plate of nodes, and BODY, a rigid body, says what the rows follow')
+      'a plate of nodes, and BODY, a rigid body, is required')
     if (state%card%has('BODY') .and. .not. state%card%has('NEAR')) call state%report_error('NEAR is missing: the '// &
       'distance from the body within which rows keep their distances')
     if (state%card%has('BODY') .and. state%card%has('BASE')) call state%report_error('BASE is for rows that follow '// &
-      'a plate; with BODY both ends of the grid stay')
+      'a plate; with BODY both ends of the grid are fixed')
   end subroutine check_moving
 
   !> *FIELD.
@@ -325,12 +325,12 @@ contains
 
     call fields%there(.not. deck%analysis%point_test%given)
     associate (output => deck%analysis%output)
-      call fields%whole('EVERY', output%field_every, 'accepted steps between two pictures; 0 means at the end of '// &
-        'phases only', range='[0, inf)')
+      call fields%whole('EVERY', output%field_every, 'accepted steps between two outputs; 0: at the end of phases '// &
+        'only', range='[0, inf)')
       call fields%answer('VTK', output%vtk, 'write VTK files')
       call fields%answer('HDF5', output%hdf5, 'write the HDF5 file')
-      call fields%answer('STRAIN', output%strains, 'let the points carry strains and write them; when not given '// &
-        'YES if VTK or HDF5 is', open=.true.)
+      call fields%answer('STRAIN', output%strains, 'store strains at the points and write them; when not given YES '// &
+        'if VTK or HDF5 is', open=.true.)
     end associate
   end subroutine output_fields
 
@@ -349,32 +349,32 @@ contains
     type(deck_state_type), intent(inout) :: deck
 
     call fields%there(.not. deck%analysis%point_test%given)
-    call fields%whole('EVERY', deck%analysis%output%restart_every, 'accepted steps between two restart files; 0 '// &
-      'means at the end of phases only', range='[0, inf)')
+    call fields%whole('EVERY', deck%analysis%output%restart_every, 'accepted steps between two restart files; 0: '// &
+      'at the end of phases only', range='[0, inf)')
   end subroutine restart_fields
 
   !> *HISTORY, *FIELD, *RESTART.
   subroutine add_history_keyword(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
-      'POSITION follow a massless tracer that starts at the place given; STRESS, STRAIN, PORE PRESSURE and STATE '// &
-      'are those of the nearest material point; REACTION is the sum over a node set or a supported surface '// &
-      '(as contact forces, of effective stresses: the pressure of water at rest comes on top); VOLUME is that of a '// &
-      'body; RUNOUT how far the front of a body has moved along an axis; CONTACT FORCE and CONTACT '// &
-      'MOMENT (about z) what the soil does to a rigid body, BODY MOVE and BODY ROTATION how far this has moved '// &
-      'and turned about z (degrees); CONTACT SLIP how far soil has slid along it since they touched; CONTACT '// &
-      'PRESSURE is that on the soil around a place as drawn, a mean over the length of a patch; PROP FORCE '// &
-      'that of a prop, tension positive; TIME that of the phases; EXCESS PRESSURE the largest there is of '// &
-      '*CONSOLIDATION, by its size; DISCHARGE what flows in (negative: out) by a row of *WATER LEVEL, '// &
-      'TYPE=SEEPAGE in a unit of time. *STOP ends a phase by one.', &
+    call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and POSITION follow a massless '// &
+      'tracer that starts at the given place; STRESS, STRAIN, PORE PRESSURE and STATE are those of the nearest '// &
+      'material point; REACTION is the sum over a node set or a supported surface (effective, as contact forces: '// &
+      'hydrostatic water pressure must be added); VOLUME is that of a body; RUNOUT is the advance of the front of '// &
+      'a body along an axis; CONTACT FORCE and CONTACT MOMENT (about z) are those of the soil on a rigid body, '// &
+      'BODY MOVE and BODY ROTATION its displacement and rotation about z (degrees); CONTACT SLIP is the sliding '// &
+      'distance of soil along it since first contact; CONTACT PRESSURE is the pressure on the soil around a place '// &
+      'of the initial geometry, a mean over the length of a patch; PROP FORCE is that of a prop, tension positive; '// &
+      'TIME is that of the phases; EXCESS PRESSURE is the largest absolute excess pore pressure of *CONSOLIDATION; '// &
+      'DISCHARGE is the inflow (negative: outflow) per unit of time by a row of *WATER LEVEL, TYPE=SEEPAGE. *STOP '// &
+      'ends a phase at a value of a history.', &
       history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
       '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate|'// &
       '*HISTORY, NAME=toe, QUANTITY=RUNOUT, COMPONENT=X, BODY=slope', check_history, list=list_histories, &
       opens='history')
-    call table%add('FIELD', in_model, once, 'Pictures of points and mesh.', output_fields, &
+    call table%add('FIELD', in_model, once, 'Output of fields at points and of the mesh.', output_fields, &
       '*FIELD, EVERY=10, HDF5=NO', finish_output)
-    call table%add('RESTART', in_model, once, 'The file a run can be continued from.', restart_fields, &
+    call table%add('RESTART', in_model, once, 'Restart files.', restart_fields, &
       '*RESTART, EVERY=50')
   end subroutine add_history_keyword
 
@@ -392,16 +392,16 @@ contains
       if (fields%reading) history%quantity = 0
       call fields%choice('QUANTITY', history%quantity, bar_list(words), 'what is recorded', required=.true.)
       call component_field(fields, history)
-      call fields%name('UNIT', history%unit, 'unit in the header; made of *UNITS when not given')
+      call fields%name('UNIT', history%unit, 'unit in the column header; derived from *UNITS when not given')
       call fields%number('SCALE', history%scale, 'factor of the values')
       call fields%name('NSET', history%set, 'node set', needs='QUANTITY=REACTION|DISCHARGE')
-      call fields%name('SURFACE', history%surface, 'surface, in place of NSET: held by *SUPPORT or '// &
-        '*CONTRACTION, or with a level', needs='QUANTITY=REACTION|DISCHARGE')
-      call fields%name('BODY', history%body, 'body; all when not given, but of CONTACT FORCE, CONTACT MOMENT, '// &
-        'CONTACT SLIP, BODY MOVE and BODY ROTATION, whose rigid body must be named', &
+      call fields%name('SURFACE', history%surface, 'surface, in place of NSET: with *SUPPORT or *CONTRACTION, or '// &
+        'with a level', needs='QUANTITY=REACTION|DISCHARGE')
+      call fields%name('BODY', history%body, 'body; all when not given; CONTACT FORCE, CONTACT MOMENT, CONTACT '// &
+        'SLIP, BODY MOVE and BODY ROTATION require a rigid body', &
         needs='QUANTITY=VOLUME|RUNOUT|CONTACT FORCE|CONTACT MOMENT|CONTACT SLIP|BODY MOVE|BODY ROTATION')
       call fields%name('PROP', history%prop, 'the prop', needs='QUANTITY=PROP FORCE')
-      call fields%answer('MEAN', history%mean, 'YES: the mean over what is in contact, not the largest', &
+      call fields%answer('MEAN', history%mean, 'YES: mean over the contact area; NO: largest value', &
         needs='QUANTITY=CONTACT SLIP')
       call fields%answer('SMALLEST', history%smallest, 'the front is where the coordinate is smallest, and moves '// &
         'against the axis', needs='QUANTITY=RUNOUT')
@@ -423,7 +423,7 @@ contains
     word = before + history%component
     if (fields%reading .or. has_components(history%quantity, component_none)) word = 0
     call fields%choice('COMPONENT', word, bar_list(axis_words)//'|'//bar_list(tensor_words), 'X, Y, Z for vectors, '// &
-      'XX to YZ for STRESS and STRAIN; required of quantities that have components', open=.true.)
+      'XX to YZ for STRESS and STRAIN; required for quantities with components', open=.true.)
     if (.not. fields%reading) return
     history%component = max(0, word - before)
     if (before == 0 .and. word > size(axis_words)) history%component = 0

@@ -40,31 +40,32 @@ contains
   subroutine add_material_keywords(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('MATERIAL', in_model, many, 'Begins a material; its properties follow.', material_fields, &
+    call table%add('MATERIAL', in_model, many, 'Begins a material; the keywords of its properties '// &
+      'follow.', material_fields, &
       '*MATERIAL, NAME=clay|*ELASTIC| 200, 0.33|*MOHR COULOMB| 1, 25, 0|*UNIT WEIGHT| 20', list=list_materials, &
       opens='material')
     call table%add('ELASTIC', in_material, once, 'Isotropic elasticity.', elastic_fields, '*ELASTIC| 200, 0.33')
-    call table%add('MOHR COULOMB', in_material, once, 'Strength after Mohr and Coulomb; phi = 0 is Tresca. Angles '// &
-      'in degrees.', strength_fields, '*MOHR COULOMB| 1, 25, 0, 0', check_strength)
-    call table%add('SOFTENING', in_material, once, 'The strength of *MOHR COULOMB falls to a residual one with the '// &
-      'plastic shear strain, the root of twice the sum of squares of the deviator of plastic strain: '// &
+    call table%add('MOHR COULOMB', in_material, once, 'Mohr-Coulomb strength; phi = 0 is Tresca. Angles in '// &
+      'degrees.', strength_fields, '*MOHR COULOMB| 1, 25, 0, 0', check_strength)
+    call table%add('SOFTENING', in_material, once, 'The strength of *MOHR COULOMB decreases to a residual value '// &
+      'with the plastic shear strain, (2 e:e)^1/2 with the deviator e of the plastic strain: '// &
       'docs/methods/softening.md. Angles in degrees.', softening_fields, &
       '*MOHR COULOMB| 10, 30, 5|*SOFTENING, TYPE=LINEAR, LENGTH=0.1| 1, 20, 0, 0.2')
     call add_soil_law_keywords(table)
     call add_profile_keyword(table)
     call add_undrained_keyword(table)
-    call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
-      'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')
-    call table%add('PERMEABILITY', in_material, once, 'How much water soil lets through: its volume a unit of '// &
-      'area, time and gradient of the head. For *WATER LEVEL, TYPE=SEEPAGE, and *CONSOLIDATION, whose time it gives.', &
+    call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies it. A material '// &
+      'without this keyword is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')
+    call table%add('PERMEABILITY', in_material, once, 'Hydraulic conductivity: volume of water per unit of area, '// &
+      'time and hydraulic gradient. For *WATER LEVEL, TYPE=SEEPAGE, and *CONSOLIDATION; it defines the unit of time.', &
       permeability_fields, '*PERMEABILITY| 1e-5|*PERMEABILITY, LAW=LOGARITHM, VOID RATIO=1.8, CK=0.9| 1e-4|'// &
       '*PERMEABILITY, DRAINABLE POROSITY=0.25, ALPHA=1.5, N=1.6| 1e-6', &
       check_permeability)
-    call table%add('K0', in_material, once, 'Horizontal over vertical effective stress of the material at the '// &
-      'start, in the place of that of *INITIAL, TYPE=K0.', ratio_fields, '*K0| 0.5|*K0, TYPE=JAKY, OCR=2', check_card)
-    call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points '// &
-      'of a cell share one pressure. For flow at constant volume, nearly incompressible elasticity, '// &
-      'and soil under rigid bodies; it costs accuracy where the pressure varies smoothly.', locking_fields, &
+    call table%add('K0', in_material, once, 'Ratio of horizontal to vertical effective stress of the material at '// &
+      'the start, in place of that of *INITIAL, TYPE=K0.', ratio_fields, '*K0| 0.5|*K0, TYPE=JAKY, OCR=2', check_card)
+    call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points of a cell '// &
+      'share one pressure. For plastic flow at constant volume, nearly incompressible elasticity, and soil under '// &
+      'rigid bodies; it is less accurate where the pressure varies smoothly.', locking_fields, &
       '*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE, FACTOR=0.5')
     call add_user_material_keywords(table)
   end subroutine add_material_keywords
@@ -106,7 +107,7 @@ contains
       call fields%number('phi', material%friction_angle, 'friction angle', range='[0, 90)')
       call fields%number('psi', material%dilatancy_angle, 'dilatancy angle, not above phi', range='[0, 90)')
       call fields%number('tensile strength', material%tensile_strength, 'largest principal stress; NONE (the '// &
-        'default) leaves the tip of the yield surface', range='[0, inf)', required=.false., none='NONE', also='sigma_t')
+        'default): no tension cut-off', range='[0, inf)', required=.false., none='NONE', also='sigma_t')
     end associate
   end subroutine strength_fields
 
@@ -118,7 +119,7 @@ contains
     associate (material => state%analysis%materials(state%material))
       if (material%tensile_strength < huge(1.0_wp) .and. material%tensile_strength*sin(material%friction_angle*degree) &
         > material%cohesion*cos(material%friction_angle*degree)) call state%warn(source_line(state%card%place), &
-        'MOHR COULOMB', 'the tensile strength lies beyond the tip of the yield surface, c cot phi: it has no effect')
+        'MOHR COULOMB', 'the tensile strength exceeds the apex of the yield surface, c cot phi: it has no effect')
       if (material%dilatancy_angle > material%friction_angle) call state%error_at(state%card%rows(1), &
         'the dilatancy angle psi is above the friction angle phi')
       if (max(material%cohesion, material%friction_angle) <= 0.0_wp) call state%error_at(state%card%rows(1), &
@@ -134,8 +135,8 @@ contains
     associate (material => deck%analysis%materials(deck%material))
       call fields%data('weight')
       call fields%number('gamma', material%unit_weight, 'weight per volume', range='[0, inf)')
-      call fields%number('gamma_sat', material%saturated_weight, 'the same below the water level; gamma when not '// &
-        'given', range='[0, inf)', required=.false.)
+      call fields%number('gamma_sat', material%saturated_weight, 'saturated unit weight, below the water level; '// &
+        'gamma when not given', range='[0, inf)', required=.false.)
     end associate
   end subroutine weight_fields
 
@@ -147,22 +148,23 @@ contains
     associate (k => deck%analysis%materials(deck%material)%permeability, &
         law => deck%analysis%materials(deck%material)%permeability_law)
       call fields%there(k(1) >= 0.0_wp)
-      call fields%choice('LAW', law%kind, bar_list(permeability_words), 'how it follows the void ratio e under '// &
-        '*CONSOLIDATION. KOZENY: as e^3/(1 + e), LOGARITHM: ten times as small where e has fallen by CK')
-      call fields%number('VOID RATIO', law%void_ratio, 'that of the soil as drawn, or where *INITIAL sets its '// &
-        'stresses', range='(0, inf)', needs='LAW=KOZENY|LOGARITHM')
-      call fields%number('CK', law%index, 'fall of e; about half of VOID RATIO for clays', range='(0, inf)', &
+      call fields%choice('LAW', law%kind, bar_list(permeability_words), 'dependence on the void ratio e under '// &
+        '*CONSOLIDATION. KOZENY: e^3/(1 + e); LOGARITHM: reduced by ten when e decreases by CK')
+      call fields%number('VOID RATIO', law%void_ratio, 'initial void ratio, of the initial geometry or where '// &
+        '*INITIAL sets stresses', range='(0, inf)', needs='LAW=KOZENY|LOGARITHM')
+      call fields%number('CK', law%index, 'decrease of e per log cycle; about half of VOID RATIO for '// &
+        'clays', range='(0, inf)', &
         needs='LAW=LOGARITHM')
       call fields%number('DRAINABLE POROSITY', deck%analysis%materials(deck%material)%drainable_porosity, &
-        'water that a unit volume gives off as the surface of the water falls past it; for FLOW=TRANSIENT of '// &
-        '*WATER LEVEL', range='(0, 1)')
-      call fields%number('ALPHA', law%alpha, '1 over a height of suction: how much water soil holds and lets '// &
-        'through there, by van Genuchten and Mualem. DRAINABLE POROSITY is porosity less what never leaves. '// &
-        'Linear over a cell when not given', range='(0, inf)')
-      call fields%number('N', law%n, 'slope of that curve; 1.1 to 1.5 in clay and silt, 2 to 4 in sand', &
+        'volume of water that drains from a unit volume as the water table falls; for FLOW=TRANSIENT of *WATER '// &
+        'LEVEL', range='(0, 1)')
+      call fields%number('ALPHA', law%alpha, 'parameter alpha of the retention curve and relative permeability '// &
+        'after van Genuchten and Mualem, 1/length. DRAINABLE POROSITY is the porosity minus the residual water '// &
+        'content. Linear over a cell when not given', range='(0, inf)')
+      call fields%number('N', law%n, 'parameter n of that curve; 1.1 to 1.5 in clay and silt, 2 to 4 in sand', &
         range='[1.01, 20]', needs='ALPHA')
       call fields%data('permeability')
-      call fields%number('k', k(1), 'along x; 0 for what is tight', range='[0, inf)')
+      call fields%number('k', k(1), 'along x; 0: impermeable', range='[0, inf)')
       if (fields%reading) k(2:) = k(1)
       call fields%number('k_y', k(2), 'along y; k when not given', range='[0, inf)', required=.false.)
       call fields%number('k_z', k(3), 'along z; k when not given', range='[0, inf)', required=.false., third=.true.)
@@ -191,13 +193,13 @@ contains
 
     associate (material => deck%analysis%materials(deck%material))
       call fields%choice('TYPE', material%locking_treatment, 'NONE|AUTO|UNIFORM PRESSURE', &
-        'AUTO: uniform pressure when nu is '// &
-        'above 0.45, for Mohr-Coulomb with phi = 0, and for any Mohr-Coulomb on linear elements and GIMP, else none', &
+        'AUTO: uniform pressure for nu above 0.45, for Mohr-Coulomb with phi = 0, and for any Mohr-Coulomb on '// &
+        'linear elements and GIMP; otherwise none', &
         first=locking_none)
-      call fields%number('FACTOR', material%pressure_factor, 'resistance to volume changes inside a cell over '// &
-        'the shear modulus, of the secant of a step in which soil flows; when not given 1, 0.1 for phi = 0 '// &
-        'that does not crack, on cells that move with the material 0.45 and 0.22, and 0.5 for elasticity, on '// &
-        'linear elements and, but for phi = 0, with GIMP', &
+      call fields%number('FACTOR', material%pressure_factor, 'resistance to volume changes within a cell, relative '// &
+        'to the shear modulus (the secant modulus of a step in yielding soil); when not given 1, 0.1 for phi = 0 '// &
+        'without tension cut-off, 0.45 and 0.22 on meshes that move with the material, and 0.5 for elasticity, on '// &
+        'linear elements and, except for phi = 0, with GIMP', &
         range='(0, inf)', needs='TYPE=AUTO|UNIFORM PRESSURE')
     end associate
   end subroutine locking_fields
@@ -209,22 +211,23 @@ contains
 
     associate (softening => deck%analysis%materials(deck%material)%softening)
       call fields%given(softening%given)
-      call fields%choice('TYPE', softening%shape, 'LINEAR|EXPONENTIAL', 'the fall: in proportion, or exponential '// &
-        'with 95 % of it at the given strain')
-      call fields%choice('REGULARISATION', softening%regularisation, 'NONE|CELL|NONLOCAL', 'CELL: a strain '// &
-        'counts by the size of its cell over LENGTH, so that the work of a slip surface does not fall with the '// &
-        'cells; NONLOCAL: by a field on the grid, so that bands have a width, 0.7 LENGTH, and the same work in any '// &
-        'direction, on cells up to 0.11 LENGTH, by CELL in wider ones; NONE: it counts once, and the work falls '// &
-        'with the cells')
-      call fields%number('LENGTH', softening%length, 'width of the band in which the strain was measured, needed '// &
-        'with CELL and NONLOCAL', range='(0, inf)', needs='REGULARISATION=CELL|NONLOCAL')
-      call fields%number('OVER', softening%over, 'share m of the field in the strain that softens; 1 - m is that '// &
-        'of the place itself', range='(1, inf)', needs='REGULARISATION=NONLOCAL')
+      call fields%choice('TYPE', softening%shape, 'LINEAR|EXPONENTIAL', 'decrease: linear, or exponential with 95 '// &
+        '% of it at the given strain')
+      call fields%choice('REGULARISATION', softening%regularisation, 'NONE|CELL|NONLOCAL', 'CELL: the strain is '// &
+        'scaled by the cell size over LENGTH, so that the work of a slip surface does not depend on the cells; '// &
+        'NONLOCAL: by a nonlocal field, so that bands have a width of 0.7 LENGTH and the same work in any '// &
+        'direction, in cells up to 0.11 LENGTH, in wider ones as CELL; NONE: not scaled, the work decreases with '// &
+        'the cell size')
+      call fields%number('LENGTH', softening%length, 'width of the shear band in which the strain was measured, '// &
+        'required with CELL and NONLOCAL', range='(0, inf)', needs='REGULARISATION=CELL|NONLOCAL')
+      call fields%number('OVER', softening%over, 'weight m of the nonlocal field in the softening strain; 1 - m is '// &
+        'the weight of the local strain', range='(1, inf)', needs='REGULARISATION=NONLOCAL')
       call fields%data('residual strength')
       call fields%number('c', softening%cohesion, 'residual cohesion', range='[0, inf)')
       call fields%number('phi', softening%friction_angle, 'residual friction angle', range='[0, 90)')
       call fields%number('psi', softening%dilatancy_angle, 'residual dilatancy angle', range='[0, 90)')
-      call fields%number('plastic shear strain', softening%strain, 'at which it is reached', range='(0, inf)')
+      call fields%number('plastic shear strain', softening%strain, 'at which the residual strength is '// &
+        'reached', range='(0, inf)')
     end associate
   end subroutine softening_fields
 
@@ -240,7 +243,7 @@ contains
         if (.not. (material%softening%given .and. material%softening%strain > 0.0_wp)) cycle
         report_error = softening_error(material%softening, material%cohesion, material%friction_angle, &
           material%dilatancy_angle)
-        if (.not. material%mohr_coulomb) report_error = 'there is no *MOHR COULOMB that could soften'
+        if (.not. material%mohr_coulomb) report_error = 'the material has no *MOHR COULOMB strength that could soften'
         ! A faulty card of the peak strength has been reported already.
         if (material%mohr_coulomb .and. max(material%cohesion, material%friction_angle) <= 0.0_wp) cycle
         if (len(report_error) == 0 .and. material%softening%regularisation == regularise_nonlocal) report_error = &
@@ -261,12 +264,12 @@ contains
     sentence = ''
     associate (undrained => state%analysis%materials(m)%undrained)
       if (has_consolidation(state%analysis%phases)) then
-        sentence = 'REGULARISATION=NONLOCAL is not for a deck with *CONSOLIDATION; take REGULARISATION=CELL'
+        sentence = 'REGULARISATION=NONLOCAL does not support *CONSOLIDATION; use REGULARISATION=CELL'
       else if (any(state%analysis%phases%controls%newton == newton_modified)) then
         sentence = 'REGULARISATION=NONLOCAL requires the tangent of stress and field; take NEWTON=FULL in all phases'
       else if (undrained%given .and. undrained%kind /= undrained_c) then
-        sentence = 'REGULARISATION=NONLOCAL is not for effective stresses of *UNDRAINED soil; take TYPE=C of that '// &
-          'card, or REGULARISATION=CELL'
+        sentence = 'REGULARISATION=NONLOCAL does not support effective stresses of *UNDRAINED soil; use TYPE=C of '// &
+          'that keyword, or REGULARISATION=CELL'
       end if
     end associate
   end function wrong_beside_field
@@ -353,14 +356,14 @@ contains
     associate (rest => deck%analysis%materials(deck%material)%at_rest)
       call fields%there(has_ratio(deck%analysis%materials(deck%material)))
       call fields%line(rest%where)
-      call fields%answer('TYPE', rest%jaky, 'K0 of first loading: VALUE: that of the data line, JAKY: 1 - sin phi', &
+      call fields%answer('TYPE', rest%jaky, 'K0 of first loading. VALUE: from the data line; JAKY: 1 - sin phi', &
         words='VALUE|JAKY')
-      call fields%number('OCR', rest%overconsolidation, 'largest vertical stress in the past over the present one: '// &
-        'K0 OCR - (OCR - 1) nu/(1 - nu)', range='[1, inf)')
-      call fields%number('POP', rest%pre_overburden, 'largest vertical stress in the past less the present one, in '// &
-        'the place of OCR', range='[0, inf)')
-      call fields%number('NU', rest%poisson, "Poisson's ratio of unloading, for OCR and POP; that of the material "// &
-        'when not given', range='[0, 0.5)')
+      call fields%number('OCR', rest%overconsolidation, 'overconsolidation ratio, largest past over present '// &
+        'vertical stress: K0 OCR - (OCR - 1) nu/(1 - nu)', range='[1, inf)')
+      call fields%number('POP', rest%pre_overburden, 'pre-overburden pressure, largest past minus present vertical '// &
+        'stress, in place of OCR', range='[0, inf)')
+      call fields%number('NU', rest%poisson, "Poisson's ratio for unloading, with OCR and POP; that of the "// &
+        'material when not given', range='[0, 0.5)')
       call fields%data('ratio', when='TYPE=VALUE')
       call fields%number('k0', rest%k0, 'horizontal over vertical stress', range='(0, inf)')
     end associate

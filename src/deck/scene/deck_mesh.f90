@@ -34,10 +34,10 @@ contains
     call table%add('GRID', in_model, once, 'A structured background mesh.', grid_fields, &
       '*GRID, ELEMENT=WEDGE15| X, 0, 2, 8| X, 2, 6, 6, 3| Y, 0, 1, 8| Z, LINES, 0, 0.25', finish_grid, list=list_mesh, &
       opens='mesh')
-    call table%add('REFINE', in_model, once, 'Boxes in which triangles that fit the scene are smaller than the '// &
-      'cells between the lines of *GRID, with cells in between around them: where ground fails, or a corner loads '// &
-      'it. A corner is a box of no size. An eighth of a cell of the grid is the least; corners at which soil turns '// &
-      'inwards and ends of loads have it anyway. `qsmpm-verify study` finds the boxes.', refine_fields, &
+    call table%add('REFINE', in_model, once, 'Boxes in which body-fitted triangles are smaller than the cells of '// &
+      '*GRID, with a gradual transition around them: for failure zones and corners. A box of zero size refines at '// &
+      'a point. The smallest size is an eighth of a grid cell; re-entrant corners of the soil and edges of loads '// &
+      'are refined by default. `qsmpm-verify study` determines the boxes.', refine_fields, &
       '*REFINE| 0, 2, -1, 0, 0.1| 2, 2, 0, 0, 0.05', check_boxes)
     call table%add('MESH', in_model, once, 'A mesh file with its named sets.', file_fields, '*MESH, INPUT=slope.msh', &
       finish_file, list=list_mesh, opens='mesh')
@@ -58,26 +58,30 @@ contains
       fits = mesh%kind == mesh_fitted
       call fields%there(fits .or. mesh%kind == mesh_grid)
       call fields%line(mesh%where)
-      call fields%word('ELEMENT', mesh%element, bar_list(element_words), 'element; bricks are cut into triangles, '// &
-        'wedges or tetrahedra; when not given, HEX8 in space and in the plane TRI6 with FIT=YES, or QUAD4 where a '// &
-        'grid is better: what is pushed, comes or goes, or is elastic and smooth (the log says which)')
-      call fields%choice('DIAGONAL', mesh%diagonal, bar_list(diagonal_words), 'how the diagonals of triangles run', &
+      call fields%word('ELEMENT', mesh%element, bar_list(element_words), 'element; bricks are divided into '// &
+        'triangles, wedges or tetrahedra; when not given, HEX8 in 3D and in the plane TRI6 with FIT=YES, or QUAD4 '// &
+        'where a grid is better: rigid bodies, bodies activated in their drawn shape, smooth elastic problems (the '// &
+        'log reports which)')
+      call fields%choice('DIAGONAL', mesh%diagonal, bar_list(diagonal_words), 'direction of the diagonals of '// &
+        'triangles', &
         needs='ELEMENT=TRI3|TRI6|WEDGE6|WEDGE15')
-      call fields%number('PERTURB', mesh%perturbation, 'random shift of inner nodes as a share of the smallest '// &
-        'spacing around', range='[0, 0.3]')
+      call fields%number('PERTURB', mesh%perturbation, 'random shift of interior nodes, relative to the smallest '// &
+        'adjacent spacing', range='[0, 0.3]')
       if (fields%writing .and. .not. is_random(mesh)) mesh%seed = 0
-      call fields%whole('SEED', mesh%seed, 'start of the random numbers', range='[1, inf)')
-      call fields%answer('WINDOW', mesh%windowed, 'look only at the part of the grid around the material, '// &
-        'which follows it: what the run costs does not depend on the empty grid, and its results are those of '// &
-        'the whole; pictures of the mesh show the part')
-      call fields%answer('FIT', fits, 'triangles whose edges lie on the outlines of bodies and rigid bodies as '// &
-        'they are drawn, as large as the cells between the lines (docs/methods/fitted.md)', needs='ELEMENT=TRI3|TRI6')
+      call fields%whole('SEED', mesh%seed, 'seed of the random numbers', range='[1, inf)')
+      call fields%answer('WINDOW', mesh%windowed, 'use only the part of the grid around the material, which '// &
+        'follows it: the cost does not depend on the empty grid, and the results are the same; output of the mesh '// &
+        'shows this part')
+      call fields%answer('FIT', fits, 'body-fitted triangles, with edges on the outlines of bodies and rigid '// &
+        'bodies and the size of the grid cells (docs/methods/fitted.md)', needs='ELEMENT=TRI3|TRI6')
       if (fields%reading) mesh%kind = merge(mesh_fitted, mesh_grid, fits)
-      call fields%answer('REFIT', mesh%refits, 'such triangles move with the material where *METHOD names nothing '// &
-        'else; when elements become too distorted the run continues with splines on the grid. NO: it ends there', &
+      call fields%answer('REFIT', mesh%refits, 'body-fitted triangles move with the material unless *METHOD is '// &
+        'given; YES: when elements become too distorted the run continues with splines on the grid; NO: it ends '// &
+        'there', &
         needs='FIT=YES')
       call fields%data('`axis, first, last, number of intervals [, last spacing / first spacing]` '// &
-        'or `axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, huge(1), free=.true.)
+        'or `axis, LINES, v1, v2, ...`; a further line of an axis continues from its last '// &
+        'value', 0, huge(1), free=.true.)
       if (fields%writing .and. .not. fields%left_out) call write_axes(fields, mesh, deck%dimension)
     end associate
   end subroutine grid_fields
@@ -313,8 +317,8 @@ contains
       if (fields%reading) mesh%kind = mesh_file
       call fields%line(mesh%where)
       call fields%file('INPUT', mesh%file, 'the file, relative to the deck', required=.true.)
-      call fields%word('FORMAT', mesh%format, bar_list(format_words), 'form of the file; .msh is GMSH and .inp is '// &
-        'ABAQUS when not given', open=.true.)
+      call fields%word('FORMAT', mesh%format, bar_list(format_words), 'format of the file; when not given .msh: '// &
+        'GMSH, .inp: ABAQUS', open=.true.)
     end associate
   end subroutine file_fields
 
@@ -336,8 +340,8 @@ contains
       case ('.INP')
         mesh%format = 'ABAQUS'
       case default
-        call state%report_error("the form of '"//state%card%value('INPUT')//"' does not follow from its name; give "// &
-          "FORMAT=GMSH or FORMAT=ABAQUS")
+        call state%report_error("the format of '"//state%card%value('INPUT')//"' does not follow from its name; "// &
+          "give FORMAT=GMSH or FORMAT=ABAQUS")
       end select
     end associate
   end subroutine finish_file

@@ -28,16 +28,16 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('POINT TEST', in_model, once, 'A laboratory test on one material point, run by `qsmpm point`. '// &
-      'Such a deck has materials, *METHOD (KINEMATICS and RATE count), *POINT STAGE cards and no scene. The axis '// &
-      'of the specimen is y.', test_fields, '*POINT TEST, TYPE=TRIAXIAL DRAINED, MATERIAL=sand, CELL PRESSURE=100|'// &
-      '*POINT STAGE, STEPS=100| AXIAL STRAIN, 0.1')
+      'Such a deck has materials, *METHOD (KINEMATICS and RATE are used), *POINT STAGE keywords and no model '// &
+      'geometry. The axis of the specimen is y.', test_fields, '*POINT TEST, TYPE=TRIAXIAL DRAINED, MATERIAL=sand, '// &
+      'CELL PRESSURE=100|*POINT STAGE, STEPS=100| AXIAL STRAIN, 0.1')
     call table%add('INITIAL STRESS', in_model, once, 'Stress of the point of *POINT TEST at the start, tension '// &
-      'positive; zero without the card and without a cell pressure.', stress_fields, &
+      'positive; zero without this keyword and without a cell pressure.', stress_fields, &
       '*INITIAL STRESS| -50, -100, -50')
-    call table%add('POINT STAGE', in_model, many, 'A part of a *POINT TEST: the quantities named go in equal '// &
-      'steps from what they are to the values given; what the test keeps stays as it is. Values are those at the '// &
-      'end, not increments: an unloading stage names a smaller strain or stress. Strains count from the start of '// &
-      'the test. A step that finds no equilibrium is cut.', stage_fields, &
+    call table%add('POINT STAGE', in_model, many, 'A stage of a *POINT TEST: the named quantities change in equal '// &
+      'steps from their current to the given values; quantities that the test controls are kept. Values are final '// &
+      'values, not increments: an unloading stage names a smaller strain or stress. Strains are counted from the '// &
+      'start of the test. A step without equilibrium is cut back.', stage_fields, &
         '*POINT STAGE, STEPS=40| AXIAL STRAIN, 0.02', finish_stage, list=list_stages, opens='stage')
   end subroutine add_point_keywords
 
@@ -54,21 +54,21 @@ contains
         test%line = fields%here%line
         test%kind = 0
       end if
-      call fields%choice('TYPE', test%kind, bar_list(test_words), 'OEDOMETER: sides held. TRIAXIAL DRAINED: '// &
-        'lateral stress kept. TRIAXIAL UNDRAINED: volume kept, both sides alike. BIAXIAL: z held, stress along x '// &
-        'kept. SIMPLE SHEAR: sides held, top moves along x. ISOTROPIC: all sides alike. PATH: every component by '// &
-        'its name', required=.true.)
+      call fields%choice('TYPE', test%kind, bar_list(test_words), 'OEDOMETER: no lateral strain. TRIAXIAL DRAINED: '// &
+        'constant lateral stress. TRIAXIAL UNDRAINED: constant volume, equal lateral strains. BIAXIAL: no strain '// &
+        'along z, constant stress along x. SIMPLE SHEAR: no lateral strain, top moves along x. ISOTROPIC: equal '// &
+        'strains. PATH: components by name', required=.true.)
       call fields%name('MATERIAL', test%material, 'name of the material; the only one when not given')
-      call fields%choice('DIMENSION', test%dimension, '2|3', 'components the law works with: 2 (11, 22, 33, 12) or '// &
-        '3 (all six)', first=2)
+      call fields%choice('DIMENSION', test%dimension, '2|3', 'dimension of the law: 2 (components 11, 22, 33, 12) '// &
+        'or 3 (all six)', first=2)
       call fields%choice('STRAIN', test%strain, bar_list(strain_words), 'measure of axial, volumetric and E '// &
-        'strains: change over the first length or volume, or the logarithm')
-      call fields%answer('HEIGHT', test%fixed_height, 'FREE: the normal stress is kept; FIXED: the height, and so '// &
-        'the volume', needs='TYPE=SIMPLE SHEAR', words='FREE|FIXED')
+        'strains: engineering strain, relative to the initial length or volume, or logarithmic')
+      call fields%answer('HEIGHT', test%fixed_height, 'FREE: constant normal stress; FIXED: constant height, and '// &
+        'so constant volume', needs='TYPE=SIMPLE SHEAR', words='FREE|FIXED')
       ! The stress at the start, which is written, tells the cell pressure of all tests but one.
       cell_given = fields%writing .and. test%kind == test_undrained
-      call fields%number('CELL PRESSURE', test%cell_pressure, 'equal stress on all sides at the start, compression '// &
-        'positive; beside *INITIAL STRESS the total lateral stress, which pore pressures are counted from', &
+      call fields%number('CELL PRESSURE', test%cell_pressure, 'isotropic initial stress, compression positive; '// &
+        'with *INITIAL STRESS the total lateral stress, from which pore pressures are counted', &
         range='[0, inf)', needs='TYPE=TRIAXIAL DRAINED|TRIAXIAL UNDRAINED|BIAXIAL|ISOTROPIC', given=cell_given)
       if (fields%reading) test%cell_given = cell_given
       call fields%number('START TIME', test%start_time, 'time at the start, for models that depend on time')
@@ -110,16 +110,16 @@ contains
       end if
       ! How many steps there are without the parameter is said by the data.
       steps = merge(stage%steps, 0, fields%writing)
-      call fields%whole('STEPS', steps, 'steps of the stage, 50 when not given; with INPUT steps to each '// &
-        'row, 1 when not given', range='[1, inf)')
+      call fields%whole('STEPS', steps, 'steps of the stage, 50 when not given; with INPUT steps per row, 1 when '// &
+        'not given', range='[1, inf)')
       duration_given = fields%writing .and. .not. allocated(stage%times)
-      call fields%number('TIME', stage%duration, 'how long the stage lasts, for models that depend on time; 1 when '// &
-        'neither it nor a column `time` of the table says it', range='(0, inf)', given=duration_given)
+      call fields%number('TIME', stage%duration, 'duration of the stage, for models that depend on time; 1 when '// &
+        'neither it nor a column `time` of the table is given', range='(0, inf)', given=duration_given)
       if (fields%reading) stage%duration_given = duration_given
       call fields%file('INPUT', stage%table, 'CSV file of targets in place of data lines, relative to the deck: '// &
         'first line `e22 [%],s11 [kPa]`, then a row for each target. Stresses in Pa, kPa, MPa, kN/m^2, ... are '// &
-        'brought to the units of *UNITS; a column `time` has the time of each row from the start of the stage, in '// &
-        'the unit of the model')
+        'converted to the units of *UNITS; a column `time` contains the time of each row from the start of the '// &
+        'stage, in the unit of the model')
       if (steps == 0 .and. len(stage%table) > 0) steps = 1
       if (steps > 0) stage%steps = steps
       call target_fields(fields, stage)
@@ -134,7 +134,7 @@ contains
 
     n = 0
     if (allocated(stage%driven_components)) n = size(stage%driven_components)
-    call fields%data('nothing: the file has them', 0, 0, when='INPUT')
+    call fields%data('nothing: the file contains them', 0, 0, when='INPUT')
     call fields%data('targets', 1, 9, rows=n)
     if (.not. fields%writing) then
       stage%driven_components = [(0, i=1, n)]
@@ -147,7 +147,7 @@ contains
         'AXIAL STRESS, DEVIATOR (axial less lateral stress), CELL PRESSURE, NORMAL STRESS, PRESSURE, VOLUMETRIC '// &
         'STRAIN. Along x positive: SHEAR STRAIN, SHEAR STRESS. For PATH, tension positive: F11 to F33 (deformation '// &
         'gradient), E11 to E23 (strain; E12 is the component F12), S11 to S23 (Cauchy stress); components that are '// &
-        'never named keep their place')
+        'not named remain unchanged')
       call fields%number('value', stage%targets(i, 1), 'value at the end of the stage')
     end do
   end subroutine target_fields
@@ -184,12 +184,12 @@ contains
       end if
       if (state%model_given .or. analysis%mesh%kind /= mesh_none .or. size(analysis%bodies) > 0 &
           .or. size(analysis%phases) > 0 .or. analysis%confinement > 0.0_wp) &
-        call state%error_from(test_place(state), 'POINT TEST', 'a deck of a point has no *MODEL, mesh, *BODY, '// &
-        '*CONFINING PRESSURE or *PHASE: a scene is another deck')
+        call state%error_from(test_place(state), 'POINT TEST', 'a point test has no *MODEL, mesh, *BODY, '// &
+        '*CONFINING PRESSURE or *PHASE: use a separate deck')
       if (size(analysis%materials) == 0) call state%messages%add(severity_error, state%last, 'MATERIAL', &
-        'the deck lacks a material')
+        'the deck has no material')
       if (size(test%stages) == 0) call state%messages%add(severity_error, state%last, 'POINT STAGE', &
-        'the deck lacks a stage of its *POINT TEST')
+        'the deck has no *POINT STAGE for its *POINT TEST')
     end associate
     if (state%analysis%point_test%kind == 0) return
     call choose_material(state)
@@ -226,7 +226,7 @@ contains
       if (len(test%material) == 0) then
         test%material = materials(1)%name
         if (size(materials) > 1) call state%error_from(test_place(state), 'POINT TEST', &
-          'the deck has several materials; MATERIAL= tells which is tested')
+          'the deck has several materials: select one by MATERIAL=')
         return
       end if
       call check_name(state, test%material, materials, test_place(state), 'POINT TEST', 'material')
@@ -247,7 +247,7 @@ contains
           .and. .not. test%stress_given) call state%error_from(test_place(state), 'POINT TEST', &
         trim(test_words(test%kind))//' requires a CELL PRESSURE or an *INITIAL STRESS')
       if (test%dimension == 2 .and. any(abs(test%stress(5:6)) > 0.0_wp)) call state%error_from(test_place(state), &
-        'POINT TEST', 'the stress at the start has components 13 or 23: DIMENSION=3 holds them')
+        'POINT TEST', 'the initial stress has components 13 or 23, which require DIMENSION=3')
     end associate
   end subroutine check_start
 
@@ -297,12 +297,12 @@ contains
         else if (driven_components(i) == driven_normal_stress .and. test%fixed_height) then
           call report_error("'NORMAL STRESS' is not prescribed at HEIGHT=FIXED")
         else if (.not. in_reach(driven_components(i), test%strain, stage%targets(i, :))) then
-          call report_error("'"//trim(driven_words(driven_components(i)))//"' leaves the point without volume")
+          call report_error("'"//trim(driven_words(driven_components(i)))//"' reduces the volume of the point to zero")
         end if
         do k = 1, i - 1
           if (place(driven_components(k)) == place(driven_components(i))) call report_error("'"// &
             trim(driven_words(driven_components(k)))//"' and '"// &
-            trim(driven_words(driven_components(i)))//"' lead the same component")
+            trim(driven_words(driven_components(i)))//"' prescribe the same component")
         end do
       end do
     end associate

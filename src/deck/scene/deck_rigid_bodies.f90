@@ -26,12 +26,12 @@ contains
   subroutine add_rigid_body_keywords(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('RIGID BODY', in_model, many, 'A body that does not deform: a plate, pipe, cone, wall. *CONTACT '// &
-      'says which surface of the soil may touch it, *MOVE how it moves.', rigid_body_fields, &
+    call table%add('RIGID BODY', in_model, many, 'A rigid body: a plate, pipe, cone, wall. *CONTACT defines the '// &
+      'surface of the soil in contact with it, *MOVE its motion.', rigid_body_fields, &
       '*RIGID BODY, NAME=pipe, SHAPE=CIRCLE| 0, 1.25, 0.25', finish_rigid_body, list=list_rigid_bodies, &
       opens='rigid body')
-    call table%add('CONTACT', in_model, many, 'A surface of the soil that may touch a rigid body, press against it '// &
-      'and slide along it; with ON=BODY any soil that flows around the body.', contact_fields, &
+    call table%add('CONTACT', in_model, many, 'Contact between a surface of the soil and a rigid body, with '// &
+      'friction and separation; with ON=BODY of any soil that flows around the body.', contact_fields, &
       '*CONTACT, BODY=pipe, SURFACE=seabed, FRICTION ANGLE=20', check_contact, list=list_contacts, opens='contact')
   end subroutine add_rigid_body_keywords
 
@@ -44,15 +44,15 @@ contains
       call fields%line(body%where)
       call fields%name('NAME', body%name, 'name of the body', required=.true.)
       if (fields%reading) body%shape = 0
-      call fields%choice('SHAPE', body%shape, bar_list(rigid_words), 'PLANE: all behind a plane. CIRCLE: in '// &
-        'axisymmetry and 3D a sphere. CONE: tip downwards, with a shaft above. POLYGON: in axisymmetry with an '// &
-        'edge on the axis, in 3D all along z. CYLINDER: upright, in axisymmetry and 3D', required=.true.)
-      call fields%number('ROUND', body%round, 'radius of the corners of BOX, CONE, POLYGON and CYLINDER; a quarter '// &
-        'of a cell when not given', range='(0, inf)')
-      call fields%answer('IN PLACE', body%in_place, 'YES: what is drawn of the soil inside of it is taken out '// &
-        'before the first step; in plane strain and axisymmetry')
+      call fields%choice('SHAPE', body%shape, bar_list(rigid_words), 'PLANE: the half space behind a plane. '// &
+        'CIRCLE: in axisymmetry and 3D a sphere. CONE: tip downwards, with a shaft above. POLYGON: in axisymmetry '// &
+        'with an edge on the axis, in 3D prismatic along z. CYLINDER: vertical, in axisymmetry and 3D', required=.true.)
+      call fields%number('ROUND', body%round, 'radius of the corners of BOX, CONE, POLYGON and CYLINDER; when not '// &
+        'given a quarter of a cell', range='(0, inf)')
+      call fields%answer('IN PLACE', body%in_place, 'YES: the soil inside it is removed before the first step '// &
+        '(plane strain and axisymmetry)')
       call place_fields(fields, body, 'plane', 'a point of the plane')
-      call fields%vector('n', body%direction, 'direction in which it looks at the soil', 'direction')
+      call fields%vector('n', body%direction, 'normal direction towards the soil', 'direction')
       call place_fields(fields, body, 'circle', 'the centre')
       call fields%number('radius', body%radius, 'radius', range='(0, inf)')
       call fields%data('box', when='SHAPE=BOX')
@@ -113,17 +113,17 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     associate (body => state%analysis%rigid_bodies(state%item))
-      if (state%dimension == 3 .and. body%in_place) call state%report_error('IN PLACE is for plane strain and '// &
-        'axisymmetry: in 3D draw the bodies of soil without it')
+      if (state%dimension == 3 .and. body%in_place) call state%report_error('IN PLACE supports plane strain and '// &
+        'axisymmetry: in 3D define the soil bodies without it')
       if (state%analysis%model == plane_strain .and. body%shape &
-        == rigid_cylinder) call state%report_error('CYLINDER is for axisymmetry and 3D; in plane strain draw a BOX '// &
+        == rigid_cylinder) call state%report_error('CYLINDER is for axisymmetry and 3D; in plane strain use a BOX '// &
         'or a CIRCLE')
       if (state%card%has('ROUND') .and. any(body%shape == [rigid_plane, &
         rigid_circle])) call state%report_error('ROUND is for the corners of BOX, CONE, POLYGON and CYLINDER')
       select case (body%shape)
       case (rigid_plane)
         if (state%card%is_right() .and. .not. norm2(body%direction) > 0.0_wp) call state%report_error('the plane '// &
-          'looks in no direction: nx, ny are 0')
+          'has no normal: nx and ny are 0')
       case (rigid_box)
         call check_box(.true., body%box, state)
       case (rigid_polygon)
@@ -144,16 +144,17 @@ contains
         'points of SURFACE. BODY: on the outline of the body, for soil that flows around it')
       call fields%name('SURFACE', contact%surface, 'the surface of the soil; not with ON=BODY')
       call fields%number('FRICTION ANGLE', contact%friction_angle, 'degrees', range='[0, 90)')
-      call fields%number('ADHESION', contact%adhesion, 'shear strength beside that of friction; where the '// &
-        'soil parts from the body it is lost, unless TENSION=YES, as along a pile that is pulled', range='[0, inf)')
-      call fields%number('INTERFACE', contact%interface, 'in place of FRICTION ANGLE and ADHESION: share R of the '// &
-        'strength of the soil there, tan(delta) = R tan(phi), a = R c', range='(0, 1]')
-      call fields%number('PENALTY', contact%penalty, 'penalty of the gap times the size of a cell over the modulus '// &
-        'of the soil; 100 on soil and 10 on bodies when not given, that of the slip is 1', range='(0, inf)')
-      call fields%choice('PATCH', contact%patch, bar_list(patch_words), 'what contact is enforced on in the mean. '// &
-        'CELL: what a cell holds of the surface. POINT: every point, with waves in the pressure; to compare with')
-      call fields%answer('TENSION', contact%tension, 'YES: what has touched once, or touches at the start, does '// &
-        'not part')
+      call fields%number('ADHESION', contact%adhesion, 'shear strength in addition to friction; it is lost where '// &
+        'the soil separates from the body, unless TENSION=YES, as along a pile in tension', range='[0, inf)')
+      call fields%number('INTERFACE', contact%interface, 'strength reduction factor R of the interface, in place '// &
+        'of FRICTION ANGLE and ADHESION: tan(delta) = R tan(phi), a = R c of the adjacent soil', range='(0, 1]')
+      call fields%number('PENALTY', contact%penalty, 'normal penalty times the cell size over the modulus of the '// &
+        'soil; when not given 100 with ON=SOIL and 10 with ON=BODY; the tangential one is 1', range='(0, inf)')
+      call fields%choice('PATCH', contact%patch, bar_list(patch_words), 'part of the surface on which contact is '// &
+        'enforced in the mean. CELL: the part in a cell. POINT: every point, with oscillating pressures; for '// &
+        'comparison only')
+      call fields%answer('TENSION', contact%tension, 'YES: no separation after first contact, or of contact at the '// &
+        'start')
     end associate
   end subroutine contact_fields
 
@@ -168,15 +169,15 @@ contains
         == contact_on_body) call state%report_error('with ON=BODY contact is enforced on the body: there is no '// &
         'SURFACE')
       if (contacts(n)%place == contact_on_soil .and. &
-        .not. state%card%has('SURFACE')) call state%report_error('SURFACE is missing: the surface of the soil that '// &
-        'may touch the body; or ON=BODY')
+        .not. state%card%has('SURFACE')) call state%report_error('SURFACE is missing: the surface of the soil in '// &
+        'contact with the body; or use ON=BODY')
       if (state%card%has('INTERFACE') .and. (state%card%has('FRICTION ANGLE') .or. &
-        state%card%has('ADHESION'))) call state%report_error('INTERFACE says what FRICTION ANGLE and ADHESION '// &
-        'would: one or the other')
-      if (contacts(n)%patch == patch_point) call state%warn(contacts(n)%where, 'CONTACT', 'PATCH=POINT is there to '// &
-        'be compared with: the pressure swings from point to point')
-      if (contacts(n)%place == contact_on_body .and. state%dimension == 3) call state%report_error('ON=BODY is for '// &
-        'plane and axisymmetric models; in 3D name a SURFACE')
+        state%card%has('ADHESION'))) call state%report_error('INTERFACE replaces FRICTION ANGLE and ADHESION: give '// &
+        'one or the other')
+      if (contacts(n)%patch == patch_point) call state%warn(contacts(n)%where, 'CONTACT', 'PATCH=POINT is for '// &
+        'comparison only: the pressure oscillates from point to point')
+      if (contacts(n)%place == contact_on_body .and. state%dimension == 3) call state%report_error('ON=BODY '// &
+        'supports plane and axisymmetric models; in 3D give a SURFACE')
       do i = 1, n - 1
         if (contacts(i)%place /= contacts(n)%place) cycle
         if (contacts(n)%place == contact_on_soil .and. contacts(i)%surface &
@@ -218,8 +219,8 @@ contains
     associate (bodies => state%analysis%rigid_bodies, where => state%analysis%contacts(contact)%where)
       do b = 1, size(bodies)
         if (bodies(b)%name == state%analysis%contacts(contact)%body .and. bodies(b)%shape == rigid_plane) &
-          call state%error_from(where, 'CONTACT', 'ON=BODY is for bodies with an outline, which a PLANE has not; '// &
-          'name the SURFACE of the soil')
+          call state%error_from(where, 'CONTACT', 'ON=BODY requires a body with an outline, which a PLANE does not '// &
+          'have; give the SURFACE of the soil')
       end do
     end associate
   end subroutine check_outline
@@ -233,8 +234,7 @@ contains
     do b = 1, size(state%analysis%rigid_bodies)
       associate (body => state%analysis%rigid_bodies(b))
         touched = any([(state%analysis%contacts(i)%body == body%name, i=1, size(state%analysis%contacts))])
-        if (.not. touched) call state%warn(body%where, 'RIGID BODY', "'"//body%name//"' touches nothing: it has no "// &
-          '*CONTACT')
+        if (.not. touched) call state%warn(body%where, 'RIGID BODY', "'"//body%name//"' has no *CONTACT")
       end associate
     end do
   end subroutine warn_of_untouched
@@ -247,8 +247,8 @@ contains
     if (size(state%analysis%contacts) == 0) return
     do p = 1, size(state%analysis%phases)
       if (size(state%analysis%phases(p)%water_levels) == 0) cycle
-      call state%warn(state%analysis%contacts(1)%where, 'CONTACT', 'contact carries effective stresses: the '// &
-        'pressure of the water below *WATER LEVEL is in no CONTACT FORCE; add it for the whole force on the body')
+      call state%warn(state%analysis%contacts(1)%where, 'CONTACT', 'contact transmits effective stresses: CONTACT '// &
+        'FORCE does not include the water pressure below *WATER LEVEL; add it for the total force on the body')
       return
     end do
   end subroutine warn_of_water
@@ -257,12 +257,14 @@ contains
   subroutine add_move_keywords(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('MOVE', in_phase, many, 'Motion of a rigid body in the phase, per unit of load factor; without '// &
-      'the card it stays where it is.', move_fields, '*MOVE, BODY=pipe| 0, -0.5', check_move, list=list_moves, &
+    call table%add('MOVE', in_phase, many, 'Prescribed motion of a rigid body in the phase, per unit of load '// &
+      'factor; without it the body does not move.', move_fields, '*MOVE, BODY=pipe| 0, '// &
+      '-0.5', check_move, list=list_moves, &
       opens='motion')
     call table%add('LOAD', in_phase, many, 'Force on a rigid body along one axis, or moment about z, per unit of '// &
-      'load factor: there it is free from this phase on and finds its place, until *MOVE takes it in hand again. A '// &
-      'body that was held starts from what the soil pushes.', load_fields, '*LOAD, BODY=plate, COMPONENT=Y| -50|'// &
+      'load factor: in this direction it is free from this phase on, in equilibrium with the contact forces, until '// &
+      '*MOVE prescribes its motion again. A body that was fixed starts from the force of the soil on '// &
+      'it.', load_fields, '*LOAD, BODY=plate, COMPONENT=Y| -50|'// &
       '*LOAD, BODY=plate, COMPONENT=MZ| 0', check_body_load, list=list_moves, opens='force on a rigid body')
   end subroutine add_move_keywords
 
@@ -278,7 +280,7 @@ contains
       call fields%name('BODY', move%body, 'the rigid body', required=.true.)
       plane = deck%dimension /= 3
       call fields%number('ROTATION', move%rotation(3), 'about its reference point (centre, tip), degrees, '// &
-        'counter-clockwise; in 3D rx, ry, rz say it', given=plane)
+        'counter-clockwise; in 3D use rx, ry, rz', given=plane)
       call fields%data('displacement')
       call fields%vector('u', move%vector, 'component')
       call turn_fields(fields, move%rotation, 'its reference point')
@@ -310,11 +312,12 @@ contains
       call fields%line(move%where)
       call fields%name('BODY', move%body, 'the rigid body', required=.true.)
       call fields%choice('COMPONENT', move%component, bar_list(load_words), 'axis of a force; MZ: moment about the '// &
-        'reference point of the body (plane strain), also 0, so that it may turn', required=.true.)
+        'reference point of the body (plane strain); 0 lets it rotate freely', required=.true.)
       call fields%data('force')
       call fields%number('force', move%load, 'on the body, or moment; in axisymmetry per radian')
-      call fields%number('x', move%place(1), 'place of the body, as drawn, in which the force acts and '// &
-        'with which it turns; its reference point (centre, tip) when not given', required=.false., given=move%placed(1))
+      call fields%number('x', move%place(1), 'point of application of the force in the initial geometry, which '// &
+        'rotates with the body; its reference point (centre, tip) when not '// &
+        'given', required=.false., given=move%placed(1))
       call fields%number('y', move%place(2), 'coordinate', required=.false., given=move%placed(2))
     end associate
   end subroutine load_fields
@@ -328,11 +331,11 @@ contains
       n = size(moves)
       if (moves(n)%component == 3 .and. state%dimension == 2) call state%report_error('COMPONENT=Z is for 3D')
       if (moves(n)%component == turning .and. state%analysis%model &
-        /= plane_strain) call state%report_error('COMPONENT=MZ is for plane strain: elsewhere bodies turn by '// &
-        '*MOVE alone')
+        /= plane_strain) call state%report_error('COMPONENT=MZ supports plane strain; otherwise bodies rotate by '// &
+        '*MOVE only')
       call check_load_place(state, moves(n))
       if (state%analysis%model == axisymmetric .and. moves(n)%component &
-        == 1) call state%report_error('in axisymmetry a body is free along the axis alone: COMPONENT=Y')
+        == 1) call state%report_error('in axisymmetry a body is free along the axis only: COMPONENT=Y')
       do i = 1, n - 1
         if (moves(i)%is_load .and. moves(i)%body == moves(n)%body .and. moves(i)%component &
           == moves(n)%component) call state%report_error("body '"//moves(n)%body//"' has a load in this component "// &
@@ -347,8 +350,8 @@ contains
     type(rigid_move_type), intent(in) :: load
 
     if (.not. any(load%placed)) return
-    if (.not. all(load%placed)) call state%report_error('the place in which the force acts requires x and y')
-    if (load%component == turning) call state%report_error('a moment acts in no place: it is the force that does')
+    if (.not. all(load%placed)) call state%report_error('the point of application of the force requires x and y')
+    if (load%component == turning) call state%report_error('a moment has no point of application')
   end subroutine check_load_place
 
   !> Bodies that are moved, loaded and followed exist.

@@ -72,20 +72,21 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(user_material_type), intent(inout) :: user
 
-    call fields%choice('TANGENT', user%tangent, bar_list(model_tangent_words), 'tangent used: AUTO takes what the '// &
-      'model is supposed to return (UMAT: CONSISTENT; UDSM: with iTang = 0 NUMERICAL), ELASTIC asks at no strain '// &
-      '(UMAT) or task 6 (UDSM), NUMERICAL differentiates the stress, 12 calls more', first=model_tangent_auto)
+    call fields%choice('TANGENT', user%tangent, bar_list(model_tangent_words), 'tangent used: AUTO uses what the '// &
+      'model is expected to return (UMAT: CONSISTENT; UDSM: with iTang = 0 NUMERICAL), ELASTIC calls it at zero '// &
+      'strain (UMAT) or with task 6 (UDSM), NUMERICAL differentiates the stress with 12 more '// &
+      'calls', first=model_tangent_auto)
     call fields%answer('SYMMETRIC', user%symmetric, 'YES uses the symmetric part of the tangent: cheaper '// &
       'equations, more iterations')
-    call fields%answer('THREAD SAFE', user%thread_safe, 'YES lets several threads call the model at once; it must '// &
-      'be free of common blocks and saved variables')
-    call fields%answer('SILENT', user%silent, 'YES hides what the model prints to the standard output')
+    call fields%answer('THREAD SAFE', user%thread_safe, 'YES: several threads call the model concurrently; it must '// &
+      'not use common blocks or saved variables')
+    call fields%answer('SILENT', user%silent, 'YES: suppresses what the model prints to standard output')
     call fields%answer('STATE OUTPUT', user%shows_state, 'YES writes the state variables to the results, as SDV1, '// &
       'SDV2, ... with the names that a UDSM gives them')
-    call fields%whole('COMPONENTS', user%components, 'stress components that the model is passed: 6, or 4 in the '// &
-      'plane', range='[4, 6]', needs='INTERFACE=UMAT')
-    call fields%number('STIFFNESS', user%stiffness, "Young's modulus that scales stabilisation; when not given "// &
-      "that of *ELASTIC or, without it, that of the model's tangent at no stress", range='(0, inf)')
+    call fields%whole('COMPONENTS', user%components, 'stress components passed to the model: 6, or 4 in plane '// &
+      'models', range='[4, 6]', needs='INTERFACE=UMAT')
+    call fields%number('STIFFNESS', user%stiffness, "Young's modulus that scales the stabilisation; when not given "// &
+      "that of *ELASTIC, otherwise of the model's tangent at zero stress", range='(0, inf)')
     call fields%number('UNDRAINED', user%undrained, 'bulk modulus of the pore water over the porosity; the model '// &
       'is then undrained', range='(0, inf)', needs='INTERFACE=UDSM')
   end subroutine choice_fields
@@ -178,15 +179,15 @@ contains
       if (allocated(material%strength_constants)) list = material%strength_constants
       n = size(list)
       call fields%line(material%strength_where)
-      call fields%list('a constant and how it is lowered', n)
+      call fields%list('a constant and how it is reduced', n)
       if (.not. fields%writing) list = [(strength_constant_type(), i=1, n)]
       do i = 1, n
         call fields%row(i)
         call fields%whole('constant', list(i)%number, 'its number from 1, in the order of the data lines of the law', &
           range='[1, inf)')
         call fields%choice('rule', list(i)%rule, bar_list(lowering_words), 'DIVIDE: c/F; TAN: an angle in degrees, '// &
-          'atan(tan(phi)/F); DILATANCY: an angle in degrees that stays until the smallest lowered one of TAN comes '// &
-          'down to it')
+          'atan(tan(phi)/F); DILATANCY: an angle in degrees that is kept until the smallest reduced angle of TAN '// &
+          'equals it')
       end do
       if (fields%reading) call move_alloc(list, material%strength_constants)
     end associate
@@ -224,7 +225,7 @@ contains
         call law%lower_named(list, strength_factor_type(), error)
         if (allocated(error)) sentence = error%message
       else if (.not. material%user%given) then
-        sentence = 'what is divided of the strength of *MOHR COULOMB is known: the card is for *USER MATERIAL and '// &
+        sentence = 'the strength parameters of *MOHR COULOMB are known: this keyword is for *USER MATERIAL and '// &
           '*CAM CLAY'
       else
         sentence = fault_of_user(list, material%user%constants)
@@ -254,6 +255,6 @@ contains
       if (len(sentence) > 0) return
     end do
     if (any(list%rule == follow_friction) .and. .not. any(list%rule == divide_tangent)) sentence = &
-      'an angle of DILATANCY requires one of friction beside it, by TAN'
+      'an angle of DILATANCY requires a friction angle by TAN'
   end function fault_of_user
 end module qsmpm_deck_user_material

@@ -34,14 +34,14 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('STRENGTH PROFILE', in_material, once, 'Cohesion of *MOHR COULOMB (s_u where phi = 0) that '// &
-      'differs from place to place, by the place where a point is at its start or by its stress there; c of *MOHR '// &
-      'COULOMB is its least value then. On request the stiffness follows: docs/methods/undrained.md.', profile_fields, &
+      'varies with the initial position of a point, or with its initial stress; c of *MOHR COULOMB is then the '// &
+      'minimum value. Optionally the stiffness varies too: docs/methods/undrained.md.', profile_fields, &
       '*ELASTIC| 3000, 0.3|*MOHR COULOMB| 5, 0, 0|*STRENGTH PROFILE, STIFFNESS RATIO=300| 0, 10, 1.5', finish_profile)
-    call table%add('FIELD OF VALUES', in_material, once, 'Parameters of the material that differ from place to '// &
-      'place, by samples of a file and the place where a point is at its start: C and PHI of *MOHR COULOMB, E of '// &
-      '*ELASTIC, GAMMA of *UNIT WEIGHT, K of *PERMEABILITY. The number on that card then counts only for what is '// &
-      'decided once for the whole material; c there is the least one, psi is at most PHI, gamma_sat stays as far '// &
-      'above GAMMA and k_y in the same ratio to K: docs/howto/values_by_place.md.', value_fields, &
+    call table%add('FIELD OF VALUES', in_material, once, 'Spatially variable parameters of the material, from '// &
+      'samples in a file at the initial position of a point: C and PHI of *MOHR COULOMB, E of *ELASTIC, GAMMA of '// &
+      '*UNIT WEIGHT, K of *PERMEABILITY. The number of that keyword is then used only for decisions about the '// &
+      'whole material; c there is the minimum, psi is at most PHI, and gamma_sat - GAMMA and k_y/K are kept: '// &
+      'docs/howto/values_by_place.md.', value_fields, &
       '*MOHR COULOMB| 5, 30, 0|*FIELD OF VALUES| C, clay.csv| PHI, clay.csv, NEAREST', read_files)
   end subroutine add_profile_keyword
 
@@ -55,15 +55,15 @@ contains
       call fields%line(deck%analysis%materials(deck%material)%profile_where)
       call fields%choice('TYPE', profile%kind, 'LINEAR|TABLE|SHANSEP', 'LINEAR: strength + gain (level - Y); '// &
         'TABLE: linear between levels, constant beyond; SHANSEP: S sigma_v '// &
-        '(sigma_p/sigma_v)^m of the vertical effective stress at the start, or at a *UPDATE STRENGTH, and the '// &
-        'largest one so far, at the start by OCR or POP of *K0')
+        '(sigma_p/sigma_v)^m of the vertical effective stress at the start, or at *UPDATE STRENGTH, and its past '// &
+        'maximum, initially by OCR or POP of *K0')
       call fields%choice('ALONG', profile%along, bar_list(axis_words), 'axis of Y, the vertical')
       call fields%number('STIFFNESS RATIO', profile%stiffness_ratio, "Young's modulus over strength; E of *ELASTIC "// &
         'then has no effect', range='(0, inf)', needs='TYPE=LINEAR|TABLE')
       call fields%data('linear profile', when='TYPE=LINEAR')
       call fields%number('level', profile%level, 'coordinate')
       call fields%number('strength', profile%strength, 'cohesion at that level')
-      call fields%number('gain', profile%gain, 'gain of cohesion with depth below it')
+      call fields%number('gain', profile%gain, 'increase of cohesion per depth below it')
       call fields%data('strength by stress', when='TYPE=SHANSEP')
       call fields%number('S', profile%ratio, 's_u/sigma_v of normally consolidated clay', range='(0, inf)')
       call fields%number('m', profile%exponent, 'exponent of the overconsolidation ratio', range='[0, 1]', &
@@ -129,8 +129,8 @@ contains
       profile%strengths = profile%strengths(n:1:-1)
       profile%moduli = profile%moduli(n:1:-1)
     end if
-    if (any(profile%levels(2:) <= profile%levels(:n - 1))) call state%report_error('the levels must rise or fall '// &
-      'from line to line')
+    if (any(profile%levels(2:) <= profile%levels(:n - 1))) call state%report_error('the levels must increase or '// &
+      'decrease from line to line')
     profile%level = profile%levels(n)
     if (any(profile%moduli > 0.0_wp) .and. .not. all(profile%moduli > 0.0_wp)) call state%report_error("Young's "// &
       "modulus is required in all lines or none")
@@ -180,13 +180,14 @@ contains
 
     sentence = ''
     if (material%user%given .or. allocated(material%soil_law)) then
-      sentence = 'a profile is for *ELASTIC with or without *MOHR COULOMB; a user model has *USER STATE, ALONG='
+      sentence = 'a profile supports *ELASTIC with or without *MOHR COULOMB; for a user model use *USER STATE, ALONG='
     else if (material%softening%given) then
-      sentence = 'strength that softens has no profile'
+      sentence = 'a profile does not support *SOFTENING'
     else if (material%tensile_strength > 0.0_wp .and. material%tensile_strength < huge(1.0_wp)) then
-      sentence = 'the tensile strength of *MOHR COULOMB is 0 or NONE with a profile'
+      sentence = 'with a profile the tensile strength of *MOHR COULOMB must be 0 or NONE'
     else if (.not. (material%mohr_coulomb .or. varies_stiffness(material%strength_profile))) then
-      sentence = 'there is no *MOHR COULOMB whose cohesion it could be, and no STIFFNESS RATIO or column of moduli'
+      sentence = 'the material has neither *MOHR COULOMB, whose cohesion it defines, nor STIFFNESS RATIO or a '// &
+        'column of moduli'
     else if (.not. reference_strength(material%strength_profile) > 0.0_wp) then
       sentence = 'all of its strengths are zero'
     else if (follows_stress(material%strength_profile) .and. (.not. material%mohr_coulomb .or. &
@@ -233,15 +234,15 @@ contains
       if (allocated(material%strength_profile%fields)) list = material%strength_profile%fields
       n = size(list)
       call fields%line(material%fields_where)
-      call fields%list('a parameter and where its samples are', n)
+      call fields%list('a parameter and its samples', n)
       if (.not. fields%writing) list = [(value_field_type(), i=1, n)]
       do i = 1, n
         call fields%row(i)
-        call fields%choice('parameter', list(i)%parameter, 'C|PHI|E|GAMMA|K', 'as on its own card')
+        call fields%choice('parameter', list(i)%parameter, 'C|PHI|E|GAMMA|K', 'as of its own keyword')
         call fields%file('file', list(i)%file, 'CSV, whose first line names the columns x, y, in space z, and the '// &
           'parameter, or HDF5 (.h5, .hdf5) with data sets of these names; relative to the deck')
-        call fields%choice('between', list(i)%between, 'LINEAR|NEAREST', 'LINEAR (when not given): a plane through '// &
-          'the samples around, linear fields exactly, nothing beyond their values; NEAREST: that of the nearest '// &
+        call fields%choice('between', list(i)%between, 'LINEAR|NEAREST', 'LINEAR (when not given): interpolation '// &
+          'between the surrounding samples, without extrapolation; NEAREST: value of the nearest '// &
           'sample', required=.false.)
       end do
       if (fields%reading) call move_alloc(list, material%strength_profile%fields)
@@ -305,7 +306,7 @@ contains
     call set_samples(field, table(:dimension, :), table(dimension + 1, :))
     pair = same_places(field)
     if (pair(1) > 0) sentence = field%file//': two samples are at ('//rounded_text(field%places(1, pair(1)))//', '// &
-      rounded_text(field%places(2, pair(1)))//'): which one counts is not known'
+      rounded_text(field%places(2, pair(1)))//'): their order is ambiguous'
   end subroutine read_samples
 
   !> What is wrong with a sample, empty for nothing.
@@ -402,7 +403,7 @@ contains
       sentence = name//' by place is for *ELASTIC with or without *MOHR COULOMB; other laws have GAMMA and K by '// &
         'place, a user model *USER STATE, ALONG=, and bodies with materials of their own do the rest'
     else if (material%softening%given) then
-      sentence = 'strength that softens is one for all of the material: leave out *SOFTENING, or '//name//' by place'
+      sentence = 'a softening strength must be uniform: remove *SOFTENING, or '//name//' by place'
     else if (material%tensile_strength > 0.0_wp .and. material%tensile_strength < huge(1.0_wp)) then
       sentence = 'the tensile strength of *MOHR COULOMB is 0 or NONE where '//name//' differs by place'
     end if
@@ -424,19 +425,18 @@ contains
       case (field_friction)
         there = material%mohr_coulomb .and. material%friction_angle > 0.0_wp
         if (follows_stress(profile)) sentence = 'TYPE=SHANSEP of *STRENGTH PROFILE is a strength without friction'
-        if (material%at_rest%jaky) sentence = 'TYPE=JAKY of *K0 takes one friction angle for all of the material: '// &
-          'give K0 as a number'
+        if (material%at_rest%jaky) sentence = 'TYPE=JAKY of *K0 requires a uniform friction angle: give K0 as a number'
       case (field_young)
         there = material%young > 0.0_wp
         if (follows_stress(profile) .or. profile%stiffness_ratio > 0.0_wp .or. allocated(profile%moduli)) sentence = &
-          'E by place has no place beside TYPE=SHANSEP, STIFFNESS RATIO or a column of moduli of *STRENGTH PROFILE'
+          'E by place excludes TYPE=SHANSEP, STIFFNESS RATIO and a column of moduli of *STRENGTH PROFILE'
       case (field_weight)
         there = material%unit_weight > 0.0_wp
       case (field_permeability)
         there = material%permeability(1) > 0.0_wp
       end select
       if (.not. there) sentence = trim(field_words(parameter))//' by place requires a positive one on *'// &
-        trim(field_cards(parameter))//' too: what is decided once for the material goes by it'
+        trim(field_cards(parameter))//' too, for decisions about the whole material'
     end associate
   end function wrong_card
 end module qsmpm_deck_values_by_place

@@ -31,10 +31,10 @@ contains
   subroutine add_water_keyword(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('WATER LEVEL', in_phase, many, 'Level of the water in the ground and above it; stays until '// &
-      'changed. Below it the pores carry the pressure of water at rest, the laws the effective stress. A level '// &
-      'that is new or moves acts evenly over the phase. A body with a level of its own does not follow others. Or '// &
-      'the water flows, and its surface is found from the levels at the bounds (docs/methods/seepage.md).', &
+    call table%add('WATER LEVEL', in_phase, many, 'Water level in the ground and above it; it remains until '// &
+      'changed. Below it the pore pressure is hydrostatic, and the laws use effective stresses. A new or changed '// &
+      'level is applied linearly over the phase. A body with its own level does not follow others. With '// &
+      'TYPE=SEEPAGE the phreatic surface is computed from the levels at the boundary (docs/methods/seepage.md).', &
       water_fields, '*WATER LEVEL, UNIT WEIGHT=9.81| 0, 3| 10, 3|*WATER LEVEL, BODY=core, TYPE=NONE|'// &
       '*WATER LEVEL, TYPE=SEEPAGE, UNIT WEIGHT=9.81| upstream, 7| downstream, 2', check_level, &
       list=list_water_levels, opens='water level')
@@ -49,19 +49,18 @@ contains
     associate (level => deck%analysis%phases(deck%phase)%water_levels(deck%item))
       call fields%line(level%where)
       kind = merge(3, merge(2, 1, level%none), level%flows)
-      call fields%choice('TYPE', kind, 'LINE|NONE|SEEPAGE', 'LINE: the level is given by its corners, NONE: there '// &
-        'is no water any more, SEEPAGE: the water flows through the bodies as they are drawn, which fill whole '// &
-        'cells in 3D')
+      call fields%choice('TYPE', kind, 'LINE|NONE|SEEPAGE', 'LINE: polyline of the level; NONE: no water; SEEPAGE: '// &
+        'seepage through the bodies in their initial geometry, which fill whole cells in 3D')
       level%none = kind == 2
       level%flows = kind == 3
-      call fields%answer('FLOW', level%transient, 'TRANSIENT: the surface of the water follows in the '// &
-        'TIME of the phase, from the flow of the phases before; levels move evenly to those given; with '// &
-        '*CONSOLIDATION the ground swells and settles with it', needs='TYPE=SEEPAGE', words='STEADY|TRANSIENT')
-      call fields%name('BODY', level%body, 'the body whose level it is; of all bodies without one of their own '// &
-        'when not given', needs='TYPE=LINE|NONE')
-      call fields%number('UNIT WEIGHT', level%unit_weight, 'weight of water per volume, in the units of the deck; '// &
-        '*GRAVITY multiplies it. Wanted unless TYPE=NONE', range='(0, inf)', needs='TYPE=LINE|SEEPAGE')
-      call fields%table('corners of the line, in order of x; it goes on level beyond them', [ &
+      call fields%answer('FLOW', level%transient, 'TRANSIENT: transient seepage over the TIME of the phase, from '// &
+        'the flow of the phases before; levels change linearly to those given; with *CONSOLIDATION coupled with '// &
+        'the deformation', needs='TYPE=SEEPAGE', words='STEADY|TRANSIENT')
+      call fields%name('BODY', level%body, 'the body with this level; when not given all bodies without their own '// &
+        'level', needs='TYPE=LINE|NONE')
+      call fields%number('UNIT WEIGHT', level%unit_weight, 'unit weight of water, in the units of the deck; '// &
+        '*GRAVITY multiplies it. Required unless TYPE=NONE', range='(0, inf)', needs='TYPE=LINE|SEEPAGE')
+      call fields%table('vertices of the polyline, in order of x; constant beyond them', [ &
         column_type('x', 'horizontal coordinate: x, or y where gravity acts along x'), &
         column_type('y', 'height: the coordinate along which gravity acts')], level%line, when='TYPE=LINE')
       call head_fields(fields, level)
@@ -76,18 +75,18 @@ contains
 
     n = 0
     if (allocated(level%heads)) n = size(level%heads)
-    call fields%data('levels of the free water at parts of the bounds; above them water may leave, and on all '// &
-      'other bounds in air; the sides of the grid and what a *SUPPORT holds are tight', 1, huge(1), &
+    call fields%data('free water levels at parts of the boundary; seepage faces above them and on all other '// &
+      'exposed boundaries; the sides of the grid and surfaces with *SUPPORT are impermeable', 1, huge(1), &
         when='TYPE=SEEPAGE', rows=n)
     if (.not. fields%writing) level%heads = [(head_type(), i=1, n)]
     do i = 1, n
       call fields%row(i)
       call fields%line(level%heads(i)%where)
-      call fields%name('set', level%heads(i)%set, 'node set (in the plane by PLANE or BOX; within the '// &
-        'ground a drain) or surface')
+      call fields%name('set', level%heads(i)%set, 'node set (in the plane by PLANE or BOX; a drain if within the '// &
+        'ground) or surface')
       call fields%number('level', level%heads(i)%level, 'height: the coordinate along which gravity acts')
-      call fields%number('rain', level%heads(i)%rain, 'water that falls on what lies above the level, a volume a '// &
-        'unit of level area and time; what the ground does not take runs off', range='[0, inf)', required=.false.)
+      call fields%number('rain', level%heads(i)%rain, 'infiltration on the boundary above the level, volume per '// &
+        'unit of horizontal area and time; the excess runs off', range='[0, inf)', required=.false.)
     end do
   end subroutine head_fields
 
@@ -99,11 +98,11 @@ contains
     associate (list => state%analysis%phases(state%phase)%water_levels)
       associate (level => list(size(list)))
         if (.not. level%none .and. .not. state%card%has('UNIT WEIGHT')) call state%report_error('the parameter '// &
-          'UNIT WEIGHT is missing: the weight of water per volume in the units of the deck, 9.81 or 10 for kN and m')
+          'UNIT WEIGHT is missing: the unit weight of water in the units of the deck, 9.81 or 10 for kN and m')
         do i = 2, merge(0, size(level%line, 2), level%flows)
           if (level%line(1, i) > level%line(1, i - 1) .or. .not. state%card%is_right()) cycle
-          call state%error_at(state%card%rows(i), 'x does not increase: the level is a line over the horizontal, '// &
-            'from left to right')
+          call state%error_at(state%card%rows(i), 'x does not increase: the level is a line over the horizontal '// &
+            'axis, from left to right')
         end do
         do i = 1, size(list) - 1
           if (list(i)%body /= level%body) cycle
@@ -136,7 +135,7 @@ contains
         do i = 1, size(phase%water_levels)
           associate (level => phase%water_levels(i))
             if (.not. (heavy .or. level%none)) call state%error_from(level%where, 'WATER LEVEL', 'the water has no '// &
-              'weight: there is no *GRAVITY up to this phase')
+              'weight: no *GRAVITY acts up to this phase')
             call check_heads(state, level)
             call check_name(state, level%body, state%analysis%bodies, level%where, 'WATER LEVEL', 'body')
           end associate
@@ -184,7 +183,7 @@ contains
         end associate
         call state%error_from(phase%where, 'GRAVITY', "in phase '"//phase%name//"' gravity does not act along "// &
           trim(merge('-', '+', upwards(state%analysis) > 0.0_wp))//letter(axis)//' as elsewhere in the deck, but '// &
-          'water has one level, over one direction of gravity: let water of another direction have a deck of its own')
+          'water levels require one direction of gravity: use a separate deck')
       end associate
     end do
   end subroutine check_direction
@@ -220,8 +219,8 @@ contains
             end do
           end do
         end do
-        if (moves) call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' moves water and has a "// &
-          '*STOP: half way between two levels is no level to go on from; move the water in a phase of its own')
+        if (moves) call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' changes a water level and "// &
+          'has a *STOP, which cannot stop between two levels: change the level in a separate phase')
       end associate
     end do
   end subroutine check_stops
@@ -230,11 +229,11 @@ contains
   subroutine add_consolidation_keyword(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('CONSOLIDATION', in_phase, once, 'Excess pore pressure that flows away in the TIME of the '// &
-      'phase, and of those behind it: soil of a *PERMEABILITY bears what is put on it by its water first. Faces in '// &
-      'air are open, the sides of the grid closed, unless the lines say otherwise. In a phase of TYPE=SAFETY time '// &
-      'stands still. With *WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT in the phase the pressure is all that there '// &
-      'is, under a surface of the water that moves.', consolidation_fields, &
+    call table%add('CONSOLIDATION', in_phase, once, 'Coupled consolidation over the TIME of the phase, and of '// &
+      'those after it: in soil with *PERMEABILITY loads generate excess pore pressure, which dissipates. Exposed '// &
+      'faces are drained and the sides of the grid closed, unless the data lines change it. In a phase of '// &
+      'TYPE=SAFETY no time passes. With *WATER LEVEL, TYPE=SEEPAGE, FLOW=TRANSIENT in the phase the total pore '// &
+      'pressure is computed, with a moving phreatic surface.', consolidation_fields, &
       '*CONSOLIDATION, UNIT WEIGHT=9.81| base, OPEN')
   end subroutine add_consolidation_keyword
 
@@ -247,17 +246,18 @@ contains
     associate (card => deck%analysis%phases(deck%phase)%consolidation)
       call fields%line(card%where)
       call fields%given(card%given)
-      call fields%number('UNIT WEIGHT', card%unit_weight, 'weight of water per volume, as it stands', &
+      call fields%number('UNIT WEIGHT', card%unit_weight, 'unit weight of water', &
         range='(0, inf)', required=.true.)
-      call fields%number('STORAGE', card%storage, 'change of the volume of water and grains a unit of volume and '// &
-        'pressure', range='[0, inf)')
-      call fields%answer('FACES', card%held, 'LAYER: pressures of nodes at open faces fall as fast as water leaves '// &
-        'from within their cells. HELD: they are 0 at once, as in other programs: in short phases too much leaves', &
+      call fields%number('STORAGE', card%storage, 'storage coefficient: volume change of water and grains per unit '// &
+        'of volume and pressure', range='[0, inf)')
+      call fields%answer('FACES', card%held, 'LAYER: nodal pressures at drained faces follow the analytical '// &
+        'drainage of a half space until the drainage front has crossed their cells. HELD: they are 0 from the '// &
+        'start, as in other programs: in short phases too much water drains', &
         words='LAYER|HELD')
       ! Sets that are open or closed.
       n = 0
       if (allocated(card%sets)) n = size(card%sets)
-      call fields%data('where water leaves, and where it does not', 0, huge(1), rows=n)
+      call fields%data('drained and closed node sets', 0, huge(1), rows=n)
       if (.not. fields%writing) card%sets = [(drainage_type(), i=1, n)]
       do i = 1, n
         call fields%row(i)
@@ -280,8 +280,7 @@ contains
         phase%controls%by_water = consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety
         if (consolidation_of(state%analysis%phases, p) > 0 .and. phase%kind /= phase_safety .and. .not. &
           phase%duration_given) &
-          call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' does not say how long it lasts, "// &
-          'and pore water flows in it (*CONSOLIDATION): TIME=')
+          call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' has *CONSOLIDATION and requires TIME=")
       end associate
     end do
   end subroutine check_drainage
@@ -290,9 +289,9 @@ contains
   subroutine add_undrained_keyword(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('UNDRAINED', in_material, once, 'Pore water that cannot leave: volume changes raise or lower an '// &
-      'excess pore pressure (state variable excess_pore_pressure, compression positive), stresses are total beyond '// &
-      'the steady pore pressure, and the treatment of volumetric locking is on: docs/methods/undrained.md.', &
+    call table%add('UNDRAINED', in_material, once, 'Undrained pore water: volume changes generate an excess pore '// &
+      'pressure (state variable excess_pore_pressure, compression positive); stresses include it, but not the '// &
+      'steady pore pressure, and the treatment of volumetric locking is active: docs/methods/undrained.md.', &
       undrained_fields, '*ELASTIC| 3000, 0.3|*MOHR COULOMB| 2, 25, 0|*UNDRAINED, TYPE=A', finish_undrained)
   end subroutine add_undrained_keyword
 
@@ -300,9 +299,9 @@ contains
   subroutine add_drain_keyword(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('DRAIN STATE', in_phase, once, 'The pore water of *UNDRAINED materials may leave in this phase: '// &
-      'the excess pressure falls evenly to zero over it, and the soil takes over what the water carried. Every '// &
-      'step is in equilibrium. Without bodies it is about all of them.', drain_fields, &
+    call table%add('DRAIN STATE', in_phase, once, 'Drainage of *UNDRAINED materials in this phase: the excess '// &
+      'pressure is reduced linearly to zero over it, and transferred to effective stress. Every step is in '// &
+      'equilibrium. Without data lines it applies to all bodies.', drain_fields, &
       '*DRAIN STATE, AFTERWARDS=DRAINED')
   end subroutine add_drain_keyword
 
@@ -318,9 +317,9 @@ contains
         'stiffness, strength s_u (*MOHR COULOMB with phi = 0); C: total stress, no pore pressure, strength s_u, '// &
         'the shear modulus of *ELASTIC with NU', required=.true.)
       call fields%number('NU', undrained%poisson, "undrained Poisson's ratio", range='(0, 0.5)')
-      call fields%number('SKEMPTON', undrained%skempton, "Skempton's B in the place of NU", range='(0, 1)')
-      call fields%answer('DILATANT', undrained%dilatant, 'YES allows a dilatancy angle with TYPE=A, which gives '// &
-        'strength without end', needs='TYPE=A')
+      call fields%number('SKEMPTON', undrained%skempton, "Skempton's B, in place of NU", range='(0, 1)')
+      call fields%answer('DILATANT', undrained%dilatant, 'YES: allows a dilatancy angle with TYPE=A, for which the '// &
+        'strength is unlimited', needs='TYPE=A')
     end associate
   end subroutine undrained_fields
 
@@ -339,9 +338,9 @@ contains
     associate (drain => deck%analysis%phases(deck%phase)%drain_state)
       call fields%given(drain%given)
       call fields%line(drain%where)
-      call fields%answer('KEEP PRESSURE', drain%keeps, 'YES leaves the excess pressure as it is; the soil is '// &
-        'drained in the phase, so that no other one comes about')
-      call fields%answer('AFTERWARDS', drain%stays_drained, 'what the soil is in the phases after this one', &
+      call fields%answer('KEEP PRESSURE', drain%keeps, 'YES: keeps the excess pressure; the soil is drained in the '// &
+        'phase, so that no further excess is generated')
+      call fields%answer('AFTERWARDS', drain%stays_drained, 'drainage of the soil in later phases', &
         words='UNDRAINED|DRAINED')
       call drain_rows(fields, drain%bodies)
     end associate
@@ -395,7 +394,7 @@ contains
     traits = traits_of(material)
     associate (undrained => material%undrained)
       if (traits%total_stress) then
-        sentence = '*'//traits%keyword//' is a law of total stress, undrained by itself'
+        sentence = '*'//traits%keyword//' is a total stress law, undrained by definition'
       else if (undrained%kind /= undrained_a .and. (.not. material%mohr_coulomb .or. material%user%given .or. &
         allocated(material%soil_law))) then
         sentence = 'TYPE='//trim(merge('B', 'C', undrained%kind == undrained_b))//' requires a strength s_u: *MOHR '// &
@@ -404,10 +403,10 @@ contains
         sentence = 'TYPE='//trim(merge('B', 'C', undrained%kind == undrained_b))//' requires *MOHR COULOMB with '// &
           'c = s_u and phi = 0; with friction it is TYPE=A'
       else if (undrained%kind == undrained_a .and. traits%dilatancy_angle > 0.0_wp .and. .not. undrained%dilatant) then
-        sentence = 'the dilatancy angle psi is '//real_text(traits%dilatancy_angle)//': undrained soil that '// &
-          'dilates gains strength without end; take psi = 0, or request it by DILATANT=YES'
+        sentence = 'the dilatancy angle psi is '//real_text(traits%dilatancy_angle)//': the strength of dilating '// &
+          'undrained soil is unlimited; use psi = 0, or allow it by DILATANT=YES'
       else if (material%user%given .and. material%user%undrained > 0.0_wp) then
-        sentence = 'the model has pore water of its own by UNDRAINED of *USER MATERIAL: it would count twice'
+        sentence = 'the model has its own pore water by UNDRAINED of *USER MATERIAL, which would be counted twice'
       else if (traits%linear_elasticity .and. material%young > 0.0_wp .and. &
         .not. undrained_ratio(undrained, material%poisson) > material%poisson) then
         sentence = 'NU='//real_text(undrained%poisson)//" is not above Poisson's ratio of the soil, "// &
@@ -452,8 +451,8 @@ contains
         if (body%material /= state%analysis%materials(material)%name) cycle
         named = any([(card%bodies(i)%text == body%name, i=1, size(card%bodies))])
         if (.not. named) call state%error_from(card%where, 'DRAIN STATE', "body '"//body%name// &
-          "' has the material '"//body%material//"' of a body that is drained: name it too, or give it a material "// &
-          'of its own')
+          "' has the material '"//body%material//"' of a body that is drained: name it too, or give it a separate "// &
+          'material')
       end associate
     end do
   end subroutine check_together
