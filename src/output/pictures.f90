@@ -11,7 +11,7 @@ module qsmpm_pictures
   use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_in_results
   use qsmpm_fields, only: padded, list_results, cell_fill, cell_point_count
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_part, only: take_cells
+  use qsmpm_mesh_sets, only: take_cells
   use qsmpm_model, only: model_type
   use qsmpm_own_part, only: is_divided, own_of
   use qsmpm_stress_error, only: stress_error_type
